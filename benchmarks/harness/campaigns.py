@@ -65,6 +65,18 @@ COMMANDS = (
         takes="two minutes",
     ),
     Benchmark(
+        "web",
+        "from a change to its paint in a browser, and what pages cost the mission",
+        ("web.py --rounds {rounds}",),
+        ("web.py benchmarks/short.yaml --rounds 1 --changes 2 --brief",),
+        (
+            Figure("change to paint", Target(Aim.AT_MOST, must=100), optional=True),
+            Figure("*: CPU with a page to without", optional=True),
+        ),
+        rounds=3,
+        takes="three minutes; with Chromium only",
+    ),
+    Benchmark(
         "loading",
         "loading and checking a mission of 1,000 to 10,000 nodes",
         ("loading.py --rounds {rounds}",),

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import seconds, speed
-from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.fork import fork_shown
 from bt_mission.cli.options import add_plain_option
+from bt_mission.cli.web import add_web_options, refuse_web, web_server
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.stamps import NS
 
@@ -24,6 +25,7 @@ examples:
   bt-mission run missions/explore.yaml --record explore.mcap
   bt-mission replay explore.mcap                    full-screen, in real time
   bt-mission replay explore.mcap --speed 8 --at 60  8 times as fast, from 60 s
+  bt-mission replay explore.mcap --web --open       on a page for browsers
   bt-mission replay explore.mcap --once --at 12.5   the tree as it was then
   bt-mission replay trace.jsonl                     a line for each event
 
@@ -61,6 +63,7 @@ def add_parser(commands: Any) -> None:
     )
     add_plain_option(parser)
     parser.add_argument("--poses", action="store_true", help="in lines: where the robot was, too")
+    add_web_options(parser)
     parser.set_defaults(command=replay)
 
 
@@ -69,11 +72,17 @@ def replay(options: argparse.Namespace) -> int:
     from bt_mission.executive.stored_trace import read_trace
     from bt_mission.recording.reading import is_recording
 
+    refuse_web(options, instead=("once", "plain"))
     if is_recording(options.file):
         return _replay_recording(options)
     if options.once:
         raise BtMissionError(
             f"{options.file}: a trace has no tree to print; --once takes a recording "
+            "(bt-mission run --record)"
+        )
+    if options.web:
+        raise BtMissionError(
+            f"{options.file}: a trace has no tree to show; --web takes a recording "
             "(bt-mission run --record)"
         )
     return _tell_trace(options, read_trace(options.file))
@@ -89,6 +98,8 @@ def _replay_recording(options: argparse.Namespace) -> int:
         raise BtMissionError(f"--at {options.at:g}: the recording ends at {duration_s:.2f} s")
     if options.once:
         return _print_once(options, film)
+    if options.web:
+        return _serve_page(options, film)
     if options.plain or not is_drawable():
         return _tell_recording(options, film)
     return _draw(options, film)
@@ -105,6 +116,20 @@ def _draw(options: argparse.Namespace, film: Timeline) -> int:
     settle_memory()
     ReplayApp(player, marks_for(sys.stdout.encoding), fork_shown).run()
     return SUCCESS
+
+
+def _serve_page(options: argparse.Namespace, film: Timeline) -> int:
+    import asyncio
+
+    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.recording.replay.player import Player
+    from bt_mission.views.web.replay import ReplayedMission
+
+    shown = ReplayedMission(Player(film, speed=options.speed or 1.0, at_s=options.at))
+    with InterruptSignals() as leaving, web_server(options, shown) as server:
+        asyncio.run(server.serve(lambda: leaving.count > 0))
+    _say_cut(film)
+    return INTERRUPTED
 
 
 def _print_once(options: argparse.Namespace, film: Timeline) -> int:

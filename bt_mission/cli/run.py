@@ -28,6 +28,13 @@ from bt_mission.cli.options import (
 )
 from bt_mission.cli.run_plan import RunPlan, load_plan
 from bt_mission.cli.view import add_view_option, refuse_view, window_on
+from bt_mission.cli.web import (
+    add_web_options,
+    refuse_web,
+    stay_until_left,
+    watching_process,
+    web_server,
+)
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.errors import BtMissionError
 
@@ -109,6 +116,7 @@ def add_parser(commands: Any) -> None:
         help="where camera sweeps make their folders (default: images)",
     )
     add_view_option(parser)
+    add_web_options(parser)
     recording.add_recording_options(parser)
     parser.set_defaults(command=run)
 
@@ -152,7 +160,10 @@ def _run(options: argparse.Namespace) -> int:
     else:
         prepare_middleware()
     plan = load_plan(options)
-    run_shown = _run_on_screen if options.tui and is_drawable() else _run_in_lines
+    if options.web and not options.attach:
+        run_shown = _run_on_page
+    else:
+        run_shown = _run_on_screen if options.tui and is_drawable() else _run_in_lines
     report, kept = run_shown(options, plan)
     result = plan.judge(report)
     if options.json:
@@ -187,6 +198,7 @@ def _leaves(report: Report) -> list[str]:
 def _run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
     """Carry the mission out, shown in lines."""
     from bt_mission.core.memory import settle_memory
+    from bt_mission.executive.status import MissionStatus
     from bt_mission.sessions.session import drive
 
     view = _view(options)
@@ -194,6 +206,7 @@ def _run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, r
         _open_session(options, plan, view.say) as session,
         plan.faults_in(session) as with_outcomes,
         window_on(session, wanted=options.view),
+        watching_process(options, session.node.get_fully_qualified_name()),
         recording.recorder_for(options, session) as keeping,
     ):
         settle_memory()
@@ -201,17 +214,20 @@ def _run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, r
             drive(session, view, speed=_speed(options), trace_file=options.trace)
         )
         _tell_resumable(options, session)
-        return report, keeping.finish(report)
+        kept = keeping.finish(report)
+        if options.web and report.status != MissionStatus.INTERRUPTED:
+            stay_until_left()
+        return report, kept
 
 
-def _view(options: argparse.Namespace) -> View:
+def _view(options: argparse.Namespace, *, plain: bool = False) -> View:
     if options.json:
         from bt_mission.views.terminal.quiet import Quiet
 
         return Quiet()
     from bt_mission.views.terminal.views import view_for
 
-    return view_for(sys.stdout, plain=options.plain)
+    return view_for(sys.stdout, plain=plain or options.plain)
 
 
 def _run_on_screen(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
@@ -244,6 +260,43 @@ def _run_on_screen(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, 
         return report, keeping.finish(report)
 
 
+def _run_on_page(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
+    """Carry the mission out in the simulation, shown to browsers."""
+    from contextlib import closing
+
+    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.ros.discovery import LocalExecutive
+    from bt_mission.sessions.session import StepDriver, driving
+    from bt_mission.views.web.live import LiveMission
+    from bt_mission.views.web.run import ENDED, ShownRun
+
+    view = _view(options, plain=True)
+    with (
+        InterruptSignals() as leaving,
+        _open_session(options, plan, view.say) as session,
+        plan.faults_in(session) as with_outcomes,
+        closing(LocalExecutive(session)) as graph,
+        window_on(session, wanted=options.view),
+        recording.recorder_for(options, session) as keeping,
+    ):
+        interrupts = InterruptSignals()
+        steps = driving(session, view, interrupts, speed=_speed(options), trace_file=options.trace)
+        driver = StepDriver(steps)
+
+        def is_left() -> bool:
+            return leaving.count > 0 or (driver.report is not None and interrupts.count > 0)
+
+        shown = LiveMission(graph, graph.name, lambda: ENDED if driver.report else "")
+        shown.attach(graph.name)  # before the first step, so that nothing is missed
+        with web_server(options, shown) as server:
+            report = with_outcomes(ShownRun(server, driver, is_left, _to_stderr).run_to_the_end())
+        return report, keeping.finish(report)
+
+
+def _to_stderr(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
 def _tell_resumable(options: argparse.Namespace, session: Any) -> None:
     if options.journal and session.executive.is_resumable:
         print(f"to go on with it: --journal {options.journal} --resume", file=sys.stderr)
@@ -251,7 +304,7 @@ def _tell_resumable(options: argparse.Namespace, session: Any) -> None:
 
 def _speed(options: argparse.Namespace) -> float | None:
     """What people look at is in real time, unless they want another speed."""
-    is_shown = (options.tui or options.view) and not options.attach
+    is_shown = (options.tui or options.view or options.web) and not options.attach
     return options.speed or (1.0 if is_shown else None)
 
 
@@ -277,6 +330,7 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
     """
     if options.tui and (options.json or options.plain):
         raise BtMissionError("--tui: a full screen leaves no room for --json or --plain")
+    refuse_web(options, instead=("tui",))
     recording.refuse_recording(options)
     refuse_view(options)
     if options.attach and options.speed is not None:

@@ -39,7 +39,7 @@ class RunPlan:
             own,
             visible=options.visible,
             network=options.network,
-            watched=options.tui,
+            watched=options.tui or options.web,
             props=_obstacles() if self.faults else own.props,
         )
 

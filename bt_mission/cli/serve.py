@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
 from bt_mission.cli.ros_arguments import TAKEN, checked, of_node
+from bt_mission.cli.web import add_web_options, refuse_web, watching_process
 
 if TYPE_CHECKING:
     from bt_mission.sessions.served_missions import ServedMissions
@@ -78,6 +79,7 @@ def add_parser(commands: Any) -> None:
     )
     add_network_option(parser)
     add_duplicates_option(parser)
+    add_web_options(parser)
     parser.set_defaults(command=serve, **TAKEN)
 
 
@@ -92,6 +94,7 @@ def serve(options: argparse.Namespace) -> int:
     """Serve until interrupted; gives the exit code."""
     from bt_mission.cli.run import announce, leaving_at_once
 
+    refuse_web(options)
     announce("joining the ROS graph")
     prepare_graph(options)
     with leaving_at_once():
@@ -146,7 +149,8 @@ def _serve(options: argparse.Namespace) -> int:
         name = node.resolve_topic_name("execute_mission")
         say(f"{name} waits for missions ({'/clock' if graph.has_clock else 'wall clock'})")
         say(_offered(missions))
-        with InterruptSignals() as interrupts:
+        page = watching_process(options, node.get_fully_qualified_name())
+        with InterruptSignals() as interrupts, page:
             while not (interrupts.count and not node.is_busy):
                 if interrupts.count == 1:
                     node.close(f"interrupted by {interrupts.name}")

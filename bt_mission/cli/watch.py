@@ -13,6 +13,7 @@ from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.network import add_network_option, prepare_graph
 from bt_mission.cli.options import add_plain_option
+from bt_mission.cli.web import add_web_options, has_input_ended, refuse_web, web_server
 
 if TYPE_CHECKING:
     from bt_mission.events.mission_state import MissionState
@@ -36,6 +37,7 @@ examples:
   bt-mission watch                            in another
   bt-mission watch robot1                     one of several, by its namespace
   bt-mission watch tree                       a tree of py_trees_ros, by its node
+  bt-mission watch --web --open               on a page for browsers
   bt-mission watch --once                     the tree as it is now
   bt-mission watch --json | jq -c 'select(.event == "status")'
 
@@ -80,16 +82,21 @@ def add_parser(commands: Any) -> None:
         "then writes each of them as text, which is slow for pictures and clouds",
     )
     add_network_option(parser)
+    add_web_options(parser)
+    parser.add_argument("--until-input-ends", action="store_true", help=argparse.SUPPRESS)
     parser.set_defaults(command=watch)
 
 
 def watch(options: argparse.Namespace) -> int:
     """Look on until told to leave; gives the exit code."""
+    refuse_web(options, instead=("once", "json", "plain"))
     prepare_graph(options)
     from bt_mission.ros.discovery import ExecutiveDirectory
 
     with ExecutiveDirectory(has_variables=options.blackboard) as observer:
         try:
+            if options.web:
+                return _serve_page(observer, options)
             if not (options.once or options.json or options.plain) and is_drawable():
                 return _draw(observer, options)
             link = _look_for(observer, options)
@@ -127,6 +134,32 @@ def _draw(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
         print(nobody(name, (), observer.where), file=sys.stderr)
         return MISSION_FAILED
     return SUCCESS
+
+
+def _serve_page(observer: ExecutiveDirectory, options: argparse.Namespace) -> int:
+    import asyncio
+
+    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.events.source import nobody, wanted_name
+    from bt_mission.views.web.live import LiveMission
+
+    name = wanted_name(options.executive)
+    shown = LiveMission(observer, name)
+
+    def is_nobody_there() -> bool:
+        return options.wait is not None and shown.nobody_s > options.wait
+
+    with InterruptSignals() as leaving, web_server(options, shown) as server:
+
+        def is_over() -> bool:
+            is_left = options.until_input_ends and has_input_ended()
+            return leaving.count > 0 or is_left or is_nobody_there()
+
+        asyncio.run(server.serve(is_over))
+    if is_nobody_there():
+        print(nobody(name, (), observer.where), file=sys.stderr)
+        return MISSION_FAILED
+    return INTERRUPTED if leaving.count else SUCCESS
 
 
 def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> ExecutiveSource | None:

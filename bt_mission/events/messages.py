@@ -157,5 +157,16 @@ class BatteryState:
     voltage: float
 
 
+@dataclass(frozen=True)
+class CameraImage:
+    """A picture: its pixels row by row, ``step`` bytes a row, in an encoding of ``sensor_msgs``."""
+
+    width: int
+    height: int
+    step: int
+    encoding: str
+    data: bytes
+
+
 Robot = tuple[FrameTransform, ...] | ScanPoints | Map | BatteryState
 """What comes from a robot."""

@@ -162,6 +162,17 @@ def battery(message: Any) -> told.BatteryState:
     return told.BatteryState(message.percentage, message.voltage)
 
 
+def image(message: Any) -> told.CameraImage:
+    """Return an ``Image``."""
+    return told.CameraImage(
+        message.width,
+        message.height,
+        message.step,
+        message.encoding,
+        memoryview(message.data).tobytes(),
+    )
+
+
 def _standings(messages: Any) -> tuple[told.NodeStatus, ...]:
     return tuple(told.NodeStatus(one.node, _status(one.status), one.message) for one in messages)
 

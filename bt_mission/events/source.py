@@ -68,11 +68,12 @@ class FoundExecutive:
 
 @dataclass(frozen=True)
 class Heard:
-    """What has come since the last time."""
+    """What has come since the last time; of the camera the newest picture."""
 
     messages: tuple[told.Told, ...] = ()
     robot: tuple[told.Robot, ...] = ()
     answers: tuple[ControlResponse, ...] = ()
+    image: told.CameraImage | None = None
 
 
 class ExecutiveSource(Protocol):
@@ -95,6 +96,9 @@ class ExecutiveSource(Protocol):
 
     def send(self, command: ControlRequest) -> None:
         """Pass a wish on; its answer comes with a later :meth:`take`."""
+
+    def watch_camera(self, *, is_on: bool) -> None:
+        """Hear the robot's camera, or no longer: its pictures are drawn while somebody does."""
 
     def close(self) -> None:
         """Listen no longer."""

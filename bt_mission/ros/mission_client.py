@@ -24,7 +24,7 @@ from nav_msgs.msg import OccupancyGrid
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
-from sensor_msgs.msg import BatteryState, LaserScan
+from sensor_msgs.msg import BatteryState, Image, LaserScan
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
@@ -98,6 +98,8 @@ class MissionClient:
         ]
         self._robot_ears: list[Any] = []
         self._robot_prefix: str | None = None
+        self._camera: Any = None
+        self._image: Any = None
         self._statuses = node.create_client(GetStatuses, f"{name}/statuses")
         self._pause = node.create_client(PauseMission, f"{name}/pause")
         self._breakpoint = node.create_client(SetBreakpoint, f"{name}/breakpoint")
@@ -126,7 +128,10 @@ class MissionClient:
             self._told.append(read(message))
         robot: list[messages.Robot] = [reader.transforms(one) for one in self._frames]
         robot += [read(message) for read, message in self._robot.values()]
-        heard = Heard(tuple(messages.in_order(self._told)), tuple(robot), tuple(self._answers))
+        image = None if self._image is None else reader.image(self._image)
+        told = tuple(messages.in_order(self._told))
+        heard = Heard(told, tuple(robot), tuple(self._answers), image)
+        self._image = None
         for queue in (self._told, self._frames, self._answers):
             queue.clear()
         self._robot.clear()
@@ -144,8 +149,18 @@ class MissionClient:
             case verb:
                 self._ask(self._triggers[verb], Trigger.Request())
 
+    def watch_camera(self, *, is_on: bool) -> None:
+        """Hear the robot's camera, or no longer."""
+        if is_on and self._camera is None:
+            topic = f"{self.name.rpartition('/')[0]}/camera/image_raw"
+            self._camera = self._listen(Image, topic, self._keep_image, NEWEST)
+        elif not is_on and self._camera is not None:
+            self._node.destroy_subscription(self._camera)
+            self._camera = self._image = None
+
     def close(self) -> None:
         """Listen no longer."""
+        self.watch_camera(is_on=False)
         for subscription in (*self._ears, *self._robot_ears):
             self._node.destroy_subscription(subscription)
         for client in (self._statuses, self._pause, self._breakpoint, *self._triggers.values()):
@@ -186,6 +201,9 @@ class MissionClient:
 
     def _keep_newest(self, topic: str, read: Callable[[Any], messages.Robot], message: Any) -> None:
         self._robot[topic] = (read, message)
+
+    def _keep_image(self, message: Any) -> None:
+        self._image = message
 
     def _keep_frames(self, message: Any) -> None:
         self._frames.append(message)

@@ -100,6 +100,9 @@ class SnapshotClient:
         """Answer that this cannot be done."""
         self._answers.append(ControlResponse(False, f"not available: {self.name} is {LIMITS}"))
 
+    def watch_camera(self, *, is_on: bool) -> None:
+        """Do nothing: such a tree does not say which robot is its own."""
+
     def close(self) -> None:
         """Listen no longer, and have the tree close the stream; see :attr:`is_closed`."""
         self._has_left = True

@@ -29,6 +29,11 @@ if TYPE_CHECKING:
 Steps = Generator[float, None, Report]
 """A session on its way: see :func:`driving`."""
 
+TURN_S = 0.02
+"""Wall time for which steps are taken at a stretch, before keys and pictures have their turn."""
+
+SHORTEST_REST_S = 0.001
+
 
 class Session(Protocol):
     """A mission with what carries it out: :class:`bt_mission.sessions.stage.Stage`, for one."""
@@ -167,6 +172,36 @@ def finish(steps: Steps) -> Report:
         except StopIteration as end:
             report: Report = end.value
             return report
+
+
+class StepDriver:
+    """Takes the steps of a session within somebody else's loop.
+
+    Args:
+        steps: The session on its way.
+    """
+
+    def __init__(self, steps: Steps) -> None:
+        self.report: Report | None = None
+        """Once the session has ended."""
+        self._steps = steps
+
+    def advance(self) -> float:
+        """Take the steps that are due, for :data:`TURN_S`; gives the wall time to the next, s."""
+        since = Stopwatch()
+        wait_s = 0.0
+        while self.report is None and wait_s <= 0 and since.elapsed_s < TURN_S:
+            try:
+                wait_s = next(self._steps)
+            except StopIteration as end:
+                self.report = end.value
+        return max(wait_s, SHORTEST_REST_S)
+
+    def finish(self) -> Report:
+        """Take all steps that are left, each when it is due; gives the report."""
+        if self.report is None:
+            self.report = finish(self._steps)
+        return self.report
 
 
 def driving(

@@ -28,6 +28,7 @@ class Page:
         self._buffer = b""
         self._number = 0
         self._session: str | None = None
+        self._server: str | None = None
         self.problems: list[str] = []
         """What the console was told, errors that nobody caught, and all that was fetched."""
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
@@ -36,13 +37,17 @@ class Page:
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.call(f"{domain}.enable")
 
-    def call(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """Call a method of the protocol; gives its result."""
+    def send(self, method: str, **parameters: Any) -> None:
+        """Call a method of the protocol, without waiting for its result."""
         self._number += 1
         message = {"id": self._number, "method": method, "params": parameters}
         if self._session is not None:
             message["sessionId"] = self._session
         os.write(self._send, json.dumps(message).encode() + b"\0")
+
+    def call(self, method: str, **parameters: Any) -> dict[str, Any]:
+        """Call a method of the protocol; gives its result."""
+        self.send(method, **parameters)
         while (told := self._next()).get("id") != self._number:
             self._note(told)
         assert "error" not in told, f"{method}: {told['error']}"
@@ -51,6 +56,11 @@ class Page:
 
     def open(self, path: Path, *, width: int, height: int, scripts: bool = True) -> None:
         """Open a file, and wait until it is loaded."""
+        self.visit(path.resolve().as_uri(), width=width, height=height, scripts=scripts)
+
+    def visit(self, url: str, *, width: int, height: int, scripts: bool = True) -> None:
+        """Open a page, and wait until it is loaded; from its server it may fetch more."""
+        self._server = "/".join(url.split("/")[:3]) if url.startswith("http") else None
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width,
@@ -59,7 +69,7 @@ class Page:
             mobile=width < 600,
         )
         self.call("Emulation.setScriptExecutionDisabled", value=not scripts)
-        self.call("Page.navigate", url=path.resolve().as_uri())
+        self.call("Page.navigate", url=url)
         while (told := self._next()).get("method") != "Page.loadEventFired":
             self._note(told)
 
@@ -68,6 +78,20 @@ class Page:
         told = self.call("Runtime.evaluate", expression=expression, returnByValue=True)
         assert "exceptionDetails" not in told, told
         return told["result"].get("value")
+
+    def until(self, expression: str, seconds: float = 30) -> None:
+        """Wait until an expression of JavaScript holds, for no longer than so many seconds."""
+        waiting = (
+            f"new Promise((done) => {{ const end = Date.now() + {1000 * seconds};"
+            f" const look = () => ({expression}) ? done(true)"
+            " : Date.now() > end ? done(false) : setTimeout(look, 10);"
+            " look(); })"
+        )
+        told = self.call(
+            "Runtime.evaluate", expression=waiting, awaitPromise=True, returnByValue=True
+        )
+        assert "exceptionDetails" not in told, told
+        assert told["result"]["value"], f"not within {seconds} s: {expression}"
 
     def prefer(self, scheme: str) -> None:
         """Prefer a ``light`` or a ``dark`` page."""
@@ -95,7 +119,8 @@ class Page:
             self.problems.append(json.dumps(parameters))
         elif method == "Network.requestWillBeSent":
             url = parameters["request"]["url"]
-            if not url.startswith(("file:", "data:")):
+            is_own = self._server is not None and url.startswith(f"{self._server}/")
+            if not is_own and not url.startswith(("file:", "data:")):
                 self.problems.append(f"fetched {url}")
 
     def _next(self) -> dict[str, Any]:

@@ -80,6 +80,8 @@ class ScriptedExecutive:
         self.commands: list[ControlRequest] = []
         self.asked = 0
         self.closed = False
+        self.has_camera = False
+        self.image: messages.CameraImage | None = None
         self._sequence = 0
         self._statuses: list[messages.NodeStatus] = []
         self._told: list[messages.Told] = []
@@ -185,13 +187,17 @@ class ScriptedExecutive:
         if needs_statuses and self.is_there:
             self.asked += 1
             self._told.append(self.statuses)
-        heard = Heard(tuple(self._told), tuple(self._robot), tuple(self._answers))
+        image, self.image = self.image, None
+        heard = Heard(tuple(self._told), tuple(self._robot), tuple(self._answers), image)
         for queue in (self._told, self._robot, self._answers):
             queue.clear()
         return heard
 
     def send(self, command: ControlRequest) -> None:
         self.commands.append(command)
+
+    def watch_camera(self, *, is_on: bool) -> None:
+        self.has_camera = is_on
 
     def close(self) -> None:
         self.closed = True

@@ -259,13 +259,3 @@ def map_title(robot: RobotState) -> str:
         return "map"
     frame = f" in {robot.frame}" if robot.frame not in ("", "map") else ""
     return f"map: x {pose.x:.2f}  y {pose.y:.2f} m{frame}"
-
-
-def targets(mission: MissionState) -> tuple[tuple[float, float], ...]:
-    """The places of the newest goal that names any, as long as the mission runs."""
-    if mission.status in FINAL:
-        return ()
-    with_places = [goal for goal in mission.goals.values() if goal.targets]
-    are_open = [goal for goal in with_places if goal.state in OPEN]
-    chosen = are_open or with_places
-    return chosen[-1].targets if chosen else ()

@@ -8,7 +8,6 @@ from textual import events
 from textual.binding import Binding, BindingType
 
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.events import FINAL
 from bt_mission.events.source import (
     Attachment,
     ControlRequest,
@@ -16,6 +15,7 @@ from bt_mission.events.source import (
     Graph,
     Verb,
 )
+from bt_mission.events.watched_mission import possible_verbs
 from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.tui.dialogs import Chooser
 from bt_mission.views.tui.keys import KEYS
@@ -24,6 +24,15 @@ from bt_mission.views.tui.watch_model import WatchModel
 
 CHECK_S = 1.0
 """Wall time between two looks at who is there, once somebody is watched."""
+
+KEY_WORDS = {
+    Verb.PAUSE: "p pause",
+    Verb.RESUME: "r resume",
+    Verb.STEP: "s step",
+    Verb.STOP: "x stop",
+    Verb.BREAK: "b break",
+}
+"""The keys that are named in the last line."""
 
 
 class WatchApp(ViewApp):
@@ -110,14 +119,10 @@ class WatchApp(ViewApp):
         if self.source is None:
             return ["c choose", "? help", "q leave"]
         others = ["/ search", "f follow", f"Tab {self.next_panel}", "? help", "q leave"]
-        status = self.outlook.mission.status
-        if self.source.limits or not self.source.is_there or status in FINAL or not status:
-            keys = []
-        elif status == "paused":
-            keys = ["r resume", "s step", "x stop", "b break"]
-        else:
-            keys = ["p pause", "x stop", "b break"]
-        return [*keys, *others]
+        if self.source.limits or not self.source.is_there:
+            return others
+        verbs = possible_verbs(self.outlook.mission.status)
+        return [*(KEY_WORDS[one] for one in verbs if one in KEY_WORDS), *others]
 
     # ---- wishes --------------------------------------------------------------------------
 

@@ -10,6 +10,7 @@ from textual.app import ComposeResult
 from textual.screen import Screen
 from textual.widgets import Input
 
+from bt_mission.events.watched_mission import targets
 from bt_mission.views.terminal.chart import MapChart
 from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.terminal.panels import (
@@ -23,7 +24,6 @@ from bt_mission.views.terminal.panels import (
     path,
     requirement_rows,
     requirements_title,
-    targets,
     variable_rows,
 )
 from bt_mission.views.terminal.tree_rows import tree_row

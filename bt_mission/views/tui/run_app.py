@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 from bt_mission.core.interrupts import InterruptSignals
-from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.source import ControlRequest, Graph
 from bt_mission.executive.report import Report
-from bt_mission.sessions.session import Steps, finish
+from bt_mission.sessions.session import StepDriver, Steps
 from bt_mission.views.terminal.marks import Marks
 from bt_mission.views.tui.app import WatchApp
-
-TURN_S = 0.02
-"""Wall time for which steps are taken at a stretch, before keys and pictures have their turn."""
-
-SHORTEST_REST_S = 0.001
 
 
 class RunApp(WatchApp):
@@ -32,9 +26,8 @@ class RunApp(WatchApp):
         self, graph: Graph, marks: Marks, name: str, steps: Steps, interrupts: InterruptSignals
     ) -> None:
         super().__init__(graph, marks, name)
-        self.report: Report | None = None
         self._executive = name
-        self._steps = steps
+        self._step_driver = StepDriver(steps)
         self._interrupts = interrupts
 
     def on_mount(self) -> None:
@@ -44,17 +37,17 @@ class RunApp(WatchApp):
 
     def advance(self) -> None:
         """Take the steps that are due."""
-        since = Stopwatch()
-        wait_s = 0.0
-        while wait_s <= 0 and since.elapsed_s < TURN_S:
-            try:
-                wait_s = next(self._steps)
-            except StopIteration as end:
-                self.report = end.value
-                self.look()
-                self.tell("the mission has ended: q leaves")
-                return
-        self.set_timer(max(wait_s, SHORTEST_REST_S), self.advance)
+        wait_s = self._step_driver.advance()
+        if self.report is None:
+            self.set_timer(wait_s, self.advance)
+            return
+        self.look()
+        self.tell("the mission has ended: q leaves")
+
+    @property
+    def report(self) -> Report | None:
+        """Of the mission, once it has ended."""
+        return self._step_driver.report
 
     def action_leave(self) -> None:
         """End the mission, as Ctrl-C does; leave once it has ended, or when asked twice."""
@@ -79,8 +72,7 @@ class RunApp(WatchApp):
         try:
             self.run()
         finally:
-            if self.report is None:
-                if not self._interrupts.count:
-                    self._interrupts.note("the end of the view")
-                self.report = finish(self._steps)
-        return self.report
+            if self.report is None and not self._interrupts.count:
+                self._interrupts.note("the end of the view")
+            report = self._step_driver.finish()
+        return report

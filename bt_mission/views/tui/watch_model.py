@@ -2,49 +2,19 @@
 
 from __future__ import annotations
 
-from collections import Counter, deque
-
-from bt_mission.events import messages
 from bt_mission.events.events import MissionStarted
 from bt_mission.events.mission_state import MissionState
-from bt_mission.events.source import ControlRequest, Heard, Verb
+from bt_mission.events.source import ControlRequest, Heard
+from bt_mission.events.watched_mission import WatchedMission
 from bt_mission.views.terminal.tree_rows import Outline, scrolled_to
 
-WINDOW_S = 3.0
-"""Wall time over which the pace is taken."""
 
-
-class RealTimeFactor:
-    """Virtual seconds per second, over the last few seconds."""
-
-    def __init__(self) -> None:
-        self._seen: deque[tuple[int, float]] = deque()
-
-    def note(self, time_ns: int, wall_s: float) -> None:
-        """Take in a ROS time, ns, and the wall time at which it was heard, s."""
-        if self._seen and time_ns < self._seen[-1][0]:
-            self._seen.clear()  # time has begun anew
-        self._seen.append((time_ns, wall_s))
-        while self._seen[-1][1] - self._seen[0][1] > WINDOW_S and len(self._seen) > 2:
-            self._seen.popleft()
-
-    @property
-    def factor(self) -> float | None:
-        """Virtual seconds per second; None where too little was heard."""
-        if len(self._seen) < 2:
-            return None
-        (first_ns, first_s), (last_ns, last_s) = self._seen[0], self._seen[-1]
-        wall_s = last_s - first_s
-        return (last_ns - first_ns) / 1e9 / wall_s if wall_s > 0.2 else None
-
-
-class WatchModel:
+class WatchModel(WatchedMission):
     """A mission, and the user's place in its tree."""
 
     def __init__(self) -> None:
-        self.mission = MissionState()
+        super().__init__()
         self.outline = Outline(())
-        self.pace = RealTimeFactor()
         self.cursor = 0
         """Index of the node that is selected."""
         self.top = 0
@@ -58,42 +28,30 @@ class WatchModel:
         """What who is watched cannot tell or do."""
 
     def take(self, heard: Heard, wall_s: float) -> bool:
-        """Take in what has come; gives whether anything has.
+        """Take in what has come, and go with it; gives whether anything has.
 
         Args:
             wall_s: Wall time at which it came, s.
         """
-        for message in heard.messages:
-            self._note_pace(message, wall_s)
-            for one in self.mission.take(message):
-                if isinstance(one, MissionStarted):
-                    self._show_tree(one)
-                    self.pace = RealTimeFactor()
-        for reading in heard.robot:
-            self.mission.take(reading)
+        has_come = super().take(heard, wall_s)
         self._go_along()
-        return bool(heard.messages or heard.robot or heard.answers)
+        return has_come
 
     def show(self, mission: MissionState) -> None:
         """Show this from now on, with the user's place in the tree as long as that is the same."""
         if mission.tree is not self.mission.tree:
-            self._show_tree(mission.tree)
+            self.on_tree(mission.tree)
         self.mission = mission
         self._go_along()
 
-    def _show_tree(self, tree: MissionStarted | None) -> None:
+    def on_tree(self, tree: MissionStarted | None) -> None:
+        """Show another tree, from its first row on."""
         self.outline = Outline(tree.nodes if tree else ())
         self.cursor = self.top = 0
 
     def _go_along(self) -> None:
         if self.is_following and self.mission.tip is not None:
             self.cursor = self.mission.tip
-
-    def _note_pace(self, message: messages.Told, wall_s: float) -> None:
-        if isinstance(message, messages.DetailsUpdate | messages.Changes) and (
-            self.mission.tree is not None and message.run == self.mission.tree.run
-        ):
-            self.pace.note(message.time_ns, wall_s)
 
     # ---- the tree ------------------------------------------------------------------------
 
@@ -191,24 +149,8 @@ class WatchModel:
             return []
         return [tree.nodes[one].name for one in self.outline.path_to(tip)]
 
-    def with_names(self, text: str) -> str:
-        """Give a text the names of nodes for their paths, such as ``'0.1'``; a path says which."""
-        nodes = self.mission.tree.nodes if self.mission.tree else ()
-        names = Counter(node.name for node in nodes)
-        for node in nodes:
-            where = f" ({node.path})" if names[node.name] > 1 else ""
-            text = text.replace(f"'{node.path}'", f"'{node.name}'{where}")
-        return text
-
     # ---- wishes --------------------------------------------------------------------------
 
     def breakpoint(self) -> ControlRequest | None:
         """The wish to set a breakpoint at the selected node, or to remove the one that is set."""
-        tree = self.mission.tree
-        if tree is None:
-            return None
-        node = tree.nodes[self.cursor]
-        for name in (node.path, node.name):
-            if name in self.mission.breakpoints:
-                return ControlRequest(Verb.UNBREAK, name)
-        return ControlRequest(Verb.BREAK, node.path)
+        return self.toggled_breakpoint(self.cursor)

@@ -18,6 +18,7 @@ from mcap.stream_reader import StreamReader
 
 from bt_mission.cli import diff, replay, report, verify
 from bt_mission.core.errors import BtMissionError
+from bt_mission.events.watched_mission import targets
 from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.views.terminal import panels
@@ -120,7 +121,7 @@ def _draw(path: Path) -> None:
     for share in (1.0, 0.0, 0.4, 0.9):
         duration_s = (timeline.end_ns - timeline.start_ns) / 1e9
         mission = Player(timeline, at_s=share * duration_s).mission
-        places = panels.targets(mission)
+        places = targets(mission)
         drawn = [
             *MapChart(marks).draw(mission.robot, places, 60, 20),
             *panels.goal_rows(mission, marks),

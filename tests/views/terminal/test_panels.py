@@ -8,6 +8,7 @@ from bt_mission.events.events import GoalChanged
 from bt_mission.events.messages import BatteryState, FrameTransform, NodeDetails
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
+from bt_mission.events.watched_mission import targets
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, text_of
 from bt_mission.views.terminal.panels import (
     goals_title,
@@ -17,7 +18,6 @@ from bt_mission.views.terminal.panels import (
     path,
     requirement_rows,
     requirements_title,
-    targets,
     variable_rows,
 )
 from tests.support.watched import S, ScriptedExecutive

@@ -97,7 +97,7 @@ def test_leaving_twice_leaves_at_once():
     """Whatever has not ended by then."""
 
     async def play(screen: Screen) -> None:
-        screen.app._steps = iter(lambda: 10.0, None)  # type: ignore[attr-defined]
+        screen.app._step_driver._steps = iter(lambda: 10.0, None)  # type: ignore[attr-defined]
         await screen.press("q")
         assert not screen.app._exit
         await screen.press("q")

@@ -7,7 +7,7 @@ import pytest
 from bt_mission.events.messages import FrameTransform
 from bt_mission.events.source import ControlRequest, Verb
 from bt_mission.views.terminal.tree_rows import scrolled_to
-from bt_mission.views.tui.watch_model import RealTimeFactor, WatchModel
+from bt_mission.views.tui.watch_model import WatchModel
 from tests.support.watched import S, ScriptedExecutive
 
 
@@ -117,29 +117,6 @@ def test_only_what_has_come_counts_as_news(executive: ScriptedExecutive, outlook
     assert outlook.take(executive.take(needs_statuses=False), 0.0)
     assert outlook.mission.log[-1].text == "hello"
     assert outlook.mission.now_ns == S
-
-
-def test_the_factor_is_taken_over_the_last_seconds():
-    """A mission that has become faster is soon shown as such."""
-    pace = RealTimeFactor()
-    assert pace.factor is None
-    for tenth in range(101):
-        pace.note(tenth * S, tenth / 10)
-    assert pace.factor == pytest.approx(10.0)
-    for tenth in range(1, 101):
-        pace.note(100 * S + tenth * 2 * S, 10 + tenth / 10)
-    assert pace.factor == pytest.approx(20.0)
-
-
-def test_time_that_begins_anew_is_no_backwards_pace():
-    """The simulation was started again."""
-    pace = RealTimeFactor()
-    pace.note(50 * S, 0.0)
-    pace.note(51 * S, 1.0)
-    pace.note(1 * S, 2.0)
-    assert pace.factor is None
-    pace.note(2 * S, 3.0)
-    assert pace.factor == pytest.approx(1.0)
 
 
 def test_nodes_are_called_by_their_names():

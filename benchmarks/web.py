@@ -1,0 +1,177 @@
+"""How long a change takes to the screen of a browser, and what pages cost the mission.
+
+1. A tree of 10,000 nodes changes ten times a second, and a headless Chromium shows it: from the
+   change to the frame that paints it. Budget: below 100 ms.
+2. A mission on the stage, as fast as it goes: the process's CPU time without a page, and with one
+   that has the map open. And in real time: the CPU time for a second of the wall.
+
+Run it as: python benchmarks/web.py [MISSION] [--rounds N] [--changes N]
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Awaitable, Callable
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+from measuring import figure
+
+from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.ros.discovery import LocalExecutive
+from bt_mission.sessions.load import load
+from bt_mission.sessions.session import StepDriver, drive, driving
+from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage_robot import StageOptions
+from bt_mission.views.terminal.quiet import Quiet
+from bt_mission.views.web.live import LiveMission
+from bt_mission.views.web.run import ShownRun
+from bt_mission.views.web.server import WebOptions, WebServer
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+from tests.support.browser import BROWSER, Page, browser  # noqa: E402 - found by the line above
+from tests.support.watched import ScriptedExecutive, ScriptedGraph  # noqa: E402 - as above
+
+NODES = 10_000
+EVERY_S = 0.1
+LEGS = 60
+"""Of the mission as fast as it goes: what opening a page costs should not count for much."""
+
+WATCH_PAINTS = """
+window.paints = {};
+new MutationObserver(() => {
+  const words = document.querySelector('.row[aria-selected=true] .words')?.textContent;
+  if (!words || words in window.paints) return;
+  const channel = new MessageChannel();
+  window.paints[words] = null;
+  channel.port1.onmessage = () => {
+    window.paints[words] = performance.timeOrigin + performance.now();
+  };
+  channel.port2.postMessage(0);
+}).observe(document.getElementById('rows'), { subtree: true, childList: true, attributes: true });
+"""
+"""Notes when the frame with each text was painted: the message to itself comes right after it."""
+
+
+def latencies(changes: int) -> list[float]:
+    """Milliseconds from each change to its paint."""
+    executive = ScriptedExecutive("root\n" + "".join(f"  leaf {one}\n" for one in range(NODES)))
+    executive.begin()
+    shown = LiveMission(ScriptedGraph(executive))
+    made_ms: dict[str, float] = {}
+    seen_ms: dict[str, float] = {}
+
+    async def scene(server: WebServer, page: Page) -> None:
+        await asyncio.to_thread(lambda: page.visit(server.link, width=1200, height=800))
+        await asyncio.to_thread(page.until, "document.querySelectorAll('.row').length > 10")
+        await asyncio.to_thread(page.look, WATCH_PAINTS)
+        for number in range(changes):
+            words = f"change {number}"
+            made_ms[words] = time.time() * 1e3  # noqa: TID251 - beside the browser's clock
+            # Leaves all over the tree, so that the page has to scroll each time.
+            leaf = f"leaf_{number * 997 % NODES}"
+            executive.change(EVERY_S, **{leaf: f"running: {words}"})
+            await asyncio.sleep(EVERY_S)  # noqa: TID251 - a benchmark of the wall
+            executive.change(0.0, **{leaf: "success"})
+        seen_ms.update(await asyncio.to_thread(page.look, "window.paints"))
+
+    with tempfile.TemporaryDirectory() as folder, browser(Path(folder)) as page:
+        asyncio.run(_serve(shown, lambda server: scene(server, page)))
+    return [seen_ms[words] - at_ms for words, at_ms in made_ms.items() if seen_ms.get(words)]
+
+
+async def _serve(shown: LiveMission, scene: Callable[[WebServer], Awaitable[None]]) -> None:
+    with closing(WebServer(shown, WebOptions(port=0))) as server:
+        is_over = False
+        serving = asyncio.create_task(server.serve(lambda: is_over))
+        await scene(server)
+        is_over = True
+        await serving
+
+
+def cpu_share(mission_file: Path, *, with_page: bool, speed: float | None) -> tuple[float, float]:
+    """CPU seconds of the process for a virtual second, and for a second of the wall."""
+    mission = load(mission_file, {"legs": LEGS if speed is None else 6})
+    options = StageOptions(watched=with_page)
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Stage(mission, image_folder=Path(folder), say=lambda _: None, options=options) as stage,
+    ):
+        before_s = time.process_time()
+        if with_page:
+            report = _shown(stage, Path(folder), speed)
+        else:
+            report = drive(stage, Quiet(), speed=speed)
+        cpu_s = time.process_time() - before_s
+    return cpu_s / report.virtual_s, cpu_s / report.wall_s
+
+
+def _shown(stage: Stage, folder: Path, speed: float | None):  # noqa: ANN202 - the report
+    driver = StepDriver(driving(stage, Quiet(), InterruptSignals(), speed=speed))
+    with closing(LocalExecutive(stage)) as graph:
+        shown = LiveMission(graph)
+        shown.attach(graph.name)
+        with (
+            closing(WebServer(shown, WebOptions(port=0))) as server,
+            browser(folder / "profile") as page,
+            _opened(page, server.link),
+        ):
+            return ShownRun(
+                server, driver, lambda: driver.report is not None, lambda _: None
+            ).run_to_the_end()
+
+
+@contextmanager
+def _opened(page: Page, link: str):  # noqa: ANN202 - nothing
+    """Have the browser open the page by itself, once the server runs: nobody waits for it."""
+    page.send("Page.navigate", url=link)
+    yield
+
+
+def main() -> int:
+    """Measure, and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    default = Path(__file__).with_name("explore_no_camera.yaml")
+    parser.add_argument("mission", type=Path, nargs="?", default=default)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--changes", type=int, default=200)
+    parser.add_argument("--brief", action="store_true", help="without the run in real time")
+    given = parser.parse_args()
+    if BROWSER is None:
+        print("Chromium is not installed: nothing is measured")
+        return 0
+    found = sorted(latencies(given.changes))
+    figure("change to paint", found, "ms")
+    print(
+        f"change to paint, {NODES} nodes, {1 / EVERY_S:.0f} changes a second: median "
+        f"{statistics.median(found):.0f} ms, 95 % below {found[int(0.95 * len(found))]:.0f} ms, "
+        f"longest {found[-1]:.0f} ms; {len(found)} of {given.changes} were painted"
+    )
+    paces: list[tuple[float | None, str]] = [(None, "as fast as it goes")]
+    if not given.brief:
+        paces.append((1.0, "in real time"))
+    for speed, name in paces:
+        ratios = []
+        for _ in range(given.rounds if speed is None else 1):
+            plain = cpu_share(given.mission, with_page=False, speed=speed)
+            page = cpu_share(given.mission, with_page=True, speed=speed)
+            ratios.append(page[0] / plain[0] - 1)
+            print(
+                f"{name}: {plain[0] * 1e3:.2f} ms of CPU for a virtual second without a page, "
+                f"{page[0] * 1e3:.2f} ms with one ({ratios[-1]:+.1%}); for a second of the wall "
+                f"{plain[1] * 1e3:.0f} and {page[1] * 1e3:.0f} ms; a virtual second took "
+                f"{plain[0] / plain[1]:.3f} and {page[0] / page[1]:.3f} s"
+            )
+        print(f"{name}: median {statistics.median(ratios):+.1%}")
+        figure(f"{name}: CPU with a page to without", [1 + ratio for ratio in ratios])
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,177 @@
+"""The options of commands that show a mission in a browser, and what they do."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.core.errors import BtMissionError
+
+if TYPE_CHECKING:
+    from bt_mission.views.web.server import WebServer
+    from bt_mission.views.web.shown_mission import ShownMission
+
+PORT, LOOPBACK = 8080, "127.0.0.1"
+NEEDED = ("starlette", "uvicorn", "websockets")
+
+UNSAFE = """\
+--host {host}: other machines reach the page. Whoever has the link can {what}, and the link and \
+all that is shown go over the network unencrypted. A tunnel keeps both to you: leave --host away, \
+and on the other machine run  ssh -L {port}:127.0.0.1:{port} THIS_MACHINE"""
+
+
+def add_web_options(parser: argparse.ArgumentParser) -> None:
+    """Is the mission shown in a browser?"""
+    group = parser.add_argument_group("in a browser")
+    group.add_argument(
+        "--web", action="store_true", help="show it on a page for browsers, and print its link"
+    )
+    group.add_argument(
+        "--port",
+        type=_port,
+        metavar="N",
+        help=f"with --web: listen on this port (default: {PORT}; 0 takes any that is free)",
+    )
+    group.add_argument("--open", action="store_true", help="with --web: open the page at once")
+    group.add_argument(
+        "--read-only", action="store_true", help="with --web: pages can look, and control nothing"
+    )
+    group.add_argument(
+        "--host",
+        metavar="ADDRESS",
+        help="with --web: listen on this address of the machine (default: 127.0.0.1, which other "
+        "machines do not reach)",
+    )
+
+
+def _port(text: str) -> int:
+    try:
+        port = int(text)
+    except ValueError:
+        port = -1
+    if not 0 <= port <= 65535:
+        raise argparse.ArgumentTypeError(f"'{text}' is no port: expected 0 to 65535")
+    return port
+
+
+def refuse_web(options: argparse.Namespace, *, instead: tuple[str, ...] = ()) -> None:
+    """Refuse what cannot be shown, before anything moves.
+
+    Args:
+        instead: Names of options that show it in another way.
+
+    Raises:
+        BtMissionError: With what to do.
+    """
+    if not options.web:
+        given = {
+            "--port": options.port is not None,
+            "--open": options.open,
+            "--read-only": options.read_only,
+            "--host": options.host is not None,
+        }
+        for name, is_given in given.items():
+            if is_given:
+                raise BtMissionError(f"{name} goes with --web")
+        return
+    for name in instead:
+        if getattr(options, name):
+            raise BtMissionError(f"--web and --{name}: choose one of them")
+    missing = [name for name in NEEDED if find_spec(name) is None]
+    if missing:
+        raise BtMissionError(f"--web needs {' and '.join(missing)}: pip install 'bt-mission[web]'")
+
+
+@contextmanager
+def web_server(options: argparse.Namespace, shown: ShownMission) -> Iterator[WebServer]:
+    """A server that listens; its link is printed, and opened where that is wanted.
+
+    Raises:
+        BtMissionError: Where it cannot listen.
+    """
+    from bt_mission.views.web.gate import is_loopback
+    from bt_mission.views.web.server import WebOptions, WebServer
+
+    host = options.host or LOOPBACK
+    server = WebServer(shown, WebOptions(host, _port_of(options), options.read_only))
+    with closing(server):
+        if not is_loopback(host):
+            what = "watch the mission" if options.read_only else "watch and stop the mission"
+            print(UNSAFE.format(host=host, what=what, port=server.port), file=sys.stderr)
+        print(f"in a browser: {server.link}", file=sys.stderr, flush=True)
+        if options.open:
+            _open(server.link)
+        yield server
+
+
+def _port_of(options: argparse.Namespace) -> int:
+    port: int = PORT if options.port is None else options.port
+    return port
+
+
+def _open(link: str) -> None:
+    import webbrowser
+
+    if not webbrowser.open(link):
+        print("--open: there is no browser here; open the link yourself", file=sys.stderr)
+
+
+@contextmanager
+def watching_process(options: argparse.Namespace, name: str) -> Iterator[None]:
+    """Another process that shows an executive of this one's graph, if a page is wanted.
+
+    A robot's executive serves no browser itself: whatever happens to the page, it goes on.
+
+    Args:
+        name: Of the executive.
+    """
+    if not options.web:
+        yield
+        return
+    from bt_mission.views.web.server import listening_socket
+
+    listening_socket(options.host or LOOPBACK, _port_of(options)).close()  # or say so at once
+    command = [sys.executable, "-m", "bt_mission", "watch", name, *web_arguments(options)]
+    process = subprocess.Popen(  # noqa: S603 - this Python with a command of ours
+        [*command, "--until-input-ends"], stdin=subprocess.PIPE, start_new_session=True
+    )
+    try:
+        yield
+    finally:
+        assert process.stdin is not None, "it was asked for"
+        process.stdin.close()
+        process.wait()
+
+
+def stay_until_left() -> None:
+    """Let the page be looked at when the mission has ended, until Ctrl-C."""
+    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.core.wall_clock import LONGEST_SLEEP_S, rest
+
+    print("the mission has ended; the page stays until Ctrl-C", file=sys.stderr, flush=True)
+    with InterruptSignals() as leaving:
+        while not leaving.count:
+            rest(LONGEST_SLEEP_S)
+
+
+def web_arguments(options: argparse.Namespace) -> list[str]:
+    """The same options for another process."""
+    words: list[str] = ["--web"]
+    valued: dict[str, Any] = {"--port": options.port, "--host": options.host}
+    words += [f"{name}={value}" for name, value in valued.items() if value is not None]
+    flags = {"--open": options.open, "--read-only": options.read_only}
+    return [*words, *(name for name, is_set in flags.items() if is_set)]
+
+
+def has_input_ended() -> bool:
+    """Has whoever started this process gone? Looks at standard input without waiting."""
+    import select
+
+    readable, _, _ = select.select([sys.stdin], [], [], 0)
+    return bool(readable) and not os.read(sys.stdin.fileno(), 1024)

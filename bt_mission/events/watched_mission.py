@@ -1,0 +1,109 @@
+"""A mission that is watched, as every view needs it: its state, its pace, what may be asked."""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+
+from bt_mission.events import messages
+from bt_mission.events.events import FINAL, OPEN, MissionStarted
+from bt_mission.events.mission_state import MissionState
+from bt_mission.events.source import ControlRequest, Heard, Verb
+
+WINDOW_S = 3.0
+"""Wall time over which the pace is taken."""
+
+
+class RealTimeFactor:
+    """Virtual seconds per second, over the last few seconds."""
+
+    def __init__(self) -> None:
+        self._seen: deque[tuple[int, float]] = deque()
+
+    def note(self, time_ns: int, wall_s: float) -> None:
+        """Take in a ROS time, ns, and the wall time at which it was heard, s."""
+        if self._seen and time_ns < self._seen[-1][0]:
+            self._seen.clear()  # time has begun anew
+        self._seen.append((time_ns, wall_s))
+        while self._seen[-1][1] - self._seen[0][1] > WINDOW_S and len(self._seen) > 2:
+            self._seen.popleft()
+
+    @property
+    def factor(self) -> float | None:
+        """Virtual seconds per second; None where too little was heard."""
+        if len(self._seen) < 2:
+            return None
+        (first_ns, first_s), (last_ns, last_s) = self._seen[0], self._seen[-1]
+        wall_s = last_s - first_s
+        return (last_ns - first_ns) / 1e9 / wall_s if wall_s > 0.2 else None
+
+
+class WatchedMission:
+    """A mission and its pace, from what its executive and its robot tell."""
+
+    def __init__(self) -> None:
+        self.mission = MissionState()
+        self.pace = RealTimeFactor()
+
+    def take(self, heard: Heard, wall_s: float) -> bool:
+        """Take in what has come; gives whether anything has.
+
+        Args:
+            wall_s: Wall time at which it came, s.
+        """
+        for message in heard.messages:
+            self._note_pace(message, wall_s)
+            for one in self.mission.take(message):
+                if isinstance(one, MissionStarted):
+                    self.on_tree(one)
+                    self.pace = RealTimeFactor()
+        for reading in heard.robot:
+            self.mission.take(reading)
+        return bool(heard.messages or heard.robot or heard.answers)
+
+    def on_tree(self, tree: MissionStarted | None) -> None:
+        """Another tree is shown from now on; does nothing by itself."""
+
+    def _note_pace(self, message: messages.Told, wall_s: float) -> None:
+        if isinstance(message, messages.DetailsUpdate | messages.Changes) and (
+            self.mission.tree is not None and message.run == self.mission.tree.run
+        ):
+            self.pace.note(message.time_ns, wall_s)
+
+    def with_names(self, text: str) -> str:
+        """Give a text the names of nodes for their paths, such as ``'0.1'``; a path says which."""
+        nodes = self.mission.tree.nodes if self.mission.tree else ()
+        names = Counter(node.name for node in nodes)
+        for node in nodes:
+            where = f" ({node.path})" if names[node.name] > 1 else ""
+            text = text.replace(f"'{node.path}'", f"'{node.name}'{where}")
+        return text
+
+    def toggled_breakpoint(self, index: int) -> ControlRequest | None:
+        """The wish to set a breakpoint at a node, or to remove the one that is set."""
+        tree = self.mission.tree
+        if tree is None or not 0 <= index < len(tree.nodes):
+            return None
+        node = tree.nodes[index]
+        for name in (node.path, node.name):
+            if name in self.mission.breakpoints:
+                return ControlRequest(Verb.UNBREAK, name)
+        return ControlRequest(Verb.BREAK, node.path)
+
+
+def possible_verbs(status: str) -> tuple[Verb, ...]:
+    """What may be asked of a mission whose state is this word."""
+    if not status or status in FINAL:
+        return ()
+    if status == "paused":
+        return (Verb.RESUME, Verb.STEP, Verb.STOP, Verb.BREAK)
+    return (Verb.PAUSE, Verb.PAUSE_KEEPING_GOALS, Verb.STOP, Verb.BREAK)
+
+
+def targets(mission: MissionState) -> tuple[tuple[float, float], ...]:
+    """The places of the newest goal that names any, as long as the mission runs."""
+    if mission.status in FINAL:
+        return ()
+    with_places = [goal for goal in mission.goals.values() if goal.targets]
+    are_open = [goal for goal in with_places if goal.state in OPEN]
+    chosen = are_open or with_places
+    return chosen[-1].targets if chosen else ()

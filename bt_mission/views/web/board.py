@@ -1,0 +1,178 @@
+"""All that pages are told of a mission, and at which revision each part of it last changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from bt_mission.core.stamps import NS
+from bt_mission.core.text import escape_control
+from bt_mission.events.events import GoalChanged, MissionStarted
+from bt_mission.events.messages import Map
+from bt_mission.events.mission_state import MissionState
+from bt_mission.events.watched_mission import targets
+from bt_mission.views.web import encoding
+from bt_mission.views.web.log_lines import LogLines
+from bt_mission.views.web.revisions import RevisedValues
+
+SERIES_VALUES = 2_000
+"""Values of a variable that are kept against time; beyond it every second one is dropped."""
+
+Series = list[tuple[float, float]]
+"""Values of a variable with their times, s since the mission's start."""
+
+
+class Board:
+    """What pages are told. Fill it with ``show``; a page asks what is new :meth:`since` a revision.
+
+    The revision grows with every change and is never reset, so a page that has lost its
+    connection begins at 0 and is then as complete as any other.
+    """
+
+    def __init__(self) -> None:
+        self.revision = 1
+        self._parts: RevisedValues[str] = RevisedValues()
+        self._nodes: RevisedValues[int] = RevisedValues()
+        self._goals: RevisedValues[str] = RevisedValues()
+        self._variables: RevisedValues[str] = RevisedValues()
+        self._robot: RevisedValues[str] = RevisedValues()
+        self._log = LogLines()
+        self._tree: MissionStarted | None = None
+        self._told_tree: dict[str, Any] | None = None
+        self._tree_revision = self._values_revision = 1
+        self._seen_goals: dict[str, GoalChanged] = {}
+        self._seen_variables: dict[str, str] = {}
+        self._map: Map | None = None
+        self._series: dict[str, Series] = {}
+        self._has_series = False
+
+    # ---- what is shown --------------------------------------------------------------------
+
+    def put(self, name: str, value: Any) -> None:
+        """Show a part that is told as a whole: anything that JSON can hold."""
+        self._advance(self._parts.put(name, encoding.shown(value), self._next))
+
+    def show(self, mission: MissionState, touched: Iterable[int] | None) -> None:
+        """Show a mission as it is now.
+
+        Args:
+            touched: Indices of the nodes that may have changed; None where all may have.
+        """
+        if mission.tree is not self._tree:
+            self._begin(mission.tree)
+            touched = None
+        at, count, has_changed = self._next, len(mission.statuses), False
+        for index in range(count) if touched is None else touched:
+            if index < count:
+                has_changed |= self._nodes.put(index, encoding.node(mission, index), at)
+        self._advance(has_changed)
+        self._show_values(mission)
+        start_ns = mission.tree.time_ns if mission.tree else 0
+        self._advance(self._log.show(mission.log, start_ns, self._next))
+        self.put("requirements", [encoding.requirement(one) for one in mission.requirements])
+
+    def show_robot(self, mission: MissionState) -> None:
+        """Show the robot and its map, for pages that have the map open."""
+        at, robot = self._next, mission.robot
+        has_changed = self._robot.put("targets", encoding.shown(targets(mission)), at)
+        for name, value in encoding.robot_parts(robot).items():
+            has_changed |= self._robot.put(name, value, at)
+        if robot.map is not self._map:
+            self._map = robot.map
+            has_changed |= self._robot.put("grid", encoding.grid(robot.map), at)
+        self._advance(has_changed)
+
+    def set_series(self, series: Mapping[str, Series]) -> None:
+        """Take the values of all variables against time, where they are known beforehand."""
+        self._has_series = True
+        self._series = {escape_control(name): thinned(values) for name, values in series.items()}
+
+    def series(self, name: str) -> Series:
+        """The values that a variable has had."""
+        return self._series.get(name, [])
+
+    # ---- what a page is told --------------------------------------------------------------
+
+    def since(self, revision: int) -> dict[str, Any]:
+        """What has changed after a revision; empty where nothing has."""
+        told: dict[str, Any] = self._parts.since(revision) | self._log.since(revision)
+        if self._tree_revision > revision:
+            told["tree"] = self._told_tree
+        if self._values_revision > revision:
+            told["values_are_new"] = True
+        if nodes := self._nodes.since(revision):
+            told["nodes"] = list(nodes.values())
+        if goals := self._goals.since(revision):
+            told["goals"] = list(goals.values())
+        if variables := self._variables.since(revision):
+            told["variables"] = list(variables.items())
+        return told
+
+    def robot_since(self, revision: int) -> dict[str, Any]:
+        """As :meth:`since`, of the robot and its map."""
+        return self._robot.since(revision)
+
+    # ---- inside ---------------------------------------------------------------------------
+
+    @property
+    def _next(self) -> int:
+        return self.revision + 1
+
+    def _advance(self, has_changed: bool) -> None:  # noqa: FBT001 - what a method has answered
+        self.revision += has_changed
+
+    def _begin(self, tree: MissionStarted | None) -> None:
+        self._tree, self._tree_revision = tree, self._next
+        self._told_tree = None if tree is None else encoding.tree(tree)
+        self._nodes.clear()
+        if not self._has_series:
+            self._series.clear()
+        self._forget_values()
+        self.revision += 1
+
+    def _forget_values(self) -> None:
+        self._values_revision = self._next
+        for kept in (self._goals, self._variables):
+            kept.clear()
+        self._seen_goals, self._seen_variables = {}, {}
+
+    def _show_values(self, mission: MissionState) -> None:
+        """Show goals and variables; where some have gone, as in a replay, all of them anew."""
+        if len(mission.goals) < len(self._seen_goals) or len(mission.variables) < len(
+            self._seen_variables
+        ):
+            self._forget_values()
+            self.revision += 1
+        start_ns = mission.tree.time_ns if mission.tree else 0
+        has_changed, at = False, self._next
+        for goal in mission.goals.values():
+            if self._seen_goals.get(goal.id) is not goal:
+                self._seen_goals[goal.id] = goal
+                has_changed |= self._goals.put(
+                    escape_control(goal.id), encoding.goal(goal, start_ns), at
+                )
+        for name, value in mission.variables.items():
+            if self._seen_variables.get(name) != value:
+                self._seen_variables[name] = value
+                has_changed |= self._variables.put(escape_control(name), escape_control(value), at)
+                if not self._has_series:
+                    self._sample(mission, name, value)
+        self._advance(has_changed)
+
+    def _sample(self, mission: MissionState, name: str, value: str) -> None:
+        try:
+            number = float(value)
+        except ValueError:
+            return
+        values = self._series.setdefault(escape_control(name), [])
+        time_s = mission.elapsed_ns / NS
+        if not values or time_s > values[-1][0]:
+            values.append((time_s, number))
+        self._series[escape_control(name)] = thinned(values)
+
+
+def thinned(values: Series) -> Series:
+    """Every second value as often as is needed for no more than :data:`SERIES_VALUES`."""
+    while len(values) > SERIES_VALUES:
+        values = values[::2]
+    return values

@@ -1,0 +1,160 @@
+"""A mission's state as JSON for the page: numbers are finite, times are seconds since its start.
+
+Every text is escaped as for a terminal, so that none can hide or turn round what stands beside it;
+that it is no markup is the page's part, which writes text as text only.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from py_trees.common import Status
+
+from bt_mission.core.stamps import NS
+from bt_mission.core.text import escape_control
+from bt_mission.events.events import GoalChanged, MissionStarted, RequirementChanged
+from bt_mission.events.log import LogEntry
+from bt_mission.events.messages import Map
+from bt_mission.events.mission_state import MissionState
+from bt_mission.events.robot_state import RobotState
+
+STATUS_CODES = {Status.INVALID: 0, Status.RUNNING: 1, Status.SUCCESS: 2, Status.FAILURE: 3}
+
+OCCUPIED = 50
+"""Cells of a map from this value on, of 100, are walls."""
+
+MOST_TRAIL_POINTS = 1_000
+
+
+def shown(value: Any) -> Any:
+    """Return a value with all texts in it escaped and all numbers finite, or None."""
+    match value:
+        case str():
+            return escape_control(value)
+        case float():
+            return value if math.isfinite(value) else None
+        case dict():
+            return {shown(key): shown(one) for key, one in value.items()}
+        case list() | tuple():
+            return [shown(one) for one in value]
+    return value
+
+
+def tree(started: MissionStarted) -> dict[str, Any]:
+    """Return a tree: of each node its name, class and parent's index."""
+    nodes = [(one.name, one.kind, one.parent, one.path) for one in started.nodes]
+    told = {"run": started.run, "mission": started.mission, "nodes": nodes}
+    return {**shown(told), "start": started.time_ns / NS}
+
+
+def node(mission: MissionState, index: int) -> list[Any]:
+    """Return how a node stands: status, message, since when, how long it ran, and its progress."""
+    assert mission.tree is not None, "nodes are those of a tree"
+    since_ns, ran_ns = mission.since_ns[index], mission.ran_ns[index]
+    progress = mission.progress.get(index) if index in mission.running else None
+    return [
+        index,
+        STATUS_CODES[mission.statuses[index]],
+        escape_control(mission.messages[index]),
+        None if since_ns is None else (since_ns - mission.tree.time_ns) / NS,
+        None if ran_ns is None else ran_ns / NS,
+        None
+        if progress is None or not progress.limit
+        else shown([progress.label, progress.value, progress.limit]),
+    ]
+
+
+def node_details(mission: MissionState, index: int) -> dict[str, Any] | None:
+    """Return what a node is asked to do, and how it has ended; None where there is no such node."""
+    if mission.tree is None or not 0 <= index < len(mission.tree.nodes):
+        return None
+    start_ns = mission.tree.time_ns
+    ends = [
+        [
+            STATUS_CODES[end.status],
+            None if end.time_ns is None else (end.time_ns - start_ns) / NS,
+            None if end.ran_ns is None else end.ran_ns / NS,
+            end.message,
+        ]
+        for end in reversed(mission.ends[index])
+    ]
+    told: dict[str, Any] = shown(
+        {"index": index, "asked": mission.details(index), "ends": ends},
+    )
+    return told
+
+
+def goal(one: GoalChanged, start_ns: int) -> list[Any]:
+    """Return a goal: its id, action, owner, state, when it was sent, and when it last changed."""
+    sent_s, changed_s = (one.sent_ns - start_ns) / NS, (one.changed_ns - start_ns) / NS
+    told: list[Any] = shown([one.id, one.action, one.owner, one.state, sent_s, changed_s])
+    return told
+
+
+def requirement(one: RequirementChanged) -> dict[str, Any]:
+    """Return what a requirement has come to."""
+    told: dict[str, Any] = shown(
+        {
+            "name": one.name,
+            "requirement": one.requirement,
+            "verdict": one.verdict,
+            "margin": one.margin,
+            "unit": one.unit,
+            "at": one.at,
+            "why": "; ".join(filter(None, (one.why, *one.sources))),
+        }
+    )
+    return told
+
+
+def log_entry(entry: LogEntry, start_ns: int) -> list[Any]:
+    """Return a line of the log: its time, status, name and text."""
+    status = None if entry.status is None else STATUS_CODES[entry.status]
+    told: list[Any] = shown([(entry.time_ns - start_ns) / NS, status, entry.name, entry.text])
+    return told
+
+
+def robot_parts(robot: RobotState) -> dict[str, Any]:
+    """Return where the robot is, what its lidar sees, and its way so far; on the map, m and rad."""
+    pose = robot.pose
+    step = max(len(robot.trail) // MOST_TRAIL_POINTS, 1)
+    return {
+        "pose": None if pose is None else shown([pose.x, pose.y, pose.yaw]),
+        "frame": escape_control(robot.frame),
+        "scan": _places(robot.scan_points()),
+        "trail": _places(list(robot.trail)[::step]),
+    }
+
+
+def _places(points: Sequence[tuple[float, float]]) -> list[list[float]]:
+    """Places to the centimetre; those of a recording are numbers of NumPy's."""
+    return [[round(float(x), 2), round(float(y), 2)] for x, y in points]
+
+
+def grid(known: Map | None) -> dict[str, Any] | None:
+    """Return a map, its cells row by row in runs: a kind (0 free, 1 unknown, 2 wall) and a length.
+
+    None where it is not known, or its size and its cells disagree.
+    """
+    if known is None:
+        return None
+    cells = np.frombuffer(known.cells, np.int8)
+    if not len(cells) or len(cells) != known.width * known.height:
+        return None
+    kinds = np.where(cells < 0, 1, np.where(cells >= OCCUPIED, 2, 0))
+    starts = [0, *(np.flatnonzero(np.diff(kinds)) + 1).tolist(), len(kinds)]
+    runs = [[int(kinds[first]), after - first] for first, after in pairwise(starts)]
+    told: dict[str, Any] = shown(
+        {
+            "width": known.width,
+            "height": known.height,
+            "resolution": known.resolution,
+            "origin": [known.x, known.y, known.yaw],
+            "runs": runs,
+        }
+    )
+    return told

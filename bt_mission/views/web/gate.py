@@ -1,0 +1,128 @@
+"""Who may have the page: whoever has the link, from a browser that means this server.
+
+The token keeps other users of the machine out. Any page of the web can have a visitor's browser
+talk to this machine, so the addresses that the browser names are checked, too: ``Host`` against
+names that were made to point here (DNS rebinding), ``Origin`` against pages of others.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+import secrets
+from collections.abc import Awaitable, Callable, MutableMapping
+from typing import Any
+from urllib.parse import urlsplit
+
+Scope = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
+Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
+App = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+OLD_LINK = (
+    "This link is wrong, or of an earlier start: open the one that the command has printed.\n"
+)
+
+AUTHORITY = re.compile(r"[A-Za-z0-9.\-\[\]:]+")
+"""An address or a name with a port, and nothing that would be more in a header."""
+
+HEADERS = {
+    "cache-control": "no-store",
+    "content-security-policy": "default-src 'none'; script-src 'self'; style-src 'self'; "
+    "img-src 'self'; connect-src 'self' {socket}; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "referrer-policy": "no-referrer",
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+}
+
+
+class Gate:
+    """Passes on to an application what has the token, and names this server.
+
+    Args:
+        app: Sees paths without the token.
+        token: The first part of each path.
+        host: Where the server listens; a name by which it may be called.
+    """
+
+    def __init__(self, app: App, token: str, host: str) -> None:
+        self._app = app
+        self._token = token
+        self._host = host
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or have the application do so."""
+        why = self._refusal(scope)
+        if why:
+            await _refuse(scope, send, why)
+            return
+        path = scope["path"].removeprefix(f"/{self._token}")
+        named = _header(scope, "host")
+
+        async def send_guarded(message: MutableMapping[str, Any]) -> None:
+            if message["type"] == "http.response.start":
+                more = [
+                    (name.encode(), value.format(socket=f"ws://{named}").encode())
+                    for name, value in HEADERS.items()
+                ]
+                message = {**message, "headers": [*message.get("headers", ()), *more]}
+            await send(message)
+
+        await self._app({**scope, "path": path, "raw_path": path.encode()}, receive, send_guarded)
+
+    def _refusal(self, scope: Scope) -> str:
+        """Why a request is refused; empty where it is not."""
+        named = _header(scope, "host")
+        if not self._is_ours(named):
+            return "This server is called by its address or as localhost only.\n"
+        given = scope["path"].split("/")[1]
+        if not secrets.compare_digest(given.encode(), self._token.encode()):
+            return OLD_LINK
+        origin = _header(scope, "origin")
+        if origin != f"http://{named}" and (origin or scope["type"] == "websocket"):
+            return "Pages of other servers have nothing to say here.\n"
+        return ""
+
+    def _is_ours(self, named: str) -> bool:
+        """Is this how a browser calls this server? An address cannot be made to point elsewhere."""
+        if not AUTHORITY.fullmatch(named):
+            return False
+        try:
+            host = urlsplit(f"//{named}").hostname or ""
+        except ValueError:
+            return False
+        if host in ("localhost", self._host):
+            return True
+        try:
+            address = ipaddress.ip_address(host)
+        except ValueError:
+            return False
+        return address.is_loopback or not is_loopback(self._host)
+
+
+def is_loopback(host: str) -> bool:
+    """Is this an address, or a name, that other machines do not reach?"""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _header(scope: Scope, name: str) -> str:
+    values = [value for key, value in scope["headers"] if key == name.encode()]
+    return values[0].decode("latin-1") if len(values) == 1 else ""
+
+
+async def _refuse(scope: Scope, send: Send, why: str) -> None:
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.close", "code": 1008, "reason": why.strip()})
+        return
+    headers = [(b"content-type", b"text/plain; charset=utf-8")]
+    headers += [
+        (name.encode(), value.encode()) for name, value in HEADERS.items() if "{" not in value
+    ]
+    await send({"type": "http.response.start", "status": 403, "headers": headers})
+    await send({"type": "http.response.body", "body": why.encode()})

@@ -1,0 +1,166 @@
+"""A mission that runs, for pages: who is watched, what comes, and what is wanted of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.events import messages
+from bt_mission.events.events import MissionStarted
+from bt_mission.events.mission_state import MissionState
+from bt_mission.events.source import Attachment, ControlRequest, Graph, Verb
+from bt_mission.events.watched_mission import WatchedMission, possible_verbs
+from bt_mission.views.web.board import Board
+from bt_mission.views.web.page_requests import PageRequest
+from bt_mission.views.web.pictures import jpeg_of
+from bt_mission.views.web.shown_mission import Notices, OpenPanels, put_state
+
+CHECK_S = 1.0
+"""Wall time between two looks at who is there, once somebody is watched."""
+
+PICTURE_S = 0.15
+"""Wall time between two pictures of the camera."""
+
+VERBS = {
+    "pause": Verb.PAUSE,
+    "pause_keeping_goals": Verb.PAUSE_KEEPING_GOALS,
+    "resume": Verb.RESUME,
+    "step": Verb.STEP,
+    "stop": Verb.STOP,
+}
+WORDS = {verb: word for word, verb in VERBS.items()} | {Verb.BREAK: "breakpoint"}
+
+
+class LiveMission:
+    """Watches an executive of a graph.
+
+    Args:
+        graph: Where executives are found.
+        name: Of the executive to watch; None takes the only one, or has a page choose.
+        refusal: Why nothing can be asked of it any more; empty as long as it can.
+    """
+
+    def __init__(
+        self, graph: Graph, name: str | None = None, refusal: Callable[[], str] = lambda: ""
+    ) -> None:
+        self.board = Board()
+        self.picture: tuple[int, bytes] | None = None
+        self.nobody_s = 0.0
+        """Wall time for which nobody was there, s, as long as nobody has been watched yet."""
+        self._graph = graph
+        self._attachment = Attachment(graph, name)
+        self._refusal = refusal
+        self._watched = WatchedMission()
+        self._notices = Notices(self.board)
+        self._wall, self._since_check = Stopwatch(), Stopwatch()
+        self._since_picture = Stopwatch()
+        self._hint = ""
+        self._is_choice = False
+
+    @property
+    def mission(self) -> MissionState:
+        """Its state now."""
+        return self._watched.mission
+
+    def attach(self, name: str) -> None:
+        """Watch this executive from now on."""
+        self._watched = WatchedMission()
+        self._attachment.attach(name)
+
+    def look(self, panels: OpenPanels) -> None:
+        """Take what has come, and put it on the board."""
+        self._graph.serve()
+        self._look_round()
+        source, watched = self._attachment.source, self._watched
+        touched: Iterable[int] | None = ()
+        if source is not None:
+            source.watch_camera(is_on=panels.camera)
+            heard = source.take(needs_statuses=watched.mission.needs_statuses)
+            watched.take(heard, self._wall.elapsed_s)
+            for answer in heard.answers:
+                self._notices.say(watched.with_names(answer.text))
+            touched = touched_by(heard.messages)
+            self._show_image(heard.image)
+        self.board.show(watched.mission, touched)
+        if panels.map:
+            self.board.show_robot(watched.mission)
+        self._put_state()
+
+    def perform(self, request: PageRequest) -> None:
+        """Pass a wish on to the executive; its answer comes later, as a notice."""
+        source = self._attachment.source
+        if request.do == "attach":
+            if request.name in (one.name for one in self._graph.find()):
+                self.attach(request.name)
+            else:
+                self._notices.say(f"{request.name} is not there any more")
+            return
+        if refusal := self._refusal():
+            self._notices.say(refusal)
+        elif source is None:
+            self._notices.say("nobody is watched yet")
+        elif request.do == "breakpoint":
+            if (wish := self._watched.toggled_breakpoint(request.node)) is not None:
+                source.send(wish)
+        elif request.do in VERBS:
+            source.send(ControlRequest(VERBS[request.do]))
+        else:
+            self._notices.say("only a recording can be moved in")
+
+    def _show_image(self, image: messages.CameraImage | None) -> None:
+        """Keep a picture for the pages, a few times a second at most."""
+        if image is None or self._since_picture.elapsed_s < PICTURE_S:
+            return
+        self._since_picture = Stopwatch()
+        found = jpeg_of(image)
+        if found is not None:
+            self.picture = (self.picture[0] + 1 if self.picture else 1, found)
+
+    # ---- inside ---------------------------------------------------------------------------
+
+    def _look_round(self) -> None:
+        """Look at who is there: always while nobody is watched, and now and then after that."""
+        if self._attachment.source is not None and self._since_check.elapsed_s < CHECK_S:
+            return
+        self._since_check = Stopwatch()
+        news = self._attachment.look()
+        self._is_choice = news.is_choice
+        if news.is_new:
+            self._watched = WatchedMission()
+        self._hint = news.text if news.is_nobody else ""
+        if news.text and not news.is_nobody:
+            self._notices.say(news.text)
+        self.nobody_s = self._wall.elapsed_s if news.is_nobody else 0.0
+
+    def _put_state(self) -> None:
+        source, mission = self._attachment.source, self.mission
+        can: list[str] = []
+        if source is not None and source.is_there and not source.limits and not self._refusal():
+            can = [WORDS[verb] for verb in possible_verbs(mission.status)]
+        factor = self._watched.pace.factor
+        put_state(
+            self.board,
+            mission,
+            source=source.name if source else "",
+            is_there=source is not None and source.is_there,
+            limits=source.limits if source else "",
+            can=can,
+        )
+        self.board.put("factor", None if factor is None else round(factor, 1))
+        self.board.put("hint", self._hint)
+        choices = [(one.name, one.fault) for one in self._graph.find()] if self._is_choice else []
+        self.board.put("choices", choices)
+
+
+def touched_by(told: Iterable[messages.Told]) -> set[int] | None:
+    """The nodes that messages are about; None where that may be all of them."""
+    touched: set[int] = set()
+    for message in told:
+        match message:
+            case messages.Changes():
+                touched.update(one.node for one in message.changes)
+            case messages.DetailsUpdate():
+                touched.update(one.node for one in message.running)
+            case messages.Statuses() | MissionStarted():
+                return None
+    return touched

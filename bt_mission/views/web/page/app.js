@@ -1,0 +1,232 @@
+// Puts the page together: what comes is kept at once and drawn once a frame.
+
+import { Connection } from "./connection.js";
+import { CameraView } from "./camera.js";
+import { drawChart } from "./chart.js";
+import { MapView } from "./map.js";
+import { LogPanel, drawGoals, drawNode, drawRequirements, drawVariables } from "./panels.js";
+import { Store } from "./store.js";
+import { Timeline } from "./timeline.js";
+import { Tree } from "./tree.js";
+import { byId, element, seconds } from "./words.js";
+
+const ARMED_MS = 5000;
+const TICK_MS = 200; // between two drawings of times that only go on
+const NOTICE_MS = 8000;
+const STATE_STYLES = { running: "running", ending: "running", success: "success", failure: "failure", interrupted: "failure", paused: "paused" };
+const REPLAY_KEYS = { p: "play", r: "reverse", s: "change-on", S: "change-back", "+": "faster", "-": "slower" };
+const LIVE_KEYS = { p: "pause", P: "pause_keeping_goals", r: "resume", s: "step", x: "stop", b: "breakpoint" };
+
+const store = new Store();
+let charted = null;
+let isDue = false;
+let ticked = 0;
+let tickTimer = 0;
+let drawnStops = "";
+let noticeTimer = 0;
+let armedTimer = 0;
+
+const connection = new Connection(take, onConnection, onOpen, (blob) => camera.show(blob));
+const ask = (request) => connection.send(request);
+const tree = new Tree(store, (index) => {
+  ask({ do: "select", node: index });
+  store.fresh.add("node");
+  drawSoon();
+});
+const map = new MapView(store, (isOn) => ask({ do: "map", is_on: isOn }));
+const camera = new CameraView((isOn) => ask({ do: "camera", is_on: isOn }));
+const log = new LogPanel(store);
+const timeline = new Timeline(store, (at) => ask({ do: "go", number: at }), () => {
+  tree.draw(true);
+  ["node", "past", "variables"].forEach((name) => store.fresh.add(name));
+  drawSoon();
+});
+
+function take(told) {
+  store.take(told);
+  if (told.refusal) say(told.refusal);
+  if (told.notice) {
+    const [count, text] = told.notice;
+    if (count !== store.toldNotice && text) say(text);
+    store.toldNotice = count;
+  }
+  drawSoon();
+}
+
+function onConnection(text, isLost) {
+  const box = byId("connection");
+  box.textContent = text;
+  box.classList.toggle("is-lost", isLost);
+}
+
+function onOpen() {
+  if (store.tree) ask({ do: "select", node: tree.selected });
+  if (map.isOpen) ask({ do: "map", is_on: true });
+  if (camera.isOpen) ask({ do: "camera", is_on: true });
+  if (charted !== null) ask({ do: "series", name: charted });
+}
+
+function say(text) {
+  byId("notice").textContent = text;
+  clearTimeout(noticeTimer);
+  noticeTimer = setTimeout(() => { byId("notice").textContent = ""; }, NOTICE_MS);
+}
+
+// ---- drawing -------------------------------------------------------------------------------
+
+function drawSoon() {
+  if (isDue) return;
+  isDue = true;
+  requestAnimationFrame(draw);
+}
+
+function draw() {
+  isDue = false;
+  const fresh = new Set(store.fresh);
+  store.fresh.clear();
+  const isTick = fresh.has("tick") || (fresh.has("clock") && performance.now() - ticked >= TICK_MS);
+  if (isTick) {
+    ticked = performance.now();
+    fresh.add("tick");
+    clearTimeout(tickTimer);
+  } else if (fresh.has("clock")) {
+    clearTimeout(tickTimer);
+    tickTimer = setTimeout(() => { store.fresh.add("tick"); drawSoon(); }, TICK_MS);
+  }
+  const has = (...names) => names.some((name) => fresh.has(name));
+  if (has("tree") && store.isNewTree) { store.isNewTree = false; tree.begin(); }
+  if (has("state", "tick", "factor", "hint", "choices", "is_read_only", "replay")) drawState();
+  if (has("state")) tree.goAlong();
+  if (store.past === null) {
+    if (isTick) tree.tick();
+    const stops = String(store.state.breakpoints);
+    tree.draw(has("tree") || stops !== drawnStops);
+    drawnStops = stops;
+  }
+  store.touched.clear();
+  if (has("tree", "nodes", "node", "goals", "tick")) drawNode(store, tree.selected);
+  if (has("log", "log_is_new", "past")) log.draw(has("log_is_new", "past"));
+  if (has("goals", "values_are_new", "tick", "tree")) drawGoals(store);
+  if (has("requirements", "tree")) drawRequirements(store);
+  if (has("variables", "values_are_new", "tree")) drawVariables(store, charted, chart);
+  if (has("variables", "series", "replay", "tick", "past")) drawChart(store, charted);
+  if (fresh.has("robot")) {
+    if ("grid" in store.robot && store.robot.grid !== map.grid) { map.grid = store.robot.grid; map.takeGrid(); }
+    map.draw();
+  }
+  if (has("tick", "replay", "marks", "tree")) timeline.draw();
+  document.documentElement.dataset.drawn = Number(document.documentElement.dataset.drawn ?? 0) + 1;
+}
+
+function drawState() {
+  const { state, parts, replay } = store;
+  byId("mission").textContent = state.mission || "no mission";
+  document.title = `${state.mission || "no mission"} ${state.status ?? ""} · bt-mission`;
+  const status = byId("status");
+  status.textContent = state.status ?? "";
+  status.className = `pill ${STATE_STYLES[state.status] ?? "idle"}`;
+  const violated = (parts.requirements ?? []).filter((one) => one.verdict === "violated").length;
+  byId("figures").textContent = [
+    store.tree ? seconds(parts.clock?.elapsed) : "",
+    parts.factor && !isOver(state.status) ? `${parts.factor.toFixed(1)} x` : "",
+    state.charge === null || state.charge === undefined ? "" : `battery ${state.charge.toFixed(0)} %`,
+    violated ? `${violated} of ${parts.requirements.length} requirements violated` : "",
+    replay ? `recording ${state.source}` : state.is_there === false && state.source ? `${state.source} is not there` : "",
+    replay?.missing ? `lacks ${replay.missing}` : "",
+  ].filter(Boolean).join("   ");
+  byId("reason").textContent = state.reason || state.limits || "";
+  byId("live-controls").hidden = Boolean(replay) || Boolean(parts.is_read_only);
+  byId("replay-controls").hidden = !replay || Boolean(parts.is_read_only);
+  for (const name of Object.values(LIVE_KEYS)) byId(name).disabled = !(state.can ?? []).includes(name);
+  if (replay) byId("play").textContent = replay.is_playing ? "Pause" : "Play";
+  byId("time").disabled = Boolean(replay) && Boolean(parts.is_read_only);
+  byId("camera-panel").hidden = Boolean(replay);
+  byId("hint").textContent = store.tree ? "" : (parts.hint ?? "");
+  byId("hint").hidden = !byId("hint").textContent;
+  const choices = parts.choices ?? [];
+  byId("choices").hidden = !choices.length;
+  byId("choice-list").replaceChildren(...choices.map(([name, fault]) => {
+    const button = element("button", "", fault ? `${name} (${fault})` : name);
+    button.type = "button";
+    button.addEventListener("click", () => ask({ do: "attach", name }));
+    return element("li", "", button);
+  }));
+}
+
+const isOver = (status) => ["success", "failure", "interrupted"].includes(status);
+
+function chart(name) {
+  charted = charted === name ? null : name;
+  if (charted !== null) ask({ do: "series", name });
+  store.fresh.add("variables");
+  drawSoon();
+}
+
+// ---- what the user wants ---------------------------------------------------------------------
+
+function press(name) {
+  const button = byId(name);
+  if (!button.disabled && !button.closest("[hidden]")) button.click();
+}
+
+for (const name of ["pause", "pause_keeping_goals", "resume", "step"]) {
+  byId(name).addEventListener("click", () => ask({ do: name }));
+}
+byId("breakpoint").addEventListener("click", () => ask({ do: "breakpoint", node: tree.selected }));
+byId("stop").addEventListener("click", () => {
+  const button = byId("stop");
+  if (button.classList.contains("armed")) {
+    disarm();
+    ask({ do: "stop" });
+    return;
+  }
+  button.classList.add("armed");
+  button.textContent = "Stop: press again";
+  say("Stop again stops the mission; anything else does not");
+  armedTimer = setTimeout(disarm, ARMED_MS);
+});
+
+function disarm() {
+  clearTimeout(armedTimer);
+  byId("stop").classList.remove("armed");
+  byId("stop").textContent = "Stop";
+}
+
+document.addEventListener("click", (event) => {
+  if (event.target !== byId("stop")) disarm();
+});
+const replayActs = {
+  play: { do: "play" }, reverse: { do: "reverse" },
+  faster: { do: "speed", number: 2 }, slower: { do: "speed", number: 0.5 },
+  "change-on": { do: "change", number: 1 }, "change-back": { do: "change", number: -1 },
+};
+for (const [name, request] of Object.entries(replayActs)) byId(name).addEventListener("click", () => ask(request));
+for (const [name, steps] of [["start-on", 1], ["start-back", -1]]) {
+  byId(name).addEventListener("click", () => {
+    byId("follow").checked = false;
+    ask({ do: "start", node: tree.selected, number: steps });
+  });
+}
+
+document.addEventListener("keydown", (event) => {
+  if (event.target instanceof HTMLInputElement || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.key !== "x") disarm();
+  const names = store.replay ? REPLAY_KEYS : LIVE_KEYS;
+  if (event.key in names) press(names[event.key]);
+  else if (event.key === "/") { event.preventDefault(); byId("search").focus(); }
+  else if (event.key === "n" || event.key === "N") tree.search(byId("search").value, tree.selected, event.key === "n" ? 1 : -1);
+  else if (event.key === "f") byId("follow").click();
+});
+
+// ---- light and dark --------------------------------------------------------------------------
+
+const prefersDark = matchMedia("(prefers-color-scheme: dark)");
+function setTheme(theme) {
+  document.documentElement.dataset.theme = theme;
+  map.takeGrid();
+  map.draw();
+  timeline.drawMarks();
+}
+prefersDark.addEventListener("change", () => setTheme(prefersDark.matches ? "dark" : "light"));
+byId("theme").addEventListener("click", () => setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
+setTheme(prefersDark.matches ? "dark" : "light");

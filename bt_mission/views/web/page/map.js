@@ -1,0 +1,155 @@
+// The map: walls, the robot and its way, what its lidar sees, where it is sent.
+
+import { byId } from "./words.js";
+
+const MARGIN = 0.3;
+const LEAST = 3;
+const ROBOT = 0.18;
+
+export class MapView {
+  // ask(isOpen): called when the panel is opened or closed.
+  constructor(store, ask) {
+    this.store = store;
+    this.canvas = byId("map");
+    this.toggle = byId("map-toggle");
+    this.walls = null;
+    this.isOpen = false;
+    this.toggle.addEventListener("click", () => {
+      this.isOpen = !this.isOpen;
+      this.toggle.setAttribute("aria-expanded", this.isOpen);
+      this.canvas.hidden = !this.isOpen;
+      ask(this.isOpen);
+      this.draw();
+    });
+    new ResizeObserver(() => this.draw()).observe(this.canvas);
+  }
+
+  // The map as a picture, a pixel for each cell.
+  takeGrid() {
+    const grid = this.store.robot.grid;
+    this.walls = null;
+    if (!grid) return;
+    const picture = new OffscreenCanvas(grid.width, grid.height);
+    const context = picture.getContext("2d");
+    const image = context.createImageData(grid.width, grid.height);
+    const style = getComputedStyle(document.documentElement);
+    const colours = [[0, 0, 0, 0], rgba(style.getPropertyValue("--unknown")), rgba(style.getPropertyValue("--wall"))];
+    let cell = 0;
+    const known = { left: Infinity, right: -Infinity, low: Infinity, high: -Infinity };
+    for (const [kind, count] of grid.runs) {
+      for (let end = cell + count; cell < end; cell++) {
+        const [column, row] = [cell % grid.width, Math.floor(cell / grid.width)];
+        image.data.set(colours[kind], 4 * ((grid.height - 1 - row) * grid.width + column));
+        if (kind === 1) continue;
+        known.left = Math.min(known.left, column);
+        known.right = Math.max(known.right, column + 1);
+        known.low = Math.min(known.low, row);
+        known.high = Math.max(known.high, row + 1);
+      }
+    }
+    context.putImageData(image, 0, 0);
+    this.walls = picture;
+    this.known = known.left < Infinity ? known : null;
+  }
+
+  places() {
+    const { robot } = this.store;
+    const places = [...(robot.trail ?? []), ...(robot.targets ?? [])];
+    if (this.walls && this.known) {
+      const { left, right, low, high } = this.known;
+      for (const [column, row] of [[left, low], [left, high], [right, low], [right, high]]) places.push(this.place(column, row));
+    } else places.push(...(robot.scan ?? []));
+    if (robot.pose) places.push(robot.pose);
+    return places.filter(([x, y]) => Number.isFinite(x) && Number.isFinite(y));
+  }
+
+  place(column, row) {
+    const { resolution, origin: [x, y, yaw] } = this.store.robot.grid;
+    const [across, along] = [column * resolution, row * resolution];
+    return [x + Math.cos(yaw) * across - Math.sin(yaw) * along, y + Math.sin(yaw) * across + Math.cos(yaw) * along];
+  }
+
+  draw() {
+    if (!this.isOpen) return;
+    const { canvas, store: { robot } } = this;
+    const ratio = window.devicePixelRatio || 1;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    if (!width || !height) return;
+    if (canvas.width !== Math.round(width * ratio)) canvas.width = Math.round(width * ratio);
+    if (canvas.height !== Math.round(height * ratio)) canvas.height = Math.round(height * ratio);
+    const context = canvas.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    const frame = robot.frame && robot.frame !== "map" ? ` in ${robot.frame}` : "";
+    const where = robot.pose ? `Map: x ${robot.pose[0].toFixed(2)}  y ${robot.pose[1].toFixed(2)} m${frame}` : "Map";
+    byId("map-title").textContent = where;
+    const places = this.places();
+    if (!places.length) return;
+    const xs = places.map((one) => one[0]);
+    const ys = places.map((one) => one[1]);
+    const least = (all) => all.reduce((one, other) => Math.min(one, other));
+    const most = (all) => all.reduce((one, other) => Math.max(one, other));
+    const [left, right, low, high] = [least(xs), most(xs), least(ys), most(ys)];
+    const scale = Math.min(width / Math.max(right - left + 2 * MARGIN, LEAST), height / Math.max(high - low + 2 * MARGIN, LEAST));
+    const x = (at) => width / 2 + (at - (left + right) / 2) * scale;
+    const y = (at) => height / 2 - (at - (low + high) / 2) * scale;
+    const style = getComputedStyle(document.documentElement);
+    const colour = (name) => style.getPropertyValue(`--${name}`).trim();
+    if (this.walls) this.drawWalls(context, x, y, scale);
+    this.drawLine(context, [...(robot.trail ?? []), ...(robot.pose ? [robot.pose] : [])], x, y, colour("trail"));
+    context.fillStyle = colour("scan");
+    for (const [px, py] of robot.scan ?? []) context.fillRect(x(px) - 1, y(py) - 1, 2.5, 2.5);
+    (robot.targets ?? []).forEach(([px, py], number) => this.drawTarget(context, x(px), y(py), number, colour("failure")));
+    if (robot.pose) this.drawRobot(context, x, y, scale, colour("running"));
+  }
+
+  drawWalls(context, x, y, scale) {
+    const { grid } = this.store.robot;
+    const [ox, oy, yaw] = grid.origin;
+    const cell = grid.resolution * scale;
+    context.save();
+    context.translate(x(ox), y(oy));
+    context.rotate(-yaw);
+    context.imageSmoothingEnabled = false;
+    context.drawImage(this.walls, 0, -grid.height * cell, grid.width * cell, grid.height * cell);
+    context.restore();
+  }
+
+  drawLine(context, points, x, y, colour) {
+    context.beginPath();
+    points.forEach(([px, py], number) => (number ? context.lineTo(x(px), y(py)) : context.moveTo(x(px), y(py))));
+    context.strokeStyle = colour;
+    context.lineWidth = 1.5;
+    context.stroke();
+  }
+
+  drawTarget(context, x, y, number, colour) {
+    context.strokeStyle = colour;
+    context.fillStyle = colour;
+    context.beginPath();
+    context.arc(x, y, 5, 0, 2 * Math.PI);
+    context.stroke();
+    context.fillText(String(number + 1), x + 7, y + 4);
+  }
+
+  drawRobot(context, x, y, scale, colour) {
+    const [px, py, yaw] = this.store.robot.pose;
+    const size = Math.max(ROBOT * scale, 6);
+    context.save();
+    context.translate(x(px), y(py));
+    context.rotate(-yaw);
+    context.fillStyle = colour;
+    context.beginPath();
+    context.moveTo(size, 0);
+    context.lineTo(-0.8 * size, 0.7 * size);
+    context.lineTo(-0.4 * size, 0);
+    context.lineTo(-0.8 * size, -0.7 * size);
+    context.fill();
+    context.restore();
+  }
+}
+
+function rgba(text) {
+  const hex = text.trim().slice(1);
+  return [0, 2, 4].map((at) => parseInt(hex.slice(at, at + 2), 16)).concat(255);
+}

@@ -1,0 +1,100 @@
+"""What a page may send: one small JSON object a message, checked before anything is done."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from bt_mission.core.errors import BtMissionError
+
+LONGEST = 1_000
+"""Characters of a message."""
+
+CONTROLS: Mapping[str, str] = {
+    "pause": "",
+    "pause_keeping_goals": "",
+    "resume": "",
+    "step": "",
+    "stop": "",
+    "breakpoint": "node",
+    "attach": "name",
+    "play": "",
+    "reverse": "",
+    "speed": "number",
+    "change": "number",
+    "start": "number",
+    "go": "number",
+}
+"""What changes something for everybody who looks on, with what it takes."""
+
+QUESTIONS: Mapping[str, str] = {
+    "select": "node",
+    "map": "is_on",
+    "camera": "is_on",
+    "series": "name",
+}
+"""What a page asks for itself alone."""
+
+
+class PageRequestError(BtMissionError):
+    """What has come is no request of our page."""
+
+
+@dataclass(frozen=True)
+class PageRequest:
+    """What a page wants.
+
+    Attributes:
+        do: One of :data:`CONTROLS` or :data:`QUESTIONS`.
+        node: Index of the node it is about.
+        number: Of seconds, steps, or how many times as fast.
+    """
+
+    do: str
+    node: int = 0
+    number: float = 0.0
+    name: str = ""
+    is_on: bool = False
+
+    @property
+    def is_control(self) -> bool:
+        """Does it change something for others, too?"""
+        return self.do in CONTROLS
+
+
+def read_request(text: str) -> PageRequest:
+    """Read a message of a page.
+
+    Raises:
+        PageRequestError: For anything that our page does not send.
+    """
+    if len(text) > LONGEST:
+        raise PageRequestError(f"a message of {len(text)} characters, at most {LONGEST}")
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        raise PageRequestError("the message is no JSON") from None
+    if not isinstance(found, dict) or not isinstance(found.get("do"), str):
+        raise PageRequestError("the message is no request: expected an object with 'do'")
+    do = found.pop("do")
+    needed = {**CONTROLS, **QUESTIONS}.get(do)
+    if needed is None:
+        raise PageRequestError("the message asks for what there is not")
+    allowed = {one for one in (needed, "node") if one}
+    if not set(found) <= allowed or (needed and needed not in found):
+        raise PageRequestError(f"'{do}' takes {needed or 'nothing'}")
+    return PageRequest(do, **{key: _checked(key, value) for key, value in found.items()})
+
+
+def _checked(key: str, value: Any) -> Any:
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if key == "node" and is_number and isinstance(value, int) and 0 <= value < 1 << 31:
+        return value
+    if key == "number" and is_number and math.isfinite(value) and abs(value) < 1e9:
+        return float(value)
+    if (key == "name" and isinstance(value, str)) or (key == "is_on" and isinstance(value, bool)):
+        return value
+    raise PageRequestError(f"'{key}' is none")

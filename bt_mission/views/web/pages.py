@@ -1,0 +1,191 @@
+"""The pages that are open: each is told what is new to it as fast as it takes it, and no faster."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from typing import Any
+
+from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
+
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.views.web import encoding
+from bt_mission.views.web.page_requests import PageRequest, PageRequestError, read_request
+from bt_mission.views.web.shown_mission import OpenPanels, ShownMission
+
+MOST_PAGES = 16
+
+REQUESTS_S = 20.0
+"""Requests a second that a page may make in the long run."""
+
+MOST_REQUESTS = 60.0
+"""Requests that it may make at once."""
+
+NONSENSE, TOO_MUCH, FAILED, TRY_LATER = 1003, 1008, 1011, 1013
+"""Codes with which a WebSocket is closed."""
+
+LONGEST_REASON = 100
+"""Characters of the reason for which a WebSocket is closed: it takes 123 bytes."""
+
+
+class RequestAllowance:
+    """How many requests a page may still make: it grows with time."""
+
+    def __init__(self) -> None:
+        self._left = MOST_REQUESTS
+        self._since = Stopwatch()
+
+    def take(self) -> bool:
+        """Take one; gives whether there was one."""
+        self._left = min(self._left + self._since.elapsed_s * REQUESTS_S, MOST_REQUESTS) - 1.0
+        self._since = Stopwatch()
+        return self._left >= 0.0
+
+
+class OpenPage:
+    """One page: what it has been told, and what it has open.
+
+    Args:
+        socket: Accepted already.
+        shown: What it looks at.
+        is_read_only: May it only look?
+    """
+
+    def __init__(self, socket: WebSocket, shown: ShownMission, *, is_read_only: bool) -> None:
+        self.has_map = self.has_camera = False
+        self.news = asyncio.Event()
+        """Set when there may be something to tell."""
+        self.news.set()
+        self._socket = socket
+        self._shown = shown
+        self._is_read_only = is_read_only
+        self._revision = self._robot_revision = 0
+        self._selected: int | None = None
+        self._told_node: dict[str, Any] | None = None
+        self._told_picture = 0
+        self._answers: dict[str, Any] = {}
+        self._allowance = RequestAllowance()
+
+    async def serve(self) -> None:
+        """Tell and listen until the page is closed, or is not one of ours."""
+        teller = asyncio.create_task(self._tell())
+        listener = asyncio.create_task(self._listen())
+        both = (teller, listener)
+        await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
+        for task in both:
+            task.cancel()
+        for fault in await asyncio.gather(*both, return_exceptions=True):
+            if isinstance(fault, PageRequestError):
+                await self._close(NONSENSE, str(fault))
+            elif isinstance(fault, Exception) and not isinstance(fault, WebSocketDisconnect):
+                await self._close(FAILED, f"the server failed: {type(fault).__name__}: {fault}")
+
+    async def _close(self, code: int, reason: str) -> None:
+        if self._socket.application_state is WebSocketState.CONNECTED:
+            await self._socket.close(code, reason[:LONGEST_REASON])
+
+    async def _listen(self) -> None:
+        while True:
+            text = await self._received()
+            if not self._allowance.take():
+                await self._close(TOO_MUCH, f"more than {REQUESTS_S:g} requests a second")
+                return
+            self._take(read_request(text))
+            self.news.set()
+
+    async def _received(self) -> str:
+        message = await self._socket.receive()
+        if message["type"] == "websocket.disconnect":
+            raise WebSocketDisconnect(message.get("code", 1000))
+        text = message.get("text")
+        if not isinstance(text, str):
+            raise PageRequestError("the message is no text")
+        return text
+
+    def _take(self, request: PageRequest) -> None:
+        match request.do:
+            case "select":
+                self._selected, self._told_node = request.node, None
+            case "map":
+                self.has_map, self._robot_revision = request.is_on, 0
+            case "camera":
+                self.has_camera, self._told_picture = request.is_on, 0
+            case "series":
+                values = self._shown.board.series(request.name)
+                self._answers["series"] = encoding.shown([request.name, values])
+            case _ if self._is_read_only:
+                self._answers["refusal"] = "this view is read-only: start it without --read-only"
+            case _:
+                self._shown.perform(request)
+
+    async def _tell(self) -> None:
+        while True:
+            await self.news.wait()
+            self.news.clear()
+            if told := self._news():
+                await self._socket.send_text(json.dumps(told, allow_nan=False))
+            picture = self._shown.picture
+            if self.has_camera and picture is not None and picture[0] > self._told_picture:
+                self._told_picture = picture[0]
+                await self._socket.send_bytes(picture[1])
+
+    def _news(self) -> dict[str, Any]:
+        """What the page has not been told yet."""
+        board = self._shown.board
+        told, self._answers = self._answers, {}
+        if self._revision == 0:
+            told["is_read_only"] = self._is_read_only
+        told |= board.since(self._revision)
+        if self.has_map and (robot := board.robot_since(self._robot_revision)):
+            told["robot"] = robot
+            self._robot_revision = board.revision
+        self._revision = board.revision
+        if self._selected is not None:
+            node = encoding.node_details(self._shown.mission, self._selected)
+            if node != self._told_node:
+                told["node"] = self._told_node = node
+        return told
+
+
+class OpenPages:
+    """All pages that are open.
+
+    Args:
+        shown: What they look at.
+        is_read_only: May they only look?
+    """
+
+    def __init__(self, shown: ShownMission, *, is_read_only: bool) -> None:
+        self._shown = shown
+        self._is_read_only = is_read_only
+        self._pages: set[OpenPage] = set()
+        self._told: tuple[int, tuple[int, bytes] | None] = (0, None)
+
+    @property
+    def panels(self) -> OpenPanels:
+        """What at least one of them has open."""
+        return OpenPanels(
+            map=any(page.has_map for page in self._pages),
+            camera=any(page.has_camera for page in self._pages),
+        )
+
+    async def open(self, socket: WebSocket) -> None:
+        """Serve a page until it is closed."""
+        await socket.accept()
+        if len(self._pages) >= MOST_PAGES:
+            await socket.close(TRY_LATER, f"{MOST_PAGES} pages are open already")
+            return
+        page = OpenPage(socket, self._shown, is_read_only=self._is_read_only)
+        self._pages.add(page)
+        try:
+            await page.serve()
+        finally:
+            self._pages.discard(page)
+
+    def tell(self) -> None:
+        """Have each page told what is new to it."""
+        newest = (self._shown.board.revision, self._shown.picture)
+        if newest != self._told:
+            self._told = newest
+            for page in self._pages:
+                page.news.set()

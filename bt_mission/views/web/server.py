@@ -1,0 +1,189 @@
+"""The server of the page: ASGI, on the event loop of the process, with no thread of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import errno
+import secrets
+import socket
+from collections.abc import Callable, Generator, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import resources
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route, WebSocketRoute
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.views.web.gate import Gate
+from bt_mission.views.web.page_requests import LONGEST
+from bt_mission.views.web.pages import OpenPages
+from bt_mission.views.web.shown_mission import ShownMission
+
+FRAME_S = 0.03
+"""Wall time between two looks at what is new."""
+
+NEXT_PORTS = 20
+"""Ports after one that is taken that are looked at for a free one."""
+
+TYPES = {
+    "html": "text/html; charset=utf-8",
+    "css": "text/css; charset=utf-8",
+    "js": "text/javascript; charset=utf-8",
+    "svg": "image/svg+xml",
+}
+
+
+@dataclass(frozen=True)
+class WebOptions:
+    """Where the page is served, and to whom.
+
+    Attributes:
+        port: 0 takes any that is free.
+        is_read_only: May pages only look?
+    """
+
+    host: str = "127.0.0.1"
+    port: int = 8080
+    is_read_only: bool = False
+
+
+class WebServer:
+    """Serves a mission to pages, from :meth:`serve` on.
+
+    Args:
+        shown: What the pages look at.
+        options: Where, and to whom.
+
+    Raises:
+        BtMissionError: Where it cannot listen there.
+    """
+
+    def __init__(self, shown: ShownMission, options: WebOptions) -> None:
+        self._shown = shown
+        self._socket = listening_socket(options.host, options.port)
+        self.token = secrets.token_urlsafe(16)
+        self.port: int = self._socket.getsockname()[1]
+        host = f"[{options.host}]" if ":" in options.host else options.host
+        self.link = f"http://{host}:{self.port}/{self.token}/"
+        self.pages = OpenPages(shown, is_read_only=options.is_read_only)
+        app = Starlette(
+            routes=[
+                Route("/", page_file),
+                Route("/{name}", page_file),
+                WebSocketRoute("/live", self.pages.open),
+            ]
+        )
+        config = uvicorn.Config(
+            Gate(app, self.token, options.host),
+            lifespan="off",
+            http="h11",
+            ws="websockets-sansio",
+            ws_max_size=4 * LONGEST,
+            ws_per_message_deflate=False,
+            log_config=None,
+            log_level="critical",
+            access_log=False,
+            server_header=False,
+            limit_concurrency=64,
+            timeout_graceful_shutdown=1,
+        )
+        self._uvicorn = QuietServer(config)
+
+    async def serve(self, until: Callable[[], bool]) -> None:
+        """Serve, and look at what is new many times a second, until a condition holds.
+
+        Raises:
+            Exception: What the look at the mission raises.
+        """
+        loop = asyncio.get_running_loop()
+        faults: list[Exception] = []
+
+        def frame() -> None:
+            if until():
+                self._uvicorn.should_exit = True
+                return
+            try:
+                self._shown.look(self.pages.panels)
+                self.pages.tell()
+            except Exception as error:  # noqa: BLE001 - raised again where it can be seen
+                faults.append(error)
+                self._uvicorn.should_exit = True
+                return
+            loop.call_later(FRAME_S, frame)
+
+        loop.call_soon(frame)
+        await self._uvicorn.serve([self._socket])
+        if faults:
+            raise faults[0]
+
+    def close(self) -> None:
+        """Listen no longer."""
+        self._socket.close()
+
+
+class QuietServer(uvicorn.Server):
+    """Leaves signals to whoever runs the process."""
+
+    @contextmanager
+    def capture_signals(self) -> Generator[None, None, None]:
+        """Capture none."""
+        yield
+
+
+async def page_file(request: Request) -> Response:
+    """Return a file of the page."""
+    name = request.path_params.get("name", "index.html")
+    suffix = name.rpartition(".")[2]
+    file = resources.files("bt_mission.views.web") / "page" / name
+    if suffix not in TYPES or not file.is_file():
+        return Response("There is no such file.\n", 404, media_type="text/plain")
+    return Response(file.read_bytes(), headers={"content-type": TYPES[suffix]})
+
+
+def listening_socket(host: str, port: int) -> socket.socket:
+    """Return a socket that listens.
+
+    Raises:
+        BtMissionError: With a port that is free, where this one is taken.
+    """
+    try:
+        return _bound(host, port)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            free = next(_free_ports(host, port), None)
+            hint = f"--port {free} is free" if free else "--port 0 takes any that is free"
+            raise BtMissionError(f"--port {port}: another program listens there; {hint}") from None
+        if error.errno in (errno.EACCES, errno.EPERM):
+            raise BtMissionError(
+                f"--port {port}: this user may not listen there; take one from 1024 on"
+            ) from None
+        raise BtMissionError(
+            f"--host {host}: cannot listen there ({error.strerror or error}); name an address of "
+            "this machine, such as 127.0.0.1"
+        ) from None
+
+
+def _bound(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    found = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        found.bind((host, port))
+        found.listen(64)
+    except BaseException:
+        found.close()
+        raise
+    return found
+
+
+def _free_ports(host: str, port: int) -> Iterator[int]:
+    for one in range(port + 1, min(port + 1 + NEXT_PORTS, 65536)):
+        try:
+            _bound(host, one).close()
+        except OSError:
+            continue
+        yield one

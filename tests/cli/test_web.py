@@ -1,0 +1,190 @@
+"""The options of ``--web``, and the commands that have them, as processes of their own."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import signal
+import subprocess
+import urllib.request
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from bt_mission.cli import web
+from bt_mission.cli.main import main
+from bt_mission.core.errors import BtMissionError
+from bt_mission.testing.live_graph import command
+from tests.support.processes import read_until, started
+from tests.support.recordings import recording
+
+HAS_WEB = all(find_spec(name) for name in web.NEEDED)
+needs_web = pytest.mark.skipif(not HAS_WEB, reason="the extra 'web' is not installed")
+
+EVERYWHERE = "0.0.0.0"  # noqa: S104 - that it is warned of is what is tested
+
+WAIT = """\
+mission: wait
+world: empty_arena
+tree:
+  wait: 1
+"""
+
+
+def options(*words: str) -> argparse.Namespace:
+    """Options as a command has them."""
+    parser = argparse.ArgumentParser()
+    web.add_web_options(parser)
+    parser.add_argument("--plain", action="store_true")
+    return parser.parse_args(words)
+
+
+def link_in(text: str) -> str:
+    """The link that a command has printed."""
+    found = re.search(r"in a browser: (http://127\.0\.0\.1:\d+/[\w-]{22}/)", text)
+    assert found, text
+    return found[1]
+
+
+def test_without_the_extra_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch):
+    """Before anything moves."""
+    monkeypatch.setattr(web, "find_spec", lambda name: None)
+    said = r"--web needs starlette and uvicorn and websockets: pip install 'bt-mission\[web\]'"
+    with pytest.raises(BtMissionError, match=said):
+        web.refuse_web(options("--web"))
+
+
+@pytest.mark.parametrize(
+    "words", [("--port", "1"), ("--open",), ("--read-only",), ("--host", "127.0.0.1")]
+)
+def test_options_of_the_page_are_not_ignored_without_it(words: tuple[str, ...]):
+    """They would seem to have done something."""
+    with pytest.raises(BtMissionError, match=f"{words[0]} goes with --web"):
+        web.refuse_web(options(*words))
+
+
+def test_two_ways_to_show_a_mission_are_one_too_many():
+    """The command has to know which."""
+    with pytest.raises(BtMissionError, match="--web and --plain: choose one of them"):
+        web.refuse_web(options("--web", "--plain"), instead=("plain",))
+
+
+@pytest.mark.parametrize("port", ["-1", "65536", "http", "8080.0"])
+def test_a_port_is_a_number_of_sixteen_bits(port: str, capsys: pytest.CaptureFixture[str]):
+    """What else is given is refused with what is expected."""
+    with pytest.raises(SystemExit):
+        options("--web", "--port", port)
+    assert f"'{port}' is no port: expected 0 to 65535" in capsys.readouterr().err
+
+
+def test_another_process_gets_the_same_options():
+    """That it is started with, too."""
+    words = ["--web", "--port=0", "--host=127.0.0.1", "--open", "--read-only"]
+    assert web.web_arguments(options(*words)) == words
+    assert web.web_arguments(options("--web")) == ["--web"]
+
+
+def page_of(link: str) -> str:
+    """What stands at a link."""
+    with urllib.request.urlopen(link, timeout=30) as page:  # noqa: S310 - it is one of ours
+        return str(page.read(), "utf-8")
+
+
+@needs_web
+def test_a_page_for_other_machines_is_warned_of(capsys: pytest.CaptureFixture[str]):
+    """With what whoever has the link can do, and a way that needs no warning."""
+    from bt_mission.views.web.live import LiveMission  # noqa: PLC0415 - needs the extra
+    from tests.support.watched import ScriptedGraph  # noqa: PLC0415 - as above
+
+    shown = LiveMission(ScriptedGraph())
+    with web.web_server(options("--web", "--port", "0", "--host", EVERYWHERE), shown) as server:
+        told = capsys.readouterr().err
+        assert "--host 0.0.0.0: other machines reach the page." in told
+        assert "watch and stop the mission" in told
+        assert f"ssh -L {server.port}:127.0.0.1:{server.port}" in told
+    with web.web_server(options("--web", "--port", "0"), shown):
+        assert "other machines" not in capsys.readouterr().err
+
+
+@needs_web
+def test_a_trace_has_no_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """It has no tree to show."""
+    trace = tmp_path / "trace.jsonl"
+    trace.write_text(json.dumps({"t": 0, "event": "log", "text": "hi"}) + "\n", encoding="utf-8")
+    assert main(["replay", str(trace), "--web"]) == 2
+    assert "--web takes a recording" in capsys.readouterr().err
+
+
+@needs_web
+@pytest.mark.process
+def test_a_run_is_shown_until_ctrl_c_and_then_told(tmp_path: Path):
+    """Its page stays when it has ended; the code is the mission's."""
+    mission = tmp_path / "wait.yaml"
+    mission.write_text(WAIT, encoding="utf-8")
+    arguments = ("run", str(mission), "--web", "--port", "0", "--plain")
+    with started(*arguments) as process:
+        seen = read_until(process, "the page stays until Ctrl-C")
+        assert '<script type="module" src="app.js">' in page_of(link_in(seen))
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert "success" in out
+    assert "Traceback" not in seen + out
+
+
+@needs_web
+@pytest.mark.process
+def test_ctrl_c_while_it_runs_ends_the_mission_in_good_order(tmp_path: Path):
+    """And the page with it."""
+    mission = tmp_path / "wait.yaml"
+    mission.write_text(WAIT.replace("wait: 1", "wait: 1000"), encoding="utf-8")
+    with started("run", str(mission), "--web", "--port", "0", "--plain") as process:
+        link_in(read_until(process, "in a browser"))
+        read_until(process, "wait")
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted by Ctrl-C" in out
+    assert "Traceback" not in out
+
+
+@needs_web
+@pytest.mark.process
+def test_a_recording_is_shown_until_ctrl_c():
+    """Its page is served as that of a mission."""
+    with started("replay", str(recording()), "--web", "--port", "0") as process:
+        link = link_in(read_until(process, "in a browser"))
+        assert "requestAnimationFrame" in page_of(f"{link}app.js")
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in out
+
+
+@needs_web
+@pytest.mark.process
+def test_nobody_to_watch_ends_with_a_word_in_time():
+    """As without a page."""
+    arguments = ("watch", "nobody", "--web", "--port", "0", "--wait", "1")
+    with started(*arguments, ROS_DOMAIN_ID="87") as process:
+        out, _ = process.communicate(timeout=100)
+    assert process.returncode == 1
+    assert "no sign of /nobody/bt_mission" in out
+
+
+@needs_web
+@pytest.mark.process
+def test_the_page_of_another_process_ends_with_the_one_that_has_started_it():
+    """Even where that was killed: its standard input ends."""
+    arguments = [*command("watch", "robot", "--web", "--port", "0"), "--until-input-ends"]
+    with subprocess.Popen(
+        arguments, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        while "in a browser" not in process.stderr.readline():
+            pass
+        process.stdin.close()
+        assert process.wait(timeout=60) == 0

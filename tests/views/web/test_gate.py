@@ -1,0 +1,117 @@
+"""Who gets the page: whoever has the link, from a browser that means this server."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from websockets.exceptions import InvalidStatus
+
+from bt_mission.views.web.live import LiveMission
+from bt_mission.views.web.server import WebServer
+from tests.support.web_pages import fetch, live, serve
+
+
+def refused(error: pytest.ExceptionInfo[InvalidStatus]) -> int:
+    """The status with which a WebSocket was refused."""
+    return error.value.response.status_code
+
+
+def test_the_page_and_its_files_come_with_the_token_in_their_path(shown: LiveMission):
+    """Each with a policy that allows nothing from elsewhere and no script but files."""
+
+    async def scene(server: WebServer) -> None:
+        for name, kind in (
+            ("", "text/html"),
+            ("app.js", "text/javascript"),
+            ("style.css", "text/css"),
+        ):
+            status, headers, body = await fetch(server, f"/{server.token}/{name}")
+            assert (status, headers["content-type"]) == (200, f"{kind}; charset=utf-8")
+            policy = headers["content-security-policy"]
+            assert policy.startswith("default-src 'none'; script-src 'self'; style-src 'self';")
+            assert "unsafe" not in policy
+            assert headers["referrer-policy"] == "no-referrer"
+            assert headers["cache-control"] == "no-store"
+            assert "<script>" not in body
+            assert " style=" not in body
+            assert " onclick" not in body
+
+    serve(shown, scene)
+
+
+@pytest.mark.parametrize("path", ["/", "/app.js", "/wrong/", "/wrong/app.js", "//", "/%C3%A9/"])
+def test_without_the_token_there_is_nothing(shown: LiveMission, path: str):
+    """But a word on what to do."""
+
+    async def scene(server: WebServer) -> None:
+        status, _, body = await fetch(server, path)
+        assert status == 403
+        assert "open the one that the command has printed" in body
+
+    serve(shown, scene)
+
+
+@pytest.mark.parametrize(
+    "name", ["../server.py", "..%2fserver.py", "%2e%2e/server.py", "x.js", "app.py", ".."]
+)
+def test_no_other_file_is_served(shown: LiveMission, name: str):
+    """Whatever is tried in its name."""
+
+    async def scene(server: WebServer) -> None:
+        status, _, body = await fetch(server, f"/{server.token}/{name}")
+        assert (status, "import" in body) == (404, False)
+
+    serve(shown, scene)
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:80", "10.0.0.1", "", "a b", "127.0.0.1;x"]
+)
+def test_a_name_that_was_made_to_point_here_is_refused(shown: LiveMission, host: str):
+    """DNS rebinding: the browser names somebody else's server, and reaches this one."""
+
+    async def scene(server: WebServer) -> None:
+        status, _, body = await fetch(server, f"/{server.token}/", Host=host)
+        assert status in (400, 403)
+        assert "<html" not in body
+
+    serve(shown, scene)
+
+
+@pytest.mark.parametrize("host", ["localhost:9000", "127.0.0.1:1", "[::1]:8080"])
+def test_a_tunnel_may_have_another_port(shown: LiveMission, host: str):
+    """Addresses of this machine cannot be made to point elsewhere."""
+
+    async def scene(server: WebServer) -> None:
+        status, headers, _ = await fetch(server, f"/{server.token}/", Host=host)
+        assert status == 200
+        assert f"ws://{host};" in headers["content-security-policy"]
+
+    serve(shown, scene)
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", "null", None, "https://127.0.0.1"])
+def test_pages_of_others_get_no_websocket(shown: LiveMission, origin: Any):
+    """Nor does what says of no page that it is one."""
+
+    async def scene(server: WebServer) -> None:
+        with pytest.raises(InvalidStatus) as error:
+            async with live(server, origin=origin):
+                pass
+        assert refused(error) == 403
+
+    serve(shown, scene)
+
+
+def test_a_wrong_token_gets_no_websocket(shown: LiveMission):
+    """As of a page that was left open over a restart."""
+
+    async def scene(server: WebServer) -> None:
+        server.link = server.link.replace(server.token, "A" * len(server.token))
+        with pytest.raises(InvalidStatus) as error:
+            async with live(server):
+                pass
+        assert refused(error) == 403
+
+    serve(shown, scene)

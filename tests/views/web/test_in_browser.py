@@ -1,0 +1,231 @@
+"""The page in a browser, where there is one: every control, the tree, two browsers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.events.source import ControlRequest, Verb
+from bt_mission.views.web.live import LiveMission
+from bt_mission.views.web.server import WebOptions, WebServer
+from tests.support.browser import BROWSER, Page, browser
+from tests.support.watched import ScriptedExecutive, ScriptedGraph
+from tests.support.web_pages import serve
+from tests.support.web_screen import Screen
+
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed"),
+]
+
+
+def test_every_control_of_a_mission(on_page: Any, executive: ScriptedExecutive):
+    """Each button and each key sends its wish; stop only when it is asked for twice."""
+
+    async def scene(screen: Screen) -> None:
+        async def sent(verb: Verb, node: str = "") -> None:
+            for _ in range(200):
+                if executive.commands:
+                    break
+                await screen.look("0")
+            assert executive.commands == [ControlRequest(verb, node)]
+            executive.commands.clear()
+
+        await screen.click("pause")
+        await sent(Verb.PAUSE)
+        await screen.click("pause_keeping_goals")
+        await sent(Verb.PAUSE_KEEPING_GOALS)
+        await screen.key("p")
+        await sent(Verb.PAUSE)
+        executive.stand("paused", "asked for")
+        await screen.until("document.getElementById('pause').disabled")
+        await screen.shows("status", "paused")
+        await screen.shows("reason", "asked for")
+        await screen.click("resume")
+        await sent(Verb.RESUME)
+        await screen.click("step")
+        await sent(Verb.STEP)
+        await screen.key("s")
+        await sent(Verb.STEP)
+        await screen.click("stop")
+        await screen.shows("notice", "Stop again stops the mission")
+        await screen.look("document.getElementById('tree').click()")
+        await screen.click("stop")
+        await screen.look("document.dispatchEvent(new KeyboardEvent('keydown', {key: 'z'}))")
+        assert executive.commands == [], "anything else does not"
+        await screen.key("x")
+        await screen.key("x")
+        await sent(Verb.STOP)
+        await screen.look("document.getElementById('node-3').click()")
+        await screen.click("breakpoint")
+        await sent(Verb.BREAK, "0.1.0")
+        executive.detail(breakpoints=("0.1.0",))
+        await screen.until("document.querySelector('#node-3 .stop').textContent === '●'")
+        await screen.key("b")
+        await sent(Verb.UNBREAK, "0.1.0")
+        executive.answer("no breakpoint at '0.1.0' any more")
+        await screen.shows("notice", "no breakpoint at 'drive' any more")
+        executive.stand("success", "done")
+        for name in ("pause", "resume", "step", "stop", "breakpoint"):
+            await screen.until(f"document.getElementById({name!r}).disabled")
+
+    on_page(scene)
+
+
+def test_a_read_only_page_has_no_controls(on_page: Any, executive: ScriptedExecutive):
+    """And its keys do nothing."""
+
+    async def scene(screen: Screen) -> None:
+        await screen.until("document.getElementById('live-controls').hidden")
+        await screen.key("p")
+        await screen.look("document.getElementById('fold').click()")
+        assert executive.commands == []
+
+    on_page(scene, is_read_only=True)
+
+
+def test_the_tree_is_one_for_keys_and_for_screen_readers(on_page: Any):
+    """It has the roles and levels of a tree, and what is selected is said."""
+
+    async def scene(screen: Screen) -> None:
+        told = await screen.look(
+            "[...document.querySelectorAll('[role=tree] [role=treeitem]')].map((one) => "
+            "['aria-level', 'aria-posinset', 'aria-setsize', 'aria-expanded'].map("
+            "(name) => one.getAttribute(name)))"
+        )
+        assert told == [
+            ["1", "1", "1", "true"],
+            ["2", "1", "2", None],
+            ["2", "2", "2", "true"],
+            ["3", "1", "2", None],
+            ["3", "2", "2", None],
+        ]
+        active = "document.getElementById('tree').getAttribute('aria-activedescendant')"
+        await screen.look("document.getElementById('tree').focus()")
+        for key, selected in (
+            ("End", 4), ("Home", 0), ("ArrowDown", 1), ("ArrowDown", 2), ("ArrowRight", 3),
+            ("ArrowLeft", 2), ("ArrowLeft", 2), ("ArrowDown", 2), ("Enter", 2), ("PageDown", 4),
+        ):  # fmt: skip
+            await screen.key(key)
+            await screen.until(f"{active} === 'node-{selected}'")
+        await screen.key("Home")
+        await screen.key("ArrowLeft")
+        assert await screen.look("document.querySelectorAll('.row').length") == 1
+        label = await screen.look("document.getElementById('node-0').getAttribute('aria-label')")
+        assert label == "explore, ActionLeaf, idle"
+        await screen.key("/")
+        await screen.look(
+            "(() => { const box = document.activeElement; box.value = 'TURN';"
+            " box.dispatchEvent(new Event('input')); })()"
+        )
+        await screen.until(f"{active} === 'node-4'")
+        await screen.look(
+            "(() => { const box = document.getElementById('search'); box.value = 'nothing';"
+            " box.dispatchEvent(new Event('input')); })()"
+        )
+        await screen.shows("found", "nowhere in the tree")
+
+    on_page(scene)
+
+
+def test_it_follows_what_runs(on_page: Any, executive: ScriptedExecutive):
+    """Until somebody selects by hand; the panel of the node says all of it."""
+
+    async def scene(screen: Screen) -> None:
+        executive.change(1.0, look_around="running: 3 of 8")
+        selected = "document.querySelector('.row[aria-selected=true]').id"
+        await screen.until(f"{selected} === 'node-1'")
+        await screen.shows("node", "3 of 8")
+        executive.change(2.0, look_around="success: seen", drive="running")
+        await screen.until(f"{selected} === 'node-3'")
+        await screen.look("document.getElementById('node-1').click()")
+        await screen.shows("node", "at 3.00 s, ran 2.0 s")
+        executive.change(1.0, drive="failure: blocked", turn_away="running")
+        await screen.until("document.getElementById('node-3').dataset.status === 'failure'")
+        assert await screen.look(selected) == "node-1"
+        await screen.shows("log", "blocked")
+
+    on_page(scene)
+
+
+def test_two_browsers_and_one_that_loses_its_connection(
+    chromium: Page, shown: LiveMission, executive: ScriptedExecutive, tmp_path: Path
+):
+    """Both show the same; the one that was cut off comes back by itself, and catches up."""
+    with browser(tmp_path / "other") as second:
+        screens = [Screen(chromium), Screen(second)]
+
+        async def scene(server: WebServer) -> None:
+            for screen in screens:
+                await screen.visit(server.link)
+                await screen.until("document.querySelectorAll('.row').length === 5")
+            executive.change(1.0, drive="running")
+            for screen in screens:
+                await screen.until("document.getElementById('node-3').dataset.status === 'running'")
+            for page in tuple(server.pages._pages):
+                await page._socket.close(1012, "a test")
+            executive.change(1.0, drive="success: there", turn_away="running")
+            for screen in screens:
+                await screen.until("document.getElementById('node-4').dataset.status === 'running'")
+                await screen.shows("connection", "connected")
+
+        serve(shown, scene)
+        assert second.problems == []
+
+
+def test_a_page_of_an_earlier_start_says_so(chromium: Page, executive: ScriptedExecutive):
+    """It does not knock for ever at a server that does not know it."""
+    screen = Screen(chromium)
+    ports = []
+
+    async def first(server: WebServer) -> None:
+        ports.append(server.port)
+        await screen.visit(server.link)
+
+    async def second(_: WebServer) -> None:
+        await screen.shows("connection", "open the one that the command has printed")
+
+    serve(LiveMission(ScriptedGraph(executive)), first)
+    again = LiveMission(ScriptedGraph(executive))
+    serve(again, second, WebOptions(port=ports[0]))
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_is_light_or_dark_as_the_browser_is_and_fits_a_phone(
+    chromium: Page, shown: LiveMission, scheme: str
+):
+    """No part of it is wider than the screen; a click turns it round."""
+    chromium.prefer(scheme)
+
+    async def scene(server: WebServer) -> None:
+        screen = Screen(chromium)
+        await screen.visit(server.link, width=390, height=800)
+        await screen.until("document.querySelectorAll('.row').length === 5")
+        assert await screen.look("document.documentElement.dataset.theme") == scheme
+        assert await screen.look("document.documentElement.scrollWidth") <= 390
+        await screen.click("theme")
+        assert await screen.look("document.documentElement.dataset.theme") != scheme
+
+    serve(shown, scene)
+
+
+def test_ten_thousand_nodes(chromium: Page, executive: ScriptedExecutive):
+    """Only the rows in view are in the page, and the last node is reached at once."""
+    executive.outline = "root\n" + "".join(f"  leaf {number}\n" for number in range(10_000))
+    executive.begin("big")
+    shown = LiveMission(ScriptedGraph(executive))
+
+    async def scene(server: WebServer) -> None:
+        screen = Screen(chromium)
+        await screen.visit(server.link)
+        await screen.until("document.querySelectorAll('.row').length > 10")
+        executive.change(1.0, leaf_9999="running: here")
+        await screen.until("document.getElementById('node-10000')?.dataset.status === 'running'")
+        for turn in range(20):
+            executive.change(0.1, **{f"leaf_{turn * 500}": "running"})
+            await screen.until(f"document.getElementById('node-{turn * 500 + 1}') !== null")
+        assert await screen.look("document.querySelectorAll('.row').length") < 100
+
+    serve(shown, scene)

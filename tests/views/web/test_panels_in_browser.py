@@ -1,0 +1,141 @@
+"""The panels of the page in a browser: history, values, map, camera; no text is markup."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from bt_mission.events import messages
+from bt_mission.events.events import GoalChanged
+from tests.support.browser import BROWSER
+from tests.support.watched import S, ScriptedExecutive
+from tests.support.web_screen import Screen
+
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed"),
+]
+
+HOSTILE = "<img src=x onerror=document.title='owned'>&amp;<script>document.title='owned'</script>"
+
+
+def test_the_history_since_the_page_was_opened_can_be_looked_at(
+    on_page: Any, executive: ScriptedExecutive
+):
+    """While the mission goes on; one click leads back to the present."""
+
+    async def scene(screen: Screen) -> None:
+        for name, after in (("look_around", "drive"), ("drive", "turn_away")):
+            executive.change(2.0, **{name: "success", after: "running"})
+            index = executive.names.index(after.replace("_", " "))
+            await screen.until(
+                f"document.getElementById('node-{index}').dataset.status === 'running'"
+            )
+        await screen.until("Number(document.getElementById('time').max) >= 4")
+        await screen.look(
+            "(() => { const range = document.getElementById('time'); range.value = 3;"
+            " range.dispatchEvent(new Event('input')); })()"
+        )
+        await screen.until("document.getElementById('node-3').dataset.status === 'running'")
+        assert await screen.look("document.getElementById('node-4').dataset.status") == "idle"
+        await screen.shows("at", "the past; the mission goes on")
+        executive.change(1.0, turn_away="failure: no room")
+        await screen.click("live")
+        await screen.until("document.getElementById('node-4').dataset.status === 'failure'")
+
+    on_page(scene)
+
+
+def test_values_goals_requirements_and_the_map(on_page: Any, executive: ScriptedExecutive):
+    """A variable against time; a map only while it is open."""
+
+    async def scene(screen: Screen) -> None:
+        goal = GoalChanged("0123456789", "/drive", "drive", S, S, "active", ((1.0, 1.0),))
+        executive.judge(is_slow="violated -0.1", has_room="open 0.5")
+        for value in ("0.1", "0.25", "0.2"):
+            executive.detail(0.5, goals_sent=1, goals=(goal,), variables=(("speed", value),))
+            await screen.shows("variables", value)
+        await screen.shows("goals", "active")
+        await screen.shows("goals-title", "Goals: 1 sent, 1 open")
+        await screen.shows("requirements", "violated is slow")
+        await screen.shows("figures", "1 of 2 requirements violated")
+        await screen.look("document.querySelector('#variables button').click()")
+        await screen.shows("chart-title", "speed: 0.1 to 0.25")
+        await screen.until("document.querySelector('#chart-drawing polyline').points.length === 6")
+        executive.show(
+            (messages.FrameTransform("map", "base_link", 1.5, 0.25, 0.0),),
+            messages.Map(1.0, 3, 2, 0.0, 0.0, 0.0, bytes([0, 100, 0, 255, 0, 0])),
+        )
+        await screen.click("map-toggle")
+        await screen.shows("map-title", "Map: x 1.50  y 0.25 m")
+        painted = (
+            "(() => { const map = document.getElementById('map');"
+            " const data = map.getContext('2d').getImageData(0, 0, map.width, map.height).data;"
+            " return data.some((one) => one > 0); })()"
+        )
+        await screen.until(painted)
+
+    on_page(scene)
+
+
+def test_the_camera_is_heard_while_its_panel_is_open(on_page: Any, executive: ScriptedExecutive):
+    """Its newest picture is painted."""
+
+    async def scene(screen: Screen) -> None:
+        await screen.click("camera-toggle")
+        await screen.shows("camera-title", "waiting for a picture")
+        red = messages.CameraImage(8, 6, 24, "rgb8", bytes([250, 0, 0]) * 48)
+        wait = "document.getElementById('camera-title').textContent === 'Camera'"
+        for _ in range(100):
+            executive.image = red
+            if await screen.look(wait):
+                break
+        await screen.until(wait)
+        pixel = await screen.look(
+            "[...document.getElementById('camera').getContext('2d').getImageData(4, 3, 1, 1).data]"
+        )
+        assert pixel[0] > 200
+        assert pixel[1] < 50
+        assert executive.has_camera
+        await screen.click("camera-toggle")
+        await screen.until("document.getElementById('camera').hidden")
+
+    on_page(scene)
+
+
+def test_no_text_is_ever_markup(on_page: Any, executive: ScriptedExecutive):
+    """Of a tree, a message, a goal, a variable, a requirement, a reason, an answer or the log."""
+
+    async def scene(screen: Screen) -> None:
+        executive.outline = f"{HOSTILE}\n  {HOSTILE}\n"
+        executive.begin("hostile")
+        executive.stand("paused", HOSTILE)
+        goal = GoalChanged(HOSTILE, HOSTILE, HOSTILE, S, S, HOSTILE)
+        executive.detail(goals_sent=1, goals=(goal,), variables=((HOSTILE, f'"{HOSTILE}"'),))
+        executive.say(HOSTILE)
+        executive.answer(HOSTILE)
+        executive.change(1.0, **{HOSTILE: f"running: {HOSTILE}"})
+        executive.judge(**{HOSTILE: "violated -0.1"})
+        details = messages.NodeDetails("hostile", {"0": (HOSTILE,)})
+        executive._told.append(details)
+        await screen.until("document.querySelectorAll('.row').length === 2")
+        await screen.look("document.getElementById('node-0').click()")
+        for name in (
+            "rows",
+            "node",
+            "goals",
+            "variables",
+            "log",
+            "reason",
+            "notice",
+            "requirements",
+        ):
+            await screen.shows(name, "<img src=x")
+        await screen.look("document.querySelector('#variables button').click()")
+        await screen.shows("chart-title", "<img src=x")
+        assert await screen.look("document.querySelectorAll('img').length") == 0
+        assert await screen.look("document.querySelectorAll('body script').length") == 0
+        assert "owned" not in await screen.look("document.title.replace(/<.*>/g, '')")
+
+    on_page(scene)
