@@ -97,7 +97,8 @@ async def _serve(shown: LiveMission, scene: Callable[[WebServer], Awaitable[None
 
 def cpu_share(mission_file: Path, *, with_page: bool, speed: float | None) -> tuple[float, float]:
     """CPU seconds of the process for a virtual second, and for a second of the wall."""
-    mission = load(mission_file, {"legs": LEGS if speed is None else 6})
+    legs = {"legs": LEGS if speed is None else 6}
+    mission = load(mission_file, legs if "legs" in load(mission_file).inputs else {})
     options = StageOptions(watched=with_page)
     with (
         tempfile.TemporaryDirectory() as folder,
