@@ -15,8 +15,9 @@ def to_ns(stamp: Any) -> int:
 
 def clock_ns(clock: Any) -> int:
     """Return the time of an rclpy clock, ns, without making a Time of it."""
-    with clock.handle:
-        return int(clock.handle.get_now().nanoseconds)
+    handle = clock.handle
+    with handle:
+        return int(handle.get_now().nanoseconds)
 
 
 def set_ns(stamp: Any, time_ns: int) -> Any:

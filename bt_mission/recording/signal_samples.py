@@ -109,7 +109,8 @@ class SignalSamples:
             first = {"start": executive.started_ns, "cycle": executive.cycles, "keys": keys}
             line += "," + _json(first)[1:-1]
         if (
-            truth == self._truth
+            self._last
+            and truth == self._truth
             and variables == self._variables
             and all(map(is_, variables.values(), self._variables.values()))
         ):

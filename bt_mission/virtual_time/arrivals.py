@@ -116,10 +116,16 @@ class Arrivals:
         return id(entity) in self._links
 
     def taken(self, entity: Any, number: int) -> None:
-        """Note how many messages were taken; where there were none, there are none left."""
+        """Note how many messages were taken.
+
+        Where there was none, a subscription has none left: its queue has dropped what was counted.
+        Others may have been sent something that was not for them, such as the answer to another
+        client of the service.
+        """
         for one in self._waiting:
             if one.entity is entity:
-                one.count -= number or one.count
+                is_empty = not number and isinstance(entity, Subscription)
+                one.count -= one.count if is_empty else max(number, 1)
                 return
 
     def close(self) -> None:

@@ -211,7 +211,8 @@ def test_a_map_without_news_is_not_sent_again(
     """A scan that does not change the map brings no message."""
     bench.run_for(2.0)
     count = len(bench.maps)
-    monkeypatch.setattr(bench.sim.simulation, "scan", lambda _, ranges: ranges.fill(math.nan))
+    nothing = np.full(bench.sim.simulation.robot.lidar.rays, math.nan, dtype=np.float32)
+    monkeypatch.setattr(bench.sim.simulation, "scan", lambda _: nothing)
     bench.run_for(3.0)
     assert len(bench.maps) <= count + 1
 

@@ -63,6 +63,7 @@ def judge(path: Path) -> Verdict:
         "plain": True,
         "once": choice % 4 == 1,
         "poses": choice % 4 == 2,
+        **dict.fromkeys(("web", "port", "open", "read_only", "host")),
     }
     commands = _commands(path, contents, choice, replayed)
     said, ended = "", []

@@ -1,0 +1,156 @@
+"""Carrying a mission out: shown in lines, on a full screen, or to browsers."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.cli import recording
+from bt_mission.cli.run_plan import RunPlan
+from bt_mission.cli.view import window_on
+from bt_mission.cli.web import stay_until_left, watching_process, web_server
+from bt_mission.core.errors import BtMissionError
+
+if TYPE_CHECKING:
+    from bt_mission.executive.report import Report
+    from bt_mission.sessions.attached import AttachedSession
+    from bt_mission.sessions.session import View
+    from bt_mission.sessions.stage import Stage
+
+
+def run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
+    """Carry the mission out, shown in lines."""
+    from bt_mission.core.memory import settle_memory
+    from bt_mission.executive.status import MissionStatus
+    from bt_mission.sessions.session import drive
+
+    view = _view(options)
+    with (
+        _open_session(options, plan, view.say) as session,
+        plan.faults_in(session) as with_outcomes,
+        window_on(session, wanted=options.view),
+        watching_process(options, session.node.get_fully_qualified_name()),
+        recording.recorder_for(options, session) as keeping,
+    ):
+        settle_memory()
+        report = with_outcomes(
+            drive(session, view, speed=_speed(options), trace_file=options.trace)
+        )
+        _tell_resumable(options, session)
+        kept = keeping.finish(report)
+        if options.web and report.status != MissionStatus.INTERRUPTED:
+            stay_until_left()
+        return report, kept
+
+
+def _view(options: argparse.Namespace, *, plain: bool = False) -> View:
+    if options.json:
+        from bt_mission.views.terminal.quiet import Quiet
+
+        return Quiet()
+    from bt_mission.views.terminal.views import view_for
+
+    return view_for(sys.stdout, plain=plain or options.plain)
+
+
+def run_on_screen(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
+    """Carry the mission out on a full screen, in real time unless another speed is asked for."""
+    from contextlib import closing
+
+    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.core.memory import settle_memory
+    from bt_mission.ros.discovery import LocalExecutive
+    from bt_mission.sessions.session import driving
+    from bt_mission.views.terminal.marks import marks_for
+    from bt_mission.views.terminal.quiet import Quiet
+    from bt_mission.views.tui.run_app import RunApp
+
+    with (
+        _open_session(options, plan, lambda _: None) as session,
+        plan.faults_in(session) as with_outcomes,
+        closing(LocalExecutive(session)) as graph,
+        window_on(session, wanted=options.view),
+        recording.recorder_for(options, session) as keeping,
+    ):
+        interrupts = InterruptSignals()
+        steps = driving(
+            session, Quiet(), interrupts, speed=_speed(options), trace_file=options.trace
+        )
+        marks = marks_for(sys.stdout.encoding)
+        settle_memory()
+        report = with_outcomes(RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end())
+        _tell_resumable(options, session)
+        return report, keeping.finish(report)
+
+
+def run_on_page(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
+    """Carry the mission out in the simulation, shown to browsers."""
+    from contextlib import closing
+
+    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.ros.discovery import LocalExecutive
+    from bt_mission.sessions.session import StepDriver, driving
+    from bt_mission.views.web.live import LiveMission
+    from bt_mission.views.web.run import ENDED, ShownRun
+
+    view = _view(options, plain=True)
+    with (
+        InterruptSignals() as leaving,
+        _open_session(options, plan, view.say) as session,
+        plan.faults_in(session) as with_outcomes,
+        closing(LocalExecutive(session)) as graph,
+        window_on(session, wanted=options.view),
+        recording.recorder_for(options, session) as keeping,
+    ):
+        interrupts = InterruptSignals()
+        steps = driving(session, view, interrupts, speed=_speed(options), trace_file=options.trace)
+        driver = StepDriver(steps)
+
+        def is_left() -> bool:
+            return leaving.count > 0 or (driver.report is not None and interrupts.count > 0)
+
+        shown = LiveMission(graph, graph.name, lambda: ENDED if driver.report else "")
+        shown.attach(graph.name)  # before the first step, so that nothing is missed
+        with web_server(options, shown) as server:
+            report = with_outcomes(ShownRun(server, driver, is_left, _to_stderr).run_to_the_end())
+        return report, keeping.finish(report)
+
+
+def _to_stderr(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def _tell_resumable(options: argparse.Namespace, session: Any) -> None:
+    if options.journal and session.executive.is_resumable:
+        print(f"to go on with it: --journal {options.journal} --resume", file=sys.stderr)
+
+
+def _speed(options: argparse.Namespace) -> float | None:
+    """What people look at is in real time, unless they want another speed."""
+    is_shown = (options.tui or options.view or options.web) and not options.attach
+    return options.speed or (1.0 if is_shown else None)
+
+
+def _open_session(options: argparse.Namespace, plan: RunPlan, say: Any) -> AttachedSession | Stage:
+    if options.attach:
+        from bt_mission.sessions.attached import AttachedOptions, AttachedSession
+
+        joining = AttachedOptions(
+            namespace=options.namespace,
+            wall_clock=options.wall_clock,
+            allow_duplicates=options.allow_duplicates,
+            journal=options.journal,
+            resume=options.resume,
+        )
+        return AttachedSession(plan.mission, joining, say)
+    if options.namespace:
+        raise BtMissionError("--namespace names a robot of a running graph: add --attach")
+    from bt_mission.sessions.stage import Stage
+
+    return Stage(
+        plan.mission,
+        image_folder=options.images,
+        say=say,
+        options=plan.stage_options(options),
+    )
