@@ -81,7 +81,10 @@ def latencies(changes: int) -> list[float]:
             executive.change(0.0, **{leaf: "success"})
         seen_ms.update(await asyncio.to_thread(page.look, "window.paints"))
 
-    with tempfile.TemporaryDirectory() as folder, browser(Path(folder)) as page:
+    with (
+        tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder,
+        browser(Path(folder)) as page,
+    ):
         asyncio.run(_serve(shown, lambda server: scene(server, page)))
     return [seen_ms[words] - at_ms for words, at_ms in made_ms.items() if seen_ms.get(words)]
 
@@ -101,7 +104,7 @@ def cpu_share(mission_file: Path, *, with_page: bool, speed: float | None) -> tu
     mission = load(mission_file, legs if "legs" in load(mission_file).inputs else {})
     options = StageOptions(watched=with_page)
     with (
-        tempfile.TemporaryDirectory() as folder,
+        tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder,
         Stage(mission, image_folder=Path(folder), say=lambda _: None, options=options) as stage,
     ):
         before_s = time.process_time()
