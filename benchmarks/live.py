@@ -15,7 +15,7 @@ import select
 import tempfile
 from pathlib import Path
 
-from measuring import figure, spread, table
+from measuring import NOT_SOUND, figure, spread, table
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.testing.live_graph import LiveGraph, Process, own_domain
@@ -71,7 +71,8 @@ def measure(seconds: float, rounds: int, settle_s: float) -> dict[str, list[floa
                     shares.setdefault(each, []).append(share)
             ended = [each for each, process in processes.items() if process.code is not None]
             if ended:
-                raise SystemExit(f"ended before it was measured: {', '.join(ended)}")
+                print(f"ended before it was measured: {', '.join(ended)}")
+                raise SystemExit(NOT_SOUND)
         finally:
             graph.close()
     return shares

@@ -14,6 +14,10 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+NOT_SOUND = 3
+"""Exit code of a benchmark that has run, and found what should not be. What depends on the clock of
+the wall may be found on a busy machine; a smoke says it, and has not failed."""
+
 FIGURES_FILE = "BENCHMARK_FIGURES"
 """Variable of the environment that names the file which takes the figures, a line of JSON each."""
 

@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from measuring import figure
+from measuring import NOT_SOUND, figure
 
 from bt_mission.core.dds.discovery import RANGE
 
@@ -102,7 +102,7 @@ def main() -> None:
             print(f"    {' | '.join(ended or said[-3:])}, {legs} legs in all", flush=True)
     figure("share that ended with success", sound / options.points)
     print(f"{sound} of {options.points} ended with success and 0 goals orphaned")
-    raise SystemExit(0 if sound == options.points else 1)
+    raise SystemExit(0 if sound == options.points else NOT_SOUND)
 
 
 if __name__ == "__main__":

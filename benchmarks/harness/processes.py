@@ -14,7 +14,7 @@ from benchmarks.harness.benchmark import Benchmark
 from benchmarks.harness.measurement import Given, WrongCodeError, read_figures
 from benchmarks.harness.starting import ForkStarter, Start, Starter
 from benchmarks.harness.tree import Tree
-from benchmarks.measuring import FIGURES_FILE
+from benchmarks.measuring import FIGURES_FILE, NOT_SOUND
 
 LAST_LINES = 12
 """How much of its output is shown of a process that has failed."""
@@ -25,6 +25,10 @@ DOMAINS = 102
 
 class FailedError(Exception):
     """A process of a benchmark has failed; the message has the end of its output."""
+
+
+class NotSoundError(FailedError):
+    """A benchmark has run, and found what should not be."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +106,8 @@ async def _run(what: Start, starter: Starter | ForkStarter) -> None:
     if code:
         script = Path(what.command[0]).name
         ended = f"exit code {code}" if code > 0 else f"signal {-code}"
-        raise FailedError(f"{script} ended with {ended}{_end_of(what.output)}")
+        kind = NotSoundError if code == NOT_SOUND else FailedError
+        raise kind(f"{script} ended with {ended}{_end_of(what.output)}")
 
 
 def _end_of(output: Path | None) -> str:

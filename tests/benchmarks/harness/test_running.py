@@ -130,7 +130,7 @@ def test_a_process_ends_when_the_run_is_interrupted(tree, cost, tmp_path: Path):
     ("script", "failure"),
     [
         ("raise SystemExit('there is no robot')", "exit code 1:\n    there is no robot"),
-        ("raise SystemExit(3)", "exit code 3"),
+        ("raise SystemExit(5)", "exit code 5"),
         ("import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "signal 9"),
     ],
 )
@@ -138,6 +138,18 @@ def test_a_script_of_the_smoke_ends_as_python_would_end_it(tree, cost, script, f
     """Though it is a fork of a process that has the libraries."""
     (found,) = run(Plan(tree("new", 1.0, script), smoke=True), cost)
     assert found.failures[0] == f"cost.py ended with {failure}"
+
+
+def test_what_a_benchmark_finds_fails_a_measurement_and_no_smoke(tree, cost, capfd):
+    """What it finds may be the load of the machine; that it works is seen all the same."""
+    plan = Plan(tree("new", 1.0, "print('0 of 1'); raise SystemExit(3)"))
+    (found,) = run(plan, cost)
+    assert found.failures[0] == "cost.py ended with exit code 3"
+    (found,) = run(replace(plan, smoke=True), cost)
+    assert found.failures == []
+    said = capfd.readouterr().err
+    assert "cost works; what it found means nothing here: cost.py ended with exit code 3" in said
+    assert "0 of 1" in said
 
 
 def test_a_script_of_the_smoke_is_the_main_module(tree, cost):
