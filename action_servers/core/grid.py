@@ -58,9 +58,9 @@ class Survey:
 
     def contains(self, x: float, y: float) -> bool:
         """Tell whether a point lies on the grid."""
-        row, column = self.cell(x, y)
+        row, column = (y - self.origin_y) / self.resolution, (x - self.origin_x) / self.resolution
         rows, columns = self.shape
-        return 0 <= row < rows and 0 <= column < columns
+        return 0 <= row < rows and 0 <= column < columns  # far away, they are infinite
 
     @property
     def centre_clearance(self) -> Floats:

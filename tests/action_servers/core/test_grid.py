@@ -106,5 +106,7 @@ def test_cells_and_centres_belong_together():
     assert measured.cell(-0.19, 0.24) == (2, 0)
     assert measured.contains(0.049, 0.249)
     assert not measured.contains(0.051, 0.2)
+    assert not measured.contains(1e308, 0.2)
+    assert not measured.contains(0.049, -1e308)
     rows, columns = measured.cells(centres(measured, np.array([2]), np.array([4])))
     assert (rows.tolist(), columns.tolist()) == ([2], [4])
