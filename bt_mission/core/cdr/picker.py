@@ -16,6 +16,9 @@ from typing import Any
 from bt_mission.core.cdr.decoder import FORMATS, HEAD, Decoder, DecodingError, byte_order
 from bt_mission.core.cdr.definitions import Field
 
+MOST_LAYOUTS = 8
+"""How many are remembered: several nodes publish on `tf`, each its own frames, in turns."""
+
 Texts = Mapping[str, str]
 Choose = Callable[[Texts], Sequence[str]]
 """Gives the paths of the numbers that are wanted, in the message's order, by its texts."""
@@ -60,7 +63,7 @@ class Picker:
     def __init__(self, decoder: Decoder, choose: Choose | Sequence[str]) -> None:
         self._decoder = decoder
         self._choose: Choose = choose if callable(choose) else lambda _: choose
-        self._layout: _Layout | None = None
+        self._layouts: list[_Layout] = []
 
     def pick(self, data: bytes) -> Picked:
         """Return the numbers of a serialized message, in its order, and its texts.
@@ -68,9 +71,12 @@ class Picker:
         Raises:
             DecodingError: When the type does not fit the message, or has no such number.
         """
-        layout = self._layout
-        if layout is None or not layout.fits(data):
-            layout = self._layout = self._learn(data)
+        for layout in self._layouts:
+            if layout.fits(data):
+                break
+        else:
+            layout = self._learn(data)
+            self._layouts = [layout, *self._layouts[: MOST_LAYOUTS - 1]]
         return Picked(layout.row.unpack_from(data), layout.texts)
 
     def _learn(self, data: bytes) -> _Layout:

@@ -84,3 +84,19 @@ def test_a_number_that_is_not_there_is_refused() -> None:
     for paths in (("twist.linear.w",), ("twist.linear.y", "twist.linear.x")):
         with pytest.raises(DecodingError):
             Picker(decoder, paths).pick(data)
+
+
+def test_who_publishes_in_turns_is_known_each_time() -> None:
+    """As on `tf`, where the localization and the base have frames of their own."""
+    asked: list[str] = []
+
+    def choose(texts: Texts) -> tuple[str, ...]:
+        asked.append(texts["header.frame_id"])
+        return NUMBERS
+
+    chosen = Picker(decoder_of(ODOMETRY), choose)
+    for number in range(10):
+        for frame in ("map", "odom", "mop"):
+            picked = chosen.pick(serialize_message(odometry(number, 0.5, 1.5, frame)))
+            assert (picked.numbers, picked.texts["header.frame_id"]) == ((number, 0.5, 1.5), frame)
+    assert asked == ["map", "odom", "mop"]
