@@ -36,6 +36,8 @@ tree:
 WORLD = "nav_arena"
 SETTLE_S = 3.0
 """After the first leg has begun, before anything is measured."""
+OUTPUT_SHOWN = 2000
+"""Characters of what a process has said last, where it has ended too early."""
 
 
 def used_s(process: Process) -> float:
@@ -69,9 +71,10 @@ def measure(seconds: float, rounds: int, settle_s: float) -> dict[str, list[floa
                 for each, process in processes.items():
                     share = 100 * (used_s(process) - before[each]) / wall_s
                     shares.setdefault(each, []).append(share)
-            ended = [each for each, process in processes.items() if process.code is not None]
+            ended = {each: one for each, one in processes.items() if one.code is not None}
             if ended:
-                print(f"ended before it was measured: {', '.join(ended)}")
+                for each, process in ended.items():
+                    print(f"{each} ended before it was measured:\n{process.output[-OUTPUT_SHOWN:]}")
                 raise SystemExit(NOT_SOUND)
         finally:
             graph.close()
