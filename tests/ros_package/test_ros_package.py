@@ -104,6 +104,16 @@ def test_the_package_is_the_one_that_pip_installs() -> None:
     assert set(found[1].split()) == set(get_args(Kind))
 
 
+@pytest.mark.parametrize("extra", [None, "dev"], ids=["run", "test"])
+def test_what_pip_installs_beside_ros_is_what_the_project_needs(extra: str | None) -> None:
+    """Each dependency but ROS itself."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    needed = project["optional-dependencies"][extra] if extra else project["dependencies"]
+    name = "requirements-test.txt" if extra else "requirements.txt"
+    lines = (PACKAGE / name).read_text(encoding="utf-8").splitlines()
+    assert lines[1:] == [each for each in needed if not each.startswith("ros-")]
+
+
 def test_the_manifest_names_each_ros_package_that_is_imported() -> None:
     """So `rosdep` installs them all."""
     named = {each.text for each in MANIFEST.iter("exec_depend")}
