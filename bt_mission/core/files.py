@@ -85,7 +85,7 @@ def folders(kind: Kind) -> list[Path]:
 
 
 def prefixes() -> list[Path]:
-    """Return where packages are installed: those of ROS that the shell has sourced, then Python's."""
+    """Return where packages are installed: what the shell has sourced of ROS, then Python's."""
     sourced = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
     return [*map(Path, sourced), Path(sys.prefix)]
 

@@ -1,7 +1,7 @@
 """The package for colcon and its launch files, held against what the product is and takes.
 
-The launch system itself is not on PyPI. What can be told without it is: that each command line which a
-launch file makes is one that `bt-mission` takes.
+The launch system itself is not on PyPI. What can be told without it is that each command line that
+a launch file makes is one that `bt-mission` takes.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from configparser import ConfigParser
 from pathlib import Path
 from typing import get_args
-from xml.etree import ElementTree
+from xml.etree import ElementTree as ET
 
 import pytest
 
@@ -24,8 +24,14 @@ from bt_mission.core.files import Kind, folders
 from tests.support.project import ROOT
 
 PACKAGE = ROOT / "ros_package"
+
+
+def _root(path: Path) -> ET.Element:
+    return ET.parse(path).getroot()  # noqa: S314 - our own file
+
+
 LAUNCH_FILES = sorted((PACKAGE / "launch").iterdir())
-MANIFEST = ElementTree.parse(PACKAGE / "package.xml").getroot()
+MANIFEST = _root(PACKAGE / "package.xml")
 NAMES = [path.name.removesuffix(".launch.xml") for path in LAUNCH_FILES]
 GIVEN = {"mission": "square"}
 """Values of arguments that have no default."""
@@ -33,7 +39,7 @@ GIVEN = {"mission": "square"}
 
 def _arguments(path: Path) -> dict[str, str]:
     """What a launch file declares, with its defaults."""
-    declared = ElementTree.parse(path).getroot().iter("arg")
+    declared = _root(path).iter("arg")
     return {str(arg.get("name")): arg.get("default", "") for arg in declared} | {
         name: value for name, value in GIVEN.items() if f'name="{name}"' in path.read_text()
     }
@@ -50,7 +56,7 @@ def _resolved(text: str, arguments: dict[str, str]) -> str:
 def _command_lines(path: Path) -> Iterator[list[str]]:
     """The arguments of each process of a launch file, as `launch` divides them: at blanks."""
     arguments = _arguments(path)
-    for action in ElementTree.parse(path).getroot():
+    for action in _root(path):
         written = action.get("args") or action.get("cmd")
         if written is None:
             continue
@@ -64,7 +70,7 @@ def test_each_process_of_a_launch_file_is_a_command_that_there_is(path: Path) ->
     """With options that the command takes, and ROS arguments only where it takes them."""
     parser = make_parser()
     load_commands(parser)
-    for action in ElementTree.parse(path).getroot():
+    for action in _root(path):
         if action.tag == "node":
             assert (action.get("pkg"), action.get("exec")) == ("bt_mission", "bt-mission")
     for line in _command_lines(path):
@@ -76,7 +82,7 @@ def test_each_process_of_a_launch_file_is_a_command_that_there_is(path: Path) ->
 @pytest.mark.parametrize("path", LAUNCH_FILES, ids=NAMES)
 def test_each_argument_is_described_and_each_file_included_is_there(path: Path) -> None:
     """`ros2 launch --show-args` teaches; an included file finds its arguments by their names."""
-    tree = ElementTree.parse(path).getroot()
+    tree = _root(path)
     assert all(arg.get("description") for arg in tree.iter("arg"))
     for include in tree.iter("include"):
         included = PACKAGE / "launch" / Path(str(include.get("file"))).name
