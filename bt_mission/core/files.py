@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -26,7 +27,7 @@ def find(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -
     """Return the file of a mission, world or robot, or of parameters.
 
     Looked for, in this order: the path as it is; next to `near` (a file or a folder);
-    `./KIND/NAME.yaml`; the source checkout; `PREFIX/share/bt_mission/KIND`.
+    `./KIND/NAME.yaml`; the source checkout; `PREFIX/share/bt_mission/KIND` of each prefix.
     Raises InputError with the names that are known.
     """
     found = look_for(kind, name_or_path, near)
@@ -78,8 +79,15 @@ def scenarios() -> list[str]:
 
 
 def folders(kind: Kind) -> list[Path]:
-    """Return where files of a kind lie: in the working folder, the sources, the environment."""
-    return [Path(kind), _SOURCE / kind, Path(sys.prefix) / "share" / "bt_mission" / kind]
+    """Return where files of a kind lie: in the working folder, the sources, what is installed."""
+    shares = [prefix / "share" / "bt_mission" / kind for prefix in prefixes()]
+    return [Path(kind), _SOURCE / kind, *shares]
+
+
+def prefixes() -> list[Path]:
+    """Return where packages are installed: what the shell has sourced of ROS, then Python's."""
+    sourced = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
+    return [*map(Path, sourced), Path(sys.prefix)]
 
 
 def _folder(near: Path) -> Path:

@@ -6,7 +6,13 @@ import signal
 from types import FrameType
 from typing import Any, Self
 
+from bt_mission.core.wall_clock import Stopwatch
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+SAME_WISH_S = 0.5
+"""A signal that comes again within this wall time is the same wish, s: one Ctrl-C reaches a program
+twice where what started it (`ros2 launch` without a terminal, `timeout`, `uv run`) passes it on."""
 
 
 class InterruptSignals:
@@ -23,6 +29,7 @@ class InterruptSignals:
         self.signal = ""
         """The last one by its own name, such as SIGTERM."""
         self._most = most
+        self._since_last: Stopwatch | None = None
         self._former: list[tuple[signal.Signals, Any]] = []
 
     def __enter__(self) -> Self:
@@ -39,7 +46,15 @@ class InterruptSignals:
         self.name = name
 
     def _take(self, number: int, _: FrameType | None) -> None:
+        name = signal.Signals(number).name
+        if self._is_repeated(name):
+            return
+        self._since_last = Stopwatch()
         if self.count == self._most:
             raise KeyboardInterrupt
-        self.signal = signal.Signals(number).name
+        self.signal = name
         self.note("Ctrl-C" if number == signal.SIGINT else self.signal)
+
+    def _is_repeated(self, name: str) -> bool:
+        last = self._since_last
+        return last is not None and name == self.signal and last.elapsed_s < SAME_WISH_S

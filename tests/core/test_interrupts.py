@@ -6,9 +6,17 @@ import signal
 
 import pytest
 
+from bt_mission.core import interrupts as module
 from bt_mission.core.interrupts import InterruptSignals
 
 
+@pytest.fixture
+def apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Signals that follow each other at once count as far apart."""
+    monkeypatch.setattr(module, "SAME_WISH_S", 0.0)
+
+
+@pytest.mark.usefixtures("apart")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_the_first_signal_is_noted_and_the_second_interrupts(number):
     """So that the first has time to stop the robot."""
@@ -28,3 +36,15 @@ def test_without_a_limit_every_signal_is_counted():
         signal.raise_signal(signal.SIGTERM)
         signal.raise_signal(signal.SIGINT)
     assert (interrupts.count, interrupts.name, interrupts.signal) == (2, "Ctrl-C", "SIGINT")
+
+
+@pytest.mark.parametrize("most", [None, 1])
+def test_a_signal_that_comes_twice_at_once_is_one_wish(
+    most: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As where `ros2 launch`, `timeout` or `uv run` pass on what the terminal has sent already."""
+    monkeypatch.setattr(module, "SAME_WISH_S", float("inf"))
+    with InterruptSignals(most) as interrupts:
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+        assert interrupts.count == 1

@@ -7,6 +7,9 @@ import signal
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from bt_mission.core import interrupts
 from bt_mission.executive.status import Change
 from bt_mission.sessions.session import drive
 from bt_mission.views.terminal.quiet import Quiet
@@ -66,8 +69,11 @@ def test_ctrl_c_ends_the_mission_and_gives_the_handlers_back(stage: Any) -> None
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_a_second_ctrl_c_leaves_at_once_and_names_the_goals(stage: Any) -> None:
+def test_a_second_ctrl_c_leaves_at_once_and_names_the_goals(
+    stage: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Both arrive between two steps: nothing is waited for."""
+    monkeypatch.setattr(interrupts, "SAME_WISH_S", 0.0)
     run = stage.run(DRIVE)
 
     class Twice(Signals):

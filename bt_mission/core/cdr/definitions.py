@@ -8,15 +8,14 @@ text of those messages is put together here as ``rosidl`` does it.
 
 from __future__ import annotations
 
-import os
 import re
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import prefixes
 
 SEPARATOR = "=" * 80
 
@@ -64,9 +63,8 @@ def share_folders() -> list[Path]:
 
     Last come those of ours that stand in for real ones (interfaces/wheel).
     """
-    prefixes = [*filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))]
-    here = Path(sys.prefix, "share")
-    return [*(Path(prefix) / "share" for prefix in prefixes), here, here / "bt_mission/ros/share"]
+    shares = [prefix / "share" for prefix in prefixes()]
+    return [*shares, shares[-1] / "bt_mission/ros/share"]
 
 
 def file_text(type_name: str, folders: Sequence[Path]) -> str | None:
