@@ -20,7 +20,7 @@ unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH PYTHONHO
 installed := $(VENV)/.installed
 bin := $(VENV)/bin
 
-.PHONY: help demo test fuzz benchmarks lint layers types format docs doctor clean
+.PHONY: help demo test fuzz benchmarks lint layers types format docs generated doctor clean
 
 help: ## say what can be made
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -51,7 +51,10 @@ format: $(installed) ## put the sources in order
 	@$(bin)/ruff check --fix
 	@$(bin)/ruff format
 
-docs: $(installed) ## write what docs/ takes from the code: the API reference, the table of faults, the picture of the packages
+docs: $(installed) ## build the documentation site, build/site; REFS="v1 main" adds these versions
+	@$(bin)/python tools/build_site.py $(REFS)
+
+generated: $(installed) ## write what docs/ takes from the code: the API reference, the table of faults, the picture of the packages
 	@$(bin)/python tools/make_api_reference.py
 	@$(bin)/python tools/make_fault_table.py
 	@$(bin)/python tools/draw_layers.py

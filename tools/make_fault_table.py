@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Write the table of faults in docs/reference/scenarios.md, from the faults themselves.
 
-A test compares the page with what this gives; `make docs` writes it.
+A test compares the page with what this gives; `make generated` writes it.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ OURS = ("bt_mission", "action_servers", "sim")
 
 
 def test_the_page_is_that_of_the_docstrings():
-    """Who changes a public name writes the page again: `make docs`."""
+    """Who changes a public name writes the page again: `make generated`."""
     assert PAGE.read_text(encoding="utf-8") == page()
 
 

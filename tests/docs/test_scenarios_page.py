@@ -14,7 +14,7 @@ FAULTS = "".join(re.findall(r"^```faults\n(.*?)^```", TEXT, re.MULTILINE | re.DO
 
 
 def test_the_table_is_that_of_the_faults() -> None:
-    """Who changes a fault writes the page again: `make docs`."""
+    """Who changes a fault writes the page again: `make generated`."""
     assert with_table(TEXT) == TEXT
 
 

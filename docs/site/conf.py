@@ -1,0 +1,122 @@
+"""Build the documentation site with Sphinx: the same Markdown as on GitHub, as pages.
+
+The root of the repository is the source folder, so that a link leads to the same place here and
+there: README.md is the first page, and docs/README.md, the list of all pages, gives the navigation.
+`tools/build_site.py` calls Sphinx.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from pygments import highlight
+from pygments.formatters import HtmlFormatter
+from pygments.lexers import TextLexer, YamlLexer, get_lexer_for_filename
+from sphinx import addnodes
+from sphinx.application import Sphinx
+from sphinx.transforms import SphinxTransform
+from sphinx.util.osutil import relative_uri
+
+ROOT = Path(__file__).resolve().parents[2]
+
+project = "bt-mission"
+author = "the authors of bt-mission"
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+version = release = PROJECT["version"]
+
+root_doc = "README"
+include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**.md"]
+exclude_patterns = [".*", "build", "runs", "found", "missions", "tests", "interfaces"]
+extensions = ["myst_parser"]
+myst_heading_anchors = 6
+nitpicky = True
+show_warning_types = True
+
+html_theme = "furo"
+html_title = f"bt-mission {release}"
+html_copy_source = html_show_sourcelink = False
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_js_files = ["versions.js"]
+templates_path = ["templates"]
+pygments_style, pygments_dark_style = "friendly", "github-dark"
+
+# Tests know by these names what an example is.
+LEXERS = {
+    "faults": TextLexer,
+    "requirements": TextLexer,
+    "yaml-faults": YamlLexer,
+    "yaml-file": YamlLexer,
+    "yaml-requirement": YamlLexer,
+    "yaml-scenario": YamlLexer,
+}
+
+shown_files: dict[str, Path] = {}
+"""Files of the repository that a page links to, by the name of the page that shows each."""
+
+
+def navigation(index: str) -> Iterator[str]:
+    """Yield the navigation as hidden toctrees: a section of docs/README.md each, in its order."""
+    yield from ("", "```{toctree}", ":hidden:", "All pages <docs/README>", "```")
+    for section in re.split(r"^## ", index, flags=re.MULTILINE)[1:]:
+        caption = section.partition("\n")[0].partition(":")[0]
+        pages = re.findall(r"^\| \[([^\]]+)\]\((\S+)\.md\)", section, re.MULTILINE)
+        entries = (f"{title} <docs/{path}>" for title, path in pages)
+        yield from ("", "```{toctree}", ":hidden:", f":caption: {caption}", *entries, "```")
+    project_pages = ("Contributing <CONTRIBUTING>", "Changelog <CHANGELOG>")
+    yield from ("", "```{toctree}", ":hidden:", ":caption: Project", *project_pages, "```", "")
+
+
+def add_navigation(app: Sphinx, docname: str, source: list[str]) -> None:
+    """Give the first page the navigation, which Markdown has no words for."""
+    if docname == root_doc:
+        index = (Path(app.srcdir) / "docs" / "README.md").read_text("utf-8")
+        source[0] += "\n".join(navigation(index))
+
+
+class FileLinks(SphinxTransform):
+    """Links to files that are no page, such as missions, lead to a page that shows the file."""
+
+    default_priority = 500
+
+    def apply(self, **_kwargs: Any) -> None:
+        """Replace the links of one page."""
+        here = self.env.docname
+        for node in list(self.document.findall(addnodes.download_reference)):
+            name, path = self.env.relfn2path(node["reftarget"], here)
+            page = f"files/{name}"
+            shown_files[page] = Path(path)
+            uri = relative_uri(f"{here}.html", f"{page}.html")
+            node.replace_self(nodes.reference("", "", *node.children, refuri=uri, internal=True))
+
+
+def show_files(_app: Sphinx) -> Iterator[tuple[str, dict[str, Any], str]]:
+    """Yield a page for each file that is linked to."""
+    for page, path in shown_files.items():
+        name = page.removeprefix("files/")
+        text = path.read_text("utf-8")
+        code = highlight(text, get_lexer_for_filename(path.name), HtmlFormatter())
+        body = f"<h1>{path.name}</h1><p>The file <code>{name}</code> of the repository.</p>{code}"
+        yield page, {"title": name, "body": body}, "page.html"
+
+
+def make_index(app: Sphinx, exception: Exception | None) -> None:
+    """Let the folder of the site open with its first page."""
+    if exception is None:
+        shutil.copyfile(Path(app.outdir) / f"{root_doc}.html", Path(app.outdir) / "index.html")
+
+
+def setup(app: Sphinx) -> None:
+    """Connect what is above to Sphinx."""
+    for name, lexer in LEXERS.items():
+        app.add_lexer(name, lexer)
+    app.add_transform(FileLinks)
+    app.connect("source-read", add_navigation)
+    app.connect("html-collect-pages", show_files)
+    app.connect("build-finished", make_index)
