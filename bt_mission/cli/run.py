@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.cli import recording
 from bt_mission.cli.argument_types import speed
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.foxglove import add_foxglove_options, refuse_foxglove
 from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
 from bt_mission.cli.options import (
     add_fault_option,
@@ -109,6 +110,7 @@ def add_parser(commands: Any) -> None:
     )
     add_view_option(parser)
     add_web_options(parser)
+    add_foxglove_options(parser)
     recording.add_recording_options(parser)
     parser.set_defaults(command=run)
 
@@ -210,6 +212,7 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
     if options.tui and (options.json or options.plain):
         raise BtMissionError("--tui: a full screen leaves no room for --json or --plain")
     refuse_web(options, instead=("tui",))
+    refuse_foxglove(options)
     recording.refuse_recording(options)
     refuse_view(options)
     if options.attach and options.speed is not None:

@@ -39,7 +39,7 @@ class RunPlan:
             own,
             visible=options.visible,
             network=options.network,
-            watched=options.tui or options.web,
+            watched=options.tui or options.web or options.foxglove,
             props=_obstacles() if self.faults else own.props,
         )
 

@@ -7,6 +7,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli import recording
+from bt_mission.cli.foxglove import foxglove_on
 from bt_mission.cli.run_plan import RunPlan
 from bt_mission.cli.view import window_on
 from bt_mission.cli.web import stay_until_left, watching_process, web_server
@@ -30,6 +31,7 @@ def run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, re
         _open_session(options, plan, view.say) as session,
         plan.faults_in(session) as with_outcomes,
         window_on(session, wanted=options.view),
+        foxglove_on(options, session),
         watching_process(options, session.node.get_fully_qualified_name()),
         recording.recorder_for(options, session) as keeping,
     ):
@@ -71,6 +73,7 @@ def run_on_screen(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, r
         plan.faults_in(session) as with_outcomes,
         closing(LocalExecutive(session)) as graph,
         window_on(session, wanted=options.view),
+        foxglove_on(options, session),
         recording.recorder_for(options, session) as keeping,
     ):
         interrupts = InterruptSignals()
@@ -101,6 +104,7 @@ def run_on_page(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, rec
         plan.faults_in(session) as with_outcomes,
         closing(LocalExecutive(session)) as graph,
         window_on(session, wanted=options.view),
+        foxglove_on(options, session),
         recording.recorder_for(options, session) as keeping,
     ):
         interrupts = InterruptSignals()
@@ -128,8 +132,8 @@ def _tell_resumable(options: argparse.Namespace, session: Any) -> None:
 
 def _speed(options: argparse.Namespace) -> float | None:
     """What people look at is in real time, unless they want another speed."""
-    is_shown = (options.tui or options.view or options.web) and not options.attach
-    return options.speed or (1.0 if is_shown else None)
+    is_shown = options.tui or options.view or options.web or options.foxglove
+    return options.speed or (1.0 if is_shown and not options.attach else None)
 
 
 def _open_session(options: argparse.Namespace, plan: RunPlan, say: Any) -> AttachedSession | Stage:

@@ -8,6 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
+from bt_mission.cli.foxglove import (
+    add_foxglove_options,
+    foxglove_process,
+    refuse_foxglove,
+)
 from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
 from bt_mission.cli.ros_arguments import TAKEN, checked, of_node
 from bt_mission.cli.web import add_web_options, refuse_web, watching_process
@@ -80,6 +85,7 @@ def add_parser(commands: Any) -> None:
     add_network_option(parser)
     add_duplicates_option(parser)
     add_web_options(parser)
+    add_foxglove_options(parser)
     parser.set_defaults(command=serve, **TAKEN)
 
 
@@ -95,6 +101,7 @@ def serve(options: argparse.Namespace) -> int:
     from bt_mission.cli.run import announce, leaving_at_once
 
     refuse_web(options)
+    refuse_foxglove(options)
     announce("joining the ROS graph")
     prepare_graph(options)
     with leaving_at_once():
@@ -150,7 +157,7 @@ def _serve(options: argparse.Namespace) -> int:
         say(f"{name} waits for missions ({'/clock' if graph.has_clock else 'wall clock'})")
         say(_offered(missions))
         page = watching_process(options, node.get_fully_qualified_name())
-        with InterruptSignals() as interrupts, page:
+        with InterruptSignals() as interrupts, page, foxglove_process(options):
             while not (interrupts.count and not node.is_busy):
                 if interrupts.count == 1:
                     node.close(f"interrupted by {interrupts.name}")

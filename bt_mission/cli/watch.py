@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.foxglove import add_foxglove_options, refuse_foxglove, serve_graph
 from bt_mission.cli.network import add_network_option, prepare_graph
 from bt_mission.cli.options import add_plain_option
 from bt_mission.cli.web import add_web_options, has_input_ended, refuse_web, web_server
@@ -38,6 +39,7 @@ examples:
   bt-mission watch robot1                     one of several, by its namespace
   bt-mission watch tree                       a tree of py_trees_ros, by its node
   bt-mission watch --web --open               on a page for browsers
+  bt-mission watch --foxglove                 all topics, for Foxglove and Lichtblick
   bt-mission watch --once                     the tree as it is now
   bt-mission watch --json | jq -c 'select(.event == "status")'
 
@@ -83,6 +85,7 @@ def add_parser(commands: Any) -> None:
     )
     add_network_option(parser)
     add_web_options(parser)
+    add_foxglove_options(parser)
     parser.add_argument("--until-input-ends", action="store_true", help=argparse.SUPPRESS)
     parser.set_defaults(command=watch)
 
@@ -90,7 +93,10 @@ def add_parser(commands: Any) -> None:
 def watch(options: argparse.Namespace) -> int:
     """Look on until told to leave; gives the exit code."""
     refuse_web(options, instead=("once", "json", "plain"))
+    refuse_foxglove(options, instead=("once", "json", "plain", "web", "executive", "wait"))
     prepare_graph(options)
+    if options.foxglove:
+        return serve_graph(options)
     from bt_mission.ros.discovery import ExecutiveDirectory
 
     with ExecutiveDirectory(has_variables=options.blackboard) as observer:

@@ -34,7 +34,7 @@ def add_web_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--port",
-        type=_port,
+        type=port_number,
         metavar="N",
         help=f"with --web: listen on this port (default: {PORT}; 0 takes any that is free)",
     )
@@ -50,7 +50,8 @@ def add_web_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _port(text: str) -> int:
+def port_number(text: str) -> int:
+    """Return the number of a port."""
     try:
         port = int(text)
     except ValueError:
@@ -137,9 +138,16 @@ def watching_process(options: argparse.Namespace, name: str) -> Iterator[None]:
     from bt_mission.views.web.server import listening_socket
 
     listening_socket(options.host or LOOPBACK, _port_of(options)).close()  # or say so at once
-    command = [sys.executable, "-m", "bt_mission", "watch", name, *web_arguments(options)]
+    with watch_beside(name, *web_arguments(options)):
+        yield
+
+
+@contextmanager
+def watch_beside(*words: str) -> Iterator[None]:
+    """Run ``bt-mission watch`` with these words in a process of its own, and end it afterwards."""
+    command = [sys.executable, "-m", "bt_mission", "watch", *words, "--until-input-ends"]
     process = subprocess.Popen(  # noqa: S603 - this Python with a command of ours
-        [*command, "--until-input-ends"], stdin=subprocess.PIPE, start_new_session=True
+        command, stdin=subprocess.PIPE, start_new_session=True
     )
     try:
         yield

@@ -16,7 +16,7 @@ from bt_mission.core.cdr.decoder import Take
 from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError
 from bt_mission.ros.graph import ProcessNode
-from bt_mission.ros.interface_types import action_type, message_type
+from bt_mission.ros.interface_types import topic_type
 from bt_mission.ros.observable_publisher import ObservablePublisher
 from bt_mission.ros.subscriber import matching_qos
 
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
 DEPTH = 1000
 """Messages of a topic that may wait until they are taken."""
-
-FEEDBACK_TYPE = "_FeedbackMessage"
 
 
 class Opening(Protocol):
@@ -180,7 +178,7 @@ class GraphTopics:
             self.faults[topic] = str(error)
 
     def _subscribe(self, topic: str, type_name: str, offers: list[QoSProfile]) -> None:
-        message_class = class_of(type_name)
+        message_class = topic_type(type_name)
         take = self._opening.open_topic(topic, type_name, offered(offers))
         if take is None:
             return
@@ -203,13 +201,6 @@ class GraphTopics:
                 part == "feedback",
             )
         )
-
-
-def class_of(type_name: str) -> Any:
-    """Return the class of a topic's type, also of an action's feedback. Raises UnknownType."""
-    if "/action/" in type_name and type_name.endswith(FEEDBACK_TYPE):
-        return action_type(type_name.removesuffix(FEEDBACK_TYPE)).Impl.FeedbackMessage
-    return message_type(type_name)
 
 
 def name_of(message_class: Any) -> str:

@@ -44,6 +44,9 @@ MAX_NAME = 255
 """Characters of a type's name; longer ones are no names of files either."""
 
 
+FEEDBACK_TYPE = "_FeedbackMessage"
+"""How the type of an action's feedback ends, behind that of the action."""
+
 KINDS = {
     "action": ("action", "nav2_msgs/action/Spin"),
     "srv": ("service", "std_srvs/srv/Trigger"),
@@ -65,6 +68,13 @@ def service_type(name: str) -> Any:
 def message_type(name: str) -> Any:
     """Return the class of a message, "std_msgs/msg/String". Raises UnknownType."""
     return _type("msg", name)
+
+
+def topic_type(name: str) -> Any:
+    """Return the class of a topic's type, also of an action's feedback. Raises UnknownType."""
+    if "/action/" in name and name.endswith(FEEDBACK_TYPE):
+        return action_type(name.removesuffix(FEEDBACK_TYPE)).Impl.FeedbackMessage
+    return message_type(name)
 
 
 def check_type(name: str, wanted: str, found: Iterable[str], verb: str = "is a") -> None:

@@ -1,0 +1,155 @@
+"""The options of ``--foxglove``, and the commands that have them, as processes of their own."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import signal
+import socket
+import subprocess
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from bt_mission.cli import foxglove
+from bt_mission.cli.main import main
+from bt_mission.core.errors import BtMissionError
+from bt_mission.graph_tools.foxglove import LAYOUT
+from bt_mission.testing.live_graph import LOCAL, command
+from tests.support.processes import read_until, started
+
+needs_foxglove = pytest.mark.skipif(
+    find_spec(foxglove.NEEDED) is None, reason="the extra 'foxglove' is not installed"
+)
+FOREVER = "mission: forever\nworld: empty_arena\ntree: {wait: 100000}\n"
+SINCE_1970_NS = 10**18
+"""The clock of this machine is beyond, that of a simulation is not."""
+ANY_PORT = "--foxglove-port=0"
+
+
+def options(*words: str) -> argparse.Namespace:
+    """Options as a command has them."""
+    parser = argparse.ArgumentParser()
+    foxglove.add_foxglove_options(parser)
+    parser.add_argument("--once", action="store_true")
+    return parser.parse_args(words)
+
+
+@pytest.fixture
+def mission(tmp_path: Path) -> str:
+    """The file of a mission that does not end by itself."""
+    path = tmp_path / "forever.yaml"
+    path.write_text(FOREVER, encoding="utf-8")
+    return str(path)
+
+
+def link_in(text: str) -> str:
+    """The address that a command has printed."""
+    found = re.search(r"in Foxglove: (ws://127\.0\.0\.1:\d+), layout (\S+)", text)
+    assert found, text
+    assert Path(found[2]) == LAYOUT
+    return found[1]
+
+
+def test_without_the_extra_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch):
+    """Before anything moves."""
+    monkeypatch.setattr(foxglove, "find_spec", lambda name: None)
+    said = r"--foxglove needs foxglove-sdk: pip install 'bt-mission\[foxglove\]'"
+    with pytest.raises(BtMissionError, match=said):
+        foxglove.refuse_foxglove(options("--foxglove"))
+
+
+def test_a_port_is_not_ignored_without_it():
+    """It would seem to have done something."""
+    with pytest.raises(BtMissionError, match="--foxglove-port goes with --foxglove"):
+        foxglove.refuse_foxglove(options("--foxglove-port", "1"))
+
+
+def test_what_shows_something_else_is_one_too_many():
+    """`watch` serves the whole graph, and shows no executive then."""
+    with pytest.raises(BtMissionError, match="--foxglove and --once: choose one of them"):
+        foxglove.refuse_foxglove(options("--foxglove", "--once"), instead=("once",))
+
+
+@pytest.mark.parametrize("port", ["x", "-1", "65536"])
+def test_a_port_is_a_number_of_one(port: str, mission: str, capsys: pytest.CaptureFixture[str]):
+    """The message says which there are."""
+    with pytest.raises(SystemExit) as ended:
+        main(["run", mission, "--foxglove", "--foxglove-port", port])
+    assert ended.value.code == 2
+    assert f"'{port}' is no port: expected 0 to 65535" in capsys.readouterr().err
+
+
+@needs_foxglove
+@pytest.mark.process
+@pytest.mark.parametrize("words", [("run", "mission"), ("serve",), ("watch",)])
+def test_a_port_that_is_taken_ends_it_before_anything_moves(words: tuple[str, ...], mission: str):
+    """With what to do."""
+    arguments = [mission if word == "mission" else word for word in words]
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with started(*arguments, "--foxglove", f"--foxglove-port={port}") as process:
+            out, _ = process.communicate(timeout=100)
+    assert process.returncode == 2
+    said = f"--foxglove-port {port}: another program listens there; --foxglove-port 0 takes any"
+    assert said in out
+    assert "Traceback" not in out
+
+
+@needs_foxglove
+@pytest.mark.process
+def test_a_run_is_served_until_it_ends(mission: str):
+    """On the stage, in real time; Ctrl-C ends the mission in good order."""
+    from tests.support.foxglove_client import FoxgloveClient  # noqa: PLC0415 - needs the extra
+
+    with started("run", mission, "--foxglove", ANY_PORT, "--plain") as process:
+        link = link_in(read_until(process, "in Foxglove"))
+        with FoxgloveClient(link) as client:
+            client.wait_for(lambda: "/odom" in client.channels)
+            client.subscribe("/odom")
+            client.wait_for(lambda: client.heard["/odom"])
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted by Ctrl-C" in out
+    assert "Traceback" not in out
+
+
+@needs_foxglove
+@pytest.mark.process
+def test_a_graph_is_served_with_its_own_time(mission: str):
+    """Topics of other processes: here those of a simulation, with the time of its clock."""
+    from tests.support.foxglove_client import FoxgloveClient  # noqa: PLC0415 - needs the extra
+
+    with (
+        started("run", mission, "--visible", "--speed=1", "--plain", **LOCAL),
+        started("watch", "--foxglove", ANY_PORT, **LOCAL) as process,
+    ):
+        link = link_in(read_until(process, "in Foxglove"))
+        with FoxgloveClient(link) as client:
+            client.wait_for(lambda: client.channels.keys() >= {"/odom", "/bt_mission/tree"})
+            client.subscribe("/odom", "/bt_mission/tree")
+            client.wait_for(lambda: client.heard["/bt_mission/tree"])
+            client.wait_for(lambda: any(t < SINCE_1970_NS for t, _ in client.heard["/odom"]))
+            client.wait_for(lambda: any(t < SINCE_1970_NS for t in client.times))
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in out
+
+
+@needs_foxglove
+@pytest.mark.process
+def test_the_server_of_another_process_ends_with_the_one_that_has_started_it():
+    """Even where that was killed: its standard input ends."""
+    arguments = [*command("watch", "--foxglove", ANY_PORT), "--until-input-ends"]
+    with subprocess.Popen(
+        arguments, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        while "in Foxglove" not in process.stderr.readline():
+            pass
+        process.stdin.close()
+        assert process.wait(timeout=60) == 0
