@@ -26,7 +26,8 @@ def find(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -
     """Return the file of a mission, world or robot, or of parameters.
 
     Looked for, in this order: the path as it is; next to `near` (a file or a folder);
-    `./KIND/NAME.yaml`; the source checkout; `PREFIX/share/bt_mission/KIND`.
+    `./KIND/NAME.yaml`; the source checkout; `PREFIX/share/bt_mission/KIND`. A shipped file is
+    also found by its path in the checkout, such as ``missions/square.yaml``.
     Raises InputError with the names that are known.
     """
     found = look_for(kind, name_or_path, near)
@@ -48,7 +49,8 @@ def look_for(kind: Kind, name_or_path: str | Path, near: str | Path | None = Non
     is_path = wanted.suffix in SUFFIXES or len(wanted.parts) > 1
     if is_path:
         candidates = [wanted, *(folder / wanted for folder in beside[:1])]
-        candidates += [folder / wanted for folder in folders(kind)]
+        inside = wanted.relative_to(kind) if wanted.parts[0] == kind else wanted
+        candidates += [folder / one for folder in folders(kind) for one in (wanted, inside)]
     else:
         candidates = [
             folder / f"{wanted}{suffix}"
@@ -79,7 +81,17 @@ def scenarios() -> list[str]:
 
 def folders(kind: Kind) -> list[Path]:
     """Return where files of a kind lie: in the working folder, the sources, the environment."""
-    return [Path(kind), _SOURCE / kind, Path(sys.prefix) / "share" / "bt_mission" / kind]
+    return [Path(kind), *shipped_folders(kind)]
+
+
+def shipped_folders(kind: Kind) -> list[Path]:
+    """Return where the shipped files of a kind lie: in the sources, or where pip put them.
+
+    That is the environment, or what `pip install --user` and Debian's own pip take for one.
+    """
+    is_installed = _SOURCE.name in ("site-packages", "dist-packages")
+    prefix = _SOURCE.parents[2] if is_installed else Path(sys.prefix)
+    return [_SOURCE / kind, prefix / "share" / "bt_mission" / kind]
 
 
 def _folder(near: Path) -> Path:
