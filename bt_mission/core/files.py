@@ -108,7 +108,7 @@ def is_file(path: Path) -> bool:
 
 def is_scenario(path: str | Path) -> bool:
     """Return whether a file is a scenario rather than a mission."""
-    return _IS_SCENARIO.search(_text_to_look_at(path)) is not None
+    return _IS_SCENARIO.search(text_to_look_at(path)) is not None
 
 
 def plain_words(path: str | Path) -> dict[str, str]:
@@ -117,10 +117,10 @@ def plain_words(path: str | Path) -> dict[str, str]:
     Of each, where it is plain words. It is only for telling people, before the file is read
     properly: that takes a while.
     """
-    return dict(_PLAIN_WORDS.findall(_text_to_look_at(path)))
+    return dict(_PLAIN_WORDS.findall(text_to_look_at(path)))
 
 
-def _text_to_look_at(path: str | Path) -> str:
+def text_to_look_at(path: str | Path) -> str:
     """Return the beginning of a file in YAML, or nothing; a pipe is not read."""
     file = Path(path)
     if file.suffix not in SUFFIXES or not is_file(file):
