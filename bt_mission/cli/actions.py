@@ -15,6 +15,7 @@ from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import ABORTED, CANCELED, INTERRUPTED, LOST, NO_SERVER, REJECTED, SUCCESS
 from bt_mission.cli.options import add_plain_option
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.text import columns
 
 if TYPE_CHECKING:
     from bt_mission.graph_tools.goal_events import GoalOutcome
@@ -177,7 +178,6 @@ def _refuse_nothing(name: str, part: InterfacePart) -> None:
         BtMissionError: With the fields, and an example.
     """
     from bt_mission.graph_tools.form_fields import example, lines_of
-    from bt_mission.graph_tools.listing import columns
 
     if not part.shape.fields:
         return

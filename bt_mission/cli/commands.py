@@ -26,6 +26,14 @@ COMMANDS: Mapping[str, Command] = {
     "convert": Command(
         "convert:add_parser", "turn a mission from YAML into XML for Groot 2, and back"
     ),
+    "new": Command(
+        "new:add_parser", "make a project: a mission, a world, a test, and what an editor needs"
+    ),
+    "missions": Command(
+        "listed_files:add_missions_parser", "list missions, shipped or your own; copy one to edit"
+    ),
+    "worlds": Command("listed_files:add_worlds_parser", "the same of worlds"),
+    "robots": Command("listed_files:add_robots_parser", "the same of robots"),
     "tree": Command("tree:add_parser", "show a mission's tree as text, DOT, SVG or PNG"),
     "schema": Command(
         "check:add_schema_parser",

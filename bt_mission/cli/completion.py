@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.commands import load_commands
+from bt_mission.cli.completed_names import FILES, KINDS, known
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import names, scenarios
 
 SHELLS = ("bash", "zsh", "fish")
-KINDS = ("missions", "runs", "worlds", "robots", "parameters")
-"""What is completed by name; runs are missions and scenarios."""
 
 EPILOG = """\
 now, and in every new shell:
@@ -23,22 +20,45 @@ now, and in every new shell:
   zsh:   echo 'eval "$(bt-mission completion zsh)"' >> ~/.zshrc        after compinit
   fish:  bt-mission completion fish > ~/.config/fish/completions/bt-mission.fish
 
-Names of missions, worlds and robots are looked up when a word is completed.
+Names of missions, worlds and robots, of a mission's inputs, and of actions, topics, services,
+executives and namespaces of the running graph are looked up when a word is completed.
 """
 
-OF_KIND = {"mission": "missions", "world": "worlds", "robot": "robots", "params": "parameters"}
-"""What is completed after an option, by its name: these, and files of one's own."""
+OF_KIND = {
+    "mission": "missions",
+    "world": "worlds",
+    "robot": "robots",
+    "params": "parameters",
+    "set": "inputs",
+    "vary": "inputs",
+    "action": "actions",
+    "topic": "topics",
+    "service": "services",
+    "executive": "executives",
+    "namespace": "namespaces",
+}
+"""What is completed for an argument, by its name: these, and files of one's own."""
 
-MISSION_COMMANDS = {"run": "runs", "check": "runs", "tree": "missions", "convert": "missions"}
-"""What the argument ``file`` of a command is."""
+OF_COMMAND = {
+    ("run", "file"): "runs",
+    ("check", "files"): "runs",
+    ("tree", "file"): "missions",
+    ("convert", "file"): "missions",
+    ("sweep", "file"): "runs",
+    ("falsify", "file"): "runs",
+    ("missions", "name"): "listed",
+    ("worlds", "name"): "worlds",
+    ("robots", "name"): "robots",
+}
+"""The same for arguments that mean something else elsewhere, by the command and their name."""
 
 BASH = """\
 _bt_mission_{kind}_file() {{
   local found suffix
   found=$(compgen -W "$(bt-mission completion --names {kind} 2>/dev/null)" -- "$1")
-  if [[ -n $found && $1 != */* ]]; then
+  if [[ -n $found ]]; then
     echo "$found"
-    return
+    [[ $1 == */* ]] || return
   fi
   for suffix in {suffixes}; do
     compgen -f -X "!*.$suffix" -- "$1"
@@ -46,6 +66,24 @@ _bt_mission_{kind}_file() {{
   compgen -d -- "$1"
 }}
 """
+BASH_NAMES = """\
+_bt_mission_{kind}_names() {{
+  local found
+  found=$(bt-mission completion --names {kind} --line "${{COMP_WORDS[*]}}" 2>/dev/null)
+  compgen -W "$found" -- "$1"
+}}
+"""
+BASH_END = """
+# A name that ends with '=' is followed by its value.
+_bt_mission_complete() {
+  _shtab_bt_mission
+  if [[ ${#COMPREPLY[@]} -eq 1 && ${COMPREPLY[0]} == *= ]]; then
+    compopt -o nospace 2>/dev/null
+  fi
+  return 0
+}
+complete -o bashdefault -F _bt_mission_complete bt-mission"""
+
 ZSH = """\
 _bt_mission_{kind}() {{
   local -a found
@@ -53,10 +91,22 @@ _bt_mission_{kind}() {{
   _alternative "names:{kind}:($found)" 'files:file:_files -g "*.({alternatives})(-.)"'
 }}
 """
-_PLAIN_NAME = re.compile(r"[\w.+@%/-]+", re.ASCII)
-"""Names that a shell takes as they are: it expands `$(...)` and blanks in what it completes."""
+ZSH_NAMES = """\
+_bt_mission_{kind}() {{
+  local -a found
+  found=(${{(f)"$(bt-mission completion --names {kind} --line "$words" 2>/dev/null)"}})
+  if [[ {kind} == inputs ]]; then
+    compadd -q -S '' -a found
+  else
+    compadd -a found
+  fi
+}}
+"""
 
 FISH = "(bt-mission completion --names {kind}; __fish_complete_path (commandline -ct))"
+FISH_NAMES = (
+    "(bt-mission completion --names {kind} --line (commandline -cp | string collect) 2>/dev/null)"
+)
 
 
 def add_parser(commands: Any) -> None:
@@ -64,12 +114,18 @@ def add_parser(commands: Any) -> None:
     parser = commands.add_parser(
         "completion",
         description="Prints a script with which a shell completes commands, options, files, and "
-        "the names of missions, worlds and robots.",
+        "the names of missions, worlds, robots, inputs, and of what is in the running graph.",
         epilog=EPILOG,
     )
     parser.add_argument("shell", nargs="?", choices=SHELLS, help="the shell")
     parser.add_argument(
-        "--names", choices=KINDS, help="instead: print the names that are known, one a line"
+        "--names", choices=tuple(KINDS), help="instead: print the names that are known, one a line"
+    )
+    parser.add_argument(
+        "--line",
+        default="",
+        metavar="WORDS",
+        help="with --names: the command line so far, which names the mission of inputs",
     )
     parser.set_defaults(command=completion)
 
@@ -79,15 +135,11 @@ def completion(options: argparse.Namespace) -> int:
     if (options.shell is None) == (options.names is None):
         raise BtMissionError(f"expected a shell ({', '.join(SHELLS)}), or --names")
     if options.names:
-        print("\n".join(filter(_PLAIN_NAME.fullmatch, known(options.names))))
+        for name in known(options.names, options.line):
+            print(name)
     else:
         print(script(options.root, options.shell))
     return SUCCESS
-
-
-def known(kind: str) -> list[str]:
-    """Return the names that are completed."""
-    return [*names("missions"), *scenarios()] if kind == "runs" else names(kind)  # type: ignore[arg-type]  # one of KINDS
 
 
 def script(parser: argparse.ArgumentParser, shell: str) -> str:
@@ -99,25 +151,31 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
         how = _how(command, action)
         if how is not None:
             action.complete = how  # type: ignore[attr-defined]  # where shtab looks for it
-    return str(shtab.complete(parser, shell))
+    written = str(shtab.complete(parser, shell))
+    return written + BASH_END if shell == "bash" else written
 
 
 def _how(command: str, action: argparse.Action) -> Any:
     """How an argument is completed; None leaves it to shtab, which knows choices."""
     import shtab
 
-    kind = OF_KIND.get(action.dest)
-    if action.dest in ("file", "files") and command in MISSION_COMMANDS:
-        kind = MISSION_COMMANDS[command]
-    if kind is not None:
-        return _named(kind)
+    kind = OF_COMMAND.get((command, action.dest)) or OF_KIND.get(action.dest)
+    if kind is not None and not action.choices:
+        return _of_kind(kind)
     if action.dest == "images":
         return shtab.DIRECTORY
     return shtab.FILE if action.type is Path else None
 
 
-def _named(kind: str) -> dict[str, Any]:
-    """Names of a kind, and files."""
+def _of_kind(kind: str) -> dict[str, Any]:
+    """Names of a kind; and files, where those will do."""
+    if kind not in FILES:
+        return {
+            "bash": f"_bt_mission_{kind}_names",
+            "zsh": f"_bt_mission_{kind}",
+            "fish": FISH_NAMES.format(kind=kind),
+            "preamble": {"bash": BASH_NAMES.format(kind=kind), "zsh": ZSH_NAMES.format(kind=kind)},
+        }
     suffixes = ("yaml", "yml", "xml") if kind in ("missions", "runs") else ("yaml", "yml")
     filled = {"kind": kind, "suffixes": " ".join(suffixes), "alternatives": "|".join(suffixes)}
     return {

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_force_option, refuse_existing, write_output
+from bt_mission.cli.options import add_force_option, mission_file, refuse_existing, write_output
 from bt_mission.core.errors import BtMissionError
 
 DESCRIPTION = """\
@@ -40,7 +40,12 @@ def add_parser(commands: Any) -> None:
         description=DESCRIPTION,
         epilog=EPILOG,
     )
-    parser.add_argument("file", type=Path, nargs="?", help="the mission: a YAML or an XML file")
+    parser.add_argument(
+        "file",
+        type=Path,
+        nargs="?",
+        help="the mission: a YAML or an XML file, or the name of a shipped one",
+    )
     parser.add_argument(
         "-o", "--output", type=Path, help="the file to write (default: standard output)"
     )
@@ -58,7 +63,8 @@ def convert(options: argparse.Namespace) -> int:
     if options.file is None and not options.palette:
         raise BtMissionError("expected the file of a mission, or --palette")
     refuse_existing(options, options.output)
-    text = _text(options.file, palette=options.palette)
+    file = options.file and mission_file(options)
+    text = _text(file, palette=options.palette)
     if options.output is None:
         print(text, end="")
     else:

@@ -12,6 +12,7 @@ from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.commands import COMMANDS
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.network import add_network_option, prepare_graph
+from bt_mission.core.text import columns
 
 if TYPE_CHECKING:
     from bt_mission.graph_tools.graph_query import Kind
@@ -98,7 +99,7 @@ def list_entries(options: argparse.Namespace) -> int:
     if options.json:
         lines = [as_json([listing.entry_object(kind, one) for one in found])]
     else:
-        lines = listing.columns(listing.entry_rows(kind, found)) if found else []
+        lines = columns(listing.entry_rows(kind, found)) if found else []
     if not found:
         print(f"no {kind}s in the graph (looked for {options.wait:g} s)", file=sys.stderr)
     for line in lines:

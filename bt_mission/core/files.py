@@ -27,7 +27,8 @@ def find(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -
     """Return the file of a mission, world or robot, or of parameters.
 
     Looked for, in this order: the path as it is; next to `near` (a file or a folder);
-    `./KIND/NAME.yaml`; the source checkout; `PREFIX/share/bt_mission/KIND` of each prefix.
+    `./KIND/NAME.yaml`; the source checkout; `PREFIX/share/bt_mission/KIND` of each prefix. A shipped
+    file is also found by its path in the checkout, such as ``missions/square.yaml``.
     Raises InputError with the names that are known.
     """
     found = look_for(kind, name_or_path, near)
@@ -49,7 +50,8 @@ def look_for(kind: Kind, name_or_path: str | Path, near: str | Path | None = Non
     is_path = wanted.suffix in SUFFIXES or len(wanted.parts) > 1
     if is_path:
         candidates = [wanted, *(folder / wanted for folder in beside[:1])]
-        candidates += [folder / wanted for folder in folders(kind)]
+        inside = wanted.relative_to(kind) if wanted.parts[0] == kind else wanted
+        candidates += [folder / one for folder in folders(kind) for one in (wanted, inside)]
     else:
         candidates = [
             folder / f"{wanted}{suffix}"
@@ -80,14 +82,22 @@ def scenarios() -> list[str]:
 
 def folders(kind: Kind) -> list[Path]:
     """Return where files of a kind lie: in the working folder, the sources, what is installed."""
-    shares = [prefix / "share" / "bt_mission" / kind for prefix in prefixes()]
-    return [Path(kind), _SOURCE / kind, *shares]
+    return [Path(kind), *shipped_folders(kind)]
+
+
+def shipped_folders(kind: Kind) -> list[Path]:
+    """Return where the shipped files of a kind lie: in the sources, or where they are installed."""
+    return [_SOURCE / kind, *(prefix / "share" / "bt_mission" / kind for prefix in prefixes())]
 
 
 def prefixes() -> list[Path]:
-    """Return where packages are installed: what the shell has sourced of ROS, then Python's."""
+    """Return where packages are installed: what the shell has sourced of ROS, then Python's.
+
+    Python's is the environment, or what `pip install --user` and Debian's own pip take for one.
+    """
     sourced = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
-    return [*map(Path, sourced), Path(sys.prefix)]
+    is_installed = _SOURCE.name in ("site-packages", "dist-packages")
+    return [*map(Path, sourced), _SOURCE.parents[2] if is_installed else Path(sys.prefix)]
 
 
 def _folder(near: Path) -> Path:
@@ -104,7 +114,7 @@ def is_file(path: Path) -> bool:
 
 def is_scenario(path: str | Path) -> bool:
     """Return whether a file is a scenario rather than a mission."""
-    return _IS_SCENARIO.search(_text_to_look_at(path)) is not None
+    return _IS_SCENARIO.search(text_to_look_at(path)) is not None
 
 
 def plain_words(path: str | Path) -> dict[str, str]:
@@ -113,10 +123,10 @@ def plain_words(path: str | Path) -> dict[str, str]:
     Of each, where it is plain words. It is only for telling people, before the file is read
     properly: that takes a while.
     """
-    return dict(_PLAIN_WORDS.findall(_text_to_look_at(path)))
+    return dict(_PLAIN_WORDS.findall(text_to_look_at(path)))
 
 
-def _text_to_look_at(path: str | Path) -> str:
+def text_to_look_at(path: str | Path) -> str:
     """Return the beginning of a file in YAML, or nothing; a pipe is not read."""
     file = Path(path)
     if file.suffix not in SUFFIXES or not is_file(file):

@@ -42,8 +42,8 @@ class GraphEntry:
     uses: tuple[str, ...] = ()
 
 
-def query_graph(session: GraphSession, seconds: float = LOOK_S) -> None:
-    """Return when the graph is known: nothing new for a second, or the time is over.
+def query_graph(session: GraphSession, seconds: float = LOOK_S, quiet_s: float = QUIET_S) -> None:
+    """Return when the graph is known: nothing new for `quiet_s`, or the time is over.
 
     Raises:
         KeyboardInterrupt: When Ctrl-C came.
@@ -57,7 +57,7 @@ def query_graph(session: GraphSession, seconds: float = LOOK_S) -> None:
         if sight != seen:
             seen, still_since_ns = sight, session.now_ns
         has_others = any(not _is_ours(name) for name, _ in sight[0])
-        return has_others and session.now_ns - still_since_ns >= QUIET_S * NS
+        return has_others and session.now_ns - still_since_ns >= quiet_s * NS
 
     wait(session, seconds, is_known)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from bt_mission.core.diagnostics import listed
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import columns, escape_control
 from bt_mission.graph_tools.graph_query import GraphEntry, Kind
 from bt_mission.graph_tools.interface_description import (
     InterfaceDescription,
@@ -17,16 +17,6 @@ from bt_mission.language.message_types import ListOf, MessageShape
 
 NOBODY = "nobody"
 FIELD_KEYS = ("name", "type", "unit", "default", "text")
-
-
-def columns(rows: Iterable[Sequence[str]]) -> list[str]:
-    """Rows of cells as lines, with the cells of a column one below the other."""
-    table = [tuple(escape_control(cell) for cell in row) for row in rows]
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    return [
-        "  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in table
-    ]
 
 
 def entry_rows(kind: Kind, entries: Iterable[GraphEntry]) -> Iterator[Sequence[str]]:

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from bt_mission.cli import main
-from bt_mission.cli.completion import KINDS, SHELLS, known, script
+from bt_mission.cli.completed_names import FILES, KINDS, known
+from bt_mission.cli.completion import SHELLS, script
 from bt_mission.cli.main import make_parser
 from bt_mission.core.files import names
 
@@ -62,12 +63,28 @@ def bash(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["actions", "send", "/turn", "--f"], ["--form"]),
         (["tree", "patrol", "--format", "s"], ["svg"]),
         (["completion", "z"], ["zsh"]),
+        (["run", "scenarios/ba"], ["scenarios/back_up.scenario.yaml"]),
+        (["run", "square", "--set", "s"], ["side=", "speed="]),
+        (["run", "--seed", "3", "sweep", "--set", "a"], ["angle="]),
+        (["sweep", "explore", "--vary", "sto"], ["stopping_distance="]),
+        (["missions", "copy", "sources/wa"], ["sources/waypoint_tour.yaml"]),
+        (["worlds", "copy", "nav"], ["nav_arena"]),
     ],
 )
 def test_bash_completes(bash: Path, words: list[str], expected: list[str]) -> None:
     """Commands, options, choices, and the names of missions, worlds and robots."""
     program = ["/bin/bash", "-c", BASH, "bash", str(bash), "bt-mission", *words]
     assert asked(program) == expected
+
+
+@pytest.mark.process
+def test_bash_leaves_room_for_a_value(bash: Path) -> None:
+    """After the name of an input there is no blank; `compopt` says so, where bash completes."""
+    script_ = BASH.replace("_shtab_bt_mission\n", "compopt() { echo $*; }\n_bt_mission_complete\n")
+    words = ["bt-mission", "run", "square", "--set", "side"]
+    assert asked(["/bin/bash", "-c", script_, "bash", str(bash), *words]) == ["-o nospace", "side="]
+    words[-1] = "s"
+    assert asked(["/bin/bash", "-c", script_, "bash", str(bash), *words]) == ["side=", "speed="]
 
 
 @pytest.mark.process
@@ -87,7 +104,12 @@ def test_fish_completes(tmp_path: Path) -> None:
     """The same."""
     path = tmp_path / "script.fish"
     path.write_text(script(make_parser(), "fish"), encoding="utf-8")
-    for line, expected in (("bt-mission actions se", "send"), ("bt-mission run expl", "explore")):
+    lines = {
+        "bt-mission actions se": "send",
+        "bt-mission run expl": "explore",
+        "bt-mission run square --set s": "side=",
+    }
+    for line, expected in lines.items():
         found = asked(["fish", "--no-config", "-c", f"source {path}; complete -C '{line}'"])
         assert expected in [one.partition("\t")[0] for one in found]
 
@@ -108,11 +130,48 @@ def test_every_command_is_in_every_script(shell: str) -> None:
     (commands,) = (one.choices for one in make_parser()._actions if isinstance(one.choices, dict))
     for command in (*commands, "send", "echo", "call"):
         assert command in text
-    for kind in ("missions", "runs", "worlds", "robots", "parameters"):
+    for kind in KINDS:
         assert f"--names {kind}" in text
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("bt-mission run square --set", ["side=", "speed="]),
+        ("/usr/bin/bt-mission run --set x=1 square --set", ["side=", "speed="]),
+        ("run sweep --set", ["angle=", "images="]),
+        ("bt-mission run scenarios/square.scenario.yaml --set", ["side=", "speed="]),
+        ("bt-mission run mine.yaml --set", ["a="]),
+        ("bt-mission run own.scenario.yaml --set", ["a="]),
+        ("bt-mission run 'square --set", ["side=", "speed="]),
+        ("bt-mission run torn.yaml --set", []),
+        ("bt-mission run none.yaml --set", []),
+        ("bt-mission run m.xml --set", []),
+        ("bt-mission run round.scenario.yaml --set", []),
+        ("bt-mission run list.yaml --set", []),
+        ("bt-mission run --set", []),
+        ("", []),
+    ],
+)
+def test_inputs_are_those_of_the_mission_of_the_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, line: str, expected: list[str]
+) -> None:
+    """What cannot be read has none, and what a shell would expand is left out."""
+    monkeypatch.chdir(tmp_path)
+    texts = {
+        "mine.yaml": "mission: m\ninputs: {a: 1, $(touch x): 2, b c: 3}\n",
+        "own.scenario.yaml": "scenario: s\nmission: mine.yaml\n",
+        "round.scenario.yaml": "scenario: s\nmission: round.scenario.yaml\n",
+        "torn.yaml": "mission: [\n",
+        "m.xml": "<root/>",
+        "list.yaml": "mission: m\ninputs: [a]\n",
+    }
+    for name, text in texts.items():
+        Path(name).write_text(text, encoding="utf-8")
+    assert known("inputs", line) == expected
+
+
+@pytest.mark.parametrize("kind", FILES)
 def test_names_are_printed_for_scripts(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
     """One a line."""
     assert main(["completion", "--names", kind]) == 0

@@ -39,6 +39,17 @@ def test_without_a_file_to_write_it_goes_to_the_terminal(
     assert capsys.readouterr().out == "mission: m\n\ntree: {wait: 0.005}\n"
 
 
+def test_a_shipped_mission_is_converted_by_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As `run` and `check` take it; an unknown name is answered with those that are known."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["convert", "square"]) == 0
+    assert '<BehaviorTree ID="square"' in capsys.readouterr().out
+    assert main(["convert", "squares"]) == 2
+    assert "did you mean 'square'?" in capsys.readouterr().err
+
+
 def test_what_cannot_be_said_exits_with_2_and_writes_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

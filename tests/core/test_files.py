@@ -68,6 +68,15 @@ def test_installed_data_is_found_below_the_prefix(elsewhere, monkeypatch):
     assert "far" in files.names("worlds")
 
 
+def test_shipped_files_are_found_by_their_paths_in_the_sources(elsewhere):
+    """What the documentation writes works without a checkout, too."""
+    shipped = files.find("missions", "square")
+    assert files.find("missions", "missions/square.yaml") == shipped
+    assert files.look_for("worlds", "missions/square.yaml") is None
+    own = write(elsewhere / "missions" / "square.yaml")
+    assert files.find("missions", "missions/square.yaml").resolve() == own
+
+
 def test_an_unknown_name_is_told_with_the_known_ones():
     """And the nearest of them."""
     with pytest.raises(InputError) as caught:

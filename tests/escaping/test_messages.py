@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from bt_mission.core.text import columns
 from bt_mission.graph_tools import goal_events, listing
 from bt_mission.graph_tools.form import GoalForm
 from bt_mission.graph_tools.goal_views import goal_view_for, one_line
@@ -170,7 +171,7 @@ def hostile_interface() -> InterfaceDescription:
 def test_lists_of_the_graph(kind, capsys):
     """Names, types and nodes, as tables and as objects."""
     entry = filled(GraphEntry)
-    lines = listing.columns(listing.entry_rows(kind, [entry, entry]))
+    lines = columns(listing.entry_rows(kind, [entry, entry]))
     lines.append(as_json(listing.entry_object(kind, entry)))
     assert all(MARK in line for line in lines if "publishers" not in line)
     assert leaks("\n".join(lines)) == []

@@ -1,4 +1,4 @@
-"""docs/tutorials: what they say to type is typed, and says what they say it says."""
+"""docs/tutorials, and how to start a project: what they say to type gives what stands below."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ import pytest
 from bt_mission.cli import main
 from tests.support.project import ROOT
 
-PAGES = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+OWN_PROJECT = ROOT / "docs" / "how-to" / "own-project.md"
+PAGES = [*sorted((ROOT / "docs" / "tutorials").glob("*.md")), OWN_PROJECT]
 BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LISTED = re.compile(r"^\[(code/\S+)\]\(\1\):\n\n```\w+\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -42,6 +43,9 @@ def test_every_command_gives_what_stands_below_it(
             continue
         for part in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
             command, _, expected = part.partition("\n")
+            if command.startswith("cd "):
+                monkeypatch.chdir(command.removeprefix("cd "))
+                continue
             with contextlib.suppress(SystemExit):
                 main(typed(command))
             said, complaint = capsys.readouterr()

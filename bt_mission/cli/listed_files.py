@@ -1,0 +1,157 @@
+"""``bt-mission missions``, ``worlds`` and ``robots``: what there is, and copies of it to edit."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import sys
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.options import add_force_option, refuse_existing, write_output
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import SUFFIXES, Kind
+from bt_mission.core.text import columns
+
+if TYPE_CHECKING:
+    from bt_mission.core.file_index import ListedFile
+
+EPILOG = """\
+examples:
+  bt-mission {kind}                       those in this folder, and the shipped ones
+  bt-mission {kind} copy {name:17}./{kind}/{name}.yaml, to edit
+  bt-mission {kind} copy {name} mine.yaml
+
+A file in ./{kind} stands for the shipped one of the same name.
+"""
+EXAMPLES = {"missions": "explore", "worlds": "empty_arena", "robots": "waffle"}
+
+
+def _add_parser(kind: Kind, commands: Any) -> None:
+    """Add the command of a kind of files to the command line."""
+    parser = commands.add_parser(
+        kind,
+        description=f"Lists the {kind} of the working folder and the shipped ones, with a line "
+        "each, or copies one.",
+        epilog=EPILOG.format(kind=kind, name=EXAMPLES[kind]),
+    )
+    parser.add_argument("--json", action="store_true", help="for programs: one list of objects")
+    parser.set_defaults(command=print_list, kind=kind)
+    actions = parser.add_subparsers(metavar="what")
+    listing = actions.add_parser("list", help="the same as without a word")
+    listing.add_argument(
+        "--json",
+        action="store_true",
+        default=argparse.SUPPRESS,
+        help="for programs: one list of objects",
+    )
+    copying = actions.add_parser(
+        "copy",
+        help="copy one, with the files that it names by their paths",
+        description=f"Copies one of the {kind} to edit it, with the files beside it that it "
+        "names: trees that it includes, the mission of a scenario, Python leaves.",
+    )
+    copying.add_argument("name", help=f"its name, as 'bt-mission {kind}' lists it, or its path")
+    copying.add_argument(
+        "to", nargs="?", type=Path, help=f"a folder, or the file to write (default: ./{kind})"
+    )
+    add_force_option(copying)
+    copying.set_defaults(command=copy_file, late="to")
+
+
+add_missions_parser = partial(_add_parser, "missions")
+add_worlds_parser = partial(_add_parser, "worlds")
+add_robots_parser = partial(_add_parser, "robots")
+
+
+def print_list(options: argparse.Namespace) -> int:
+    """Print what there is of a kind: a table, or a list of objects."""
+    from bt_mission.core.file_index import list_files
+
+    found = list_files(options.kind)
+    if options.json:
+        print(json.dumps([_as_object(one) for one in found]))
+        return SUCCESS
+    if not found:
+        print(f"no {options.kind} here, and none is shipped: is bt-mission installed as a whole?")
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+    for line in columns(_as_row(one) for one in found) if found else []:
+        print(line if width is None or len(line) <= width else f"{line[: width - 3].rstrip()}...")
+    return SUCCESS
+
+
+def _as_row(one: ListedFile) -> Sequence[str]:
+    from bt_mission.core.file_index import first_sentence
+
+    return one.name, "shipped" if one.is_shipped else "here", first_sentence(one.description)
+
+
+def _as_object(one: ListedFile) -> Mapping[str, object]:
+    return {
+        "name": one.name,
+        "kind": one.what,
+        "description": one.description,
+        "shipped": one.is_shipped,
+        "path": str(one.path.absolute()),
+    }
+
+
+def copy_file(options: argparse.Namespace) -> int:
+    """Copy a file, with those that it names; nothing is written where one of them exists."""
+    from bt_mission.core.file_index import files_of, find_listed
+
+    found = find_listed(options.kind, options.name)
+    wanted = Path(options.kind) if options.to is None else Path(options.to)
+    copies = _copies(found.path, files_of(found.path), wanted)
+    for source, target in copies.items():
+        if target.exists() and target.samefile(source):
+            raise BtMissionError(f"{target} is that file itself; give another name or folder")
+    refuse_existing(options, *copies.values())
+    contents = {target: _read(source) for source, target in copies.items()}
+    for target, content in contents.items():
+        _make_folder(target.parent)
+        write_output(target, content)
+    return SUCCESS
+
+
+def _copies(main: Path, sources: Sequence[Path], wanted: Path) -> Mapping[Path, Path]:
+    """Map each file to its copy: they lie to each other as they did.
+
+    Raises:
+        BtMissionError: For a place that is neither a folder nor a YAML file, or too narrow.
+    """
+    # Links are kept: a file lies where it is named, wherever its text is.
+    absolute = {one: Path(os.path.abspath(one)) for one in sources}  # noqa: PTH100 - no links followed
+    if wanted.is_dir() or not wanted.suffix:
+        root = Path(os.path.commonpath([one.parent for one in absolute.values()]))
+        return {one: wanted / path.relative_to(root) for one, path in absolute.items()}
+    if wanted.suffix not in SUFFIXES:
+        raise BtMissionError(f"{wanted}: expected a folder, or a file that ends with .yaml")
+    root = absolute[main].parent
+    outside = [one for one, path in absolute.items() if not path.is_relative_to(root)]
+    if outside:
+        raise BtMissionError(
+            f"{main.name} names {outside[0].name} in another folder, which is copied with it: "
+            "give a folder instead of a file"
+        )
+    inside = {one: wanted.parent / path.relative_to(root) for one, path in absolute.items()}
+    return inside | {main: wanted}
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise BtMissionError(f"cannot read {path}: {error.strerror or error}") from error
+
+
+def _make_folder(path: Path) -> None:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BtMissionError(f"cannot make {path}: {error.strerror or error}") from error

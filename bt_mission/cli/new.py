@@ -1,0 +1,126 @@
+"""``bt-mission new``: a folder with a mission, a world, tests, and what an editor needs."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from collections.abc import Mapping
+from importlib.resources import files as package_files
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from bt_mission.cli.exits import SUCCESS
+from bt_mission.core.diagnostics import quoted
+from bt_mission.core.errors import BtMissionError
+
+EPILOG = """\
+examples:
+  bt-mission new patrol          makes ./patrol
+  cd patrol
+  bt-mission run patrol
+  pytest
+"""
+
+TEMPLATES = {
+    "README.md": "README.md",
+    ".gitignore": "gitignore.txt",
+    ".vscode/extensions.json": "extensions.json",
+    ".vscode/settings.json": "settings.json",
+    "missions/NAME.yaml": "mission.yaml",
+    "missions/scenarios/box_appears.scenario.yaml": "scenario.yaml",
+    "tests/test_mission.py": "test_mission.py.txt",
+    "worlds/hall.yaml": "world.yaml",
+}
+"""The files of a project, by their paths in it, and what they are made from."""
+NAME = re.compile(r"\bNAME\b")
+"""Stands for the project's name in what files are made from, and in their paths."""
+
+_VALID = re.compile(r"[a-z][a-z0-9_-]{0,63}", re.ASCII | re.IGNORECASE)
+_NO_NAMES = ("true", "false", "yes", "no", "on", "off", "null")
+"""YAML takes these for values."""
+
+
+def add_parser(commands: Any) -> None:
+    """Add the command to the command line."""
+    parser = commands.add_parser(
+        "new",
+        description="Makes a folder with a mission that runs, the world that it runs in, tests "
+        "that pass, and the settings with which an editor completes and checks missions.",
+        epilog=EPILOG,
+    )
+    parser.add_argument("name", help="of the folder and its mission: letters, digits, _ and -")
+    parser.set_defaults(command=make_project)
+
+
+def make_project(options: argparse.Namespace) -> int:
+    """Make the folder as a whole, or not at all, and say what to do next."""
+    name: str = options.name
+    _refuse_name(name)
+    written = project_files(name)
+    try:
+        folder = Path(name)
+        if folder.exists() or folder.is_symlink():
+            raise BtMissionError(f"{name} exists; give another name, or remove it first")
+        # Beside its place, so that it gets there in one step.
+        with TemporaryDirectory(prefix=f".{name}.", dir=Path.cwd()) as unfinished:
+            made = Path(unfinished) / name
+            for path, text in written.items():
+                file = made / path
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_text(text, encoding="utf-8")
+            made.rename(folder)
+    except OSError as error:
+        raise BtMissionError(f"cannot make {name}: {error.strerror or error}") from error
+    _print_next_steps(name, written)
+    return SUCCESS
+
+
+def project_files(name: str) -> Mapping[str, str]:
+    """Return the files of a new project: their paths in its folder, and their texts."""
+    from bt_mission.language.schema import mission_schema
+    from bt_mission.scenarios.schema import scenario_schema
+
+    templates = package_files("bt_mission.cli") / "project"
+    filled = {
+        NAME.sub(name, path): NAME.sub(name, (templates / template).read_text(encoding="utf-8"))
+        for path, template in TEMPLATES.items()
+    }
+    schemas = {"mission": mission_schema(), "scenario": scenario_schema()}
+    return filled | {
+        f"{of}.schema.json": f"{json.dumps(schema, indent=2)}\n" for of, schema in schemas.items()
+    }
+
+
+def _refuse_name(name: str) -> None:
+    """Refuse what is no name of a folder and a mission.
+
+    Raises:
+        BtMissionError: With what was expected.
+    """
+    expected = "expected letters, digits, '_' and '-', a letter first, 64 characters at most"
+    if len(Path(name).parts) > 1 or name in (".", ".."):
+        raise BtMissionError(
+            f"{quoted(name)} has the parts of a path: {expected}; the project is made in the "
+            "working folder, so change to the folder that it is to lie in"
+        )
+    if name.lower() in _NO_NAMES:
+        raise BtMissionError(f"{quoted(name)} is a value in YAML, and no name of a mission")
+    if _VALID.fullmatch(name) is None:
+        raise BtMissionError(f"{quoted(name)} is no name of a project: {expected}")
+
+
+def _print_next_steps(name: str, written: Mapping[str, str]) -> None:
+    print(f"{name}: a new project")
+    for path in sorted(written):
+        print(f"  {name}/{path}")
+    has_pytest = find_spec("pytest") is not None
+    print("next:")
+    print(f"  cd {name}")
+    print(f"  bt-mission run {name}            # --speed 1 --web shows it in a browser")
+    if not has_pytest:
+        print("  pip install 'bt-mission[test]'   # pytest, which is not here")
+    print("  pytest                           # its tests")
+    print(f"  bt-mission check {name}          # after a change of missions/{name}.yaml")

@@ -1,0 +1,179 @@
+"""What missions, worlds and robots there are, with a line about each; and the files of one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed
+from bt_mission.core.files import (
+    SUFFIXES,
+    Kind,
+    folders,
+    is_file,
+    look_for,
+    shipped_folders,
+    text_to_look_at,
+)
+from bt_mission.core.yaml.document import read
+
+LISTED: tuple[Kind, ...] = ("missions", "worlds", "robots")
+"""The kinds of which there are lists."""
+
+_MARKS = {
+    "missions": re.compile(r"^(mission|scenario)[ ]*:", re.MULTILINE),
+    "worlds": re.compile(r"^spawn[ ]*:", re.MULTILINE),
+    "robots": re.compile(r"^max_linear_velocity[ ]*:", re.MULTILINE),
+}
+"""What the text of a file of a kind has; the trees of an included file are no mission."""
+_PYTHON_LEAF = re.compile(r"([\w./-]+\.py):\w+")
+_FILE_KEYS = ("include", "mission", "world", "robot")
+
+
+@dataclass(frozen=True)
+class ListedFile:
+    """A mission, scenario, world or robot.
+
+    Attributes:
+        name: As commands take it in this folder.
+        what: Of which kind it is, as a word.
+        description: Its own, else what the comment at its head says first; one line.
+        path: Its file.
+        is_shipped: It came with bt-mission, and does not lie in the working folder.
+    """
+
+    name: str
+    what: Literal["mission", "scenario", "world", "robot"]
+    description: str
+    path: Path
+    is_shipped: bool
+
+
+def list_files(kind: Kind) -> list[ListedFile]:
+    """List the files of a kind: those of the working folder, then the shipped ones.
+
+    A name that stands for several files is listed once, for the one that commands take.
+    """
+    found: dict[str, ListedFile] = {}
+    shipped = shipped_folders(kind)
+    for folder in (Path(), *folders(kind)):
+        for path in _files_in(folder, kind):
+            name = _name(path, folder)
+            if name not in found:
+                found[name] = _listed(name, path, kind, is_shipped=folder in shipped)
+    return list(found.values())
+
+
+def find_listed(kind: Kind, name: str) -> ListedFile:
+    """Find a file of a kind by its name in the list, the last part of it, or its path.
+
+    Raises:
+        InputError: With the names that are known.
+    """
+    known = list_files(kind)
+    named = [one for one in known if name in (one.name, Path(one.name).name.split(".")[0])]
+    if named:
+        return named[0]
+    path = look_for(kind, name)
+    if path is not None:
+        return _listed(name, path, kind, is_shipped=False)
+    names = [one.name for one in known]
+    near = did_you_mean(name, [*names, *(Path(one).name.split(".")[0] for one in names)])
+    plain = [one for one in names if "/" not in one]
+    message = f"no such {kind.removesuffix('s')} (known: {listed(plain)})"
+    raise InputError([Diagnostic(message, name, hint=near)])
+
+
+def files_of(path: Path) -> list[Path]:
+    """List a file and those that it names by their paths from its folder, and so on.
+
+    They are included trees, the mission, world and robot of a scenario, and Python leaves. What
+    is named without a path is looked up by its name from anywhere, so it is none of these.
+
+    Raises:
+        InputError: For a file that is no YAML.
+    """
+    found = {path.resolve(): path}
+    waiting = [path]
+    while waiting:
+        file = waiting.pop()
+        if file.suffix not in SUFFIXES:
+            continue
+        for name in _named_files(read(file).data):
+            beside = file.parent / name
+            if is_file(beside) and beside.resolve() not in found:
+                found[beside.resolve()] = beside
+                waiting.append(beside)
+    return list(found.values())
+
+
+def _files_in(folder: Path, kind: Kind) -> list[Path]:
+    """List the files of a kind in a folder and, where it is that of the kind, one level below."""
+    patterns = ("*", "*/*") if folder.name == kind else ("*",)
+    try:
+        paths = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
+    except OSError:  # a folder that may not be read
+        return []
+    return [
+        path
+        for path in paths
+        if path.suffix in SUFFIXES and _MARKS[kind].search(text_to_look_at(path)) is not None
+    ]
+
+
+def _name(path: Path, folder: Path) -> str:
+    """Name a file as commands take it: a name for what lies in the folder of its kind."""
+    inside = path.relative_to(folder)
+    is_named = len(inside.parts) == 1 and folder != Path() and "." not in inside.stem
+    return inside.stem if is_named else inside.as_posix()
+
+
+def _listed(name: str, path: Path, kind: Kind, *, is_shipped: bool) -> ListedFile:
+    text = text_to_look_at(path)
+    what: Any = kind.removesuffix("s")
+    try:
+        data = read(path).data
+    except InputError as error:
+        first = error.faults[0]
+        said = f"cannot be read: line {first.line}: {first.message}"
+    else:
+        data = data if isinstance(data, dict) else {}
+        what = "scenario" if kind == "missions" and "scenario" in data else what
+        said = str(data.get("description") or "") or _head_comment(text)
+    return ListedFile(name, what, " ".join(said.split()), path, is_shipped)
+
+
+def _head_comment(text: str) -> str:
+    """Return the first sentence of the comment with which a file begins."""
+    first = text.partition("\n")[0]
+    if not first.startswith("#") or "yaml-language-server" in first:
+        return ""
+    return first_sentence(first.lstrip("# "))
+
+
+def first_sentence(text: str) -> str:
+    """Return a text up to the end of its first sentence."""
+    end = re.search(r"\.\s", text)
+    return text[: end.start() + 1] if end else text
+
+
+def _named_files(data: Any) -> Iterator[str]:
+    """Give what a file may mean as paths of others."""
+    if isinstance(data, dict):
+        for key in _FILE_KEYS:
+            names = data.get(key)
+            for name in names if isinstance(names, list) else [names]:
+                if isinstance(name, str) and Path(name).suffix in SUFFIXES:
+                    yield name
+    waiting = [data]
+    while waiting:
+        one = waiting.pop()
+        if isinstance(one, dict):
+            waiting += one.values()
+        elif isinstance(one, list):
+            waiting += one
+        elif isinstance(one, str) and (leaf := _PYTHON_LEAF.fullmatch(one)):
+            yield leaf[1]

@@ -1,0 +1,44 @@
+"""Names of a running graph for shells that complete a word: quick rather than complete."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from bt_mission.graph_tools import graph_session
+from bt_mission.graph_tools.graph_query import Kind, entries, query_graph
+from bt_mission.ros.discovery import STATE_TYPE
+from bt_mission.ros.snapshot_client import OPEN, OPEN_TYPE
+
+LiveKind = Literal["actions", "topics", "services", "executives", "namespaces"]
+
+LOOK_S = 1.0
+"""How long to look, at most: a person has pressed a key."""
+QUIET_S = 0.2
+"""A graph in which nothing has come up for this long, is taken as known."""
+
+_OF_GRAPH: dict[LiveKind, Kind] = {"actions": "action", "topics": "topic", "services": "service"}
+
+
+def live_names(kind: LiveKind) -> list[str]:
+    """List the names of a kind that the graph has, sorted; none where nobody is there.
+
+    Executives are those of missions and of trees of py_trees_ros; namespaces, those of nodes.
+    """
+    with graph_session.GraphSession() as session:
+        query_graph(session, LOOK_S, QUIET_S)
+        if kind == "executives":
+            offered = (
+                (session.node.get_topic_names_and_types(), "/state", STATE_TYPE),
+                (session.node.get_service_names_and_types(), OPEN, OPEN_TYPE),
+            )
+            found = {
+                name.removesuffix(end)
+                for names, end, type_name in offered
+                for name, types in names
+                if name.endswith(end) and type_name in types
+            }
+        elif kind == "namespaces":
+            found = {space for _, space in session.node.get_node_names_and_namespaces()} - {"/"}
+        else:
+            found = {one.name for one in entries(session.node, _OF_GRAPH[kind])}
+    return sorted(found)
