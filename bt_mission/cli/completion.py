@@ -11,11 +11,11 @@ from typing import Any
 from bt_mission.cli.commands import load_commands
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import names, scenarios
+from bt_mission.core.files import fleets, names, scenarios
 
 SHELLS = ("bash", "zsh", "fish")
 KINDS = ("missions", "runs", "worlds", "robots", "parameters")
-"""What is completed by name; runs are missions and scenarios."""
+"""What is completed by name; runs are missions, scenarios and fleets."""
 
 EPILOG = """\
 now, and in every new shell:
@@ -87,7 +87,7 @@ def completion(options: argparse.Namespace) -> int:
 
 def known(kind: str) -> list[str]:
     """Return the names that are completed."""
-    return [*names("missions"), *scenarios()] if kind == "runs" else names(kind)  # type: ignore[arg-type]  # one of KINDS
+    return [*names("missions"), *scenarios(), *fleets()] if kind == "runs" else names(kind)  # type: ignore[arg-type]  # one of KINDS
 
 
 def script(parser: argparse.ArgumentParser, shell: str) -> str:

@@ -25,7 +25,7 @@ def add_mission_file(parser: argparse.ArgumentParser) -> None:
         "file",
         type=Path,
         help="the mission: a YAML file, an XML file of Groot 2, or the name of a shipped one; or a "
-        "scenario",
+        "scenario or a fleet",
     )
 
 

@@ -31,7 +31,15 @@ _STRIDE = 0.005
 
 
 class SpawnError(BtMissionError):
-    """The robot does not fit where it is to start."""
+    """The robot does not fit where it is to start.
+
+    Args:
+        robot: Its name; a robot alone has none.
+    """
+
+    def __init__(self, message: str, robot: str = "") -> None:
+        super().__init__(message)
+        self.robot = robot
 
 
 class SimulatedRobot:
@@ -306,5 +314,6 @@ class SimulatedRobot:
             raise SpawnError(
                 f"world {self.physics.world.name}: {who} does not fit at the spawn"
                 f" ({x:g}, {y:g}, {yaw:g} deg): it touches {names};"
-                " move the spawn, or make room"
+                " move the spawn, or make room",
+                self.name,
             )
