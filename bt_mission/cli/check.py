@@ -38,7 +38,8 @@ def add_parser(commands: Any) -> None:
         nargs="+",
         type=Path,
         metavar="file",
-        help="missions, scenarios and fleets: YAML files, XML files of Groot 2, or names of shipped ones",
+        help="missions, scenarios and fleets: YAML files, XML files of Groot 2, or names of "
+        "shipped ones",
     )
     add_overrides(parser)
     add_require_option(parser)

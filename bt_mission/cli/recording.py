@@ -9,16 +9,23 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 from bt_mission.cli.options import add_force_option, refuse_existing
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.executive.report import Report
     from bt_mission.recording.writer import RunRecorder
     from bt_mission.sessions.session import ObservableSession
     from bt_mission.views.video.recorder import VideoRecorder
+
+
+class Summary(Protocol):
+    """What a run came to."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Its fields by name, ready for JSON."""
+
 
 Kept = dict[str, str | int]
 """What was kept of a run, by name, as programs are told."""
@@ -164,7 +171,7 @@ class RunFiles:
     page: Path | None
     film: VideoRecorder | None
 
-    def finish(self, report: Report) -> Kept:
+    def finish(self, report: Summary) -> Kept:
         """End film and recording, and make the page; gives what is to be said of them, by name."""
         return {**self._finish_film(), **self._finish_recording(report)}
 
@@ -180,7 +187,7 @@ class RunFiles:
             "video_lacks": film.missing,
         }
 
-    def _finish_recording(self, report: Report) -> Kept:
+    def _finish_recording(self, report: Summary) -> Kept:
         if self.recorder is None:
             return {}
         self.recorder.finish(report.as_dict())

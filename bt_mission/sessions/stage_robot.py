@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import partial
@@ -112,6 +113,7 @@ class FleetRun:
         self.runner: MissionRunner
         self.node: MissionNode
         self._context = context
+        self._cycles = 0
         self._images = images
         self._options = options
         self._server_options = ServerOptions(
@@ -177,6 +179,15 @@ class FleetRun:
         """Have action servers that know nothing of earlier goals, after the first were killed."""
         self.servers = self._make_servers()
         self.has_servers = True
+
+    def record_pose(self, now_ns: int) -> bool:
+        """Write its pose into the trace after each control step; tell whether it is finite."""
+        if self.executive.cycles == self._cycles:
+            return True
+        self._cycles = self.executive.cycles
+        x, y, yaw = self.robot.pose
+        self.trace.record_pose(now_ns, (x, y, yaw), self.robot.collisions)
+        return math.isfinite(x + y + yaw)
 
     def destroy(self) -> None:
         """Take its servers and its mapper off the graph."""
