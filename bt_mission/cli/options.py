@@ -75,6 +75,11 @@ def add_plain_option(parser: Any) -> None:
     )
 
 
+def add_robot_option(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add the choice of a robot of a recorded fleet; `what` says what comes without it."""
+    parser.add_argument("--robot", metavar="NAME", help=f"of a recorded fleet: the robot ({what})")
+
+
 def add_force_option(parser: argparse.ArgumentParser) -> None:
     """Add the leave to overwrite files."""
     parser.add_argument("--force", action="store_true", help="overwrite files that exist")

@@ -190,18 +190,22 @@ class RunFiles:
     def _finish_recording(self, report: Summary) -> Kept:
         if self.recorder is None:
             return {}
-        self.recorder.finish(report.as_dict())
+        summary = report.as_dict()
+        self.recorder.finish(summary, summary.get("robots", ()))
         kept: Kept = {}
         if self.recording is not None:
             kept = {"recording": str(self.recording), "recording_lacks": self.recorder.missing}
         if self.page is not None:
-            from bt_mission.cli.report import write_page
+            from bt_mission.cli.report import pages_of, write_page
 
+            recording = self.recorder.file.path
             try:
-                write_page(self.recorder.file.path, self.page)
+                pages = pages_of(recording, self.page, None)
+                for robot, page in pages.items():
+                    write_page(recording, page, robot)
             except BtMissionError as error:
                 return kept | {"report_lacks": str(error)}
-            kept["report"] = str(self.page)
+            kept["report"] = ", ".join(map(str, pages.values()))
         return kept
 
 

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
     from bt_mission.ros.graph import ProcessNode
-    from bt_mission.ros.mission_node import MissionNode
     from bt_mission.ros.mission_runner import MissionRunner
 
 
@@ -88,10 +87,40 @@ class SessionObserver(Protocol):
         """Called after each step of the session."""
 
 
-class ObservableSession(Session, Protocol):
-    """A session that can be looked on at: on the stage, or attached."""
+class ObservedRun(Protocol):
+    """A mission with its executive, to be looked on at."""
 
-    node: MissionNode
+    @property
+    def mission(self) -> Mission:
+        """What is carried out."""
+
+    @property
+    def node(self) -> Node:
+        """By its name the mission is known; in its namespace the robot is."""
+
+    @property
+    def runner(self) -> MissionRunner:
+        """What carries it out."""
+
+    @property
+    def facts(self) -> Mapping[str, str]:
+        """What is known of its robot, such as the hull."""
+
+
+class RecordableSession(Protocol):
+    """Missions that can be looked on at: on the stage, attached, or served."""
+
+    @property
+    def node(self) -> Node:
+        """That of the first mission."""
+
+    @property
+    def now_ns(self) -> int:
+        """ROS time, ns."""
+
+    @property
+    def runs(self) -> Sequence[ObservedRun]:
+        """Each mission, with its executive."""
 
     @property
     def image_folder(self) -> Path | None:
@@ -99,7 +128,7 @@ class ObservableSession(Session, Protocol):
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """What is known of the place of the run: the world, the hull of the robot."""
+        """What is known of the place of the run, such as the world."""
 
     @property
     def files(self) -> Mapping[str, str]:
@@ -113,6 +142,10 @@ class ObservableSession(Session, Protocol):
 
     def remove_observer(self, observer: SessionObserver, /) -> None:
         """Call it no more, and destroy its node."""
+
+
+class ObservableSession(Session, RecordableSession, Protocol):
+    """A session that can be looked on at."""
 
 
 class View(AbstractContextManager["View"], Protocol):

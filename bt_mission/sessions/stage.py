@@ -6,7 +6,6 @@ rclpy and DDS, as between processes; only time is ours.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from itertools import chain, count
@@ -117,11 +116,9 @@ class Stage:
         first = self.runs[0]
         self.node, self.runner = first.node, first.runner
         self.executive, self.trace = first.executive, first.trace
-        hull = models[0].hull
         self.world: str | None = world.name
         self.facts = {
             "world": world.name,
-            "robot_hull": json.dumps([hull.front, hull.rear, hull.half_width]),
             **stage_facts(members, self._options),
         }
         self.files = files.texts

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -145,7 +146,7 @@ class FleetRun:
         options = RunnerOptions(
             say=(lambda text: say(f"{name}: {text}")) if say and name else say,
             trace=Trace(hide={str(self._images): "<images>", **_portable_names(mission)}),
-            goal_seed=str(mission.seed),
+            goal_seed=f"{mission.seed} {name}" if name else str(mission.seed),
             has_controls=self._options.has_tools,
             has_presence=False,
             why_rejected=self._why_rejected,
@@ -163,6 +164,17 @@ class FleetRun:
         if options.has_controls:
             relay = RobotRelay(self.node, self._snapshot)
             self.executive.after_tick.append(relay.flush)
+
+    @property
+    def mission(self) -> Mission:
+        """What it carries out."""
+        return self.member.mission
+
+    @property
+    def facts(self) -> Mapping[str, str]:
+        """What a recording says of it: its hull, from its middle to front, rear and side, m."""
+        hull = self.robot.robot.hull
+        return {"robot_hull": json.dumps([hull.front, hull.rear, hull.half_width])}
 
     @property
     def nodes(self) -> tuple[Node, ...]:

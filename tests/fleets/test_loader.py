@@ -176,7 +176,7 @@ def test_a_robot_in_a_wall_is_refused(fleet: Write) -> None:
     """With what it touches."""
     path = fleet("world: dqn_stage1\nrobots: {one: {mission: turns.yaml, start: {x: 2.4}}}\n")
     ((line, column, message),) = faults_of(path)
-    assert (line, column) == (3, 46)
+    assert (line, column) == (3, 44)
     assert "a waffle (one) does not fit" in message
     assert "touches 'east wall'" in message
 
