@@ -24,6 +24,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("bt_mission.sessions",),
     ("bt_mission.faults", "bt_mission.coverage"),
     ("bt_mission.recording", "bt_mission.graph_tools", "bt_mission.scenarios"),
+    ("bt_mission.fleets",),
     ("bt_mission.views",),
     ("bt_mission.testing",),
     ("bt_mission.sweeps",),
@@ -70,6 +71,7 @@ SHARED = ("bt_mission.core",)
 ASSEMBLES = (
     "bt_mission.sessions",
     "bt_mission.scenarios",
+    "bt_mission.fleets",
     "bt_mission.sweeps",
     "bt_mission.search",
     "bt_mission.cli",
@@ -85,6 +87,7 @@ SPEAKS_ROS = (
     "bt_mission.recording",
     "bt_mission.graph_tools",
     "bt_mission.scenarios",
+    "bt_mission.fleets",
     "bt_mission.testing",
     "bt_mission.cli",
     "sim.ros",

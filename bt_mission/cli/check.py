@@ -19,7 +19,7 @@ from bt_mission.cli.options import (
     mission_file,
 )
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import is_scenario
+from bt_mission.core.files import is_scenario, kind_of
 
 if TYPE_CHECKING:
     from bt_mission.language.permissions import Permissions
@@ -38,7 +38,8 @@ def add_parser(commands: Any) -> None:
         nargs="+",
         type=Path,
         metavar="file",
-        help="missions and scenarios: YAML files, XML files of Groot 2, or names of shipped ones",
+        help="missions, scenarios and fleets: YAML files, XML files of Groot 2, or names of "
+        "shipped ones",
     )
     add_overrides(parser)
     add_require_option(parser)
@@ -138,6 +139,30 @@ def examined_file(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     return replace(scenario, mission=mission), faults
 
 
+def examined_fleet(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
+    """Load and check a fleet; gives it with all warnings.
+
+    Raises:
+        InputError: With every error, warnings included.
+        BtMissionError: For options that are about a mission alone.
+    """
+    from bt_mission.core.diagnostics import InputError
+    from bt_mission.fleets.loader import FleetChanges, examine_fleet
+
+    for name in ("set", "robot", "require"):
+        if getattr(options, name):
+            raise BtMissionError(
+                f"--{name} is about one mission, and {options.file} is a fleet: write it there"
+            )
+    changes = FleetChanges(
+        seed=options.seed, world=options.world, permissions=permissions_of(options)
+    )
+    fleet, faults = examine_fleet(mission_file(options), changes)
+    if fleet is None:
+        raise InputError(faults)
+    return fleet, faults
+
+
 def goes_to_a_graph(options: argparse.Namespace) -> bool:
     """Tell whether the mission's goals are for servers that run already."""
     given = vars(options)
@@ -163,7 +188,8 @@ def check_files(options: argparse.Namespace) -> int:
         return _check_for_programs(each)
     codes = [_check_file(one) for one in each]
     if len(codes) > 1:
-        what = "files" if any(is_scenario(mission_file(one)) for one in each) else "missions"
+        kinds = {kind_of(mission_file(one)) for one in each}
+        what = "missions" if kinds == {"mission"} else "files"
         print(f"{codes.count(SUCCESS)} of {len(codes)} {what} are sound")
     return max(codes)
 
@@ -181,7 +207,11 @@ def _check_file(options: argparse.Namespace) -> int:
         return BAD_INPUT
     for warning in warnings:
         print(warning, file=sys.stderr)
-    if is_scenario(mission.file):
+    kind = kind_of(mission.file)
+    if kind == "fleet":
+        print(f"{mission.file}: fleet '{mission.name}' is valid ({_robots_of(mission)})")
+        return SUCCESS
+    if kind == "scenario":
         print(f"{mission.file}: scenario '{mission.name}' is valid ({_told(mission)})")
         return SUCCESS
     count = sum(1 for _ in mission.tree.walk())
@@ -192,16 +222,24 @@ def _check_file(options: argparse.Namespace) -> int:
 
 def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     """Load and check a file; the names in a scenario's faults are looked for on its stage."""
+    kind = kind_of(mission_file(options))
+    if kind != "mission" and options.against:
+        raise BtMissionError(f"--against: {options.file} is a {kind}, which has a stage of its own")
+    if kind == "fleet":
+        return examined_fleet(options)
     found, faults = examined_file(options)
-    if is_scenario(found.file):
-        if options.against:
-            raise BtMissionError(
-                f"--against: {found.file} is a scenario, which has a stage of its own"
-            )
+    if kind == "scenario":
         from bt_mission.scenarios.run import look_for_names
 
         look_for_names(found)
     return found, faults
+
+
+def _robots_of(fleet: Any) -> str:
+    """Say of whom a fleet consists, and what they carry out."""
+    count = len(fleet.robots)
+    each = ", ".join(f"{one.name}: {one.mission.name}" for one in fleet.robots)
+    return f"{count} robot{'' if count == 1 else 's'}; {each}"
 
 
 def _told(scenario: Any) -> str:
@@ -269,14 +307,14 @@ def add_schema_parser(commands: Any) -> None:
     """Add ``schema`` to the command line."""
     parser = commands.add_parser(
         "schema",
-        description="Prints the JSON Schema of mission or scenario files. An editor with a YAML "
-        "language server completes and checks missions by it: put it into a file, and say so in "
-        "the first line of a mission: '# yaml-language-server: $schema=mission.schema.json'.",
+        description="Prints the JSON Schema of mission, scenario or fleet files. An editor with a "
+        "YAML language server completes and checks missions by it: put it into a file, and say so "
+        "in the first line of a mission: '# yaml-language-server: $schema=mission.schema.json'.",
     )
     parser.add_argument(
         "of",
         nargs="?",
-        choices=("mission", "scenario"),
+        choices=("mission", "scenario", "fleet"),
         default="mission",
         help="of which files (default: mission)",
     )
@@ -287,6 +325,8 @@ def print_schema(options: argparse.Namespace) -> int:
     """Print it."""
     if options.of == "scenario":
         from bt_mission.scenarios.schema import scenario_schema as schema
+    elif options.of == "fleet":
+        from bt_mission.fleets.file import fleet_schema as schema
     else:
         from bt_mission.language.schema import mission_schema as schema
     print(json.dumps(schema(), indent=2))

@@ -37,7 +37,7 @@ COMMANDS: Mapping[str, Command] = {
     "tree": Command("tree:add_parser", "show a mission's tree as text, DOT, SVG or PNG"),
     "schema": Command(
         "check:add_schema_parser",
-        "print the JSON Schema of mission or scenario files, for editors",
+        "print the JSON Schema of mission, scenario or fleet files, for editors",
     ),
     "serve": Command(
         "serve:add_parser", "carry out missions that others send as goals of /execute_mission"

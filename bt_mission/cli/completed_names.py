@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.commands import COMMANDS
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import is_file, is_scenario, look_for, names, scenarios
+from bt_mission.core.files import fleets, is_file, is_scenario, look_for, names, scenarios
 
 if TYPE_CHECKING:
     from bt_mission.graph_tools.live_names import LiveKind
@@ -43,7 +43,7 @@ def _words(line: str) -> list[str]:
 
 
 def _runs(_: list[str]) -> list[str]:
-    return [*names("missions"), *scenarios()]
+    return [*names("missions"), *scenarios(), *fleets()]
 
 
 def _listed(_: list[str]) -> list[str]:
@@ -114,7 +114,7 @@ KINDS: Mapping[str, Callable[[list[str]], list[str]]] = {
     "executives": _live("executives"),
     "namespaces": _live("namespaces"),
 }
-"""What is completed by name; runs are missions and scenarios, listed what `missions` lists."""
+"""What is completed by name; runs are missions, scenarios, fleets; listed, what `missions` lists."""
 
 FILES = ("missions", "runs", "listed", "worlds", "robots", "parameters")
 """Those for which a file of one's own will do, too."""

@@ -25,7 +25,7 @@ def add_mission_file(parser: argparse.ArgumentParser) -> None:
         "file",
         type=Path,
         help="the mission: a YAML file, an XML file of Groot 2, or the name of a shipped one; or a "
-        "scenario",
+        "scenario or a fleet",
     )
 
 
@@ -73,6 +73,11 @@ def add_plain_option(parser: Any) -> None:
     parser.add_argument(
         "--plain", action="store_true", help="plain lines, also when the output is a terminal"
     )
+
+
+def add_robot_option(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add the choice of a robot of a recorded fleet; `what` says what comes without it."""
+    parser.add_argument("--robot", metavar="NAME", help=f"of a recorded fleet: the robot ({what})")
 
 
 def add_force_option(parser: argparse.ArgumentParser) -> None:

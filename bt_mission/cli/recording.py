@@ -9,16 +9,23 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 from bt_mission.cli.options import add_force_option, refuse_existing
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.executive.report import Report
     from bt_mission.recording.writer import RunRecorder
     from bt_mission.sessions.session import ObservableSession
     from bt_mission.views.video.recorder import VideoRecorder
+
+
+class Summary(Protocol):
+    """What a run came to."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Its fields by name, ready for JSON."""
+
 
 Kept = dict[str, str | int]
 """What was kept of a run, by name, as programs are told."""
@@ -164,7 +171,7 @@ class RunFiles:
     page: Path | None
     film: VideoRecorder | None
 
-    def finish(self, report: Report) -> Kept:
+    def finish(self, report: Summary) -> Kept:
         """End film and recording, and make the page; gives what is to be said of them, by name."""
         return {**self._finish_film(), **self._finish_recording(report)}
 
@@ -180,21 +187,25 @@ class RunFiles:
             "video_lacks": film.missing,
         }
 
-    def _finish_recording(self, report: Report) -> Kept:
+    def _finish_recording(self, report: Summary) -> Kept:
         if self.recorder is None:
             return {}
-        self.recorder.finish(report.as_dict())
+        summary = report.as_dict()
+        self.recorder.finish(summary, summary.get("robots", ()))
         kept: Kept = {}
         if self.recording is not None:
             kept = {"recording": str(self.recording), "recording_lacks": self.recorder.missing}
         if self.page is not None:
-            from bt_mission.cli.report import write_page
+            from bt_mission.cli.report import pages_of, write_page
 
+            recording = self.recorder.file.path
             try:
-                write_page(self.recorder.file.path, self.page)
+                pages = pages_of(recording, self.page, None)
+                for robot, page in pages.items():
+                    write_page(recording, page, robot)
             except BtMissionError as error:
                 return kept | {"report_lacks": str(error)}
-            kept["report"] = str(self.page)
+            kept["report"] = ", ".join(map(str, pages.values()))
         return kept
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.cli.argument_types import seconds, speed
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.fork import fork_shown
-from bt_mission.cli.options import add_plain_option
+from bt_mission.cli.options import add_plain_option, add_robot_option
 from bt_mission.cli.web import add_web_options, refuse_web, web_server
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.stamps import NS
@@ -61,6 +61,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--once", action="store_true", help="print the tree as it was at the time --at, and leave"
     )
+    add_robot_option(parser, "default: the first; all are on the map")
     add_plain_option(parser)
     parser.add_argument("--poses", action="store_true", help="in lines: where the robot was, too")
     add_web_options(parser)
@@ -92,7 +93,10 @@ def _replay_recording(options: argparse.Namespace) -> int:
     from bt_mission.cli.watch import is_drawable
     from bt_mission.recording.replay.timeline import read_timeline
 
-    film = read_timeline(options.file)
+    film = read_timeline(options.file, options.robot)
+    if len(film.robots) > 1 and options.robot is None:
+        others = ", ".join(film.robots[1:])
+        print(f"shown: {film.robots[0]}; with --robot NAME: {others}", file=sys.stderr)
     duration_s = (film.end_ns - film.start_ns) / NS
     if options.at > duration_s:
         raise BtMissionError(f"--at {options.at:g}: the recording ends at {duration_s:.2f} s")

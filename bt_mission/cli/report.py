@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_force_option, refuse_existing
+from bt_mission.cli.options import add_force_option, add_robot_option, refuse_existing
 
 
 def add_parser(commands: Any) -> None:
@@ -28,6 +28,7 @@ def add_parser(commands: Any) -> None:
         metavar="FILE.html",
         help="the page (default: beside the recording, with its name)",
     )
+    add_robot_option(parser, "default: a page for each, with its name in the file's")
     add_force_option(parser)
     parser.set_defaults(command=report)
 
@@ -35,14 +36,26 @@ def add_parser(commands: Any) -> None:
 def report(options: argparse.Namespace) -> int:
     """Make the page; gives the exit code."""
     output = options.output or options.file.with_suffix(".html")
-    refuse_existing(options, output)
-    write_page(options.file, output)
-    print(output)
+    pages = pages_of(options.file, output, options.robot)
+    refuse_existing(options, *pages.values())
+    for robot, page in pages.items():
+        write_page(options.file, page, robot)
+        print(page)
     return SUCCESS
 
 
-def write_page(recording: Path, output: Path) -> None:
-    """Make a page of a recording.
+def pages_of(recording: Path, output: Path, robot: str | None) -> dict[str | None, Path]:
+    """Return the page of each robot of a recording: of several, each has its name in the file's."""
+    from bt_mission.recording.reading import recorded_robots
+
+    robots = recorded_robots(recording) if robot is None else []
+    if len(robots) < 2:
+        return {robot: output}
+    return {one: output.with_name(f"{output.stem}.{one}{output.suffix}") for one in robots}
+
+
+def write_page(recording: Path, output: Path, robot: str | None = None) -> None:
+    """Make a page of a recording, of one robot in it.
 
     Raises:
         BtMissionError: For a file that holds no run, and one that cannot be written.
@@ -51,7 +64,7 @@ def write_page(recording: Path, output: Path) -> None:
     from bt_mission.recording.verification import read_verified_run
     from bt_mission.views.html_report.page import page_of
 
-    page = page_of(read_verified_run(recording))
+    page = page_of(read_verified_run(recording, robot))
     try:
         output.write_text(page, encoding="utf-8", errors="replace")
     except OSError as error:

@@ -33,6 +33,7 @@ from bt_mission.cli.view import add_view_option, refuse_view
 from bt_mission.cli.web import add_web_options, refuse_web
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import kind_of
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
@@ -135,7 +136,7 @@ def _what_starts(options: argparse.Namespace) -> str:
         said = plain_words(mission_file(options))
     except BtMissionError:  # told when the file is read
         said = {}
-    name = said.get("scenario") or said.get("mission") or options.file
+    name = said.get("fleet") or said.get("scenario") or said.get("mission") or options.file
     if options.attach:
         return f"{name}: joining the ROS graph"
     world = options.world or said.get("world")
@@ -153,6 +154,10 @@ def _run(options: argparse.Namespace) -> int:
         prepare_graph(options)
     else:
         prepare_middleware()
+    if kind_of(mission_file(options)) == "fleet":
+        from bt_mission.cli.run_fleet import run_fleet
+
+        return run_fleet(options)
     plan = load_plan(options)
     if options.web and not options.attach:
         run_shown = run_on_page

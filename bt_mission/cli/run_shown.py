@@ -36,9 +36,7 @@ def run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, re
         recording.recorder_for(options, session) as keeping,
     ):
         settle_memory()
-        report = with_outcomes(
-            drive(session, view, speed=_speed(options), trace_file=options.trace)
-        )
+        report = with_outcomes(drive(session, view, speed=pace(options), trace_file=options.trace))
         _tell_resumable(options, session)
         kept = keeping.finish(report)
         if options.web and report.status != MissionStatus.INTERRUPTED:
@@ -77,9 +75,7 @@ def run_on_screen(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, r
         recording.recorder_for(options, session) as keeping,
     ):
         interrupts = InterruptSignals()
-        steps = driving(
-            session, Quiet(), interrupts, speed=_speed(options), trace_file=options.trace
-        )
+        steps = driving(session, Quiet(), interrupts, speed=pace(options), trace_file=options.trace)
         marks = marks_for(sys.stdout.encoding)
         settle_memory()
         report = with_outcomes(RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end())
@@ -108,7 +104,7 @@ def run_on_page(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, rec
         recording.recorder_for(options, session) as keeping,
     ):
         interrupts = InterruptSignals()
-        steps = driving(session, view, interrupts, speed=_speed(options), trace_file=options.trace)
+        steps = driving(session, view, interrupts, speed=pace(options), trace_file=options.trace)
         driver = StepDriver(steps)
 
         def is_left() -> bool:
@@ -117,11 +113,12 @@ def run_on_page(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, rec
         shown = LiveMission(graph, graph.name, lambda: ENDED if driver.report else "")
         shown.attach(graph.name)  # before the first step, so that nothing is missed
         with web_server(options, shown) as server:
-            report = with_outcomes(ShownRun(server, driver, is_left, _to_stderr).run_to_the_end())
+            report = with_outcomes(ShownRun(server, driver, is_left, to_stderr).run_to_the_end())
         return report, keeping.finish(report)
 
 
-def _to_stderr(text: str) -> None:
+def to_stderr(text: str) -> None:
+    """Tell people something beside the output."""
     print(text, file=sys.stderr, flush=True)
 
 
@@ -130,7 +127,7 @@ def _tell_resumable(options: argparse.Namespace, session: Any) -> None:
         print(f"to go on with it: --journal {options.journal} --resume", file=sys.stderr)
 
 
-def _speed(options: argparse.Namespace) -> float | None:
+def pace(options: argparse.Namespace) -> float | None:
     """What people look at is in real time, unless they want another speed."""
     is_shown = options.tui or options.view or options.web or options.foxglove
     return options.speed or (1.0 if is_shown and not options.attach else None)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import MISSION_FAILED, SUCCESS, UNKNOWN
-from bt_mission.cli.options import add_require_option, mission_file
+from bt_mission.cli.options import add_require_option, add_robot_option, mission_file
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.text import escape_control
 
@@ -63,31 +64,72 @@ def add_parser(commands: Any) -> None:
         metavar="NAME",
         help="namespace of the robot's topics (default: that of the recorded mission)",
     )
+    add_robot_option(parser, "default: all")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(command=verify)
 
 
 def verify(options: argparse.Namespace) -> int:
     """Evaluate the requirements; gives the exit code."""
-    from bt_mission.recording.reading import is_recording
-    from bt_mission.recording.verification import RecordedRequirements
+    from bt_mission.recording.reading import is_recording, recorded_robots
 
     if not is_recording(options.file):
         raise BtMissionError(
             f"{options.file}: a trace does not hold the signals of a run; verify takes a recording "
             "(bt-mission run --record)"
         )
-    recorded = RecordedRequirements(options.file, options.namespace)
-    found = recorded.verify(_requirements(options, recorded))
+    robots = [options.robot] if options.robot else recorded_robots(options.file)
+    if len(robots) == 1:
+        recorded, found = _verified(options, options.robot)
+        if options.json:
+            print(json.dumps(_as_dict(options, recorded, found)))
+        else:
+            print("\n".join(map(escape_control, _lines(options, recorded, found))))
+        return _code([found])
+    each = {
+        robot: _verified(options, robot)
+        for robot in robots
+        if options.require or options.mission or _has_requirements(options, robot)
+    }
+    if not each:
+        raise BtMissionError(
+            f"{options.file}: no recorded mission has requirements: name a file of them with "
+            "--require FILE"
+        )
     if options.json:
-        print(json.dumps(_as_dict(options, recorded, found)))
+        told = [{"robot": one, **_as_dict(options, *found)} for one, found in each.items()]
+        print(json.dumps({"recording": str(options.file), "robots": told}))
     else:
-        print("\n".join(map(escape_control, _lines(options, recorded, found))))
-    verdicts = {one.verdict for one in found.results}
+        for robot, verified in each.items():
+            first, *others = _lines(options, *verified)
+            name = f"{options.file}: {robot}: "
+            lines = [first.replace(f"{options.file}: ", name, 1), *others]
+            print("\n".join(map(escape_control, lines)))
+    return _code([found for _, found in each.values()])
+
+
+def _has_requirements(options: argparse.Namespace, robot: str) -> bool:
+    from bt_mission.recording.verification import RecordedRequirements
+
+    return bool(RecordedRequirements(options.file, options.namespace, robot).own())
+
+
+def _verified(
+    options: argparse.Namespace, robot: str | None
+) -> tuple[RecordedRequirements, Verification]:
+    from bt_mission.recording.verification import RecordedRequirements
+
+    recorded = RecordedRequirements(options.file, options.namespace, robot)
+    return recorded, recorded.verify(_requirements(options, recorded))
+
+
+def _code(found: Sequence[Verification]) -> int:
+    """Return the exit code: the worst of all."""
+    verdicts = {one.verdict for each in found for one in each.results}
     if "violated" in verdicts:
         return MISSION_FAILED
-    is_short = "unknown" in verdicts or ("open" in verdicts and found.why_cut)
-    return UNKNOWN if is_short else SUCCESS
+    is_open = any(each.why_cut and one.verdict == "open" for each in found for one in each.results)
+    return UNKNOWN if "unknown" in verdicts or is_open else SUCCESS
 
 
 def _requirements(

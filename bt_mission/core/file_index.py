@@ -14,6 +14,7 @@ from bt_mission.core.files import (
     Kind,
     folders,
     is_file,
+    kind_of,
     look_for,
     shipped_folders,
     text_to_look_at,
@@ -24,7 +25,7 @@ LISTED: tuple[Kind, ...] = ("missions", "worlds", "robots")
 """The kinds of which there are lists."""
 
 _MARKS = {
-    "missions": re.compile(r"^(mission|scenario)[ ]*:", re.MULTILINE),
+    "missions": re.compile(r"^(mission|scenario|fleet)[ ]*:", re.MULTILINE),
     "worlds": re.compile(r"^spawn[ ]*:", re.MULTILINE),
     "robots": re.compile(r"^max_linear_velocity[ ]*:", re.MULTILINE),
 }
@@ -35,7 +36,7 @@ _FILE_KEYS = ("include", "mission", "world", "robot")
 
 @dataclass(frozen=True)
 class ListedFile:
-    """A mission, scenario, world or robot.
+    """A mission, scenario, fleet, world or robot.
 
     Attributes:
         name: As commands take it in this folder.
@@ -46,7 +47,7 @@ class ListedFile:
     """
 
     name: str
-    what: Literal["mission", "scenario", "world", "robot"]
+    what: Literal["mission", "scenario", "fleet", "world", "robot"]
     description: str
     path: Path
     is_shipped: bool
@@ -90,8 +91,8 @@ def find_listed(kind: Kind, name: str) -> ListedFile:
 def files_of(path: Path) -> list[Path]:
     """List a file and those that it names by their paths from its folder, and so on.
 
-    They are included trees, the mission, world and robot of a scenario, and Python leaves. What
-    is named without a path is looked up by its name from anywhere, so it is none of these.
+    They are included trees, the missions, world and robots of a scenario or fleet, and Python
+    leaves. What is named without a path is looked up by its name from anywhere, so it is none.
 
     Raises:
         InputError: For a file that is no YAML.
@@ -141,7 +142,7 @@ def _listed(name: str, path: Path, kind: Kind, *, is_shipped: bool) -> ListedFil
         said = f"cannot be read: line {first.line}: {first.message}"
     else:
         data = data if isinstance(data, dict) else {}
-        what = "scenario" if kind == "missions" and "scenario" in data else what
+        what = kind_of(path) if kind == "missions" else what
         said = str(data.get("description") or "") or _head_comment(text)
     return ListedFile(name, what, " ".join(said.split()), path, is_shipped)
 
@@ -161,17 +162,16 @@ def first_sentence(text: str) -> str:
 
 
 def _named_files(data: Any) -> Iterator[str]:
-    """Give what a file may mean as paths of others."""
-    if isinstance(data, dict):
-        for key in _FILE_KEYS:
-            names = data.get(key)
-            for name in names if isinstance(names, list) else [names]:
-                if isinstance(name, str) and Path(name).suffix in SUFFIXES:
-                    yield name
+    """Give what a file may mean as paths of others; a fleet says it of each robot."""
     waiting = [data]
     while waiting:
         one = waiting.pop()
         if isinstance(one, dict):
+            for key in _FILE_KEYS:
+                names = one.get(key)
+                for name in names if isinstance(names, list) else [names]:
+                    if isinstance(name, str) and Path(name).suffix in SUFFIXES:
+                        yield name
             waiting += one.values()
         elif isinstance(one, list):
             waiting += one

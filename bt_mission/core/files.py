@@ -6,7 +6,7 @@ import os
 import re
 import sys
 from pathlib import Path
-from typing import Literal
+from typing import Literal, cast
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed
 
@@ -15,9 +15,10 @@ Kind = Literal["missions", "worlds", "robots", "parameters"]
 SUFFIXES = (".yaml", ".yml")
 MOST_READ = 1_000_000
 """Characters of a file in which its kind is looked for; larger ones are refused anyway."""
-_IS_SCENARIO = re.compile(r"^scenario[ ]*:", re.MULTILINE)
+FileKind = Literal["mission", "scenario", "fleet"]
+_NAMED_KIND = re.compile(r"^(scenario|fleet)[ ]*:", re.MULTILINE)
 _PLAIN_WORDS = re.compile(
-    r"^(mission|scenario|world)[ ]*:[ ]+([\w.-]+(?: [\w.-]+)*)[ ]*(?:#.*)?$",
+    r"^(mission|scenario|fleet|world)[ ]*:[ ]+([\w.-]+(?: [\w.-]+)*)[ ]*(?:#.*)?$",
     re.MULTILINE | re.ASCII,
 )
 _SOURCE = Path(__file__).resolve().parent.parent.parent
@@ -27,8 +28,8 @@ def find(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -
     """Return the file of a mission, world or robot, or of parameters.
 
     Looked for, in this order: the path as it is; next to `near` (a file or a folder);
-    `./KIND/NAME.yaml`; the source checkout; `PREFIX/share/bt_mission/KIND` of each prefix. A shipped
-    file is also found by its path in the checkout, such as ``missions/square.yaml``.
+    `./KIND/NAME.yaml`; the source checkout; `PREFIX/share/bt_mission/KIND` of each prefix. A
+    shipped file is also found by its path in the checkout, such as ``missions/square.yaml``.
     Raises InputError with the names that are known.
     """
     found = look_for(kind, name_or_path, near)
@@ -69,7 +70,7 @@ def names(kind: Kind) -> list[str]:
             for folder in folders(kind)
             if folder.is_dir()
             for path in folder.iterdir()
-            if path.suffix in SUFFIXES and not path.name.endswith(f".scenario{path.suffix}")
+            if path.suffix in SUFFIXES and not path.stem.endswith((".scenario", ".fleet"))
         }
     )
 
@@ -78,6 +79,12 @@ def scenarios() -> list[str]:
     """Return the scenarios that are shipped, as `run` takes them, sorted."""
     found = (folder.glob("scenarios/*.scenario.yaml") for folder in folders("missions"))
     return sorted({f"scenarios/{path.name}" for paths in found for path in paths})
+
+
+def fleets() -> list[str]:
+    """Return the fleets that are shipped, as `run` takes them, sorted."""
+    found = (folder.glob("fleets/*.fleet.yaml") for folder in folders("missions"))
+    return sorted({f"fleets/{path.name}" for paths in found for path in paths})
 
 
 def folders(kind: Kind) -> list[Path]:
@@ -112,13 +119,19 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def kind_of(path: str | Path) -> FileKind:
+    """Return which kind of file it is, by its first key of a kind; a mission where it has none."""
+    found = _NAMED_KIND.search(text_to_look_at(path))
+    return "mission" if found is None else cast("FileKind", found.group(1))
+
+
 def is_scenario(path: str | Path) -> bool:
     """Return whether a file is a scenario rather than a mission."""
-    return _IS_SCENARIO.search(text_to_look_at(path)) is not None
+    return kind_of(path) == "scenario"
 
 
 def plain_words(path: str | Path) -> dict[str, str]:
-    """Return what a mission or scenario in YAML says of `mission`, `scenario` and `world`.
+    """Return what a file in YAML says of `mission`, `scenario`, `fleet` and `world`.
 
     Of each, where it is plain words. It is only for telling people, before the file is read
     properly: that takes a while.

@@ -168,5 +168,15 @@ class CameraImage:
     data: bytes
 
 
-Robot = tuple[FrameTransform, ...] | ScanPoints | Map | BatteryState
+@dataclass(frozen=True, slots=True)
+class OtherRobot:
+    """Where another robot is on the map: m, m, rad."""
+
+    name: str
+    x: float
+    y: float
+    yaw: float
+
+
+Robot = tuple[FrameTransform, ...] | ScanPoints | Map | BatteryState | OtherRobot
 """What comes from a robot."""

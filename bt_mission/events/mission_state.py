@@ -34,7 +34,13 @@ from bt_mission.events.robot_state import RobotState
 WAITING_CHANGES = 10_000
 """Changes kept until the statuses before them are known; beyond it the oldest are dropped."""
 
-ROBOT = (tuple, messages.ScanPoints, messages.Map, messages.BatteryState)
+ROBOT = (
+    tuple,
+    messages.ScanPoints,
+    messages.Map,
+    messages.BatteryState,
+    messages.OtherRobot,
+)
 """The classes of :data:`bt_mission.events.messages.Robot`."""
 
 State = TypeVar("State", "MissionState", RobotState)

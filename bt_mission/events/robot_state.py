@@ -49,6 +49,8 @@ class RobotState:
         self.scan: messages.ScanPoints | None = None
         self.battery: messages.BatteryState | None = None
         self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
+        self.others: dict[str, Pose2D] = {}
+        """Where other robots are on the map, by their names."""
         self.frame = ""
         """The frame that pose and trail are in: ``map``, or ``odom`` where nobody localises."""
         self._frames: Frames = {}
@@ -64,6 +66,8 @@ class RobotState:
             case messages.BatteryState():
                 self.battery = reading
                 self._is_percent |= reading.charge > 1
+            case messages.OtherRobot():
+                self.others[reading.name] = Pose2D(reading.x, reading.y, reading.yaw)
             case transforms:
                 self._frames |= frames_of(transforms)
                 self._extend_trail()

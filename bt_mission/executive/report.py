@@ -128,18 +128,19 @@ class Report:
             f"  {self.virtual_s:.2f} s in {self.wall_s:.2f} s of wall time "
             f"({self.real_time_factor:.1f} x real time), seed {self.seed}"
         )
-        facts = [f"{_counted(self.goals_sent, 'goal')} sent", f"{self.goals_left_behind} orphaned"]
+        facts = [f"{counted(self.goals_sent, 'goal')} sent", f"{self.goals_left_behind} orphaned"]
         if self.distance_travelled_m is not None:
             facts.append(f"{self.distance_travelled_m:.2f} m driven")
         if self.collisions is not None:
-            facts.append(_counted(self.collisions, "collision"))
+            facts.append(counted(self.collisions, "collision"))
         lines.append("  " + ", ".join(facts))
         lines += [f"  requirement {one}" for one in self.requirements]
         lines += [f"  fault {one}" for one in self.faults]
         return "\n".join(map(escape_control, lines))
 
 
-def _counted(count: int, noun: str) -> str:
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun, in the plural unless it is one."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 

@@ -21,7 +21,7 @@ from bt_mission.core.cdr.decoder import Take
 from bt_mission.language.mission import Mission
 from bt_mission.ros.mission_details import MissionDetailsBuilder
 from bt_mission.ros.mission_runner import MissionRunner
-from bt_mission.sessions.session import ObservableSession
+from bt_mission.sessions.session import ObservedRun
 
 Camera = Literal["none", "compressed", "raw"]
 
@@ -67,9 +67,9 @@ def versions() -> dict[str, str]:
     return found
 
 
-def facts_of(session: ObservableSession, start_ns: int) -> dict[str, str]:
-    """What is known of a run at its start."""
-    mission, node = session.mission, session.node
+def facts_of(run: ObservedRun, start_ns: int) -> dict[str, str]:
+    """What is known of a mission's run at its start."""
+    mission, node = run.mission, run.node
     return {
         "mission": mission.name,
         "file": mission.portable_name(mission.file),
@@ -80,7 +80,6 @@ def facts_of(session: ObservableSession, start_ns: int) -> dict[str, str]:
         "start_ns": str(start_ns),
         "inputs": json.dumps(dict(mission.inputs)),
         "versions": json.dumps(versions()),
-        **session.facts,
     }
 
 

@@ -10,8 +10,17 @@ from typing import Any
 FACTS, SUMMARY = "bt_mission", "bt_mission_summary"
 """The names of the metadata records."""
 
+MISSIONS = "missions"
+"""The fact that names the executives' nodes, where several missions are in a recording."""
+
 LARGEST_NS = 2**63 - 1
 """Times of ROS are no larger, ns."""
+
+
+def note_of(kind: str, node: str) -> str:
+    """Return the name of the record about one of several missions, by its executive's node."""
+    return f"{kind} {node}"
+
 
 IsValid = Callable[[Any], bool]
 
@@ -79,6 +88,7 @@ _KNOWN: Mapping[tuple[str, str], IsValid] = {
     (FACTS, "requirements"): _is_requirements,
     (FACTS, "changes"): _is_list,
     (FACTS, "faults"): _is_texts,
+    (FACTS, MISSIONS): _is_texts,
     (SUMMARY, "virtual_s"): _is_number,
     (SUMMARY, "wall_s"): _is_number,
     (SUMMARY, "distance_travelled_m"): _or_none(_is_number),
@@ -96,18 +106,33 @@ class RunFacts:
 
     Args:
         notes: The metadata records of a file, by name.
+        node: Of which executive's mission, where there are several; empty is the first.
     """
 
-    def __init__(self, notes: Mapping[str, Mapping[str, str]]) -> None:
-        self.texts: Mapping[str, str] = notes.get(FACTS, {})
+    def __init__(self, notes: Mapping[str, Mapping[str, str]], node: str = "") -> None:
+        self.texts: Mapping[str, str] = notes.get(note_of(FACTS, node), notes.get(FACTS, {}))
         """As they are in the file."""
         self.unread: list[str] = []
         """The names of those that cannot be read."""
-        self.summary: Mapping[str, Any] = self._values(SUMMARY, notes.get(SUMMARY, {}))
+        self.summary: Mapping[str, Any] = self._values(
+            SUMMARY, notes.get(note_of(SUMMARY, node), notes.get(SUMMARY, {}))
+        )
         """What the run came to; empty where it was not told."""
         known = [name for note, name in _KNOWN if note == FACTS]
         texts = {name: self.texts[name] for name in known if name in self.texts}
         self._facts = self._values(FACTS, texts)
+        self._first = notes.get(FACTS, {})
+
+    @property
+    def node(self) -> str:
+        """Full name of the executive's node; empty where no recorder of ours has made the file."""
+        return self.texts.get("node", "")
+
+    @property
+    def missions(self) -> Sequence[str]:
+        """The nodes of the executives whose missions are in the file; the first is shown first."""
+        found = self._values(FACTS, {MISSIONS: self._first.get(MISSIONS, "[]")}).get(MISSIONS)
+        return found or ([self.node] if self.node else [])
 
     @property
     def namespace(self) -> str:

@@ -122,16 +122,26 @@ WORDS = {
     Status.FAILURE: "failure",
 }
 
+TOLD = (
+    "bt_mission_interfaces/msg/Tree",
+    "bt_mission_interfaces/msg/StatusChanges",
+    "bt_mission_interfaces/msg/MissionState",
+)
+"""What an executive tells, and others of its graph may tell, too."""
+
 _POSE_LINE = b'"event": "pose"'
 
 
-def read_run(path: Path) -> RecordedRun:
+def read_run(path: Path, robot: str | None = None) -> RecordedRun:
     """Read a recording; one that was cut gives what stands in it.
+
+    Args:
+        robot: Of several robots with missions, the one that is read; None is the first.
 
     Raises:
         RecordingError: For a file that is none, or holds no run of a mission.
     """
-    file = RecordedFile(path)
+    file = RecordedFile(path, robot)
     run = _RunReader(file)
     file.feed(run.take)
     return run.run()
@@ -188,6 +198,10 @@ class _RunReader:
     def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
         """Take a message in, if it is of use."""
         topic = channel.topic
+        if self._file.is_of_another(topic):
+            return
+        if channel.type_name in TOLD and not self._file.is_of_mission(topic):
+            return
         match channel.type_name:
             case "bt_mission_interfaces/msg/Tree":
                 self._tree = reader.tree(channel.decode(data))
@@ -200,6 +214,8 @@ class _RunReader:
                 self._state = reader.state(channel.decode(data))
             case "rcl_interfaces/msg/Log":
                 line = channel.decode(data)
+                if self._file.is_of_another(f"/{line.name.replace('.', '/')}"):
+                    return
                 self._log.append(RecordedLine(time_ns, line.level, line.name, line.msg))
             case "sensor_msgs/msg/CompressedImage":
                 image = channel.decode(data)
@@ -210,6 +226,8 @@ class _RunReader:
 
     def _take_by_topic(self, channel: Channel, time_ns: int, data: bytes) -> None:
         if channel.topic.endswith("/trace"):
+            if not self._file.is_of_mission(channel.topic):
+                return
             expect(channel, TEXT)
             if _POSE_LINE not in data:
                 self._take_line(time_ns, channel.decode(data)["data"])
@@ -217,7 +235,7 @@ class _RunReader:
             self._goals.take(channel, time_ns, lambda: channel.decode(data))
         else:
             if self._robot is None:
-                facts = RunFacts(self._file.notes)
+                facts = RunFacts(self._file.notes, self._file.node)
                 self._robot = RobotLife(facts.namespace, facts.hull)
             self._robot.take(channel, time_ns, lambda: channel.decode(data))
 
@@ -251,7 +269,7 @@ class _RunReader:
         saved = [
             Picture(one.time_ns, one.name, one.media_type, one.data)
             for one in file.attached
-            if one.media_type.startswith("image/")
+            if one.media_type.startswith("image/") and not file.is_of_another(f"/{one.name}")
         ]
         return RecordedRun(
             path=file.path,

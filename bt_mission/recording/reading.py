@@ -17,7 +17,7 @@ from mcap import records
 from mcap.stream_reader import CRCValidationError, StreamReader
 
 from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
-from bt_mission.core.diagnostics import listed
+from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.recording.expected_types import checked_decoder
 from bt_mission.recording.facts import LARGEST_NS, RunFacts
@@ -98,15 +98,62 @@ def is_recording(path: Path) -> bool:
     return MAGIC.startswith(beginning)
 
 
+def robot_of(node: str) -> str:
+    """Return the robot of an executive's node: its namespace; empty of a robot without one."""
+    return node.rpartition("/")[0].strip("/")
+
+
+def node_of(path: Path, facts: RunFacts, robot: str) -> str:
+    """Return the executive of a robot in a recording.
+
+    Raises:
+        RecordingError: Where there is none.
+    """
+    nodes = {robot_of(node): node for node in facts.missions}
+    wanted = robot.strip("/")
+    if wanted in nodes:
+        return nodes[wanted]
+    known = [name for name in nodes if name]
+    if not known:
+        raise RecordingError(f"{path}: its robot has no name; leave --robot out")
+    hint = did_you_mean(wanted, known)
+    suggestion = f"; {hint}" if hint else ""
+    raise RecordingError(
+        f"{path}: no mission of a robot {quoted(robot)} is in it "
+        f"(robots: {listed(known)}){suggestion}"
+    )
+
+
+def recorded_robots(path: Path) -> list[str]:
+    """Return the names of the robots whose missions are in a recording, the first in front.
+
+    Of one robot that is the name of its namespace, which may be empty; of a bag it is empty, too.
+
+    Raises:
+        RecordingError: For a file that is none, or that cannot be opened.
+    """
+    file = RecordedFile(path)
+    for _ in file.messages():
+        break
+    return [robot_of(node) for node in RunFacts(file.notes).missions] or [""]
+
+
 class RecordedFile:
     """What stands in an MCAP file. Read :meth:`messages` to the end; the rest is known then.
+
+    Args:
+        robot: Of several robots with missions, the one that is read; None is the first.
 
     Raises:
         RecordingError: For a file that is none, or that cannot be opened.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, robot: str | None = None) -> None:
         self.path = path
+        self._robot = robot
+        self._begins: str | None = None
+        self._others: tuple[str, ...] | None = None
+        """What topics of other robots with missions begin with; None before it is known."""
         self.library = ""
         self.notes: dict[str, Mapping[str, str]] = {}
         self.attached: list[RecordingAttachment] = []
@@ -130,7 +177,27 @@ class RecordedFile:
     @cached_property
     def facts(self) -> RunFacts:
         """What the recorder has written down, once all messages were read."""
-        return RunFacts(self.notes)
+        return RunFacts(self.notes, self.node)
+
+    @property
+    def node(self) -> str:
+        """The executive whose mission is read; known with the first message, empty of a bag."""
+        first = RunFacts(self.notes)
+        return node_of(self.path, first, self._robot) if self._robot is not None else first.node
+
+    def is_of_another(self, topic: str) -> bool:
+        """Is a topic that of another robot, whose mission is in the file, too; or of a mission?"""
+        if self._others is None:
+            first, node = RunFacts(self.notes), self.node
+            names = [robot_of(one) for one in first.missions if one != node]
+            self._others = tuple(f"/{name}/" for name in names)
+        return topic.startswith(self._others)
+
+    def is_of_mission(self, topic: str) -> bool:
+        """May a topic be the mission's? Of others of its graph, those of its node are."""
+        if self._begins is None:
+            self._begins = f"{self.node}/" if self.node else "/"
+        return topic.startswith(self._begins)
 
     @property
     def missing(self) -> str:

@@ -107,7 +107,7 @@ class RecordingSurvey:
         self._oldest_ns = min(self._oldest_ns, time_ns)
         is_new = topic not in self.topics
         self.topics[topic] = channel.type_name
-        if channel.type_name == TREE and self.tree is None:
+        if channel.type_name == TREE and self.tree is None and self.file.is_of_mission(topic):
             self.tree = messages.tree(channel.decode(data))
             self.node = topic.removesuffix("/tree")
         elif is_new and topic.endswith(f"/{TOPIC}") and channel.type_name == TEXT:

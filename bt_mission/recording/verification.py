@@ -61,13 +61,15 @@ class RecordedRequirements:
     Args:
         path: The file.
         namespace: Of the robot; None is that of the recording.
+        robot: Of several robots with missions, the one whose is evaluated; None is the first.
 
     Raises:
         RecordingError: For a file that is none, that cannot be opened, or without a message.
     """
 
-    def __init__(self, path: Path, namespace: str | None = None) -> None:
-        self.survey = RecordingSurvey(RecordedFile(path))
+    def __init__(self, path: Path, namespace: str | None = None, robot: str | None = None) -> None:
+        self.survey = RecordingSurvey(RecordedFile(path, robot))
+        self._robot = robot
         self._namespace = namespace
 
     @property
@@ -117,7 +119,7 @@ class RecordedRequirements:
         """
         signals = RecordedSignals(self.survey, self._namespace)
         monitors = Monitors(requirements, signals)
-        file = RecordedFile(self.survey.file.path)
+        file = RecordedFile(self.survey.file.path, self._robot)
         clock = _Instants(self.survey, signals, monitors, on_instant)
         if self.survey.first_sample is not None or self.survey.is_in_order:
             file.feed(clock.take)
@@ -267,13 +269,16 @@ def _speaks_of_instants(requirement: Requirement) -> bool:
     )
 
 
-def recorded_requirements(path: Path) -> tuple[RecordedRequirement, ...]:
+def recorded_requirements(path: Path, robot: str | None = None) -> tuple[RecordedRequirement, ...]:
     """Return what the requirements of a recorded run come to, with their margins over time.
+
+    Args:
+        robot: As `read_run` takes it.
 
     Raises:
         RecordingError: For a file that is none, and requirements that cannot be read here.
     """
-    recorded = RecordedRequirements(path)
+    recorded = RecordedRequirements(path, robot=robot)
     requirements = recorded.own()
     if not requirements:
         return ()
@@ -287,15 +292,18 @@ def recorded_requirements(path: Path) -> tuple[RecordedRequirement, ...]:
     )
 
 
-def read_verified_run(path: Path) -> RecordedRun:
+def read_verified_run(path: Path, robot: str | None = None) -> RecordedRun:
     """Read a recording, with what its requirements come to.
+
+    Args:
+        robot: As `read_run` takes it.
 
     Raises:
         RecordingError: For a file that is none, or holds no run of a mission.
     """
-    run = read_run(path)
+    run = read_run(path, robot)
     try:
-        return replace(run, requirements=recorded_requirements(path))
+        return replace(run, requirements=recorded_requirements(path, robot))
     except RecordingError as error:
         missing = "; ".join(filter(None, (run.missing, f"its requirements ({error})")))
         return replace(run, missing=missing)

@@ -1,9 +1,9 @@
-"""One run on its way into a file: topics, the tree, goals, the log and the trace."""
+"""One run on its way into a file: topics, goals, and what the missions in it tell."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Self
@@ -25,11 +25,7 @@ from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
 from bt_mission.core.stamps import set_ns
-from bt_mission.events.log import rosout_line
-from bt_mission.recording import signal_samples
 from bt_mission.recording.contents import (
-    DETAILS_TYPE,
-    DetailsRecorder,
     PictureFolder,
     RecordingOptions,
     compressed,
@@ -38,10 +34,12 @@ from bt_mission.recording.contents import (
     string_message,
     versions,
 )
+from bt_mission.recording.facts import FACTS, MISSIONS, SUMMARY, note_of
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.goals import GoalEvents
+from bt_mission.recording.mission_recorder import MissionRecorder
 from bt_mission.recording.topics import GraphTopics
-from bt_mission.sessions.session import ObservableSession
+from bt_mission.sessions.session import RecordableSession
 
 LOOK_NS = 2_000_000_000
 """Time between two looks at what topics and pictures there are."""
@@ -50,14 +48,6 @@ IMAGE = "sensor_msgs/msg/Image"
 CAMERA_TYPES = (IMAGE, "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo")
 NEVER = ("/clock", "/parameter_events")
 """Every message has its ROS time anyway; parameters do not change here."""
-
-STATUS_TYPES = {
-    "tree": "bt_mission_interfaces/msg/Tree",
-    "node_details": "std_msgs/msg/String",
-    "requirements": "diagnostic_msgs/msg/DiagnosticArray",
-    "state": "bt_mission_interfaces/msg/MissionState",
-    "changes": "bt_mission_interfaces/msg/StatusChanges",
-}
 
 
 class RunRecorder:
@@ -77,7 +67,7 @@ class RunRecorder:
 
     def __init__(
         self,
-        session: ObservableSession,
+        session: RecordableSession,
         path: Path,
         options: RecordingOptions | None = None,
         *,
@@ -86,22 +76,11 @@ class RunRecorder:
         self.file = file or McapFile(path, f"bt-mission {versions()['bt-mission']}")
         self._session = session
         self._options = options or RecordingOptions()
-        self._mission_node, self._runner = session.node, session.runner
         self._definitions = Definitions(share_folders())
         self._looked_ns = session.now_ns
         self._decoders: dict[str, Decoder] = {}
         self._pending: list[tuple[int, bytes]] = []
         self._takes: dict[str, Take] = {}
-        name = session.node.get_fully_qualified_name()
-        self._status = {
-            what: self._open_own(f"{name}/{what}", type_name)
-            for what, type_name in STATUS_TYPES.items()
-        }
-        self._telling = DetailsRecorder(
-            session.runner, self._open_own(f"{name}/details", DETAILS_TYPE)
-        )
-        self._trace = self._open_channel(f"{name}/trace", "std_msgs/msg/String")
-        self._signals = self._open_channel(f"{name}/{signal_samples.TOPIC}", "std_msgs/msg/String")
         self._log = self._open_channel("/rosout", "rcl_interfaces/msg/Log")
         self._pictures = PictureFolder(session.image_folder)
         self.node = Node(
@@ -112,15 +91,13 @@ class RunRecorder:
             start_parameter_services=False,
             parameter_overrides=[Parameter("start_type_description_service", value=False)],
         )
-        presence = session.node.resolve_topic_name(PRESENCE)
-        # What the executive tells those who look on is taken where it arises, at another pace.
-        self._own = f"{name}/"
-        self._topics = GraphTopics(self.node, self, (*NEVER, presence), session.inside)
+        presence = {run.node.resolve_topic_name(PRESENCE) for run in session.runs}
+        # What executives tell those who look on is taken where it arises, at another pace.
+        self._own = tuple(f"{run.node.get_fully_qualified_name()}/" for run in session.runs)
+        self._topics = GraphTopics(self.node, self, (*NEVER, *presence), session.inside)
         self._is_closed = False
-        self._goals = GoalEvents(self._open_own, self._stamp)
+        self._goals = GoalEvents(self.open_own, self._stamp)
         self._look = self.guarded(self._take_in)
-        self._on_status = self.guarded(self._take_status)
-        self._on_line = self.guarded(self._take_line)
         self._on_exchange = self.guarded(self._goals.take)
         self._begin()
 
@@ -152,7 +129,8 @@ class RunRecorder:
         is_due = not 0 <= now_ns - self._looked_ns < LOOK_NS
         busy = self._goals.take_busy()
         self._topics.poll(None if is_due else busy)
-        self._telling.look(now_ns)
+        for one in self._missions:
+            one.look(now_ns)
         self._hand_over()
         if is_due:
             self._looked_ns = now_ns
@@ -161,8 +139,8 @@ class RunRecorder:
     def _take_last(self) -> None:
         self._look_around()
         self._topics.poll()
-        self._telling.is_due = True
-        self._telling.look(self._session.now_ns)
+        for one in self._missions:
+            one.look(self._session.now_ns, is_due=True)
         self._hand_over()
 
     def _hand_over(self) -> None:
@@ -173,25 +151,34 @@ class RunRecorder:
         self.file.write(self._session.now_ns, self._pending)
         self._pending.clear()
 
-    def finish(self, summary: Mapping[str, Any]) -> None:
-        """Put what the run came to into the file, and close it."""
-        self._runner.status_publisher.publish_if_changed()
+    def finish(self, summary: Mapping[str, Any], robots: Sequence[Mapping[str, Any]] = ()) -> None:
+        """Put what the run came to into the file, and close it.
+
+        Args:
+            summary: Of all of it.
+            robots: Of several robots, that of each, in the order of the session's runs.
+        """
+        for one in self._missions:
+            one.tell_changes()
         self.guarded(self._take_last)()
-        facts = {name: json.dumps(value) for name, value in summary.items()}
-        self.file.note("bt_mission_summary", {**facts, "missing": json.dumps(self.missing)})
+        self._note_summary(SUMMARY, summary)
+        for one, of_robot in zip(self._missions, robots, strict=False):
+            self._note_summary(note_of(SUMMARY, one.name), of_robot)
         self.close()
+
+    def _note_summary(self, name: str, summary: Mapping[str, Any]) -> None:
+        facts = {name: json.dumps(value) for name, value in summary.items()}
+        self.file.note(name, {**facts, "missing": json.dumps(self.missing)})
 
     def close(self) -> None:
         """Stop recording; once is enough."""
         if self._is_closed:
             return
         self._is_closed = True
-        self._runner.status_publisher.publish_if_changed()
-        self._runner.status_publisher.remove(self._on_status)
-        self._runner.exchange_listeners.remove(self._on_exchange)
-        self._runner.trace.listeners.remove(self._on_line)
-        self._samples.close()
-        self._telling.close()
+        for one in self._missions:
+            one.close()
+        for run in self._session.runs:
+            run.runner.exchange_listeners.remove(self._on_exchange)
         self._topics.close()
         self._session.remove_observer(self)
         self.guarded(self._hand_over)()
@@ -212,23 +199,33 @@ class RunRecorder:
     # ---- beginning -------------------------------------------------------------------------
 
     def _begin(self) -> None:
-        session, runner = self._session, self._runner
+        session = self._session
         self._start_ns = session.now_ns
-        self._samples = signal_samples.SignalSamples(runner, self._sample, self.guarded)
-        facts = {**facts_of(session, self._start_ns), **self._samples.facts}
-        self.file.note("bt_mission", facts)
-        for name, text in files_of(session.mission):
-            self.file.attach(name, "text/plain", text.encode(), self._start_ns)
-        for name, text in session.files.items():
-            self.file.attach(name, "application/yaml", text.encode(), self._start_ns)
-        self._samples.attach_to(self.file, self._start_ns)
-        runner.show_waypoints()
+        is_fleet = len(session.runs) > 1
+        self._missions = [MissionRecorder(run, self, is_alone=not is_fleet) for run in session.runs]
+        facts = [
+            {**facts_of(run, self._start_ns), **session.facts, **run.facts, **one.facts}
+            for run, one in zip(session.runs, self._missions, strict=True)
+        ]
+        names = {MISSIONS: json.dumps([one.name for one in self._missions])} if is_fleet else {}
+        self.file.note(FACTS, {**facts[0], **names})
+        for one, of_mission in zip(self._missions, facts if is_fleet else (), strict=False):
+            self.file.note(note_of(FACTS, one.name), of_mission)
+        texts = {
+            (name, text): "text/plain"
+            for run in session.runs
+            for name, text in files_of(run.mission)
+        }
+        texts |= dict.fromkeys(session.files.items(), "application/yaml")
+        for (name, text), kind in texts.items():
+            self.file.attach(name, kind, text.encode(), self._start_ns)
+        self._missions[0].attach_simulation(self.file, self._start_ns)
+        for run in session.runs:
+            run.runner.show_waypoints()
         self._topics.look_around()
-        runner.status_publisher.add(self._on_status)
-        for line in runner.trace.newest:
-            self._on_line(line)
-        runner.trace.listeners.append(self._on_line)
-        runner.exchange_listeners.append(self._on_exchange)
+        for run, one in zip(session.runs, self._missions, strict=True):
+            one.begin()
+            run.runner.exchange_listeners.append(self._on_exchange)
         session.add_observer(self)
         self.guarded(self._hand_over)()
         self.file.flush()
@@ -263,6 +260,11 @@ class RunRecorder:
             return self.guarded(lambda data: take(compressed(data)))
         return self._open_channel(topic, type_name, offered_qos)
 
+    def open_text(self, topic: str) -> Callable[[str], None]:
+        """Give what takes texts for a topic."""
+        take = self._open_channel(topic, "std_msgs/msg/String")
+        return lambda text: take(string_message(text))
+
     def _open_channel(self, topic: str, type_name: str, offered_qos: str = "") -> Take:
         """What takes the messages of a topic; the first of them makes its channel."""
         if topic in self._takes:
@@ -292,7 +294,7 @@ class RunRecorder:
         metadata = {"offered_qos_profiles": offered_qos}
         return self.file.channel(topic, type_name, definition, metadata)
 
-    def _open_own(self, topic: str, type_name: str) -> Take:
+    def open_own(self, topic: str, type_name: str) -> Take:
         """The same for messages that are serialized here."""
         take = self._open_channel(topic, type_name)
         return self._decoder(type_name).trimming(take, has_one_shape=False)
@@ -304,30 +306,22 @@ class RunRecorder:
 
     # ---- what does not come by a topic -----------------------------------------------------
 
-    def _take_status(self, what: str, message: Any) -> None:
-        self._telling.is_due = True
-        self._status[what](serialize_message(message))
+    def take_log(self, level: int, name: str, text: str) -> None:
+        """Take a line of a mission's log."""
+        entry = Log(stamp=self._stamp(), level=level, name=name)
+        entry.msg = text
+        self._log(serialize_message(entry))
 
-    def _take_line(self, line: str) -> None:
-        self._trace(string_message(line))
-        said = rosout_line(line)
-        if said is not None:
-            level, text = said
-            entry = Log(stamp=self._stamp(), level=level, name=self._mission_node.get_name())
-            entry.msg = text
-            self._log(serialize_message(entry))
-
-    def _sample(self, line: str) -> None:
-        """Take the signals of a control step, behind what was heard before it."""
+    def poll_feedback(self) -> None:
+        """Take what has been heard of goals so far."""
         self._topics.poll_feedback(self._goals.busy)
-        self._signals(string_message(line))
 
     def _stamp(self) -> Time:
         return set_ns(Time(), self._session.now_ns)
 
 
 def record(
-    session: ObservableSession, path: str | Path, options: RecordingOptions | None = None
+    session: RecordableSession, path: str | Path, options: RecordingOptions | None = None
 ) -> RunRecorder:
     """Record a session from its present step on; a context manager that closes the file.
 

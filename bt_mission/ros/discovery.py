@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Protocol, Self
 
 from rclpy.executors import TimeoutException
@@ -42,12 +43,19 @@ class HostedMission(Protocol):
 
 
 class LocalExecutive:
-    """The executive of this process as a graph of its own: its session serves what listens."""
+    """The executives of this process as a graph of its own: their session serves what listens.
+
+    Args:
+        session: Serves what listens.
+        names: Of all executives, the one that is shown first in front; None has only that of the
+            session.
+    """
 
     where = "this process"
 
-    def __init__(self, session: HostedMission) -> None:
-        self.name = session.node.get_fully_qualified_name()
+    def __init__(self, session: HostedMission, names: Sequence[str] | None = None) -> None:
+        self._names = names or [session.node.get_fully_qualified_name()]
+        self.name = self._names[0]
         self._session = session
         self._node = quiet_node("bt_mission_screen", session.node.context)
         session.add_node(self._node)
@@ -58,11 +66,11 @@ class LocalExecutive:
             self._session.drain()
 
     def find(self) -> tuple[FoundExecutive, ...]:
-        """It."""
-        return (FoundExecutive(self.name),)
+        """All of them."""
+        return tuple(FoundExecutive(name) for name in self._names)
 
     def attach(self, name: str) -> MissionClient:
-        """Listen to it."""
+        """Listen to one."""
         return MissionClient(self._node, name)
 
     def close(self) -> None:

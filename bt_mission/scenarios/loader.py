@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, in_order, quoted
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import is_file, is_scenario, look_for
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.faults.planned import WhenTrue
 from bt_mission.language.checks.requirements import MissionNames, faults_of_names
 from bt_mission.language.expressions.values import Plain
-from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.mission import Mission
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.permissions import ANYTHING, Permissions
@@ -22,10 +18,8 @@ from bt_mission.language.requirements.written import requirements_of
 from bt_mission.scenarios.faults import FaultReader
 from bt_mission.scenarios.file import ScenarioFile
 from bt_mission.scenarios.scenario import Expectation, Scenario
-from bt_mission.sessions.check import examine
 from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerSettings
-from sim.world.loader import load_world, world_in
-from sim.world.world import World
+from bt_mission.sessions.named_files import NamedFiles
 
 
 @dataclass(frozen=True)
@@ -72,6 +66,7 @@ class _Loader:
         self._document = document
         self._changes = changes
         self._faults: list[Diagnostic] = []
+        self._files = NamedFiles(document, self._faults)
 
     def load(self) -> tuple[Scenario | None, tuple[Diagnostic, ...]]:
         document = self._document
@@ -87,7 +82,8 @@ class _Loader:
         self._faults += made.wrong
         if written is None:
             return None, in_order(self._faults)
-        world = self._world(written.world)
+        has_world = self._changes.world is None and written.world is not None
+        world = self._files.world(written.world, ("world",)) if has_world else None
         mission = self._mission(written)
         if mission is not None:
             mission = self._with_requirements(mission, written)
@@ -112,72 +108,22 @@ class _Loader:
 
     def _mission(self, written: ScenarioFile) -> Mission | None:
         changes = self._changes
-        given: dict[str, Any] = {
-            "set": {**written.inputs, **changes.set},
-            "seed": written.seed if changes.seed is None else changes.seed,
-            "world": changes.world,
-            "robot": changes.robot or written.robot,
-            "permissions": changes.permissions,
-            "servers": changes.servers,
-        }
-        if isinstance(written.mission, dict):
-            mission, faults = examine(self._document.under("mission"), **given)
-        else:
-            path = self._mission_file(written.mission)
-            if path is None:
-                return None
-            mission, faults = examine(path, **given)
-        self._faults += [self._of_inputs(one) for one in faults]
-        return mission
+        return self._files.mission(
+            written.mission,
+            ("mission",),
+            self._place_of_input,
+            set={**written.inputs, **changes.set},
+            seed=written.seed if changes.seed is None else changes.seed,
+            world=changes.world,
+            robot=changes.robot or written.robot,
+            permissions=changes.permissions,
+            servers=changes.servers,
+        )
 
-    def _mission_file(self, name: str) -> Path | None:
-        path = self._beside(name) or look_for("missions", name, near=self._document.file)
-        if path is None:
-            message = f"no such mission: {quoted(name)}, beside this file or among the shipped ones"
-            self._faults.append(self._document.fault(("mission",), message))
-        elif is_scenario(path):
-            message = f"{quoted(name)} is a scenario; expected a mission"
-            self._faults.append(self._document.fault(("mission",), message))
-            return None
-        return path
-
-    def _beside(self, name: str) -> Path | None:
-        """Return the file at a path from the scenario, whatever folder is the working one."""
-        path = Path(self._document.file).parent / name
-        return path if path.suffix and is_file(path) else None
-
-    def _of_inputs(self, fault: Diagnostic) -> Diagnostic:
-        """Return an error of `--set` at the input of the scenario that it is about."""
+    def _place_of_input(self, name: str) -> tuple[str, str] | None:
         inputs = self._document.data.get("inputs")
-        if fault.file != SET_OPTION or not isinstance(inputs, dict):
-            return fault
-        name = fault.source.partition("=")[0]
-        if name not in inputs or name in self._changes.set:
-            return fault
-        return self._document.fault(("inputs", name), fault.message, fault.hint)
-
-    def _world(self, written: Any) -> World | None:
-        """Return the world of the scenario; what is named is looked for beside it."""
-        if self._changes.world is not None or written is None:
-            return None
-        try:
-            if isinstance(written, dict):
-                return world_in(self._document, ("world",))
-            return load_world(self._beside(written) or written, near=self._document.file)
-        except InputError as error:
-            is_missing = not isinstance(written, dict) and not error.faults[0].line
-            if is_missing:
-                first = error.faults[0]
-                self._faults.append(
-                    self._document.fault(
-                        ("world",), f"{quoted(written)}: {first.message}", first.hint
-                    )
-                )
-            else:
-                self._faults += error.faults
-        except BtMissionError as error:
-            self._faults.append(self._document.fault(("world",), str(error)))
-        return None
+        is_here = isinstance(inputs, dict) and name in inputs and name not in self._changes.set
+        return ("inputs", name) if is_here else None
 
     # ---- what names parts of the mission -------------------------------------------------
 

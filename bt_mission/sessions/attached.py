@@ -94,6 +94,11 @@ class AttachedSession:
         self._exit.close()
 
     @property
+    def runs(self) -> tuple[Self]:
+        """Itself: its one mission."""
+        return (self,)
+
+    @property
     def is_done(self) -> bool:
         """Has the mission ended, with every goal accounted for?"""
         return self.executive.is_done

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import TYPE_CHECKING, Generic, Protocol, Self, TypeAlias, TypeVar
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
     from bt_mission.ros.graph import ProcessNode
-    from bt_mission.ros.mission_node import MissionNode
     from bt_mission.ros.mission_runner import MissionRunner
 
 
-Steps = Generator[float, None, Report]
-"""A session on its way: see :func:`driving`."""
+R = TypeVar("R")
+Steps: TypeAlias = Generator[float, None, R]
+"""A session on its way to its report: see :func:`driving`."""
 
 TURN_S = 0.02
 """Wall time for which steps are taken at a stretch, before keys and pictures have their turn."""
@@ -35,7 +35,26 @@ TURN_S = 0.02
 SHORTEST_REST_S = 0.001
 
 
-class Session(Protocol):
+class Stepped(Protocol):
+    """What moves on step by step."""
+
+    def step(self) -> None:
+        """Move on a little."""
+
+    @property
+    def is_done(self) -> bool:
+        """Has every mission ended, with every goal accounted for?"""
+
+    @property
+    def start_ns(self) -> int:
+        """ROS time of the start, ns."""
+
+    @property
+    def now_ns(self) -> int:
+        """ROS time, ns."""
+
+
+class Session(Stepped, Protocol):
     """A mission with what carries it out: :class:`bt_mission.sessions.stage.Stage`, for one."""
 
     mission: Mission
@@ -45,20 +64,6 @@ class Session(Protocol):
 
     def __enter__(self) -> Self: ...
     def __exit__(self, *_: object) -> None: ...
-    def step(self) -> None:
-        """Move on a little."""
-
-    @property
-    def is_done(self) -> bool:
-        """Has the mission ended, with every goal accounted for?"""
-
-    @property
-    def start_ns(self) -> int:
-        """ROS time of the start, ns."""
-
-    @property
-    def now_ns(self) -> int:
-        """ROS time, ns."""
 
     @property
     def world(self) -> str | None:
@@ -82,10 +87,40 @@ class SessionObserver(Protocol):
         """Called after each step of the session."""
 
 
-class ObservableSession(Session, Protocol):
-    """A session that can be looked on at: on the stage, or attached."""
+class ObservedRun(Protocol):
+    """A mission with its executive, to be looked on at."""
 
-    node: MissionNode
+    @property
+    def mission(self) -> Mission:
+        """What is carried out."""
+
+    @property
+    def node(self) -> Node:
+        """By its name the mission is known; in its namespace the robot is."""
+
+    @property
+    def runner(self) -> MissionRunner:
+        """What carries it out."""
+
+    @property
+    def facts(self) -> Mapping[str, str]:
+        """What is known of its robot, such as the hull."""
+
+
+class RecordableSession(Protocol):
+    """Missions that can be looked on at: on the stage, attached, or served."""
+
+    @property
+    def node(self) -> Node:
+        """That of the first mission."""
+
+    @property
+    def now_ns(self) -> int:
+        """ROS time, ns."""
+
+    @property
+    def runs(self) -> Sequence[ObservedRun]:
+        """Each mission, with its executive."""
 
     @property
     def image_folder(self) -> Path | None:
@@ -93,7 +128,7 @@ class ObservableSession(Session, Protocol):
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """What is known of the place of the run: the world, the hull of the robot."""
+        """What is known of the place of the run, such as the world."""
 
     @property
     def files(self) -> Mapping[str, str]:
@@ -107,6 +142,10 @@ class ObservableSession(Session, Protocol):
 
     def remove_observer(self, observer: SessionObserver, /) -> None:
         """Call it no more, and destroy its node."""
+
+
+class ObservableSession(Session, RecordableSession, Protocol):
+    """A session that can be looked on at."""
 
 
 class View(AbstractContextManager["View"], Protocol):
@@ -126,20 +165,20 @@ class View(AbstractContextManager["View"], Protocol):
 
 
 class SessionViews:
-    """A view that may lose its reader: a pipe that closes ends the mission in good order."""
+    """A view that may lose its reader: a pipe that closes ends the mission in good order.
 
-    def __init__(self, view: View) -> None:
+    Args:
+        refresh: Draws the view again.
+    """
+
+    def __init__(self, refresh: Callable[[], None]) -> None:
         self.has_left = False
         self.fault: Exception | None = None
-        self._view = view
-
-    def on_change(self, change: Change) -> None:
-        """Show a change, while somebody looks."""
-        self._show(lambda: self._view.on_change(change))
+        self._refresh = refresh
 
     def refresh(self) -> None:
         """Draw again, while somebody looks."""
-        self._show(self._view.refresh)
+        self.show(self._refresh)
 
     @property
     def why_left(self) -> str:
@@ -148,7 +187,8 @@ class SessionViews:
             return "nobody reads the output any more"
         return f"the view failed: {type(self.fault).__name__}: {self.fault}"
 
-    def _show(self, show: Callable[[], None]) -> None:
+    def show(self, show: Callable[[], None]) -> None:
+        """Have something shown, while somebody looks."""
         if not self.has_left:
             try:
                 show()
@@ -164,25 +204,25 @@ def drive(
     return finish(driving(session, view, InterruptSignals(), speed=speed, trace_file=trace_file))
 
 
-def finish(steps: Steps) -> Report:
+def finish(steps: Steps[R]) -> R:
     """Take all steps that are left, each when it is due; gives the report."""
     while True:
         try:
             rest(next(steps))
         except StopIteration as end:
-            report: Report = end.value
+            report: R = end.value
             return report
 
 
-class StepDriver:
+class StepDriver(Generic[R]):
     """Takes the steps of a session within somebody else's loop.
 
     Args:
         steps: The session on its way.
     """
 
-    def __init__(self, steps: Steps) -> None:
-        self.report: Report | None = None
+    def __init__(self, steps: Steps[R]) -> None:
+        self.report: R | None = None
         """Once the session has ended."""
         self._steps = steps
 
@@ -197,7 +237,7 @@ class StepDriver:
                 self.report = end.value
         return max(wait_s, SHORTEST_REST_S)
 
-    def finish(self) -> Report:
+    def finish(self) -> R:
         """Take all steps that are left, each when it is due; gives the report."""
         if self.report is None:
             self.report = finish(self._steps)
@@ -211,7 +251,7 @@ def driving(
     *,
     speed: float | None = None,
     trace_file: Path | None = None,
-) -> Steps:
+) -> Steps[Report]:
     """Step a session to its end, paced and shown; gives the report.
 
     Whoever drives takes one step after another. A step tells the wall time until the next is due,
@@ -230,35 +270,55 @@ def driving(
         stack.enter_context(interrupts)
         view.open(session, wall)
         stack.enter_context(view)
-        audience = SessionViews(view)
-        session.executive.listeners.append(audience.on_change)
+        audience = SessionViews(view.refresh)
+
+        def on_change(change: Change) -> None:
+            audience.show(lambda: view.on_change(change))
+
+        session.executive.listeners.append(on_change)
         tally = LeafStatistics(lambda: session.distance_travelled_m)
         session.executive.listeners.append(tally.on_change)
-        pacer = Pacer(speed, session.start_ns)
-        while not session.is_done:
-            if audience.has_left:
-                session.executive.interrupt(audience.why_left)
-            if interrupts.count == 1:
-                session.executive.interrupt(f"interrupted by {interrupts.name}")
-            elif interrupts.count > 1:
-                session.executive.interrupt(f"interrupted by {interrupts.name}")
-                session.executive.abandon(f"left at once after a second {interrupts.name}")
-                break
-            _step(session)
-            while (ahead_s := pacer.ahead_s(session.now_ns)) > 0:
-                if interrupts.count > 0 and not session.is_done:
-                    break
-                yield ahead_s
-            audience.refresh()
-            yield 0.0
+        yield from take_steps(session, [session.executive], audience, interrupts, speed)
     return replace(summarise(session, wall.elapsed_s), leaves=tally.summaries())
 
 
-def _step(session: Session) -> None:
-    try:
-        session.step()
-    except BtMissionError as error:
-        session.executive.abandon(str(error))
+def take_steps(
+    session: Stepped,
+    executives: Sequence[Executive],
+    audience: SessionViews,
+    interrupts: InterruptSignals,
+    speed: float | None,
+) -> Steps[None]:
+    """Step missions to their end, as :func:`driving` does one."""
+    pacer = Pacer(speed, session.start_ns)
+    while not session.is_done:
+        if audience.has_left:
+            _interrupt(executives, audience.why_left)
+        if interrupts.count:
+            _interrupt(executives, f"interrupted by {interrupts.name}")
+        if interrupts.count > 1:
+            _abandon(executives, f"left at once after a second {interrupts.name}")
+            break
+        try:
+            session.step()
+        except BtMissionError as error:
+            _abandon(executives, str(error))
+        while (ahead_s := pacer.ahead_s(session.now_ns)) > 0:
+            if interrupts.count > 0 and not session.is_done:
+                break
+            yield ahead_s
+        audience.refresh()
+        yield 0.0
+
+
+def _interrupt(executives: Iterable[Executive], reason: str) -> None:
+    for executive in executives:
+        executive.interrupt(reason)
+
+
+def _abandon(executives: Iterable[Executive], reason: str) -> None:
+    for executive in executives:
+        executive.abandon(reason)
 
 
 def summarise(session: Session, wall_s: float) -> Report:

@@ -6,8 +6,6 @@ rclpy and DDS, as between processes; only time is ours.
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from itertools import chain, count
@@ -33,7 +31,6 @@ from bt_mission.sessions.stage_nodes import StageSimNode
 from bt_mission.sessions.stage_robot import FleetRobot, FleetRun, StageOptions
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test
 from sim.physics.spawn import RobotSpawn
-from sim.robot.robot import SimulatedRobot
 from sim.ros.node import SimNode, SimOptions
 from sim.world.world import Spawn, World
 
@@ -119,11 +116,9 @@ class Stage:
         first = self.runs[0]
         self.node, self.runner = first.node, first.runner
         self.executive, self.trace = first.executive, first.trace
-        hull = models[0].hull
         self.world: str | None = world.name
         self.facts = {
             "world": world.name,
-            "robot_hull": json.dumps([hull.front, hull.rear, hull.half_width]),
             **stage_facts(members, self._options),
         }
         self.files = files.texts
@@ -133,15 +128,14 @@ class Stage:
         self.is_stepping = False
         self.guests: list[str] = []
         """Names of the nodes that others have added."""
-        self._cycles = 0
-        if self._is_single:
-            self.trace.record(
+        for run, model in zip(self.runs, models, strict=True):
+            run.trace.record(
                 START_NS,
                 "start",
-                mission=self.mission.name,
+                mission=run.member.mission.name,
                 world=world.name,
-                robot=models[0].name,
-                seed=self.mission.seed,
+                robot=model.name,
+                seed=run.member.mission.seed,
             )
 
     def _make_sim(
@@ -152,10 +146,9 @@ class Stage:
             RobotSpawn(model, one.name, Spawn(x=one.x, y=one.y, yaw=one.yaw))
             for one, model in zip(members, models, strict=True)
         ]
-        self._is_single = not members[0].name
         return StageSimNode(
             world,
-            models[0] if self._is_single else spawns,
+            spawns if members[0].name else models[0],
             SimOptions(
                 seed=seed,
                 start_ns=START_NS,
@@ -284,9 +277,9 @@ class Stage:
                 run.executive.fail(f"a callback failed: {failing}")
         finally:
             self.is_stepping = False
-        if self._is_single and self.executive.cycles != self._cycles:
-            self._cycles = self.executive.cycles
-            self._record_pose(self.runs[0].robot)
+        for run in self.runs:
+            if not run.record_pose(self.now_ns):
+                raise StageError("the simulation became unstable: the robot's pose is not finite")
         for observer in self._observers:
             observer.look()
         for listener in self.step_listeners:
@@ -308,12 +301,6 @@ class Stage:
         """Call it no more, and destroy its node."""
         self._observers.remove(observer)
         observer.node.destroy_node()
-
-    def _record_pose(self, robot: SimulatedRobot) -> None:
-        x, y, yaw = robot.pose
-        self.trace.record_pose(self.now_ns, (x, y, yaw), robot.collisions)
-        if not math.isfinite(x + y + yaw):
-            raise StageError("the simulation became unstable: the robot's pose is not finite")
 
 
 def _members(mission: Mission | None, robots: Sequence[FleetRobot]) -> Sequence[FleetRobot]:

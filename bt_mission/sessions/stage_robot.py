@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+import json
+import math
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -112,6 +114,7 @@ class FleetRun:
         self.runner: MissionRunner
         self.node: MissionNode
         self._context = context
+        self._cycles = 0
         self._images = images
         self._options = options
         self._server_options = ServerOptions(
@@ -143,7 +146,7 @@ class FleetRun:
         options = RunnerOptions(
             say=(lambda text: say(f"{name}: {text}")) if say and name else say,
             trace=Trace(hide={str(self._images): "<images>", **_portable_names(mission)}),
-            goal_seed=str(mission.seed),
+            goal_seed=f"{mission.seed} {name}" if name else str(mission.seed),
             has_controls=self._options.has_tools,
             has_presence=False,
             why_rejected=self._why_rejected,
@@ -163,6 +166,17 @@ class FleetRun:
             self.executive.after_tick.append(relay.flush)
 
     @property
+    def mission(self) -> Mission:
+        """What it carries out."""
+        return self.member.mission
+
+    @property
+    def facts(self) -> Mapping[str, str]:
+        """What a recording says of it: its hull, from its middle to front, rear and side, m."""
+        hull = self.robot.robot.hull
+        return {"robot_hull": json.dumps([hull.front, hull.rear, hull.half_width])}
+
+    @property
     def nodes(self) -> tuple[Node, ...]:
         """Servers and mapper, as far as they are there."""
         return tuple(node for node in (self.servers, self.mapper) if node is not None)
@@ -177,6 +191,15 @@ class FleetRun:
         """Have action servers that know nothing of earlier goals, after the first were killed."""
         self.servers = self._make_servers()
         self.has_servers = True
+
+    def record_pose(self, now_ns: int) -> bool:
+        """Write its pose into the trace after each control step; tell whether it is finite."""
+        if self.executive.cycles == self._cycles:
+            return True
+        self._cycles = self.executive.cycles
+        x, y, yaw = self.robot.pose
+        self.trace.record_pose(now_ns, (x, y, yaw), self.robot.collisions)
+        return math.isfinite(x + y + yaw)
 
     def destroy(self) -> None:
         """Take its servers and its mapper off the graph."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from sim.physics.names import BASE, FLOOR, OBSTACLE_PREFIX
 
@@ -16,12 +17,17 @@ RELEASE_NS = 250_000_000
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """One onset of contact: when, with what, where in the map (m), and its normal force (N)."""
+    """One onset of contact: when, with what, where in the map (m), and its normal force (N).
+
+    Attributes:
+        is_robot: Is it another robot?
+    """
 
     time_ns: int
     obstacle: str
     point: tuple[float, float, float]
     force: float
+    is_robot: bool = False
 
 
 class Contacts:
@@ -36,6 +42,7 @@ class Contacts:
         robot = model.body(prefix + BASE).id
         root = model.body_rootid[model.geom_bodyid]
         self._is_robot = root == robot
+        self._is_other_robot = _robot_geoms(model) & ~self._is_robot
         self._is_obstacle = (root != robot) & (np.arange(model.ngeom) != model.geom(FLOOR).id)
         self._last_touch_ns: dict[str, int] = {}
         self._force = np.empty(6)
@@ -66,7 +73,14 @@ class Contacts:
     def _collision(self, data: mujoco.MjData, index: int, name: str, time_ns: int) -> Collision:
         mujoco.mj_contactForce(self._model, data, index, self._force)
         x, y, z = data.contact.pos[index].tolist()
-        return Collision(time_ns, name, (x, y, z), float(self._force[0]))
+        is_robot = bool(self._is_other_robot[data.contact.geom[index]].any())
+        return Collision(time_ns, name, (x, y, z), float(self._force[0]), is_robot)
+
+
+def _robot_geoms(model: mujoco.MjModel) -> npt.NDArray[np.bool_]:
+    """Tell of each geom whether it is a part of a robot."""
+    names = [str(model.body(int(model.body_rootid[body])).name) for body in model.geom_bodyid]
+    return np.array([name == BASE or name.endswith(f"/{BASE}") for name in names], np.bool_)
 
 
 def geom_names(model: mujoco.MjModel) -> list[str]:

@@ -13,7 +13,8 @@ from sim.world.world import Spawn
 MOST = 16
 """Robots in one world: MuJoCo can switch off the motors of 31 groups of actuators."""
 
-_NAME = re.compile("[a-z][a-z0-9_]{0,39}")
+NAME = re.compile("[a-z][a-z0-9_]{0,39}")
+"""What a robot may be called."""
 _PLACE = ("x", "y", "yaw")
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+))"
 _WRITTEN = re.compile(rf"([^=@]+)=([^@]+)(?:@{_NUMBER},{_NUMBER}(?:,{_NUMBER})?)?")
@@ -70,7 +71,7 @@ def check(entrants: Sequence[RobotSpawn]) -> None:
         name = entrant.name
         if len(entrants) == 1 and not name:
             return
-        if not _NAME.fullmatch(name):
+        if not NAME.fullmatch(name):
             raise RobotSpawnError(
                 f"expected a name of small letters, digits and '_', such as robot1, got '{name}':"
                 " a robot's name is the namespace of its topics"

@@ -31,7 +31,15 @@ _STRIDE = 0.005
 
 
 class SpawnError(BtMissionError):
-    """The robot does not fit where it is to start."""
+    """The robot does not fit where it is to start.
+
+    Args:
+        robot: Its name; a robot alone has none.
+    """
+
+    def __init__(self, message: str, robot: str = "") -> None:
+        super().__init__(message)
+        self.robot = robot
 
 
 class SimulatedRobot:
@@ -48,6 +56,8 @@ class SimulatedRobot:
         self.robot: RobotModel = entrant.robot
         self.collisions = 0
         """How often the robot came into contact with an obstacle or another robot."""
+        self.collisions_with: dict[str, int] = {}
+        """How many of them were with each other robot, by its name."""
         model, data = physics.model, physics.data
         joint = model.joint(prefix + BASE)
         self._qpos = data.qpos[joint.qposadr[0] : joint.qposadr[0] + 9]
@@ -284,6 +294,9 @@ class SimulatedRobot:
     def _collide(self, now_ns: int) -> None:
         begun = self._contacts.look(self.physics.data, now_ns)
         self.collisions += len(begun)
+        for one in begun:
+            if one.is_robot:
+                self.collisions_with[one.obstacle] = self.collisions_with.get(one.obstacle, 0) + 1
         self._new_collisions += begun
 
     def _switch_motors(self, *, on: bool) -> None:
@@ -306,5 +319,6 @@ class SimulatedRobot:
             raise SpawnError(
                 f"world {self.physics.world.name}: {who} does not fit at the spawn"
                 f" ({x:g}, {y:g}, {yaw:g} deg): it touches {names};"
-                " move the spawn, or make room"
+                " move the spawn, or make room",
+                self.name,
             )

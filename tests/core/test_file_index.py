@@ -8,7 +8,7 @@ import pytest
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.file_index import LISTED, files_of, find_listed, list_files
-from bt_mission.core.files import Kind, names, scenarios
+from bt_mission.core.files import Kind, fleets, names, scenarios
 
 TREE = "tree: {wait: 1}\n"
 
@@ -34,7 +34,7 @@ def test_every_shipped_file_is_listed_with_a_line(kind: Kind) -> None:
     found = list_files(kind)
     assert all(one.is_shipped and one.description and "\n" not in one.description for one in found)
     listed = {one.name for one in found}
-    assert {*names(kind), *(scenarios() if kind == "missions" else ())} <= listed
+    assert {*names(kind), *([*scenarios(), *fleets()] if kind == "missions" else ())} <= listed
     assert all(find_listed(kind, one.name) == one for one in found)
 
 

@@ -73,6 +73,7 @@ def test_they_collide_with_each_other(pair):
     fleet = pair(gap=1.0)
     run(fleet, 3.0, one=(0.2, 0.0), two=(0.2, 0.0))
     assert (fleet["one"].collisions, fleet["two"].collisions, fleet.collisions) == (1, 1, 2)
+    assert (fleet["one"].collisions_with, fleet["two"].collisions_with) == ({"two": 1}, {"one": 1})
     assert fleet["one"].take_collisions()[0].obstacle == "two"
     assert fleet["two"].take_collisions()[0].obstacle == "one"
 
@@ -82,6 +83,7 @@ def test_they_collide_with_walls_too(pair):
     fleet = pair(walls=[{"name": "wall", "from": [-0.5, -1], "to": [-0.5, 1], "thickness": 0.02}])
     run(fleet, 4.0, one=(0.2, 0.0))
     assert [c.obstacle for c in fleet["one"].take_collisions()] == ["wall"]
+    assert fleet["one"].collisions_with == {}
     assert fleet["two"].collisions == 0
 
 

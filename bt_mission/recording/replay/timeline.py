@@ -15,12 +15,20 @@ from typing import Any
 
 from py_trees.common import Status
 
+from bt_mission.core.geometry import yaw_of
 from bt_mission.events import events, messages, reader
 from bt_mission.events.log import line_of
 from bt_mission.recording.expected_types import DIAGNOSTICS, TEXT, expect
 from bt_mission.recording.expected_types import ROBOT as TYPES
 from bt_mission.recording.facts import LARGEST_NS
-from bt_mission.recording.reading import UNREADABLE, Channel, RecordedFile, RecordingError
+from bt_mission.recording.reading import (
+    UNREADABLE,
+    Channel,
+    RecordedFile,
+    RecordingError,
+    robot_of,
+)
+from bt_mission.recording.robot_life import TRUTH
 
 TOLD: dict[str, Callable[[Any], messages.Told]] = {
     "bt_mission_interfaces/msg/Tree": reader.tree,
@@ -69,6 +77,9 @@ class LazyMessage:
             return None
 
 
+OTHERS_NS = 200_000_000
+"""ROS time between two places of another robot that are kept."""
+
 Frame = messages.Told | messages.Robot | LazyMessage
 """What was told at some instant."""
 
@@ -97,6 +108,8 @@ class Timeline:
     starts_ns: Mapping[tuple[str, int], tuple[int, ...]] = field(repr=False)
     """When the node of a run, by its index, has begun to run."""
     missing: str = ""
+    robots: tuple[str, ...] = ()
+    """The names of the robots whose missions are in the file."""
 
 
 def beside(times: Sequence[int], time_ns: int, steps: int) -> int | None:
@@ -105,13 +118,16 @@ def beside(times: Sequence[int], time_ns: int, steps: int) -> int | None:
     return times[at] if 0 <= at < len(times) else None
 
 
-def read_timeline(path: Path) -> Timeline:
+def read_timeline(path: Path, robot: str | None = None) -> Timeline:
     """Read a recording; one that was cut gives what stands in it.
+
+    Args:
+        robot: Of several robots with missions, the one whose mission is shown; None is the first.
 
     Raises:
         RecordingError: For a file that is none, or has no tree of a mission in it.
     """
-    file = RecordedFile(path)
+    file = RecordedFile(path, robot)
     timeline = _TimelineReader(file)
     file.feed(timeline.take)
     return timeline.timeline()
@@ -127,6 +143,8 @@ class _TimelineReader:
         """By namespace: which robot is the mission's is known once there is a tree."""
         self._charges: dict[str, messages.BatteryState] = {}
         """The newest of each robot: it is told often, and changes seldom."""
+        self._others_ns: dict[str, int] = {}
+        """When the place of each other robot was kept last."""
         self._trace: list[str] = []
         self._node = ""
         """Of the executive that is shown: the first in the file."""
@@ -138,7 +156,7 @@ class _TimelineReader:
         """Take a message in, if it is of use."""
         place, _, name = channel.topic.rpartition("/")
         if channel.type_name in TOLD:
-            if self._node in ("", place):
+            if self._node in ("", place) and self._file.is_of_mission(channel.topic):
                 message = TOLD[channel.type_name](channel.decode(data))
                 if channel.type_name == TREE:
                     self._node = place
@@ -148,20 +166,40 @@ class _TimelineReader:
             expect(channel, type_name)
             self._take_told(read(channel.decode(data)), time_ns)
         elif name == "trace":
-            expect(channel, TEXT)
-            self._take_line(channel.decode(data).data)
+            if self._file.is_of_mission(channel.topic):
+                expect(channel, TEXT)
+                self._take_line(channel.decode(data).data)
+        elif channel.topic.endswith(TRUTH):
+            self._take_other(channel, time_ns, data)
         elif name in ROBOT:
-            expect(channel, TYPES[name])
-            frames = self._robots.setdefault(place, [])
-            if name in LATER:
-                frames.append((time_ns, LazyMessage(name, channel, data)))
+            self._take_robot(channel, time_ns, data)
+
+    def _take_robot(self, channel: Channel, time_ns: int, data: bytes) -> None:
+        """Take in what a robot tells."""
+        place, _, name = channel.topic.rpartition("/")
+        expect(channel, TYPES[name])
+        frames = self._robots.setdefault(place, [])
+        if name in LATER:
+            frames.append((time_ns, LazyMessage(name, channel, data)))
+            return
+        seen = ROBOT[name](channel.decode(data))
+        if isinstance(seen, messages.BatteryState):
+            if seen == self._charges.get(place):
                 return
-            seen = ROBOT[name](channel.decode(data))
-            if isinstance(seen, messages.BatteryState):
-                if seen == self._charges.get(place):
-                    return
-                self._charges[place] = seen
-            frames.append((time_ns, seen))
+            self._charges[place] = seen
+        frames.append((time_ns, seen))
+
+    def _take_other(self, channel: Channel, time_ns: int, data: bytes) -> None:
+        """Take in where another robot with a mission is, several times a second."""
+        robot = channel.topic.removesuffix(TRUTH).strip("/")
+        is_due = time_ns - self._others_ns.get(robot, -OTHERS_NS) >= OTHERS_NS
+        if is_due and self._file.is_of_another(channel.topic):
+            expect(channel, TYPES[TRUTH])
+            self._others_ns[robot] = time_ns
+            pose = channel.decode(data).pose.pose
+            x, y = float(pose.position.x), float(pose.position.y)
+            other = messages.OtherRobot(robot, x, y, yaw_of(pose.orientation))
+            self._kept.append((time_ns, other))
 
     def _take_told(self, message: messages.Told, time_ns: int) -> None:
         at_ns = (
@@ -210,6 +248,7 @@ class _TimelineReader:
             trace=tuple(self._trace),
             why_cut=self._file.why_cut,
             missing=self._file.missing,
+            robots=tuple(robot_of(node) for node in self._file.facts.missions),
             changes_ns=tuple(
                 sorted({at_ns for at_ns, one in kept if isinstance(one, messages.Changes)})
             ),

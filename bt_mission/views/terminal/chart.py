@@ -16,7 +16,7 @@ import numpy.typing as npt
 from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.events.messages import Map
 from bt_mission.events.robot_state import RobotState
-from bt_mission.views.terminal.marks import PLACES, Marks, Span
+from bt_mission.views.terminal.marks import PLACES, Marks, Span, clean
 
 OCCUPIED = 50
 """Cells of a map from this value on, of 100, are walls."""
@@ -111,6 +111,9 @@ class MapChart:
                 signs[cell] = (self._wall(pixels, *cell) if wall else self._marks.scan, "scan")
         for number, (x, y) in enumerate(targets):
             put(x, y, (PLACES[min(number, len(PLACES) - 1)], "waypoint"))
+        for name, other in robot.others.items():
+            for number, letter in enumerate(self._arrow(other) + clean(name, self._marks)):
+                put(other.x + number * frame.pixel, other.y, (letter, "other"))
         if pose := robot.pose:
             put(pose.x, pose.y, (self._arrow(pose), "robot"))
         return signs
@@ -158,7 +161,7 @@ def fitting(
     rows: int,
 ) -> ChartWindow | None:
     """The frame that shows all that is known; None where that is nothing."""
-    places = [*robot.trail, *targets]
+    places = [*robot.trail, *targets, *((one.x, one.y) for one in robot.others.values())]
     if robot.map is not None:
         places += _corners(robot.map)
     else:

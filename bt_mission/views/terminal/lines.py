@@ -74,6 +74,7 @@ class PlainLines:
         executive: Of the mission.
         start_ns: Gives the ROS time of the start; lines show seconds since then.
         now_ns: Gives the ROS time.
+        who: Stands before each line, after the time: of which robot it tells.
     """
 
     def __init__(
@@ -82,8 +83,11 @@ class PlainLines:
         executive: Executive,
         start_ns: Callable[[], int],
         now_ns: Callable[[], int],
+        *,
+        who: str = "",
     ) -> None:
         self._stream = stream
+        self._who = who
         self._start_ns = start_ns
         self._now_ns = now_ns
         self._controls = ControlLines(executive)
@@ -107,7 +111,7 @@ class PlainLines:
         self._line(self._now_ns(), f"  {text}")
 
     def _line(self, time_ns: int, text: str) -> None:
-        line = timed(time_ns - self._start_ns(), escape_control(text))
+        line = timed(time_ns - self._start_ns(), self._who + escape_control(text))
         print(line, file=self._stream, flush=True)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import islice
-from typing import TextIO
+from typing import Self, TextIO
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -72,11 +72,11 @@ class PlainView(Quiet):
             self._lines.say(text)
 
 
-class LiveView(Quiet):
-    """The tree, drawn again and again, at most ten times a second.
+class LiveScreen:
+    """A picture that is drawn again and again, at most ten times a second.
 
-    What the mission says, what others do to it, and what anybody else writes to the terminal
-    scrolls by above the tree.
+    What missions say, what others do to them, and what anybody else writes to the terminal scrolls
+    by above it.
 
     Args:
         console: A terminal.
@@ -84,15 +84,13 @@ class LiveView(Quiet):
     """
 
     def __init__(self, console: Console, capture: OutputCapture | None = None) -> None:
-        self._console = console
+        self.console = console
+        self.marks = marks_for(console.encoding)
         self._capture = capture
-        self._session: Session | None = None
-        self._tree: LiveTree | None = None
-        self._controls: ControlLines | None = None
+        self._render: Callable[[], RenderableType] | None = None
         self._watch = Stopwatch()
         self._next_frame_s = 0.0
         self._above: list[Text] = []
-        self._marks = marks_for(console.encoding)
         self._live = Live(
             console=console,
             auto_refresh=False,
@@ -101,13 +99,59 @@ class LiveView(Quiet):
             redirect_stderr=False,
         )
 
+    def __enter__(self) -> Self:
+        return self
+
     def __exit__(self, *_: object) -> None:
-        if self._tree:
-            self._draw()
+        if self._render:
+            self._draw(self._render)
             self._live.stop()
         if self._capture:
             for line in self._capture.stop():
-                self._console.print(Text.from_ansi(line))
+                self.console.print(Text.from_ansi(line))
+
+    def begin(self, render: Callable[[], RenderableType]) -> None:
+        """Begin to draw what this gives."""
+        self._render = render
+        if self._capture:
+            self._capture.start()
+        self._live.start()
+
+    def refresh(self) -> None:
+        """Draw, if the last frame is old enough."""
+        if self._render and self._watch.elapsed_s >= self._next_frame_s:
+            self._next_frame_s = self._watch.elapsed_s + FRAME_S
+            self._draw(self._render)
+
+    def scroll(self, time_ns: int, text: str, who: str = "") -> None:
+        """Have lines scroll by above the picture, with the time since the start, ns."""
+        self._collect()
+        for line in text.splitlines():
+            self._above.append(Text(timed(time_ns, f"{who}  {clean(line, self.marks)}")))
+
+    def _draw(self, render: Callable[[], RenderableType]) -> None:
+        self._collect()
+        if self._capture and all(size := self._capture.size()):
+            self.console.size = ConsoleDimensions(*size)
+        with self.console:  # in one write, so that it does not flicker
+            for text in self._above:
+                self.console.print(text)
+            self._live.update(render(), refresh=True)
+        self._above.clear()
+
+    def _collect(self) -> None:
+        """Take what others have written."""
+        if self._capture:
+            self._above += [coloured(line) for line in self._capture.take()]
+
+
+class LiveView(LiveScreen, Quiet):
+    """The tree of a mission, drawn again and again."""
+
+    def __init__(self, console: Console, capture: OutputCapture | None = None) -> None:
+        super().__init__(console, capture)
+        self._session: Session | None = None
+        self._controls: ControlLines | None = None
 
     def open(self, session: Session, wall: Stopwatch, /) -> None:
         """Begin to draw."""
@@ -119,50 +163,26 @@ class LiveView(Quiet):
             state = verdict(executive.state, executive.explanation)
             time = f"{virtual_s:.2f} s"
             before = f"{_title(session)}   {time}   {factor:.0f} x real time   "
-            if cell_len(f"{before}{executive.state}") > self._console.width:
+            if cell_len(f"{before}{executive.state}") > self.console.width:
                 before = f"{session.mission.name}   {time}   "  # how it goes must not be cut off
             return before + state
 
         self._session = session
-        self._tree = LiveTree(self._console, session.executive, header)
         self._controls = ControlLines(session.executive)
-        if self._capture:
-            self._capture.start()
-        self._live.start()
+        tree = LiveTree(self.console, session.executive, header)
+        self.begin(tree.render)
 
     def refresh(self) -> None:
         """Draw, if the last frame is old enough."""
         if self._controls:
             for line in self._controls.take():
                 self.say(line)
-        if self._tree and self._watch.elapsed_s >= self._next_frame_s:
-            self._next_frame_s = self._watch.elapsed_s + FRAME_S
-            self._draw()
+        super().refresh()
 
     def say(self, text: str) -> None:
         """Show what the mission says."""
-        if self._session is None:
-            return
-        self._collect()
-        time_ns = self._session.now_ns - self._session.start_ns
-        for line in text.splitlines():
-            self._above.append(Text(timed(time_ns, f"  {clean(line, self._marks)}")))
-
-    def _draw(self) -> None:
-        assert self._tree is not None
-        self._collect()
-        if self._capture and all(size := self._capture.size()):
-            self._console.size = ConsoleDimensions(*size)
-        with self._console:  # in one write, so that it does not flicker
-            for text in self._above:
-                self._console.print(text)
-            self._live.update(self._tree.render(), refresh=True)
-        self._above.clear()
-
-    def _collect(self) -> None:
-        """Take what others have written."""
-        if self._capture:
-            self._above += [coloured(line) for line in self._capture.take()]
+        if self._session is not None:
+            self.scroll(self._session.now_ns - self._session.start_ns, text)
 
 
 def _title(session: Session) -> str:
@@ -192,8 +212,10 @@ class LiveTree:
             lambda walk: self._states.keep_visited(walk, lambda: executive.now_ns)
         )
 
-    def render(self) -> RenderableType:
-        """The whole picture: header and tree."""
+    def render(self, room: int | None = None) -> Group:
+        """The whole picture: header and tree, of which so many rows are shown at most."""
+        if room is None:
+            room = max(self._console.height - 3, 1)
         failed = {node for node, _ in self._states.failure_path()}
         rows: list[Text] = []
         focus: list[int] = []
@@ -203,7 +225,6 @@ class LiveTree:
             above[depth:] = [number]
             if node in failed or (state.status is Status.RUNNING and not failed):
                 focus = above.copy()
-        room = max(self._console.height - 3, 1)
         return Group(
             Text(
                 clean(self._header(), self._marks), style="bold", no_wrap=True, overflow="ellipsis"
@@ -238,6 +259,8 @@ def _shown(count: int, focus: Sequence[int], room: int) -> list[int]:
     """As many rows as fit, with the end of the path to one in sight, and the rows around that."""
     if count <= room:
         return list(range(count))
+    if room <= 0:
+        return []
     shown = set(focus[-room:])
     at = focus[-1] if focus else 0
     near = sorted(range(count), key=lambda row: abs(row - at))

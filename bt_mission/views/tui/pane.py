@@ -38,6 +38,7 @@ STYLES: Mapping[str, Style] = {
     "notice": Style(color="yellow", bold=True),
     "wall": Style(),
     "trail": Style(color="green"),
+    "other": Style(color="magenta"),
     "scan": Style(color="yellow", bold=True),
     "waypoint": Style(color="magenta", bold=True),
     "robot": Style(color="cyan", bold=True, reverse=True),

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Generic
+
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.events.source import ControlRequest, Graph
-from bt_mission.executive.report import Report
-from bt_mission.sessions.session import StepDriver, Steps
+from bt_mission.sessions.session import R, StepDriver, Steps
 from bt_mission.views.terminal.marks import Marks
 from bt_mission.views.tui.app import WatchApp
 
 
-class RunApp(WatchApp):
+class RunApp(WatchApp, Generic[R]):
     """Drives a session, and shows it. When it has ended, the picture stays until somebody leaves.
 
     Args:
-        graph: Has the one executive.
-        name: Its name.
+        graph: Has the executives of this process.
+        name: The one that is shown first.
         steps: The session on its way.
         interrupts: What the user's wish to leave goes to, as Ctrl-C does without a picture.
     """
@@ -23,7 +24,7 @@ class RunApp(WatchApp):
     leaving = "end the mission; twice at once, or leave when it has ended"
 
     def __init__(
-        self, graph: Graph, marks: Marks, name: str, steps: Steps, interrupts: InterruptSignals
+        self, graph: Graph, marks: Marks, name: str, steps: Steps[R], interrupts: InterruptSignals
     ) -> None:
         super().__init__(graph, marks, name)
         self._executive = name
@@ -45,7 +46,7 @@ class RunApp(WatchApp):
         self.tell("the mission has ended: q leaves")
 
     @property
-    def report(self) -> Report | None:
+    def report(self) -> R | None:
         """Of the mission, once it has ended."""
         return self._step_driver.report
 
@@ -64,7 +65,7 @@ class RunApp(WatchApp):
         else:
             self.tell("the mission has ended")
 
-    def run_to_the_end(self) -> Report:
+    def run_to_the_end(self) -> R:
         """Show the mission until the user leaves; gives its report.
 
         If the view breaks, the mission is ended in good order all the same.

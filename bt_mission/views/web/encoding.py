@@ -127,6 +127,10 @@ def robot_parts(robot: RobotState) -> dict[str, Any]:
         "frame": escape_control(robot.frame),
         "scan": _places(robot.scan_points()),
         "trail": _places(list(robot.trail)[::step]),
+        "others": [
+            [escape_control(name), *shown([one.x, one.y, one.yaw])]
+            for name, one in robot.others.items()
+        ],
     }
 
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from typing import Generic
 
-from bt_mission.executive.report import Report
-from bt_mission.sessions.session import StepDriver
+from bt_mission.sessions.session import R, StepDriver
 from bt_mission.views.web.server import WebServer
 
 ENDED = "the mission has ended"
 
 
-class ShownRun:
+class ShownRun(Generic[R]):
     """Drives a session while pages look on. When it has ended, they stay until somebody leaves.
 
     A server that fails ends nothing: the mission goes on without it.
@@ -27,7 +27,7 @@ class ShownRun:
     def __init__(
         self,
         server: WebServer,
-        driver: StepDriver,
+        driver: StepDriver[R],
         is_left: Callable[[], bool],
         say: Callable[[str], None],
     ) -> None:
@@ -36,7 +36,7 @@ class ShownRun:
         self._is_left = is_left
         self._say = say
 
-    def run_to_the_end(self) -> Report:
+    def run_to_the_end(self) -> R:
         """Carry the mission out, and show it until somebody leaves; gives its report."""
         try:
             asyncio.run(self._run())

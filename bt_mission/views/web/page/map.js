@@ -60,6 +60,7 @@ export class MapView {
       for (const [column, row] of [[left, low], [left, high], [right, low], [right, high]]) places.push(this.place(column, row));
     } else places.push(...(robot.scan ?? []));
     if (robot.pose) places.push(robot.pose);
+    for (const [, ...pose] of robot.others ?? []) places.push(pose);
     return places.filter(([x, y]) => Number.isFinite(x) && Number.isFinite(y));
   }
 
@@ -100,7 +101,11 @@ export class MapView {
     context.fillStyle = colour("scan");
     for (const [px, py] of robot.scan ?? []) context.fillRect(x(px) - 1, y(py) - 1, 2.5, 2.5);
     (robot.targets ?? []).forEach(([px, py], number) => this.drawTarget(context, x(px), y(py), number, colour("failure")));
-    if (robot.pose) this.drawRobot(context, x, y, scale, colour("running"));
+    for (const [name, ...pose] of robot.others ?? []) {
+      this.drawRobot(context, pose, x, y, scale, colour("trail"));
+      context.fillText(name, x(pose[0]) + 8, y(pose[1]) - 6);
+    }
+    if (robot.pose) this.drawRobot(context, robot.pose, x, y, scale, colour("running"));
   }
 
   drawWalls(context, x, y, scale) {
@@ -132,8 +137,7 @@ export class MapView {
     context.fillText(String(number + 1), x + 7, y + 4);
   }
 
-  drawRobot(context, x, y, scale, colour) {
-    const [px, py, yaw] = this.store.robot.pose;
+  drawRobot(context, [px, py, yaw], x, y, scale, colour) {
     const size = Math.max(ROBOT * scale, 6);
     context.save();
     context.translate(x(px), y(py));

@@ -1,0 +1,209 @@
+"""From a fleet file to a plan, or every error in it at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, in_order, quoted
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import find, names
+from bt_mission.core.robot.model import load_robot
+from bt_mission.core.yaml.document import Document, read
+from bt_mission.fleets.file import FleetFile, FleetRobotForm
+from bt_mission.fleets.plan import FleetPlan
+from bt_mission.language.mission import Mission
+from bt_mission.language.node_reader import NodeReader
+from bt_mission.language.permissions import ANYTHING, Permissions
+from bt_mission.sessions.named_files import NamedFiles
+from bt_mission.sessions.stage_files import DEFAULT_WORLD
+from bt_mission.sessions.stage_robot import FleetRobot
+from sim.physics.spawn import MOST, NAME, RobotSpawn
+from sim.robot.robot import SpawnError
+from sim.simulation import Fleet
+from sim.world.loader import load_world
+from sim.world.world import Spawn, World
+
+
+@dataclass(frozen=True)
+class FleetChanges:
+    """What replaces values of a fleet file.
+
+    Attributes:
+        seed: Instead of all seeds of the file: of the sensors, and of the first mission; those of
+            the others count up from it.
+        world: Name or path of another world.
+    """
+
+    seed: int | None = None
+    world: str | None = None
+    permissions: Permissions = ANYTHING
+
+
+def load_fleet(source: str | Path | Document, changes: FleetChanges | None = None) -> FleetPlan:
+    """Return the fleet in a file, or in what was read of one.
+
+    Raises:
+        InputError: With all its errors.
+    """
+    fleet, faults = examine_fleet(source, changes)
+    if fleet is None:
+        raise InputError(faults)
+    return fleet
+
+
+def examine_fleet(
+    source: str | Path | Document, changes: FleetChanges | None = None
+) -> tuple[FleetPlan | None, tuple[Diagnostic, ...]]:
+    """Load and check a fleet; return it with all warnings, or None with all errors."""
+    try:
+        document = source if isinstance(source, Document) else read(source)
+    except InputError as error:
+        return None, error.faults
+    return _Loader(document, changes or FleetChanges()).load()
+
+
+class _Loader:
+    """Puts a fleet together, and collects what is wrong with its parts."""
+
+    def __init__(self, document: Document, changes: FleetChanges) -> None:
+        self._document = document
+        self._changes = changes
+        self._faults: list[Diagnostic] = []
+        self._files = NamedFiles(document, self._faults)
+
+    def load(self) -> tuple[FleetPlan | None, tuple[Diagnostic, ...]]:
+        """Return it with all warnings, or None with all errors."""
+        document = self._document
+        reader = NodeReader(document)
+        written = reader.written(FleetFile, (), document.data)
+        self._faults += reader.faults
+        if written is None:
+            return None, in_order(self._faults)
+        self._check_names(written)
+        world = None if written.world is None else self._files.world(written.world, ("world",))
+        checked_in = self._world_name(written) if world or self._changes.world else None
+        seed = written.seed if self._changes.seed is None else self._changes.seed
+        missions = {
+            name: self._mission(name, one, seed + number, checked_in)
+            for number, (name, one) in enumerate(written.robots.items())
+        }
+        if self._changes.world is not None:
+            world = load_world(self._changes.world, near=document.file)
+        elif written.world is None:
+            world = _world_of(missions)
+        if world is None or self._has_errors():
+            return None, in_order(self._faults)
+        robots = [
+            _placed(name, mission, written.robots[name], world)
+            for name, mission in missions.items()
+            if mission is not None
+        ]
+        self._check_places(world, robots)
+        if self._has_errors():
+            return None, in_order(self._faults)
+        plan = FleetPlan(
+            written.fleet, world, seed, tuple(robots), written.description, document=document
+        )
+        return plan, in_order(self._faults)
+
+    def _has_errors(self) -> bool:
+        return any(one.severity == "error" for one in self._faults)
+
+    def _note(self, path: tuple[str, ...], message: str, hint: str | None = None) -> None:
+        self._faults.append(self._document.fault(path, message, hint))
+
+    def _check_names(self, written: FleetFile) -> None:
+        if not 1 <= len(written.robots) <= MOST:
+            self._note(("robots",), f"expected 1 to {MOST} robots, got {len(written.robots)}")
+        for name in written.robots:
+            if not NAME.fullmatch(name):
+                message = "expected a name of small letters, digits and '_', such as robot1, got "
+                message += f"{quoted(name)}: it is the namespace of the robot's topics"
+                self._faults.append(self._document.fault(("robots", name), message, key=True))
+
+    def _mission(
+        self, name: str, one: FleetRobotForm, seed: int, world: str | None
+    ) -> Mission | None:
+        if one.robot is not None and not self._is_robot(name, one.robot):
+            return None
+        own = one.seed if self._changes.seed is None else None
+        mission = self._files.mission(
+            one.mission,
+            ("robots", name, "mission"),
+            lambda given: ("robots", name, "inputs", given) if given in one.inputs else None,
+            set=one.inputs,
+            seed=seed if own is None else own,
+            world=world,
+            robot=None if one.robot is None else str(self._files.beside(one.robot) or one.robot),
+            permissions=self._changes.permissions,
+        )
+        if mission is not None and mission.map == "unknown":
+            message = f"the mission '{mission.name}' draws its map ('map: unknown'), which a robot "
+            message += "of a fleet cannot"
+            self._note(("robots", name, "mission"), message, "run it alone, without a fleet")
+        return mission
+
+    def _is_robot(self, name: str, robot: str) -> bool:
+        path = ("robots", name, "robot")
+        near = Path(self._document.file)
+        try:
+            load_robot(find("robots", self._files.beside(robot) or robot, near))
+        except InputError as error:
+            if any(one.line for one in error.faults):
+                self._faults += error.faults
+            else:
+                self._note(
+                    path,
+                    f"no such robot: {quoted(robot)}",
+                    did_you_mean(Path(robot).stem, names("robots")),
+                )
+            return False
+        return True
+
+    # ---- the world -------------------------------------------------------------------------
+
+    def _world_name(self, written: FleetFile) -> str | None:
+        """Return the world by which missions are checked; None is their own."""
+        if self._changes.world is not None:
+            return self._changes.world
+        if not isinstance(written.world, str):
+            return None
+        return str(self._files.beside(written.world) or written.world)
+
+    def _check_places(self, world: World, robots: list[FleetRobot]) -> None:
+        width, depth = world.size
+        for one in robots:
+            if abs(one.x) > width / 2 or abs(one.y) > depth / 2:
+                message = f"({one.x:g}, {one.y:g}) is outside the world '{world.name}', which is "
+                message += f"{width:g} m by {depth:g} m around (0, 0)"
+                self._note(("robots", one.name, "start"), message)
+        spawns = [
+            RobotSpawn(
+                load_robot(one.mission.robot, near=one.mission.file),
+                one.name,
+                Spawn(x=one.x, y=one.y, yaw=one.yaw),
+            )
+            for one in robots
+        ]
+        try:
+            Fleet(world, spawns, seed=0)
+        except SpawnError as error:
+            start = ("robots", error.robot, "start")
+            has_start = self._document.has(*start)
+            hint = None if has_start else "without a 'start', a robot stands at the world's spawn"
+            self._note(start, str(error), hint)
+        except BtMissionError as error:
+            self._note(("robots",), str(error))
+
+
+def _world_of(missions: Mapping[str, Mission | None]) -> World | None:
+    """Return the world of the first mission, which is what a fleet without one has."""
+    first = next((one for one in missions.values() if one is not None), None)
+    return None if first is None else load_world(first.world or DEFAULT_WORLD, near=first.file)
+
+
+def _placed(name: str, mission: Mission, written: FleetRobotForm, world: World) -> FleetRobot:
+    start = written.start or world.spawn
+    return FleetRobot(name, mission, start.x, start.y, start.yaw)

@@ -1,0 +1,42 @@
+"""What a fleet file says: robots in one world, each with its mission."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from bt_mission.core.yaml.document import Document
+from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
+from sim.world.world import World
+
+
+@dataclass(frozen=True)
+class FleetPlan:
+    """Several robots, and where they are.
+
+    Attributes:
+        seed: Of all sensor noise.
+        robots: In the order of the file.
+    """
+
+    name: str
+    world: World
+    seed: int
+    robots: tuple[FleetRobot, ...]
+    description: str = ""
+    document: Document = field(repr=False, compare=False, kw_only=True)
+
+    @property
+    def file(self) -> str:
+        """Where it is written."""
+        return self.document.file
+
+    @property
+    def facts(self) -> Mapping[str, str]:
+        """What a recording says of it."""
+        return {"fleet": self.name, "fleet_file": self.file.rpartition("/")[2]}
+
+    @property
+    def stage_options(self) -> StageOptions:
+        """How its stage is set up."""
+        return StageOptions(world=self.world, seed=self.seed)

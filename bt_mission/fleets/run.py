@@ -1,0 +1,130 @@
+"""Carries a fleet out: every mission from its start to its report."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Protocol
+
+from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.core.stamps import NS
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.executive.leaf_statistics import LeafStatistics
+from bt_mission.executive.report import report_on
+from bt_mission.executive.status import Change
+from bt_mission.fleets.plan import FleetPlan
+from bt_mission.fleets.report import FleetReport, RobotReport
+from bt_mission.sessions.session import SessionViews, Steps, take_steps
+from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage_robot import FleetRun
+
+
+class FleetView(AbstractContextManager["FleetView"], Protocol):
+    """What people see while a fleet runs."""
+
+    def open(self, stage: Stage, wall: Stopwatch, /) -> None:
+        """Begin to show it."""
+
+    def on_robot_change(self, robot: str, change: Change, /) -> None:
+        """A node of a robot's mission changed its status."""
+
+    def on_robot_line(self, robot: str, text: str, /) -> None:
+        """A robot's mission says something."""
+
+    def refresh(self) -> None:
+        """Called between steps."""
+
+
+def driving_fleet(
+    stage: Stage,
+    plan: FleetPlan,
+    view: FleetView,
+    interrupts: InterruptSignals,
+    *,
+    speed: float | None = None,
+    trace_file: Path | None = None,
+) -> Steps[FleetReport]:
+    """Step a fleet to its end, as :func:`bt_mission.sessions.session.driving` does one mission.
+
+    Ctrl-C halts the missions of all robots.
+
+    Raises:
+        BtMissionError: When a trace cannot be written.
+    """
+    wall = Stopwatch()
+    with ExitStack() as stack:
+        if trace_file is not None:
+            for run in stage.runs:
+                path = trace_of_robot(trace_file, run.member.name)
+                stack.enter_context(run.trace.written_to(path))
+        stack.enter_context(interrupts)
+        view.open(stage, wall)
+        stack.enter_context(view)
+        audience = SessionViews(view.refresh)
+        statistics = [_listen(run, view, audience) for run in stage.runs]
+        executives = [run.executive for run in stage.runs]
+        yield from take_steps(stage, executives, audience, interrupts, speed)
+    wall_s = wall.elapsed_s
+    robots = tuple(
+        report_of_robot(stage, run, wall_s, leaves)
+        for run, leaves in zip(stage.runs, statistics, strict=True)
+    )
+    return FleetReport(
+        fleet=plan.name,
+        world=plan.world.name,
+        seed=plan.seed,
+        virtual_s=max(one.mission.virtual_s for one in robots),
+        wall_s=round(wall_s, 3),
+        robots=robots,
+    )
+
+
+def trace_of_robot(path: Path, robot: str) -> Path:
+    """Return the file of a robot's trace: ``two.jsonl`` is ``two.robot1.jsonl``."""
+    return path.with_name(f"{path.stem}.{robot}{path.suffix}")
+
+
+def report_of_robot(
+    stage: Stage, run: FleetRun, wall_s: float, leaves: LeafStatistics
+) -> RobotReport:
+    """Return what a mission that has ended came to."""
+    end_ns = run.executive.ended_ns or stage.now_ns
+    report = report_on(
+        run.member.mission,
+        run.executive,
+        run.trace,
+        (end_ns - stage.start_ns) / NS,
+        wall_s,
+        run.runner.requirements.results(),
+    )
+    found = replace(
+        report,
+        world=stage.world,
+        collisions=run.robot.collisions,
+        distance_travelled_m=round(run.robot.distance_travelled, 6),
+        leaves=leaves.summaries(),
+    )
+    return RobotReport(run.member.name, found, dict(run.robot.collisions_with))
+
+
+def _listen(run: FleetRun, view: FleetView, audience: SessionViews) -> LeafStatistics:
+    """Have a view told of a robot; returns what counts what its leaves do."""
+    name = run.member.name
+
+    def on_change(change: Change) -> None:
+        audience.show(lambda: view.on_robot_change(name, change))
+
+    def on_line(_time_ns: int, text: str) -> None:
+        audience.show(lambda: view.on_robot_line(name, text))
+
+    run.executive.listeners.append(on_change)
+    run.runner.log_listeners.append(on_line)
+    leaves = LeafStatistics(partial(_distance, run))
+    run.executive.listeners.append(leaves.on_change)
+    return leaves
+
+
+def _distance(run: FleetRun) -> float:
+    return run.robot.distance_travelled

@@ -1,0 +1,100 @@
+"""Missions and worlds that another file names: found beside it, and checked with their places."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, quoted
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import is_file, kind_of, look_for, names
+from bt_mission.core.yaml.document import Document, Key
+from bt_mission.language.inputs import SET_OPTION
+from bt_mission.language.mission import Mission
+from bt_mission.sessions.check import examine
+from sim.world.loader import load_world, world_in
+from sim.world.world import World
+
+
+class NamedFiles:
+    """Finds and reads what a file names.
+
+    Args:
+        document: The file.
+        faults: Takes every error and warning, each with its place.
+    """
+
+    def __init__(self, document: Document, faults: list[Diagnostic]) -> None:
+        self._document = document
+        self._faults = faults
+
+    def mission(
+        self,
+        written: Any,
+        path: Sequence[str],
+        inputs: Callable[[str], Sequence[Key] | None],
+        **changes: Any,
+    ) -> Mission | None:
+        """Read and check a mission; None where there is an error in it.
+
+        Args:
+            written: Its name, its path, or all of it.
+            path: Where that stands.
+            inputs: Gives the place of an input of this name; None where it was given elsewhere.
+            changes: As `examine` takes them.
+        """
+        if isinstance(written, dict):
+            document = self._document
+            for key in path:
+                document = document.under(key)
+            mission, faults = examine(document, **changes)
+        else:
+            file = self._mission_file(written, path)
+            if file is None:
+                return None
+            mission, faults = examine(file, **changes)
+        self._faults += [self._of_inputs(one, inputs) for one in faults]
+        return mission
+
+    def world(self, written: Any, path: Sequence[str]) -> World | None:
+        """Read a world; None where there is an error in it."""
+        document = self._document
+        try:
+            if isinstance(written, dict):
+                return world_in(document, tuple(path))
+            return load_world(self.beside(written) or written, near=document.file)
+        except InputError as error:
+            first = error.faults[0]
+            if isinstance(written, dict) or first.line:
+                self._faults += error.faults
+            else:  # there is no such world
+                message = f"{quoted(written)}: {first.message}"
+                self._faults.append(document.fault(path, message, first.hint))
+        except BtMissionError as error:
+            self._faults.append(document.fault(path, str(error)))
+        return None
+
+    def beside(self, name: str) -> Path | None:
+        """Return the file at a path from this one, whatever folder is the working one."""
+        path = Path(self._document.file).parent / name
+        return path if path.suffix and is_file(path) else None
+
+    def _mission_file(self, name: str, path: Sequence[str]) -> Path | None:
+        file = self.beside(name) or look_for("missions", name, near=self._document.file)
+        if file is None:
+            message = f"no such mission: {quoted(name)}, beside this file or among the shipped ones"
+            hint = did_you_mean(Path(name).stem, names("missions"))
+            self._faults.append(self._document.fault(path, message, hint))
+        elif (kind := kind_of(file)) != "mission":
+            message = f"{quoted(name)} is a {kind}; expected a mission"
+            self._faults.append(self._document.fault(path, message))
+            return None
+        return file
+
+    def _of_inputs(
+        self, fault: Diagnostic, inputs: Callable[[str], Sequence[Key] | None]
+    ) -> Diagnostic:
+        """Return an error of `--set` at the input of this file that it is about."""
+        path = inputs(fault.source.partition("=")[0]) if fault.file == SET_OPTION else None
+        return fault if path is None else self._document.fault(path, fault.message, fault.hint)

@@ -1,0 +1,196 @@
+"""Fleets on the command line: run, check, schema, completion."""
+
+from __future__ import annotations
+
+import json
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+from py_trees.common import Status
+
+from bt_mission.cli import main
+from bt_mission.executive.status import Change
+from bt_mission.views.terminal.fleet import QuietFleet
+
+FLEET = """\
+fleet: two
+world: dqn_stage1
+seed: 3
+robots:
+  one:
+    mission:
+      mission: turns
+      requirements: {is slow: always speed < 1}
+      tree:
+        sequence:
+          - turn: {angle: 90}
+            name: turn
+            timeout: 20
+          - log: turned
+    start: {x: -1}
+  two:
+    mission:
+      mission: waits
+      robot: burger
+      tree: {wait: 2, name: a while}
+    start: {x: 1, yaw: 90}
+"""
+FAILS = FLEET.replace("{wait: 2, name: a while}", "{turn: {angle: 90}, name: late, timeout: 0.5}")
+VIOLATES = FLEET.replace("always speed < 1", "always yaw < 0.5")
+
+
+@pytest.fixture
+def fleet(tmp_path: Path) -> Any:
+    """Write a fleet: ``fleet(text)`` gives its path."""
+
+    def write(text: str = FLEET) -> str:
+        path = tmp_path / "it.yaml"
+        path.write_text(text, encoding="utf-8")
+        return str(path)
+
+    return write
+
+
+def test_every_line_says_of_which_robot_it_tells(
+    fleet: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Instants are those of the runs; at the end there is a line for each robot, and a sum."""
+    assert main(["run", fleet(), "--plain"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:3] == [
+        "two in dqn_stage1 (2 robots, seed 3)",
+        "  one  turns (waffle, seed 3)",
+        "  two  waits (burger, seed 4)",
+    ]
+    assert sorted(lines[3:8]) == [
+        "     0.05 s  one  ▶ turn",
+        "     0.05 s  two  ▶ a while",
+        "     1.95 s  one    turned",
+        "     1.95 s  one  ✓ turn",
+        "     2.05 s  two  ✓ a while  0.0 s left",
+    ]
+    assert lines[8:11] == [
+        "two: success (2 of 2 missions succeeded)",
+        "  one  turns  1.95 s  0.00 m  0 collisions  success",
+        "  two  waits  2.05 s  0.00 m  0 collisions  success",
+    ]
+    assert lines[12:] == [
+        "  1 goal sent, 0 orphaned, 0.00 m driven",
+        "  collisions: 0 with the world, 0 among robots",
+    ]
+
+
+def test_programs_get_an_object_for_each_robot_and_a_sum(
+    fleet: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What `--json` says of one mission stands in the object of each."""
+    assert main(["run", fleet(), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["fleet"], found["status"], found["succeeded"]) == ("two", "success", 2)
+    assert (found["world"], found["seed"], found["virtual_s"]) == ("dqn_stage1", 3, 2.05)
+    assert (found["collisions_with_world"], found["collisions_among_robots"]) == (0, 0)
+    one, two = found["robots"]
+    assert (one["name"], one["mission"], one["virtual_s"]) == ("one", "turns", 1.95)
+    assert [each["verdict"] for each in one["requirements"]] == ["holds"]
+    assert (two["name"], two["robot"], two["seed"]) == ("two", "burger", 4)
+    assert (two["collisions_with_world"], two["collisions_with_robots"]) == (0, {})
+    assert two["leaves"][0]["name"] == "a while"
+
+
+def test_one_mission_that_fails_fails_the_fleet(
+    fleet: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The other one goes on to its end."""
+    assert main(["run", fleet(FAILS), "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert (found["status"], found["succeeded"]) == ("failure", 1)
+    assert [one["status"] for one in found["robots"]] == ["success", "failure"]
+    assert [one["virtual_s"] for one in found["robots"]] == [1.95, 0.65]
+
+
+def test_a_requirement_that_is_violated_fails_the_fleet(
+    fleet: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It stands below the line of its robot."""
+    assert main(["run", fleet(VIOLATES), "--plain"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    (at,) = (number for number, line in enumerate(lines) if line.startswith("  one  turns  1"))
+    assert lines[at + 1].startswith("    requirement is slow: violated")
+
+
+def test_two_runs_are_the_same_and_each_robot_has_its_trace(
+    fleet: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`--trace it.jsonl` writes one file a robot, and overwrites none."""
+    sums = []
+    for name in ("a", "b"):
+        trace = str(tmp_path / f"{name}.jsonl")
+        assert main(["run", fleet(), "--json", "--trace", trace]) == 0
+        found = json.loads(capsys.readouterr().out)
+        sums.append([one["trace_sha256"] for one in found["robots"]])
+    assert sums[0] == sums[1]
+    for robot in ("one", "two"):
+        assert (tmp_path / f"a.{robot}.jsonl").read_bytes() == (
+            tmp_path / f"b.{robot}.jsonl"
+        ).read_bytes()
+    assert main(["run", fleet(), "--trace", str(tmp_path / "a.jsonl")]) == 2
+    assert "a.one.jsonl exists" in capsys.readouterr().err
+
+
+def test_ctrl_c_halts_the_missions_of_all_robots(
+    fleet: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With every goal confirmed; a mission that has ended stays as it is."""
+
+    def interrupt(_: QuietFleet, robot: str, change: Change, /) -> None:
+        if (robot, change.node.name, change.status) == ("one", "turn", Status.RUNNING):
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(QuietFleet, "on_robot_change", interrupt)
+    assert main(["run", fleet(), "--json"]) == 130
+    found = json.loads(capsys.readouterr().out)
+    assert found["status"] == "interrupted"
+    assert [one["reason"] for one in found["robots"]] == ["interrupted by Ctrl-C"] * 2
+    assert [one["goals_left_behind"] for one in found["robots"]] == [0, 0]
+
+
+@pytest.mark.parametrize(
+    ("option", "text"),
+    [
+        (["--attach"], "--attach: a fleet has its own simulation"),
+        (["--fault", "at 1: drop scan"], "--fault: faults are made for a robot alone"),
+        (["--set", "a=1"], "--set is about one mission, and"),
+        (["--robot", "burger"], "--robot is about one mission, and"),
+        (["--video", "x.mp4"], "--video: films are of a robot alone"),
+        (["--namespace", "x"], "--namespace: names a robot of a running graph"),
+    ],
+)
+def test_options_of_one_mission_are_refused(
+    fleet: Any, capsys: pytest.CaptureFixture[str], option: list[str], text: str
+) -> None:
+    """With what to do instead."""
+    assert main(["run", fleet(), *option]) == 2
+    assert text in capsys.readouterr().err
+
+
+def test_check_says_of_whom_a_fleet_consists(
+    fleet: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Or what is wrong with it, with its place."""
+    path = fleet()
+    assert main(["check", path]) == 0
+    assert capsys.readouterr().out == (
+        f"{path}: fleet 'two' is valid (2 robots; one: turns, two: waits)\n"
+    )
+    assert main(["check", fleet(FLEET.replace("burger", "burgr"))]) == 2
+    assert f"{path}:19:14: error: " in capsys.readouterr().err
+
+
+def test_schema_and_completion_know_fleets(capsys: pytest.CaptureFixture[str]) -> None:
+    """As they know scenarios."""
+    assert main(["schema", "fleet"]) == 0
+    assert json.loads(capsys.readouterr().out)["title"] == "bt-mission fleet"
+    assert main(["completion", "--names", "runs"]) == 0
+    assert "fleets/two_wanderers.fleet.yaml" in capsys.readouterr().out.splitlines()
