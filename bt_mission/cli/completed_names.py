@@ -114,7 +114,7 @@ KINDS: Mapping[str, Callable[[list[str]], list[str]]] = {
     "executives": _live("executives"),
     "namespaces": _live("namespaces"),
 }
-"""What is completed by name; runs are missions, scenarios, fleets; listed, what `missions` lists."""
+"""What is completed by name; runs are missions, scenarios and fleets, listed all of `missions`."""
 
 FILES = ("missions", "runs", "listed", "worlds", "robots", "parameters")
 """Those for which a file of one's own will do, too."""

@@ -60,6 +60,12 @@ def test_programs_get_objects(arguments: list[str], capsys: pytest.CaptureFixtur
             [],
             ["missions/scenarios/square.scenario.yaml", "missions/square.yaml"],
         ),
+        (
+            "missions",
+            "fleets/two_wanderers.fleet.yaml",
+            [],
+            ["missions/fleets/two_wanderers.fleet.yaml", "missions/sources/two_metres.yaml"],
+        ),
     ],
 )
 def test_a_copy_is_the_same_file(
