@@ -42,6 +42,13 @@ def add_sim_parser(commands: Any) -> None:
         help="publish neither map nor the transform from map to odom: SLAM or localisation does",
     )
     parser.add_argument(
+        "--props",
+        type=int,
+        default=8,
+        metavar="N",
+        help="how many things can be spawned at a time (default 8, at most 64)",
+    )
+    parser.add_argument(
         "--cmd-vel-type",
         choices=("stamped", "plain"),
         default="stamped",
@@ -158,6 +165,7 @@ def sim(options: argparse.Namespace) -> int:
             with_map=not options.no_map,
             localises=not options.no_map,
             command_type=options.cmd_vel_type,
+            props=options.props,
         ),
         speed=options.speed,
         view=options.view,

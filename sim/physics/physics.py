@@ -25,7 +25,8 @@ from sim.physics.names import (
     STEP_NS,
 )
 from sim.physics.prop_bodies import add_bodies, bodies_of, keep_figures
-from sim.physics.props import Props, check_count
+from sim.physics.prop_shapes import check_count
+from sim.physics.props import Props
 from sim.physics.scenery import add_world
 from sim.physics.spawn import RobotSpawn
 from sim.physics.wheels import Grip
@@ -130,7 +131,7 @@ class Moved(Protocol):
     def step_hooks(self) -> tuple[Callable[[int], None], Callable[[int], None]]:
         """Return what is to be called before and after each step, with its beginning (ns).
 
-        Asked for after every restart.
+        Asked for after every restart, and when the robot was put elsewhere.
         """
 
     def restart(self) -> None:
@@ -185,18 +186,38 @@ class Physics:
         self._robots = tuple(robots)
         self._restart()
 
-    def reset(self) -> None:
-        """Put everything back to its state at the start, without props. Time goes on."""
-        self.props.clear()
+    def reset(self, *, keep_props: bool = False) -> list[str]:
+        """Put everything back to its state at the start. Time goes on.
+
+        Props vanish; with `keep_props` each stands where it was placed, but for those for which
+        there is no room any more. Returns the names of those.
+        """
+        if not keep_props:
+            self.props.clear()
         mujoco.mj_setState(self.model, self.data, self._at_start, _STATE)
+        removed = self.props.put_back()
         self._epoch_ns = self.time_ns
         self._restart()
+        return removed
+
+    @property
+    def running_s(self) -> float:
+        """Time since the start, or since the last reset, s."""
+        return (self.time_ns - self._epoch_ns) / 1e9
+
+    def put_in_place(self) -> None:
+        """Compute anew what follows from where everything is."""
+        mujoco.mj_forward(self.model, self.data)
+
+    def ask_hooks(self) -> None:
+        """Ask the robots anew what is to be called at each step."""
+        self._hooks = [robot.step_hooks() for robot in self._robots]
 
     def _restart(self) -> None:
         for robot in self._robots:
             robot.restart()
-        self._hooks = [robot.step_hooks() for robot in self._robots]
-        mujoco.mj_forward(self.model, self.data)
+        self.ask_hooks()
+        self.put_in_place()
 
     def advance_to(self, time_ns: int) -> None:
         """Step up to `time_ns`, a whole number of steps from now.

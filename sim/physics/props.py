@@ -13,32 +13,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Protocol
 
 import mujoco
 
 from bt_mission.core.diagnostics import listed
-from bt_mission.core.errors import BtMissionError
 from sim.physics.clearance import Gauge, touching
 from sim.physics.names import BASE
 from sim.physics.prop_bodies import PropBodies
+from sim.physics.prop_shapes import MOST, PropError, shape
 from sim.world.motion import Course, Drifting, PassingCourse, Point
 from sim.world.shapes import Obstacle
-from sim.world.world import FARTHEST, FASTEST, SHORTEST, World
-
-MOST = 64
-"""Props in one simulation."""
+from sim.world.world import FASTEST, World
 
 _TOUCHING = 1e-6
 """Metres by which two must be in each other; what stands side by side does not touch."""
-
-
-def check_count(count: int) -> None:
-    """Raise PropError for a number of props that cannot be."""
-    if not 0 <= count <= MOST:
-        raise PropError(f"expected 0 to {MOST} props in a simulation, got {count}")
 
 
 class PropPhysics(Protocol):
@@ -61,10 +52,6 @@ class _Slot:
     geom: int
 
 
-class PropError(BtMissionError):
-    """A prop that cannot be placed, or cannot move, as it was told."""
-
-
 class Prop:
     """One prop in the world, from when it was placed until it is removed.
 
@@ -77,7 +64,7 @@ class Prop:
         self._index = index
         self.obstacle = obstacle
         """Its shape, name and direction, and where it was placed."""
-        self.course: Course = Drifting((obstacle.x, obstacle.y))
+        self.course: Course = _standing(obstacle)
         """Where it is, as a function of the time since `since_ns`."""
         self.since_ns = props.time_ns
 
@@ -140,6 +127,10 @@ class Prop:
         if self.is_placed:
             self._props.remove(self._index)
 
+    def begin_anew(self) -> None:
+        """Stand where it was placed."""
+        self.course, self.since_ns = _standing(self.obstacle), self._props.time_ns
+
     def _go(self, course: Course) -> None:
         if not self.is_placed:
             raise PropError(f"prop '{self.name}' is not in the world any more; place a new one")
@@ -149,37 +140,16 @@ class Prop:
         return self.course.at((self._props.time_ns - self.since_ns) / 1e9)
 
 
-def shape(
-    name: str,
-    place: tuple[float, float, float],
-    size: tuple[float, float, float] | None,
-    radius: float | None,
-    height: float,
-    colour: str,
-) -> Obstacle:
-    """Return a box, or a cylinder, at x, y (m) and yaw (deg). Raises PropError."""
-    x, y, yaw_deg = place
-    if (size is None) == (radius is None):
-        raise PropError(
-            f"prop '{name}': expected size=(length, width, height) for a box, or radius= (and"
-            f" height=) for a cylinder; got {'neither' if size is None else 'both'}"
-        )
-    edges = (radius or 0.0, height) if size is None else tuple(size)
-    if size is not None and len(edges) != 3:
-        raise PropError(f"prop '{name}': expected size=(length, width, height), got {size}")
-    if not all(SHORTEST <= edge <= FARTHEST for edge in edges):
-        raise PropError(
-            f"prop '{name}': expected {'radius and height' if size is None else 'edges'} from"
-            f" {SHORTEST:g} m to {FARTHEST:g} m, got ({', '.join(f'{edge:g}' for edge in edges)})"
-        )
-    if not abs(yaw_deg) <= 360:
-        raise PropError(f"prop '{name}': expected a yaw from -360 to 360 deg, got {yaw_deg:g}")
-    try:
-        if size is None:
-            return Obstacle.cylinder(name, x, y, radius=edges[0], height=height, colour=colour)
-        return Obstacle.box(name, x, y, yaw=math.radians(yaw_deg), size=size, colour=colour)
-    except ValueError as error:
-        raise PropError(f"prop '{name}': {error}") from error
+def _no_room(obstacle: Obstacle, touched: str, hint: str = "") -> PropError:
+    x, y, yaw_deg = obstacle.x, obstacle.y, math.degrees(obstacle.yaw)
+    return PropError(
+        f"prop '{obstacle.name}' does not fit at ({x:g}, {y:g}, {yaw_deg:g} deg): it would be in"
+        f" {'the robot' if touched == BASE else f'{touched!r}'}; place it elsewhere{hint}"
+    )
+
+
+def _standing(obstacle: Obstacle) -> Course:
+    return Drifting((obstacle.x, obstacle.y))
 
 
 class Props:
@@ -236,9 +206,14 @@ class Props:
         size, place or colour that cannot be, and where it would touch a robot or an obstacle;
         robots do not count with `even_into_the_robot`, and are then pushed out of it.
         """
+        obstacle = shape(name, (x, y, yaw_deg), size, radius, height, colour)
+        return self.put(obstacle, even_into_the_robot=even_into_the_robot)
+
+    def put(self, obstacle: Obstacle, *, even_into_the_robot: bool = False) -> Prop:
+        """Put an obstacle of any shape where it says. Raises PropError as `place` does."""
+        name, x, y = obstacle.name, obstacle.x, obstacle.y
         slot = self._free(name)
         self._check_name(name)
-        obstacle = shape(name, (x, y, yaw_deg), size, radius, height, colour)
         self.check_floor(name, x, y)
         self._bodies.show(slot, obstacle)
         prop = self._placed[slot] = Prop(self, slot, obstacle)
@@ -246,13 +221,47 @@ class Props:
         touched = self._touched(slot, robots=not even_into_the_robot)
         if touched is not None:
             self.remove(slot)
-            is_robot = touched not in self._obstacles()
-            raise PropError(
-                f"prop '{name}' does not fit at ({x:g}, {y:g}, {yaw_deg:g} deg): it would be in"
-                f" {'the robot' if touched == BASE else f'{touched!r}'}; place it elsewhere"
-                + (", or say even_into_the_robot=True" if is_robot else "")
-            )
+            hint = ", or say even_into_the_robot=True"
+            raise _no_room(obstacle, touched, hint if touched not in self._obstacles() else "")
         return prop
+
+    def relocate(self, prop: Prop, place: tuple[float, float, float]) -> None:
+        """Put one that is in the world elsewhere at once, to stand: x m, y m, yaw rad.
+
+        Raises PropError where it would touch something; it then stays as it was.
+        """
+        x, y, yaw = place
+        self.check_floor(prop.name, x, y)
+        (slot,) = (slot for slot, one in self._placed.items() if one is prop)
+        before = prop.obstacle, prop.course, prop.since_ns
+        prop.obstacle = replace(prop.obstacle, x=x, y=y).turned(yaw)
+        prop.begin_anew()
+        self._bodies.show(slot, prop.obstacle)
+        self._changed()
+        touched = self._touched(slot, robots=True)
+        if touched is not None:
+            refused = _no_room(prop.obstacle, touched)
+            prop.obstacle, prop.course, prop.since_ns = before
+            self._bodies.show(slot, prop.obstacle)
+            self._changed()
+            raise refused
+
+    def put_back(self) -> list[str]:
+        """Have each stand where it was placed, and remove those for which there is no room by now.
+
+        Returns the names of those.
+        """
+        for prop in self:
+            prop.begin_anew()
+        if not self:
+            return []
+        self._changed()
+        names = []
+        for slot, prop in tuple(self._placed.items()):
+            if self._touched(slot, robots=True) is not None:
+                names.append(prop.name)
+                self.remove(slot)
+        return names
 
     def clear(self) -> None:
         """Remove all."""

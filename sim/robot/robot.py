@@ -30,6 +30,10 @@ _STRIDE = 0.005
 5 mm on an arc of 0.1 m come out 0.01 % short."""
 
 
+_TOUCHING = 1e-4
+"""Metres by which a robot that is put somewhere may be in what it touches."""
+
+
 class SpawnError(BtMissionError):
     """The robot does not fit where it is to start.
 
@@ -89,7 +93,7 @@ class SimulatedRobot:
         self.odometry = Odometry(self.robot)
         self.battery = Battery(self.robot.battery)
         self.motors_on = True
-        self._way = 0.0
+        self._way = self._rest_z = 0.0
         self._milestone = (spawn.x, spawn.y)
 
     def restart(self) -> None:
@@ -99,6 +103,7 @@ class SimulatedRobot:
         self._last_scan = None
         self._encoders.start(*self._qpos[7:9].tolist())
         self._milestone = self.pose[:2]
+        self._rest_z = float(self._qpos[2])
         self._drive = DifferentialDrive(self.robot, STEP_NS / 1e9, patience=self.patience)
         self.battery = Battery(self.robot.battery)
         self._contacts.forget()
@@ -197,6 +202,31 @@ class SimulatedRobot:
         """
         self._pushes.shove(velocity, turn, frame, self.pose[2])
 
+    def put(
+        self, pose: tuple[float, float, float], velocity: tuple[float, float, float] = (0, 0, 0)
+    ) -> None:
+        """Put the base elsewhere at once, upright: x m, y m, yaw rad, in the map.
+
+        It moves on at a velocity along x and y of the map (m/s) and a turn rate (rad/s). Neither
+        its odometry nor the distance travelled notices. Raises SpawnError where it does not fit.
+        """
+        (x, y, yaw), (vx, vy, turn) = pose, velocity
+        before = self._qpos.copy(), self._qvel.copy()
+        self._qpos[:7] = x, y, self._rest_z, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)
+        self._qvel[:] = vx, vy, 0.0, 0.0, 0.0, turn, 0.0, 0.0
+        self.physics.put_in_place()
+        room = self.clearance(within=0.0)
+        if room.distance < -_TOUCHING:
+            self._qpos[:], self._qvel[:] = before
+            self.physics.put_in_place()
+            raise SpawnError(
+                f"a {self.robot.name} does not fit at ({x:g}, {y:g}, {math.degrees(yaw):g} deg):"
+                f" it would be in '{room.obstacle}'"
+            )
+        self._way += math.dist(self._milestone, before[0][:2])
+        self._milestone = x, y
+        self.physics.ask_hooks()
+
     def charge_battery(self, share: float) -> None:
         """Set the battery's charge, 0 to 1; empty, it takes the motors' power.
 
@@ -215,6 +245,12 @@ class SimulatedRobot:
     def velocity(self) -> tuple[float, float]:
         """True velocity of the base: ahead m/s, left turn rad/s."""
         return velocity_of(self._qpos, self._qvel)
+
+    @property
+    def map_velocity(self) -> tuple[float, float, float]:
+        """True velocity along x and y of the map, m/s, and left turn, rad/s."""
+        vx, vy, *_, turn = self._qvel[:6].tolist()
+        return vx, vy, turn
 
     @property
     def distance_travelled(self) -> float:

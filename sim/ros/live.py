@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
+from importlib.util import find_spec
 
 import rclpy
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
@@ -19,9 +20,10 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.ros_log import log_of
-from bt_mission.core.wall_clock import Pacer
+from bt_mission.core.wall_clock import Pacer, Stopwatch
 from sim.physics.spawn import read
 from sim.ros.node import SimNode, SimOptions
+from sim.ros.run_control import RunControl, RunState
 from sim.ros.topics import COMMAND_TYPES
 from sim.views.window import Window, check_display
 from sim.world.loader import load_world
@@ -33,6 +35,8 @@ CLOCK_HZ = 100.0
 _TICK_S = 0.01
 _FRAME_S = 0.03
 _WATCH_S = 1.0
+_STANDING_CLOCK_S = 0.1
+_FAREWELL_S = 0.3
 
 LOOK_S = 0.1
 """How often at least a signal is looked for, s."""
@@ -76,13 +80,15 @@ def main(
         stack.callback(rclpy.shutdown)
         try:
             node = SimNode(scene, who, options)
+            control = RunControl(node)
             _declare_parameters(node, options.seed)
-            _pace(node, speed)
+            _pace(node, control, speed)
         except ParameterException as error:
             raise BtMissionError(str(error)) from error
         node.publish_clock_at(CLOCK_HZ)
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(_WATCH_S, CommandWatch(node).look, clock=wall)
+        _offer_services(node, control, world)
         if view:
             window = stack.enter_context(closing(Window(node.physics)))
             node.create_timer(_FRAME_S, window.look, clock=wall)
@@ -90,7 +96,10 @@ def main(
         log_of(node).info(f"{_names(node)} in {scene.name}, seed {options.seed}, speed {speed:g}")
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        while not interrupts.count:
+        while not interrupts.count and control.state is not RunState.QUITTING:
+            executor.spin_once(timeout_sec=LOOK_S)
+        said = Stopwatch()  # the answer to whoever has it quit needs a moment to get there
+        while not interrupts.count and said.elapsed_s < _FAREWELL_S:
             executor.spin_once(timeout_sec=LOOK_S)
         node.destroy_node()
     return 0
@@ -136,8 +145,26 @@ def _declare_parameters(node: SimNode, seed: int) -> None:
         node.declare_parameter(name, value, descriptor, ignore_override=True)
 
 
-def _pace(node: SimNode, speed: float) -> None:
-    """Move the node from a timer on the wall clock; its parameter `speed` may be set any time."""
+def _offer_services(node: SimNode, control: RunControl, world: str) -> None:
+    """Answer the standard interfaces of simulators, where their types are installed."""
+    if find_spec("simulation_interfaces") is None:
+        log_of(node).warning(
+            "the standard services of simulators are not there: the package simulation_interfaces"
+            " is not installed; install bt-mission anew, or ros-jazzy-simulation-interfaces"
+        )
+        return
+    from sim.ros.standard_services import (  # noqa: PLC0415 - needs what may not be installed
+        offer_standard_services,
+    )
+
+    offer_standard_services(node, control, world)
+
+
+def _pace(node: SimNode, control: RunControl, speed: float) -> None:
+    """Move the node from a timer on the wall clock; its parameter `speed` may be set any time.
+
+    While it stands, the time is told all the same, for those who join.
+    """
     wall = Clock(clock_type=ClockType.STEADY_TIME)
     allowed = FloatingPointRange(from_value=SLOWEST, to_value=FASTEST)
     description = "How many times faster than the wall clock virtual time runs."
@@ -147,7 +174,10 @@ def _pace(node: SimNode, speed: float) -> None:
     _be_patient(node, speed)
 
     def tick() -> None:
-        node.advance_to(pacer.due_ns(node.physics.time_ns))
+        if not control.is_running:
+            pacer.set_speed(pacer.speed, node.time_ns)  # there is nothing to catch up with
+            return
+        control.advance_to(pacer.due_ns(node.time_ns))
         reached = pacer.shortfall()
         if reached is not None:
             log_of(node).warning(f"too slow for speed {pacer.speed:g}: reached {reached:.2g}")
@@ -159,7 +189,13 @@ def _pace(node: SimNode, speed: float) -> None:
                 _be_patient(node, parameter.value)
 
     node.add_post_set_parameters_callback(on_parameters)
+
+    def tell_time() -> None:
+        if not control.is_running:
+            node.publish_clock()
+
     node.create_timer(_TICK_S, tick, clock=wall)
+    node.create_timer(_STANDING_CLOCK_S, tell_time, clock=wall)
 
 
 def _be_patient(node: SimNode, speed: float) -> None:

@@ -161,9 +161,7 @@ class SimNode(Node):
         physics, schedule = self.physics, self._schedule
         while schedule.next_due_ns <= time_ns:
             physics.advance_to(schedule.next_due_ns)
-            set_ns(self._stamp, physics.time_ns)
-            if wanted(self._time_out):
-                self._time_out.publish(self._time)
+            self.publish_clock()
             schedule.run(physics.time_ns)
         physics.advance_to(time_ns - (time_ns - physics.time_ns) % STEP_NS)
 
@@ -171,15 +169,38 @@ class SimNode(Node):
         """Publish /clock at this rate, too, and not only when a sensor is due."""
         self._schedule.every(rate_hz, "clock", lambda _: None)
 
-    def reset(self) -> None:
+    @property
+    def time_ns(self) -> int:
+        """The present instant of the physics, ns; it only goes on."""
+        return self.physics.time_ns
+
+    @property
+    def clock_ns(self) -> int:
+        """What `/clock` says now, ns: the time since the start, or since it was set back."""
+        return self._schedule.clock_ns(self.physics.time_ns)
+
+    def publish_clock(self) -> None:
+        """Say what time it is, where somebody listens."""
+        set_ns(self._stamp, self.clock_ns)
+        if wanted(self._time_out):
+            self._time_out.publish(self._time)
+
+    def set_clock_back(self) -> None:
+        """Have `/clock` begin again at the first instant, at once. Nothing else changes."""
+        self._schedule.set_clock_back(self.physics.time_ns)
+        self.publish_clock()
+
+    def reset(self, *, keep_props: bool = False) -> list[str]:
         """Put everything back to its state at the start, random streams too. Time goes on.
 
-        All sensors are due at once, so what follows repeats what followed the start.
+        All sensors are due at once, so what follows repeats what followed the start. Returns the
+        names of props that are to be kept, but have no place any more.
         """
-        self.physics.reset()
+        removed = self.physics.reset(keep_props=keep_props)
         self._schedule.restart(self.physics.time_ns)
         for topics in self._topics:
             topics.restart()
+        return removed
 
     def _on_reset(self, _: Any, response: Any) -> Any:
         self.reset()

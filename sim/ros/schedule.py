@@ -33,6 +33,16 @@ class Schedule:
         self._entries: list[_Entry] = []
         self.next_due_ns = start_ns
         """The next instant at which an action is due, ns."""
+        self.set_back_ns = 0
+        """How far `/clock` has been set back, ns; the schedule and the physics only go on."""
+
+    def clock_ns(self, time_ns: int) -> int:
+        """Return what `/clock` says at an instant of the physics, ns."""
+        return time_ns - self.set_back_ns
+
+    def set_clock_back(self, time_ns: int) -> None:
+        """Have `/clock` say at `time_ns` what it said at the start."""
+        self.set_back_ns = time_ns - self._start_ns
 
     def every(self, rate_hz: float, what: str, action: Callable[[int], None]) -> None:
         """Add an action, first due at the start; after all that were added before it.

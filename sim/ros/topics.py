@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import array
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Literal, TypeAlias
 
 from bt_mission_interfaces.msg import Collision as CollisionMessage
@@ -148,6 +149,8 @@ class RobotPublishers:
         try:
             *stamp, linear, angular = self._commands.pick(data).numbers
             stamp_ns = stamp[0] * NS + stamp[1] if stamp else 0
+            if stamp_ns:
+                stamp_ns += self._schedule.set_back_ns
             age_s = self._robot.command(linear, angular, stamp_ns)
         except ValueError as error:
             log_of(self._node).warning(f"cmd_vel refused: {error}", throttle_duration_sec=5.0)
@@ -189,7 +192,8 @@ class RobotPublishers:
         def publish(_: int) -> None:
             for collision in self._robot.take_collisions():
                 log_of(self._node).info(f"{who}collision with {collision.obstacle}")
-                publisher.publish(message_fields.collision(CollisionMessage(), collision))
+                told = replace(collision, time_ns=self._schedule.clock_ns(collision.time_ns))
+                publisher.publish(message_fields.collision(CollisionMessage(), told))
 
         self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", publish)
 

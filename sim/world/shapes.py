@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from sim.world.colours import Rgba, rgba
@@ -47,6 +47,10 @@ class Obstacle:
     ) -> Obstacle:
         """Return an upright cylinder."""
         return cls("cylinder", name, x, y, 0.0, (2 * radius, 2 * radius, height), rgba(colour))
+
+    def turned(self, yaw: float) -> Obstacle:
+        """Return it in a direction, rad; a cylinder has none."""
+        return self if self.kind == "cylinder" else replace(self, yaw=yaw)
 
     @property
     def radius(self) -> float:

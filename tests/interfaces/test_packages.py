@@ -101,9 +101,42 @@ def test_py_trees_ros_finds_all_of_its_interfaces(kind):
     assert {path.stem for path in folder.iterdir()} == PY_TREES[kind]
 
 
-@pytest.mark.parametrize(
-    "package", ["example_interfaces", "nav2_msgs", "py_trees_ros_interfaces", "tf2_msgs"]
-)
+SIMULATION = {
+    "action": {"SimulateSteps"},
+    "srv": {
+        *("DeleteEntity", "GetEntities", "GetEntitiesStates", "SpawnEntities", "SpawnEntity"),
+        *(f"{verb}Entity{what}" for verb in ("Get", "Set") for what in ("Info", "State")),
+        *("GetEntityBounds", "GetNamedPoseBounds", "GetNamedPoses", "GetSpawnables"),
+        *("GetSimulationState", "GetSimulatorFeatures", "SetSimulationState"),
+        *("ResetSimulation", "StepSimulation"),
+        *("GetAvailableWorlds", "GetCurrentWorld", "LoadWorld", "UnloadWorld"),
+    },
+    "msg": {
+        *("Bounds", "NamedPose", "Resource", "Result", "TagsFilter", "WorldResource"),
+        *(f"Entity{what}" for what in ("Category", "Filters", "Info", "State")),
+        *("SimulationState", "SimulatorFeatures", "SpawnEntity", "SpawnResult", "Spawnable"),
+    },
+}
+"""What simulation_interfaces 1.5 has, the release for ROS 2 Jazzy."""
+
+
+@pytest.mark.parametrize("kind", SIMULATION)
+def test_tools_for_simulators_find_all_of_their_interfaces(kind):
+    """A panel or a script imports what it likes of them."""
+    folder = ROOT / "interfaces/simulation_interfaces" / kind
+    assert {path.stem for path in folder.iterdir()} == SIMULATION[kind]
+
+
+SUBSTITUTES = [
+    "example_interfaces",
+    "nav2_msgs",
+    "py_trees_ros_interfaces",
+    "simulation_interfaces",
+    "tf2_msgs",
+]
+
+
+@pytest.mark.parametrize("package", SUBSTITUTES)
 def test_a_substitute_lies_where_python_looks_last(package):
     """So that it neither overwrites nor hides a real package, whichever was installed first."""
     place = Path(importlib.import_module(package).__file__ or "").parents[1]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sim.physics.props import PropError
+from sim.physics.prop_shapes import PropError
 from sim.physics.spawn import RobotSpawn
 from sim.sensors.camera import RaycastCamera
 from sim.simulation import Fleet, Simulation

@@ -1,0 +1,96 @@
+"""The standard services for the world of a simulation: which it is, which there are, its places."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from geometry_msgs.msg import Vector3
+from rclpy.node import Node
+from simulation_interfaces import msg, srv
+
+from bt_mission.core.diagnostics import quoted
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import find, names
+from bt_mission.core.geometry import Pose2D
+from sim.ros import entity_messages
+from sim.ros.requests import Code, Feature, Offer, RefusedError, offer, tell
+from sim.ros.run_control import RunControl
+from sim.ros.tag_filters import passes
+from sim.world.loader import load_world
+from sim.world.world import World
+
+SPAWN = "spawn"
+"""The name of the place where a robot alone starts."""
+
+_ELSEWHERE = "a world is chosen at the start: bt-mission sim --world NAME"
+
+
+class WorldServices:
+    """A world and its places, for whoever asks. It is chosen at the start, and stays.
+
+    `source` is what it was loaded from, a name or a path.
+    """
+
+    def __init__(self, node: Node, control: RunControl, world: World, source: str) -> None:
+        self._world, self._source = world, source
+        offers = (
+            Offer("GetCurrentWorld", self._get_current, (Feature.WORLD_INFO_GETTING,)),
+            Offer("GetAvailableWorlds", self._get_available, (Feature.AVAILABLE_WORLDS,)),
+            Offer("LoadWorld", _refuse),
+            Offer("UnloadWorld", _refuse),
+            Offer("GetNamedPoses", self._get_poses, (Feature.NAMED_POSES,)),
+            Offer("GetNamedPoseBounds", self._get_pose_bounds, (Feature.POSE_BOUNDS,)),
+        )
+        self.features = offer(node, control, srv, offers)
+
+    def _get_current(self, _: Any, response: Any) -> None:
+        response.world = _resource(self._source, self._world)
+
+    def _get_available(self, request: Any, response: Any) -> None:
+        if request.filter.tags:
+            raise RefusedError(Code.FEATURE_UNSUPPORTED, "worlds have no tags here: ask for none")
+        unreadable = []
+        for name in names("worlds"):
+            try:
+                response.worlds.append(_resource(name, load_world(name)))
+            except BtMissionError:
+                unreadable.append(name)
+        notes = [f"cannot be read: {', '.join(unreadable)}"] if unreadable else []
+        if request.additional_sources:
+            sources = ", ".join(map(quoted, request.additional_sources[:10]))
+            notes.append(f"not searched: {sources}")
+        tell(response.result, Code.OK, "; ".join(notes))
+
+    def _get_poses(self, request: Any, response: Any) -> None:
+        spawn = self._world.spawn
+        poses = [(SPAWN, "where a robot starts", [SPAWN], spawn.x, spawn.y, spawn.yaw)] + [
+            (zone.name, f"a {zone.colour} zone", ["zone", "navigation_goal"], zone.x, zone.y, 0.0)
+            for zone in self._world.zones
+        ]
+        for name, description, tags, x, y, yaw_deg in poses:
+            if passes(request.tags, tags):
+                one = msg.NamedPose(name=name, description=description, tags=tags)
+                entity_messages.fill_pose(one.pose, Pose2D(x, y, math.radians(yaw_deg)))
+                response.poses.append(one)
+
+    def _get_pose_bounds(self, request: Any, response: Any) -> None:
+        zones = {zone.name: zone for zone in self._world.zones}
+        if request.name in zones:
+            radius = zones[request.name].radius
+            response.bounds.type = entity_messages.SPHERE
+            response.bounds.points = [Vector3(), Vector3(x=radius)]
+        elif request.name != SPAWN:  # which has none
+            known = ", ".join([SPAWN, *zones])
+            text = f"no pose has the name {quoted(request.name[:60])}; there are {known}"
+            raise RefusedError(Code.NOT_FOUND, text)
+
+
+def _resource(source: str, world: World) -> Any:
+    found = msg.WorldResource(name=world.name, description=world.description)
+    found.world_resource.uri = find("worlds", source).resolve().as_uri()
+    return found
+
+
+def _refuse(_request: Any, _response: Any) -> None:
+    raise RefusedError(Code.FEATURE_UNSUPPORTED, _ELSEWHERE)
