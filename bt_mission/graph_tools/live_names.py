@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from bt_mission.graph_tools import graph_session
 from bt_mission.graph_tools.graph_query import Kind, entries, query_graph
-from bt_mission.ros.discovery import STATE_TYPE
-from bt_mission.ros.snapshot_client import OPEN, OPEN_TYPE
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
 
 LiveKind = Literal["actions", "topics", "services", "executives", "namespaces"]
 
@@ -27,18 +28,25 @@ def live_names(kind: LiveKind) -> list[str]:
     with graph_session.GraphSession() as session:
         query_graph(session, LOOK_S, QUIET_S)
         if kind == "executives":
-            offered = (
-                (session.node.get_topic_names_and_types(), "/state", STATE_TYPE),
-                (session.node.get_service_names_and_types(), OPEN, OPEN_TYPE),
-            )
-            found = {
-                name.removesuffix(end)
-                for names, end, type_name in offered
-                for name, types in names
-                if name.endswith(end) and type_name in types
-            }
+            found = _executives(session.node)
         elif kind == "namespaces":
             found = {space for _, space in session.node.get_node_names_and_namespaces()} - {"/"}
         else:
             found = {one.name for one in entries(session.node, _OF_GRAPH[kind])}
     return sorted(found)
+
+
+def _executives(node: Node) -> set[str]:
+    from bt_mission.ros.discovery import STATE_TYPE  # noqa: PLC0415 - takes longer than the look
+    from bt_mission.ros.snapshot_client import OPEN, OPEN_TYPE  # noqa: PLC0415 - likewise
+
+    offered = (
+        (node.get_topic_names_and_types(), "/state", STATE_TYPE),
+        (node.get_service_names_and_types(), OPEN, OPEN_TYPE),
+    )
+    return {
+        name.removesuffix(end)
+        for names, end, type_name in offered
+        for name, types in names
+        if name.endswith(end) and type_name in types
+    }

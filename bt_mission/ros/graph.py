@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import rclpy
 from rclpy.action import ActionClient, ActionServer
@@ -21,8 +21,10 @@ from bt_mission.core.dds.publishers import CLOCK, ODOMETRY, duplicate_publishers
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.goal_rate import MOST_WAITING
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
+
+if TYPE_CHECKING:
+    from bt_mission.executive.executive import Executive
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 REQUESTS = QoSProfile(depth=MOST_WAITING)
