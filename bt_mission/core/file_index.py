@@ -149,8 +149,9 @@ def _listed(name: str, path: Path, kind: Kind, *, is_shipped: bool) -> ListedFil
 
 def _head_comment(text: str) -> str:
     """Return the first sentence of the comment with which a file begins."""
-    first = text.partition("\n")[0]
-    if not first.startswith("#") or "yaml-language-server" in first:
+    lines = (line for line in text.split("\n", 2)[:2] if "yaml-language-server" not in line)
+    first = next(lines, "")
+    if not first.startswith("#"):
         return ""
     return first_sentence(first.lstrip("# "))
 

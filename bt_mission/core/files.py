@@ -100,11 +100,12 @@ def shipped_folders(kind: Kind) -> list[Path]:
 def prefixes() -> list[Path]:
     """Return where packages are installed: what the shell has sourced of ROS, then Python's.
 
-    Python's is the environment, or what `pip install --user` and Debian's own pip take for one.
+    Python's are what `pip install --user` and Debian's own pip take for one, and the environment.
     """
     sourced = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
     is_installed = _SOURCE.name in ("site-packages", "dist-packages")
-    return [*map(Path, sourced), _SOURCE.parents[2] if is_installed else Path(sys.prefix)]
+    own = [_SOURCE.parents[2]] if is_installed else []
+    return list(dict.fromkeys([*map(Path, sourced), *own, Path(sys.prefix)]))
 
 
 def _folder(near: Path) -> Path:

@@ -43,13 +43,16 @@ def test_files_of_the_working_folder_come_first() -> None:
     write("missions/square.yaml", f"mission: square\ndescription: Mine.\n{TREE}")
     write("missions/more/turns.yaml", f"# Turns. And more.\nmission: turns\n{TREE}")
     write("near.yaml", f"mission: near\n{TREE}")
-    write("near.scenario.yaml", "scenario: s\nmission: near.yaml\n")
+    write(
+        "near.scenario.yaml",
+        "# yaml-language-server: $schema=s.json\n# Near.\nscenario: s\nmission: near.yaml\n",
+    )
     write("library.yaml", "trees: {}\n")
     write("notes.yaml", "a: b\n")
     write("hall.yaml", "name: hall\nspawn: {x: 0, y: 0}\n")
     own = [one for one in list_files("missions") if not one.is_shipped]
     assert [(one.name, one.what, one.description) for one in own] == [
-        ("near.scenario.yaml", "scenario", ""),
+        ("near.scenario.yaml", "scenario", "Near."),
         ("near.yaml", "mission", ""),
         ("square", "mission", "Mine."),
         ("more/turns.yaml", "mission", "Turns."),

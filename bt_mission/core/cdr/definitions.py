@@ -64,7 +64,7 @@ def share_folders() -> list[Path]:
     Last come those of ours that stand in for real ones (interfaces/wheel).
     """
     shares = [prefix / "share" for prefix in prefixes()]
-    return [*shares, shares[-1] / "bt_mission/ros/share"]
+    return [*shares, *(share / "bt_mission/ros/share" for share in shares)]
 
 
 def file_text(type_name: str, folders: Sequence[Path]) -> str | None:
