@@ -8,7 +8,6 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import RobotModel
 from sim.faults import RobotFaultState
 from sim.physics.clearance import Clearance, robot_gauge
@@ -19,6 +18,7 @@ from sim.physics.physics import Physics
 from sim.physics.pushes import Frame, Pushes
 from sim.physics.spawn import RobotSpawn
 from sim.physics.wheels import Wheels
+from sim.robot import fit
 from sim.robot.drive import DifferentialDrive
 from sim.sensors.battery import Battery
 from sim.sensors.imu import Imu, Inertial
@@ -28,22 +28,6 @@ from sim.sensors.odometry import Encoders, Odometry
 _STRIDE = 0.005
 """Metres. The way is measured in chords of this length, so that trembling against a wall is none:
 5 mm on an arc of 0.1 m come out 0.01 % short."""
-
-
-_TOUCHING = 1e-4
-"""Metres by which a robot that is put somewhere may be in what it touches."""
-
-
-class SpawnError(BtMissionError):
-    """The robot does not fit where it is to start.
-
-    Args:
-        robot: Its name; a robot alone has none.
-    """
-
-    def __init__(self, message: str, robot: str = "") -> None:
-        super().__init__(message)
-        self.robot = robot
 
 
 class SimulatedRobot:
@@ -83,7 +67,8 @@ class SimulatedRobot:
         self._new_collisions: list[Collision] = []
         self._gauge = robot_gauge(model, physics.names, prefix)
         spawn = entrant.spawn or physics.world.spawn
-        self._check_spawn(spawn.x, spawn.y, spawn.yaw)
+        if any(self._sensordata[touch] for touch in self._touches):
+            raise fit.no_room_at_start(physics, entrant, spawn)
         self._last_scan: npt.NDArray[np.float32] | None = None
         self._lidar = Lidar(model, self.robot, seed, prefix)
         self._imu = Imu(model, self.robot, seed, math.radians(spawn.yaw), prefix)
@@ -216,13 +201,10 @@ class SimulatedRobot:
         self._qvel[:] = vx, vy, 0.0, 0.0, 0.0, turn, 0.0, 0.0
         self.physics.put_in_place()
         room = self.clearance(within=0.0)
-        if room.distance < -_TOUCHING:
+        if room.distance < -fit.TOUCHING:
             self._qpos[:], self._qvel[:] = before
             self.physics.put_in_place()
-            raise SpawnError(
-                f"a {self.robot.name} does not fit at ({x:g}, {y:g}, {math.degrees(yaw):g} deg):"
-                f" it would be in '{room.obstacle}'"
-            )
+            raise fit.no_room(self.robot.name, pose, room.obstacle)
         self._way += math.dist(self._milestone, before[0][:2])
         self._milestone = x, y
         self.physics.ask_hooks()
@@ -345,16 +327,3 @@ class SimulatedRobot:
         else:
             options.disableactuator |= self._motor_bit
         self._wheels.power(on=on)
-
-    def _check_spawn(self, x: float, y: float, yaw: float) -> None:
-        if any(self._sensordata[touch] for touch in self._touches):
-            physics = self.physics
-            touched = Contacts(physics.model, physics.names, self.prefix).look(physics.data, 0)
-            names = ", ".join(sorted(f"'{collision.obstacle}'" for collision in touched))
-            who = f"a {self.robot.name}" + (f" ({self.name})" if self.name else "")
-            raise SpawnError(
-                f"world {self.physics.world.name}: {who} does not fit at the spawn"
-                f" ({x:g}, {y:g}, {yaw:g} deg): it touches {names};"
-                " move the spawn, or make room",
-                self.name,
-            )

@@ -35,7 +35,7 @@ CLOCK_HZ = 100.0
 _TICK_S = 0.01
 _FRAME_S = 0.03
 _WATCH_S = 1.0
-_STANDING_CLOCK_S = 0.1
+_TICKS_A_CLOCK = 10
 _FAREWELL_S = 0.3
 
 LOOK_S = 0.1
@@ -173,9 +173,15 @@ def _pace(node: SimNode, control: RunControl, speed: float) -> None:
     pacer = Pacer(speed, node.next_due_ns)
     _be_patient(node, speed)
 
+    stood = 0
+
     def tick() -> None:
+        nonlocal stood
         if not control.is_running:
             pacer.set_speed(pacer.speed, node.time_ns)  # there is nothing to catch up with
+            stood += 1
+            if stood % _TICKS_A_CLOCK == 0:
+                node.publish_clock()
             return
         control.advance_to(pacer.due_ns(node.time_ns))
         reached = pacer.shortfall()
@@ -190,12 +196,7 @@ def _pace(node: SimNode, control: RunControl, speed: float) -> None:
 
     node.add_post_set_parameters_callback(on_parameters)
 
-    def tell_time() -> None:
-        if not control.is_running:
-            node.publish_clock()
-
     node.create_timer(_TICK_S, tick, clock=wall)
-    node.create_timer(_STANDING_CLOCK_S, tell_time, clock=wall)
 
 
 def _be_patient(node: SimNode, speed: float) -> None:

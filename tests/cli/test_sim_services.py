@@ -110,6 +110,7 @@ def test_a_reset_in_the_middle_of_a_mission_and_between_two(live_graph, tool):
     tool.wait()
     first = live_graph.run(TURNS)
     servers.until("goal accepted")
+    tool.see_clocks(200)  # two of the ten seconds that it turns
     assert tool.ask("ResetSimulation") == (OK, "")
     assert first.wait(within=120) == 0
     assert "the ROS clock was set back by" in first.output

@@ -10,7 +10,7 @@ from rclpy.qos import QoSProfile
 
 from bt_mission.core.robot.model import load_robot
 from sim.physics.spawn import RobotSpawn
-from sim.robot.robot import SpawnError
+from sim.robot.fit import SpawnError
 from sim.sensors.camera import Camera
 from sim.sensors.canvas import NoCameraError
 from sim.simulation import Fleet, Simulation

@@ -1,0 +1,48 @@
+"""Whether a robot fits where it is to stand, and what is said where it does not."""
+
+from __future__ import annotations
+
+import math
+
+from bt_mission.core.errors import BtMissionError
+from sim.physics.contacts import Contacts
+from sim.physics.physics import Physics
+from sim.physics.spawn import RobotSpawn
+from sim.world.world import Spawn
+
+TOUCHING = 1e-4
+"""Metres by which a robot that is put somewhere may be in what it touches."""
+
+
+class SpawnError(BtMissionError):
+    """The robot does not fit where it is to start, or to go on.
+
+    Args:
+        robot: Its name; a robot alone has none.
+    """
+
+    def __init__(self, message: str, robot: str = "") -> None:
+        super().__init__(message)
+        self.robot = robot
+
+
+def no_room_at_start(physics: Physics, entrant: RobotSpawn, spawn: Spawn) -> SpawnError:
+    """Return what is said of a robot that touches something at its start."""
+    touched = Contacts(physics.model, physics.names, entrant.prefix).look(physics.data, 0)
+    names = ", ".join(sorted(f"'{collision.obstacle}'" for collision in touched))
+    who = f"a {entrant.robot.name}" + (f" ({entrant.name})" if entrant.name else "")
+    return SpawnError(
+        f"world {physics.world.name}: {who} does not fit at the spawn"
+        f" ({spawn.x:g}, {spawn.y:g}, {spawn.yaw:g} deg): it touches {names};"
+        " move the spawn, or make room",
+        entrant.name,
+    )
+
+
+def no_room(model: str, pose: tuple[float, float, float], obstacle: str | None) -> SpawnError:
+    """Return what is said of a robot that would be in an obstacle, put at a pose (m, rad)."""
+    x, y, yaw = pose
+    return SpawnError(
+        f"a {model} does not fit at ({x:g}, {y:g}, {math.degrees(yaw):g} deg):"
+        f" it would be in '{obstacle}'"
+    )
