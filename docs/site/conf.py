@@ -36,6 +36,7 @@ exclude_patterns = [".*", "build", "runs", "found", "missions", "tests", "interf
 extensions = ["myst_parser"]
 myst_heading_anchors = 6
 nitpicky = True
+highlight_language = "text"  # of blocks that name none: what terminals show
 show_warning_types = True
 
 html_theme = "furo"

@@ -18,10 +18,12 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.graph_tools.foxglove import LAYOUT
 from bt_mission.testing.live_graph import LOCAL, command
 from tests.support.processes import read_until, started
+from tests.support.project import ROOT
 
 needs_foxglove = pytest.mark.skipif(
     find_spec(foxglove.NEEDED) is None, reason="the extra 'foxglove' is not installed"
 )
+FLEET = str(ROOT / "missions" / "fleets" / "two_wanderers.fleet.yaml")
 FOREVER = "mission: forever\nworld: empty_arena\ntree: {wait: 100000}\n"
 SINCE_1970_NS = 10**18
 """The clock of this machine is beyond, that of a simulation is not."""
@@ -99,16 +101,17 @@ def test_a_port_that_is_taken_ends_it_before_anything_moves(words: tuple[str, ..
 
 @needs_foxglove
 @pytest.mark.process
-def test_a_run_is_served_until_it_ends(mission: str):
-    """On the stage, in real time; Ctrl-C ends the mission in good order."""
+@pytest.mark.parametrize(("file", "topic"), [("", "/odom"), (FLEET, "/waffle1/odom")])
+def test_a_run_is_served_until_it_ends(mission: str, file: str, topic: str):
+    """On the stage, also a fleet, in real time; Ctrl-C ends the mission in good order."""
     from tests.support.foxglove_client import FoxgloveClient  # noqa: PLC0415 - needs the extra
 
-    with started("run", mission, "--foxglove", ANY_PORT, "--plain") as process:
+    with started("run", file or mission, "--foxglove", ANY_PORT, "--plain") as process:
         link = link_in(read_until(process, "in Foxglove"))
         with FoxgloveClient(link) as client:
-            client.wait_for(lambda: "/odom" in client.channels)
-            client.subscribe("/odom")
-            client.wait_for(lambda: client.heard["/odom"])
+            client.wait_for(lambda: topic in client.channels)
+            client.subscribe(topic)
+            client.wait_for(lambda: client.heard[topic])
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=60)
     assert process.returncode == 130

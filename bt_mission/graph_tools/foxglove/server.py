@@ -36,6 +36,9 @@ SEARCH_S = 1.0
 TIME_S = 0.05
 """Wall time between two messages with the time of the graph."""
 
+SETTLE_S = 0.2
+"""Wall time after which messages reach a client of which the server has told that it subscribes."""
+
 DEPTH = 100
 """Messages of a topic that may wait until they are taken."""
 
@@ -97,7 +100,10 @@ class FoxgloveServer:
         self._definitions = Definitions(share_folders())
         self._topics: dict[str, _ServedTopic | None] = {}
         """None stands for a topic that cannot be served."""
+        self._settled: set[str] = set()
+        """Topics with newcomers whom messages reach by the next time they are welcomed."""
         self._since_search, self._since_time = Stopwatch(), Stopwatch()
+        self._since_welcome = Stopwatch()
         self._search()
 
     @property
@@ -125,9 +131,12 @@ class FoxgloveServer:
         if self._since_search.elapsed_s >= SEARCH_S:
             self._since_search = Stopwatch()
             self._search()
-        for topic in self._newcomers.take():
-            if (one := self._topics.get(topic)) is not None:
-                one.welcome()
+        if self._since_welcome.elapsed_s >= SETTLE_S:
+            self._since_welcome = Stopwatch()
+            for topic in self._settled:
+                if (one := self._topics.get(topic)) is not None:
+                    one.welcome()
+            self._settled = self._newcomers.take()
         for one in self._topics.values():
             if one is not None:
                 one.look()

@@ -100,9 +100,9 @@ def test_a_client_gets_the_topics_it_subscribes_to():
         for time_ns, message in client.heard["/odom"]:
             stamp = message.header.stamp
             assert time_ns == stamp.sec * 1_000_000_000 + stamp.nanosec
-        ((_, tree),) = client.heard["/bt_mission/tree"]
+        (_, tree), *_ = client.heard["/bt_mission/tree"]
         assert [node.name for node in tree.nodes] == ["wait"]
-        ((_, grid),) = client.heard["/map"]
+        (_, grid), *_ = client.heard["/map"]
         assert len(grid.data) == grid.info.width * grid.info.height
         assert "/scan" in client.channels
         assert client.heard.keys() == {"/odom", "/bt_mission/tree", "/map"}
