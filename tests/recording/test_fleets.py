@@ -10,9 +10,10 @@ import pytest
 
 from bt_mission.cli import main
 from bt_mission.recording.reader import read_run
-from bt_mission.recording.reading import RecordedFile, RecordingError, recorded_robots
+from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline
+from bt_mission.recording.robots import recorded_robots
 from bt_mission.recording.verification import RecordedRequirements
 
 FLEET = """\
