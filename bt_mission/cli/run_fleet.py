@@ -116,10 +116,14 @@ def _stage(options: argparse.Namespace, plan: FleetPlan) -> Stage:
 
 
 def _view(options: argparse.Namespace, plan: FleetPlan, *, on_screen: bool) -> FleetView:
-    from bt_mission.views.terminal.fleet import QuietFleet, fleet_view_for
+    from bt_mission.fleets.run import QuietFleet
 
-    if options.json or on_screen:
+    if on_screen:
         return QuietFleet()
+    from bt_mission.views.terminal.fleet import FleetSpeech, fleet_view_for
+
+    if options.json:
+        return FleetSpeech()
     return fleet_view_for(sys.stdout, plan, plain=options.plain or options.web)
 
 
