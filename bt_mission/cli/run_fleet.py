@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.cli import recording
 from bt_mission.cli.check import examined_fleet
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.foxglove import foxglove_on
 from bt_mission.cli.options import refuse_existing
 from bt_mission.cli.view import window_on
 from bt_mission.cli.web import web_server
@@ -83,6 +84,7 @@ def _run(options: argparse.Namespace, plan: FleetPlan) -> tuple[FleetReport, rec
             leaving = stack.enter_context(InterruptSignals())
         stage = stack.enter_context(_stage(options, plan))
         stack.enter_context(window_on(stage, wanted=options.view))
+        stack.enter_context(foxglove_on(options, stage))
         keeping = stack.enter_context(recording.recorder_for(options, stage))
         steps = driving_fleet(
             stage, plan, view, interrupts, speed=pace(options), trace_file=options.trace
@@ -110,7 +112,7 @@ def _stage(options: argparse.Namespace, plan: FleetPlan) -> Stage:
             plan.stage_options,
             visible=options.visible,
             network=options.network,
-            watched=options.tui or options.web,
+            watched=options.tui or options.web or options.foxglove,
         ),
     )
 
@@ -158,7 +160,12 @@ def _on_page(
         def is_left() -> bool:
             return leaving.count > 0 or (driver.report is not None and interrupts.count > 0)
 
-        shown = LiveMission(graph, graph.name, lambda: ENDED if driver.report else "")
+        shown = LiveMission(
+            graph,
+            graph.name,
+            lambda: ENDED if driver.report else "",
+            is_fleet=len(stage.runs) > 1,
+        )
         shown.attach(graph.name)  # before the first step, so that nothing is missed
         with web_server(options, shown) as server:
             return ShownRun(server, driver, is_left, to_stderr).run_to_the_end()

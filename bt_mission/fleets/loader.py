@@ -19,8 +19,7 @@ from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.sessions.named_files import NamedFiles
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
 from bt_mission.sessions.stage_robot import FleetRobot
-from sim.physics.spawn import MOST, NAME, RobotSpawn
-from sim.robot.robot import SpawnError
+from sim.physics.spawn import MOST, NAME, RobotSpawn, SpawnError
 from sim.simulation import Fleet
 from sim.world.loader import load_world
 from sim.world.world import Spawn, World

@@ -27,6 +27,18 @@ class RobotSpawnError(BtMissionError):
     """Robots that cannot stand in one world as they are named."""
 
 
+class SpawnError(BtMissionError):
+    """The robot does not fit where it is to start.
+
+    Args:
+        robot: Its name; a robot alone has none.
+    """
+
+    def __init__(self, message: str, robot: str = "") -> None:
+        super().__init__(message)
+        self.robot = robot
+
+
 @dataclass(frozen=True)
 class RobotSpawn:
     """A robot: its model, its name, and where it starts (None: at the world's spawn).

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import RobotModel
 from sim.faults import RobotFaultState
 from sim.physics.clearance import Clearance, robot_gauge
@@ -17,7 +17,7 @@ from sim.physics.history import Reviewer, SimulationState, pose_of, velocity_of
 from sim.physics.names import BASE, STEP_NS, TOUCH, WHEELS
 from sim.physics.physics import Physics
 from sim.physics.pushes import Frame, Pushes
-from sim.physics.spawn import RobotSpawn
+from sim.physics.spawn import RobotSpawn, SpawnError
 from sim.physics.wheels import Wheels
 from sim.robot.drive import DifferentialDrive
 from sim.sensors.battery import Battery
@@ -34,18 +34,6 @@ _TOUCHING = 1e-4
 """Metres by which a robot that is put somewhere may be in what it touches."""
 
 
-class SpawnError(BtMissionError):
-    """The robot does not fit where it is to start.
-
-    Args:
-        robot: Its name; a robot alone has none.
-    """
-
-    def __init__(self, message: str, robot: str = "") -> None:
-        super().__init__(message)
-        self.robot = robot
-
-
 class SimulatedRobot:
     """A robot of a simulation, in its own words. `seed` decides all its sensor noise.
 
@@ -60,7 +48,7 @@ class SimulatedRobot:
         self.robot: RobotModel = entrant.robot
         self.collisions = 0
         """How often the robot came into contact with an obstacle or another robot."""
-        self.collisions_with: dict[str, int] = {}
+        self.collisions_with = Counter[str]()
         """How many of them were with each other robot, by its name."""
         model, data = physics.model, physics.data
         joint = model.joint(prefix + BASE)
@@ -330,9 +318,7 @@ class SimulatedRobot:
     def _collide(self, now_ns: int) -> None:
         begun = self._contacts.look(self.physics.data, now_ns)
         self.collisions += len(begun)
-        for one in begun:
-            if one.is_robot:
-                self.collisions_with[one.obstacle] = self.collisions_with.get(one.obstacle, 0) + 1
+        self.collisions_with.update(one.obstacle for one in begun if one.is_robot)
         self._new_collisions += begun
 
     def _switch_motors(self, *, on: bool) -> None:

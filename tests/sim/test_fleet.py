@@ -9,8 +9,7 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
 
 from bt_mission.core.robot.model import load_robot
-from sim.physics.spawn import RobotSpawn
-from sim.robot.robot import SpawnError
+from sim.physics.spawn import RobotSpawn, SpawnError
 from sim.sensors.camera import Camera
 from sim.sensors.canvas import NoCameraError
 from sim.simulation import Fleet, Simulation
