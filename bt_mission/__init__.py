@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from bt_mission.core.errors import BtMissionError
     from bt_mission.executive.executive import Executive
     from bt_mission.executive.report import Report
+    from bt_mission.fleets.loader import load_fleet
+    from bt_mission.fleets.report import FleetReport
+    from bt_mission.fleets.run import run_fleet
     from bt_mission.goals.goal import GoalClient
     from bt_mission.goals.outcome import Outcome
     from bt_mission.language.action_names import ActionName
@@ -54,6 +57,7 @@ __all__ = [
     "BtMissionError",
     "Diagnostic",
     "Executive",
+    "FleetReport",
     "FleetRobot",
     "GoalClient",
     "InputError",
@@ -73,11 +77,13 @@ __all__ = [
     "check",
     "convert",
     "load",
+    "load_fleet",
     "load_scenario",
     "load_text",
     "port_leaves",
     "read_recording",
     "record",
+    "run_fleet",
     "run_scenario",
 ]
 
@@ -88,6 +94,7 @@ _load = lazy_names(
         "BtMissionError": "bt_mission.core.errors",
         "Diagnostic": "bt_mission.core.diagnostics",
         "Executive": "bt_mission.executive.executive",
+        "FleetReport": "bt_mission.fleets.report",
         "FleetRobot": "bt_mission.sessions.stage_robot",
         "GoalClient": "bt_mission.goals.goal",
         "InputError": "bt_mission.core.diagnostics",
@@ -106,11 +113,13 @@ _load = lazy_names(
         "check": "bt_mission.sessions.check",
         "convert": "bt_mission.sessions.load",
         "load": "bt_mission.sessions.load",
+        "load_fleet": "bt_mission.fleets.loader",
         "load_scenario": "bt_mission.scenarios.loader",
         "load_text": "bt_mission.language.loader",
         "port_leaves": "bt_mission.sessions.load",
         "read_recording": "bt_mission.recording.reader:read_run",
         "record": "bt_mission.recording.writer",
+        "run_fleet": "bt_mission.fleets.run",
         "run_scenario": "bt_mission.scenarios.run",
     },
 )

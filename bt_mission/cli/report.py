@@ -46,7 +46,7 @@ def report(options: argparse.Namespace) -> int:
 
 def pages_of(recording: Path, output: Path, robot: str | None) -> dict[str | None, Path]:
     """Return the page of each robot of a recording: of several, each has its name in the file's."""
-    from bt_mission.recording.reading import recorded_robots
+    from bt_mission.recording.robots import recorded_robots
 
     robots = recorded_robots(recording) if robot is None else []
     if len(robots) < 2:

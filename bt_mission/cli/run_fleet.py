@@ -118,10 +118,14 @@ def _stage(options: argparse.Namespace, plan: FleetPlan) -> Stage:
 
 
 def _view(options: argparse.Namespace, plan: FleetPlan, *, on_screen: bool) -> FleetView:
-    from bt_mission.views.terminal.fleet import QuietFleet, fleet_view_for
+    from bt_mission.fleets.run import QuietFleet
 
-    if options.json or on_screen:
+    if on_screen:
         return QuietFleet()
+    from bt_mission.views.terminal.fleet import FleetSpeech, fleet_view_for
+
+    if options.json:
+        return FleetSpeech()
     return fleet_view_for(sys.stdout, plan, plain=options.plain or options.web)
 
 
@@ -156,7 +160,12 @@ def _on_page(
         def is_left() -> bool:
             return leaving.count > 0 or (driver.report is not None and interrupts.count > 0)
 
-        shown = LiveMission(graph, graph.name, lambda: ENDED if driver.report else "")
+        shown = LiveMission(
+            graph,
+            graph.name,
+            lambda: ENDED if driver.report else "",
+            is_fleet=len(stage.runs) > 1,
+        )
         shown.attach(graph.name)  # before the first step, so that nothing is missed
         with web_server(options, shown) as server:
             return ShownRun(server, driver, is_left, to_stderr).run_to_the_end()

@@ -24,6 +24,7 @@ EPILOG = """\
 examples:
   bt-mission serve
   bt-mission serve --missions ~/patrols --missions ~/tests --allow-python
+  bt-mission serve --record runs
   bt-mission actions send /execute_mission "{path: missions/patrol.yaml, seed: 3}"
   bt-mission services call /bt_mission/pause
   bt-mission services call /bt_mission/resume
@@ -82,6 +83,13 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="keep to this machine's clock, without looking for /clock first",
     )
+    parser.add_argument(
+        "--record",
+        type=Path,
+        metavar="DIR",
+        help="record each mission to a file of its own in this folder: MISSION_001.mcap, ... "
+        "(docs/how-to/recording.md)",
+    )
     add_network_option(parser)
     add_duplicates_option(parser)
     add_web_options(parser)
@@ -110,18 +118,20 @@ def serve(options: argparse.Namespace) -> int:
 
 def _serve(options: argparse.Namespace) -> int:
     from bt_mission.core.interrupts import InterruptSignals
-    from bt_mission.executive.executive import Executive
-    from bt_mission.language.mission import Mission
+    from bt_mission.recording.served import ServedRecordings
     from bt_mission.ros.graph import GraphConnection, NodeOptions
     from bt_mission.sessions.mission_server import MissionServer, MissionServerOptions
     from bt_mission.sessions.served_missions import ServedMissions, folders_to_serve
+    from bt_mission.sessions.served_run import ServedRun
     from bt_mission.views.terminal.lines import PlainLines
 
     def say(text: str) -> None:
         print(text, flush=True)
 
-    def watch(mission: Mission, executive: Executive) -> None:
-        say(f"{mission.name} (seed {mission.seed})")
+    def begin(run: ServedRun) -> None:
+        executive = run.executive
+        say(f"{run.mission.name} (seed {run.mission.seed})")
+        recordings.begin(run)
         lines = PlainLines(
             sys.stdout, executive, lambda: executive.started_ns, lambda: executive.now_ns
         )
@@ -133,6 +143,7 @@ def _serve(options: argparse.Namespace) -> int:
         allow_python=options.allow_python,
         allow_text=options.allow_text,
     )
+    recordings = ServedRecordings.into(options.record, say)
     ros_args = of_node(checked(options.ros_args), NodeOptions().name)
     graph = GraphConnection(wall_clock=options.wall_clock, ros_args=ros_args)
     try:
@@ -149,7 +160,7 @@ def _serve(options: argparse.Namespace) -> int:
                 on_new_goal=options.on_new_goal,
                 allow_duplicates=options.allow_duplicates,
                 say=say,
-                on_mission_started=watch,
+                on_run=begin,
             ),
         )
         graph.host(node)
@@ -169,5 +180,6 @@ def _serve(options: argparse.Namespace) -> int:
         graph.drain()
         graph.drop(node)
     finally:
+        recordings.close()
         graph.close()
     return SUCCESS

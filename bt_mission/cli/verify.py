@@ -71,7 +71,8 @@ def add_parser(commands: Any) -> None:
 
 def verify(options: argparse.Namespace) -> int:
     """Evaluate the requirements; gives the exit code."""
-    from bt_mission.recording.reading import is_recording, recorded_robots
+    from bt_mission.recording.reading import is_recording
+    from bt_mission.recording.robots import recorded_robots
 
     if not is_recording(options.file):
         raise BtMissionError(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, in_order, quoted
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import find, names
+from bt_mission.core.files import find, look_for, names
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.fleets.file import FleetFile, FleetRobotForm
@@ -42,7 +42,7 @@ class FleetChanges:
 
 
 def load_fleet(source: str | Path | Document, changes: FleetChanges | None = None) -> FleetPlan:
-    """Return the fleet in a file, or in what was read of one.
+    """Return the fleet in a file, which may be a shipped one, or in what was read of one.
 
     Raises:
         InputError: With all its errors.
@@ -58,7 +58,9 @@ def examine_fleet(
 ) -> tuple[FleetPlan | None, tuple[Diagnostic, ...]]:
     """Load and check a fleet; return it with all warnings, or None with all errors."""
     try:
-        document = source if isinstance(source, Document) else read(source)
+        document = source
+        if not isinstance(document, Document):
+            document = read(look_for("missions", document) or document)
     except InputError as error:
         return None, error.faults
     return _Loader(document, changes or FleetChanges()).load()

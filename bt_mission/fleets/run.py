@@ -6,7 +6,8 @@ from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Protocol
+from tempfile import TemporaryDirectory
+from typing import Protocol, Self
 
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.stamps import NS
@@ -14,9 +15,10 @@ from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.leaf_statistics import LeafStatistics
 from bt_mission.executive.report import report_on
 from bt_mission.executive.status import Change
+from bt_mission.fleets.loader import FleetChanges, load_fleet
 from bt_mission.fleets.plan import FleetPlan
 from bt_mission.fleets.report import FleetReport, RobotReport
-from bt_mission.sessions.session import SessionViews, Steps, take_steps
+from bt_mission.sessions.session import SessionViews, Steps, finish, take_steps
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import FleetRun
 
@@ -35,6 +37,28 @@ class FleetView(AbstractContextManager["FleetView"], Protocol):
 
     def refresh(self) -> None:
         """Called between steps."""
+
+
+class QuietFleet:
+    """Shows nothing."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def open(self, _stage: Stage, _wall: Stopwatch, /) -> None:
+        """Nothing to show."""
+
+    def on_robot_change(self, _robot: str, _change: Change, /) -> None:
+        """Nothing to show."""
+
+    def on_robot_line(self, _robot: str, _text: str, /) -> None:
+        """Nothing to show."""
+
+    def refresh(self) -> None:
+        """Nothing to show."""
 
 
 def driving_fleet(
@@ -79,6 +103,30 @@ def driving_fleet(
         wall_s=round(wall_s, 3),
         robots=robots,
     )
+
+
+def run_fleet(fleet: str | Path | FleetPlan, *, seed: int | None = None) -> FleetReport:
+    """Carry a fleet out in a simulation of its own; gives what it came to.
+
+    ``assert run_fleet("two.fleet.yaml").status == "success"``
+
+    Args:
+        fleet: A file, or what `load_fleet` gives.
+        seed: Instead of all seeds of the file.
+
+    Raises:
+        InputError: With every error of the file.
+    """
+    plan = fleet
+    if not isinstance(plan, FleetPlan):
+        plan = load_fleet(plan, FleetChanges(seed=seed))
+    elif seed is not None:
+        plan = load_fleet(plan.document, FleetChanges(seed=seed))
+    with (
+        TemporaryDirectory(prefix="bt_mission_") as images,
+        Stage(robots=plan.robots, image_folder=Path(images), options=plan.stage_options) as stage,
+    ):
+        return finish(driving_fleet(stage, plan, QuietFleet(), InterruptSignals()))
 
 
 def trace_of_robot(path: Path, robot: str) -> Path:

@@ -24,6 +24,12 @@ from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.requirements.written import requirements_of
 from bt_mission.language.trees import TreeLibrary, all_steps, read_trees, size_faults
 
+OTHER_KINDS = {
+    "scenario": "'bt-mission run', 'bt-mission check' and run_scenario() take scenarios",
+    "fleet": "'bt-mission run' and 'bt-mission check' take fleets",
+}
+"""Keys of files that are no missions, with who takes them."""
+
 
 @dataclass(frozen=True)
 class Draft:
@@ -59,10 +65,10 @@ def draft(
 
     `texts` are those of the files that it includes, by name; None reads them from the disk.
     """
-    if isinstance(document.data, dict) and "scenario" in document.data:
-        hint = "'bt-mission run', 'bt-mission check' and run_scenario() take scenarios"
-        fault = document.fault(("scenario",), "expected a mission, got a scenario", hint, key=True)
-        return Draft(document, None, (fault,))
+    for kind, hint in OTHER_KINDS.items():
+        if isinstance(document.data, dict) and kind in document.data:
+            message = f"expected a mission, got a {kind}"
+            return Draft(document, None, (document.fault((kind,), message, hint, key=True),))
     rename_limits(document)
     reader = NodeReader(document)
     written = reader.written(MissionFile, (), document.data)

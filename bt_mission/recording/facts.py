@@ -22,6 +22,11 @@ def note_of(kind: str, node: str) -> str:
     return f"{kind} {node}"
 
 
+def robot_of(node: str) -> str:
+    """Return the robot of an executive's node: its namespace; empty of a robot without one."""
+    return node.rpartition("/")[0].strip("/")
+
+
 IsValid = Callable[[Any], bool]
 
 

@@ -20,7 +20,7 @@ from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.recording.expected_types import checked_decoder
-from bt_mission.recording.facts import LARGEST_NS, RunFacts
+from bt_mission.recording.facts import LARGEST_NS, RunFacts, robot_of
 
 UNREADABLE = (
     *(DecodingError, AttributeError, TypeError, LookupError),
@@ -98,11 +98,6 @@ def is_recording(path: Path) -> bool:
     return MAGIC.startswith(beginning)
 
 
-def robot_of(node: str) -> str:
-    """Return the robot of an executive's node: its namespace; empty of a robot without one."""
-    return node.rpartition("/")[0].strip("/")
-
-
 def node_of(path: Path, facts: RunFacts, robot: str) -> str:
     """Return the executive of a robot in a recording.
 
@@ -122,20 +117,6 @@ def node_of(path: Path, facts: RunFacts, robot: str) -> str:
         f"{path}: no mission of a robot {quoted(robot)} is in it "
         f"(robots: {listed(known)}){suggestion}"
     )
-
-
-def recorded_robots(path: Path) -> list[str]:
-    """Return the names of the robots whose missions are in a recording, the first in front.
-
-    Of one robot that is the name of its namespace, which may be empty; of a bag it is empty, too.
-
-    Raises:
-        RecordingError: For a file that is none, or that cannot be opened.
-    """
-    file = RecordedFile(path)
-    for _ in file.messages():
-        break
-    return [robot_of(node) for node in RunFacts(file.notes).missions] or [""]
 
 
 class RecordedFile:

@@ -28,16 +28,16 @@ from bt_mission.executive.status import MissionStatus
 from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.graph import REQUESTS, NodeOptions
 from bt_mission.ros.mission_node import MissionNode
-from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
+from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.ros.snapshot_streams import SnapshotStreams
 from bt_mission.ros.status_publisher import StatusPublisher
 from bt_mission.sessions.served_missions import ServedMissions
+from bt_mission.sessions.served_run import ServedRun
 
 if TYPE_CHECKING:
     from rclpy.action.server import ServerGoalHandle
 
     from bt_mission.executive.executive import Executive
-    from bt_mission.language.mission import Mission
 
 RESULT_TIMEOUT_S = 10
 """How long a result is kept for clients, s, as by rcl_action's C++ servers."""
@@ -58,7 +58,7 @@ class _Run:
 
     handle: ServerGoalHandle
     node: MissionNode
-    runner: MissionRunner
+    served: ServedRun
     told: tuple[str, str] = ("", "")
     told_ns: int = 0
 
@@ -73,14 +73,14 @@ class MissionServerOptions:
             the default of the parameter of that name.
         allow_duplicates: Go on where several nodes publish the same odometry or clock.
         say: Told of what happens; None is the ROS log.
-        on_mission_started: Given each mission that starts, with its executive.
+        on_run: Given each mission before its first tick, to look on.
     """
 
     missions: ServedMissions
     on_new_goal: str = ON_NEW_GOAL[0]
     allow_duplicates: bool = False
     say: Callable[[str], None] | None = None
-    on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None
+    on_run: Callable[[ServedRun], None] = lambda _: None
 
 
 class BoundedMissionServer(BoundedRequests, ActionServer):
@@ -112,7 +112,7 @@ class MissionServer(ValidClock, Node):
         self._missions = options.missions
         self._refuses_duplicates = not options.allow_duplicates
         self._say = options.say or self._log_line
-        self._on_mission_started = options.on_mission_started
+        self._on_run = options.on_run
         self._declare_on_new_goal(options.on_new_goal)
         self._rate = GoalRate(RESULT_TIMEOUT_S)
         self._lines = RateLimit(1.0, MOST_LINES)
@@ -141,7 +141,7 @@ class MissionServer(ValidClock, Node):
     @property
     def executive(self) -> Executive | None:
         """That of the mission that runs, or None."""
-        return self._run.runner.executive if self._run else None
+        return self._run.served.runner.executive if self._run else None
 
     @property
     def mission_node(self) -> Node:
@@ -159,21 +159,22 @@ class MissionServer(ValidClock, Node):
         if self._waiting is not None:
             self._give_up(reason)
         if self._run is not None:
-            self._run.runner.executive.interrupt(reason)
+            self._run.served.runner.executive.interrupt(reason)
 
     def abandon(self, reason: str) -> None:
         """End the mission that runs at once; the goals left behind are named."""
         if self._run is not None:
-            self._run.runner.executive.interrupt(reason)
-            self._run.runner.executive.abandon(reason)
-            self._say(self._run.runner.executive.reason)
+            self._run.served.runner.executive.interrupt(reason)
+            self._run.served.runner.executive.abandon(reason)
+            self._say(self._run.served.runner.executive.reason)
 
     def look(self) -> None:
         """Move on: start what waits, tell how it goes, end what has ended. Call after each step."""
         run = self._run
         if run is not None:
             self._status_publisher.publish_if_changed()
-            if run.runner.executive.is_done:
+            run.served.look()
+            if run.served.runner.executive.is_done:
                 self._finish(run)
             else:
                 self._tell(run)
@@ -214,7 +215,7 @@ class MissionServer(ValidClock, Node):
     def _take(self, handle: ServerGoalHandle) -> None:
         self._ends[_key(handle)] = Future()
         if self._run is not None and any(
-            goal.id == _key(handle) for goal in self._run.runner.ledger.open_goals
+            goal.id == _key(handle) for goal in self._run.served.runner.ledger.open_goals
         ):
             why = "a mission cannot wait for another one on the executive that runs it; "
             why += "serve a second executive in a namespace of its own"
@@ -224,12 +225,12 @@ class MissionServer(ValidClock, Node):
         if self._waiting is not None:
             self._give_up(REPLACED)
         if self._run is not None:
-            self._run.runner.executive.interrupt(REPLACED)
+            self._run.served.runner.executive.interrupt(REPLACED)
         self._waiting = handle
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
         if self._run is not None and handle == self._run.handle:
-            self._run.runner.executive.interrupt("canceled")
+            self._run.served.runner.executive.interrupt("canceled")
         elif self._waiting is not None and handle == self._waiting:
             self._give_up("canceled")
         return CancelResponse.ACCEPT
@@ -266,7 +267,6 @@ class MissionServer(ValidClock, Node):
                     goal_seed=_key(handle).hex(),
                     has_controls=False,
                     has_presence=not self._options.lean,
-                    on_mission_started=self._on_mission_started,
                 ),
                 node=replace(self._options, name="bt_mission_run", namespace=self.get_namespace()),
             )
@@ -280,8 +280,10 @@ class MissionServer(ValidClock, Node):
             self._say(why)
             self._end(handle, Result.UNKNOWN, why)
             return
-        self._run = _Run(handle, node, node.runner)
+        served = ServedRun(self, node.runner, self._host, self._drop)
+        self._run = _Run(handle, node, served)
         self._host(node)
+        self._on_run(served)
         self._controls.begin(node.runner.executive)
         self._status_publisher.begin(mission.name, node.runner.run)
         self._snapshots.begin(node.runner.run)
@@ -294,14 +296,14 @@ class MissionServer(ValidClock, Node):
             raise BtMissionError(why)
 
     def _tell(self, run: _Run) -> None:
-        executive = run.runner.executive
+        executive = run.served.runner.executive
         tip = executive.root.tip()
         shown = (executive.state, tip.name if tip else "")
-        if shown == run.told and run.runner.now_ns - run.told_ns < FEEDBACK_NS:
+        if shown == run.told and run.served.runner.now_ns - run.told_ns < FEEDBACK_NS:
             return
-        run.told, run.told_ns = shown, run.runner.now_ns
+        run.told, run.told_ns = shown, run.served.runner.now_ns
         leaves = executive.running_leaves
-        elapsed_ns = run.runner.now_ns - executive.started_ns if executive.started_ns else 0
+        elapsed_ns = run.served.runner.now_ns - executive.started_ns if executive.started_ns else 0
         run.handle.publish_feedback(
             ExecuteMission.Feedback(
                 status=shown[0],
@@ -313,9 +315,10 @@ class MissionServer(ValidClock, Node):
         )
 
     def _finish(self, run: _Run) -> None:
-        executive = run.runner.executive
-        report = run.runner.report()
+        executive = run.served.runner.executive
+        report = run.served.runner.report()
         self._say(report.as_text())
+        run.served.end(report)
         codes = {
             MissionStatus.SUCCESS: Result.NONE,
             MissionStatus.FAILURE: Result.FAILED,

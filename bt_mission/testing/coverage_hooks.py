@@ -195,7 +195,7 @@ class CoverageHooks:
             path = Path(source)
             found = sorted(path.rglob("*.yaml")) if path.is_dir() else [path]
             for file in found:
-                if files.is_scenario(file):
+                if files.kind_of(file) != "mission":
                     continue
                 try:
                     self._know(load(file))

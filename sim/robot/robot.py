@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
@@ -44,7 +45,7 @@ class SimulatedRobot:
         self.robot: RobotModel = entrant.robot
         self.collisions = 0
         """How often the robot came into contact with an obstacle or another robot."""
-        self.collisions_with: dict[str, int] = {}
+        self.collisions_with = Counter[str]()
         """How many of them were with each other robot, by its name."""
         model, data = physics.model, physics.data
         joint = model.joint(prefix + BASE)
@@ -312,9 +313,7 @@ class SimulatedRobot:
     def _collide(self, now_ns: int) -> None:
         begun = self._contacts.look(self.physics.data, now_ns)
         self.collisions += len(begun)
-        for one in begun:
-            if one.is_robot:
-                self.collisions_with[one.obstacle] = self.collisions_with.get(one.obstacle, 0) + 1
+        self.collisions_with.update(one.obstacle for one in begun if one.is_robot)
         self._new_collisions += begun
 
     def _switch_motors(self, *, on: bool) -> None:

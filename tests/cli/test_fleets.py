@@ -12,7 +12,7 @@ from py_trees.common import Status
 
 from bt_mission.cli import main
 from bt_mission.executive.status import Change
-from bt_mission.views.terminal.fleet import QuietFleet
+from bt_mission.fleets.run import QuietFleet
 
 FLEET = """\
 fleet: two

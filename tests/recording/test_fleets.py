@@ -9,10 +9,13 @@ from typing import Any
 import pytest
 
 from bt_mission.cli import main
+from bt_mission.recording.facts import FACTS, note_of
+from bt_mission.recording.file import McapFile
 from bt_mission.recording.reader import read_run
-from bt_mission.recording.reading import RecordedFile, RecordingError, recorded_robots
+from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline
+from bt_mission.recording.robots import recorded_robots
 from bt_mission.recording.verification import RecordedRequirements
 
 FLEET = """\
@@ -165,3 +168,36 @@ def test_replay_in_lines_is_the_trace_of_the_chosen_robot(
     assert shown.err == ""
     assert main(["replay", str(path), "--once"]) == 0
     assert capsys.readouterr().err == "shown: one; with --robot NAME: two\n"
+
+
+@pytest.mark.parametrize(
+    ("node", "mission", "state"),
+    [("/one/bt_mission", "drives", "success"), ("/two/bt_mission", "turns", "success")],
+)
+def test_of_several_executives_in_a_graph_the_recorded_one_is_read(
+    recorded: Any, tmp_path: Path, node: str, mission: str, state: str
+) -> None:
+    """As where one of them was attached: the others are not missions of this recording."""
+    path, _ = recorded
+    whole = RecordedFile(path)
+    messages = list(whole.messages())
+    file = McapFile(tmp_path / "one.mcap", "test")
+    file.note(FACTS, whole.notes[note_of(FACTS, node)])
+    numbers: dict[str, int] = {}
+    for channel, time_ns, data in messages:
+        if channel.topic not in numbers:
+            numbers[channel.topic] = file.channel(
+                channel.topic, channel.type_name, channel.definition, {}
+            )
+        file.write(time_ns, [(numbers[channel.topic], data)])
+    file.close()
+    run = read_run(file.path)
+    assert (run.node, run.mission, run.status) == (node, mission, state)
+    player = Player(read_timeline(file.path))
+    player.go(player.duration_s)
+    assert player.mission.tree is not None
+    assert (player.mission.tree.mission, player.timeline.robots) == (
+        mission,
+        (node.split("/")[1],),
+    )
+    assert RecordedRequirements(file.path).mission == mission

@@ -20,13 +20,12 @@ from bt_mission.events import events, messages, reader
 from bt_mission.events.log import line_of
 from bt_mission.recording.expected_types import DIAGNOSTICS, TEXT, expect
 from bt_mission.recording.expected_types import ROBOT as TYPES
-from bt_mission.recording.facts import LARGEST_NS
+from bt_mission.recording.facts import LARGEST_NS, robot_of
 from bt_mission.recording.reading import (
     UNREADABLE,
     Channel,
     RecordedFile,
     RecordingError,
-    robot_of,
 )
 from bt_mission.recording.robot_life import TRUTH
 

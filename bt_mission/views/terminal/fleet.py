@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from functools import partial
-from typing import Self, TextIO
+from typing import TextIO
 
 from rich.cells import cell_len
 from rich.console import Console, Group
@@ -17,7 +17,7 @@ from bt_mission.events.log import verdict
 from bt_mission.executive.report import counted
 from bt_mission.executive.status import Change
 from bt_mission.fleets.plan import FleetPlan
-from bt_mission.fleets.run import FleetView
+from bt_mission.fleets.run import FleetView, QuietFleet
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import FleetRun
 from bt_mission.views.terminal.lines import PlainLines
@@ -30,7 +30,7 @@ ABOVE = 4
 
 
 def fleet_view_for(stream: TextIO, plan: FleetPlan, *, plain: bool) -> FleetView:
-    """Live trees on a terminal, plain lines in a pipe; `QuietFleet` is for ``--json``."""
+    """Live trees on a terminal, plain lines in a pipe; `FleetSpeech` is for ``--json``."""
     console = EscapingConsole(stream)
     if plain or not console.is_terminal or console.is_dumb_terminal:
         return FleetLines(stream, plan)
@@ -38,27 +38,12 @@ def fleet_view_for(stream: TextIO, plan: FleetPlan, *, plain: bool) -> FleetView
     return FleetScreen(EscapingConsole(capture.terminal), plan, capture)
 
 
-class QuietFleet:
-    """Shows nothing; what missions say goes to standard error."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def open(self, _stage: Stage, _wall: Stopwatch, /) -> None:
-        """Nothing to show."""
-
-    def on_robot_change(self, _robot: str, _change: Change, /) -> None:
-        """Nothing to show."""
+class FleetSpeech(QuietFleet):
+    """Shows nothing but what missions say, on standard error."""
 
     def on_robot_line(self, robot: str, text: str, /) -> None:
         """Pass on what a mission says."""
         print(f"{robot}: {text}", file=sys.stderr)
-
-    def refresh(self) -> None:
-        """Nothing to show."""
 
 
 class FleetLines(QuietFleet):

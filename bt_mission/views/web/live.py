@@ -38,10 +38,16 @@ class LiveMission:
         graph: Where executives are found.
         name: Of the executive to watch; None takes the only one, or has a page choose.
         refusal: Why nothing can be asked of it any more; empty as long as it can.
+        is_fleet: Offer the choice of another executive for as long as there are several.
     """
 
     def __init__(
-        self, graph: Graph, name: str | None = None, refusal: Callable[[], str] = lambda: ""
+        self,
+        graph: Graph,
+        name: str | None = None,
+        refusal: Callable[[], str] = lambda: "",
+        *,
+        is_fleet: bool = False,
     ) -> None:
         self.board = Board()
         self.picture: tuple[int, bytes] | None = None
@@ -55,7 +61,7 @@ class LiveMission:
         self._wall, self._since_check = Stopwatch(), Stopwatch()
         self._since_picture = Stopwatch()
         self._hint = ""
-        self._is_choice = False
+        self._is_choice, self._is_fleet = False, is_fleet
 
     @property
     def mission(self) -> MissionState:
@@ -148,7 +154,8 @@ class LiveMission:
         )
         self.board.put("factor", None if factor is None else round(factor, 1))
         self.board.put("hint", self._hint)
-        choices = [(one.name, one.fault) for one in self._graph.find()] if self._is_choice else []
+        is_choice = self._is_choice or self._is_fleet
+        choices = [(one.name, one.fault) for one in self._graph.find()] if is_choice else []
         self.board.put("choices", choices)
 
 

@@ -63,7 +63,7 @@ def judge(path: Path) -> Verdict:
         "plain": True,
         "once": choice % 4 == 1,
         "poses": choice % 4 == 2,
-        **dict.fromkeys(("web", "port", "open", "read_only", "host")),
+        **dict.fromkeys(("web", "port", "open", "read_only", "host", "robot")),
     }
     commands = _commands(path, contents, choice, replayed)
     said, ended = "", []
@@ -100,7 +100,7 @@ def _commands(
         compared = Namespace(first=path, second=others, json=choice % 2 == 0)
         commands = [commands[0], lambda: diff.compare(compared)]
     elif choice % 4 == 3:
-        page = Namespace(file=path, output=PAGE, force=True)
+        page = Namespace(file=path, output=PAGE, force=True, robot=None)
         commands = [lambda: report.report(page)]
     elif choice % 8 == 2:
         commands = [lambda: _verify(path)]
@@ -112,7 +112,7 @@ def _verify(path: Path) -> int:
     required = path.with_name("required.yaml")
     required.write_text(REQUIREMENTS)
     options = {"require": [required], "mission": None, "namespace": None, "json": False}
-    return verify.verify(Namespace(file=path, **options))
+    return verify.verify(Namespace(file=path, robot=None, **options))
 
 
 def _draw(path: Path) -> None:

@@ -1,0 +1,80 @@
+"""A fleet carried out by a program: what pytest asserts of it."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import pytest
+
+import bt_mission
+from bt_mission.core import files
+from bt_mission.fleets.report import FleetReport, RobotReport
+from bt_mission.fleets.run import run_fleet
+
+
+def test_the_shipped_fleet_succeeds_and_touches_nothing() -> None:
+    """At the same instants each time; another seed is another run."""
+    path = files.find("missions", "fleets/two_wanderers.fleet.yaml")
+    report = bt_mission.run_fleet(path)
+    assert (report.status, report.is_violated) == ("success", False)
+    assert [(one.robot, one.mission.virtual_s) for one in report.robots] == [
+        ("waffle1", 39.55),
+        ("burger1", 22.0),
+    ]
+    assert (report.collisions_with_world, report.collisions_among_robots) == (0, 0)
+    other = run_fleet(bt_mission.load_fleet(path), seed=3)
+    assert [one.mission.seed for one in other.robots] == [3, 4]
+    assert other.robots[0].mission.trace_sha256 != report.robots[0].mission.trace_sha256
+
+
+@pytest.fixture(scope="module")
+def still() -> FleetReport:
+    """What two robots come to that do nothing."""
+    path = files.find("missions", "fleets/two_wanderers.fleet.yaml")
+    plan = bt_mission.load_fleet(path)
+    idle = bt_mission.load_text("mission: idle\ntree: {wait: 0.1}\n")
+    robots = tuple(dataclasses.replace(one, mission=idle) for one in plan.robots)
+    return run_fleet(dataclasses.replace(plan, robots=robots))
+
+
+def test_a_contact_of_two_robots_counts_once_and_apart(still: FleetReport) -> None:
+    """Each robot has counted it; those with the world are what is left of its collisions."""
+
+    def touching(one: RobotReport, collisions: int, others: dict[str, int]) -> RobotReport:
+        mission = dataclasses.replace(one.mission, collisions=collisions)
+        return dataclasses.replace(one, mission=mission, collisions_with=others)
+
+    first, second = still.robots
+    report = dataclasses.replace(
+        still,
+        robots=(
+            touching(first, 3, {"burger1": 2}),
+            touching(second, 2, {"waffle1": 2}),
+        ),
+    )
+    assert (report.collisions_with_world, report.collisions_among_robots) == (1, 2)
+    assert "  collisions: 1 with the world, 2 among robots" in str(report).splitlines()
+    told: list[dict[str, Any]] = report.as_dict()["robots"]
+    assert [one["collisions"] for one in told] == [3, 2]
+    assert [one["collisions_with_world"] for one in told] == [1, 0]
+    assert told[0]["collisions_with_robots"] == {"burger1": 2}
+
+
+@pytest.mark.parametrize(
+    ("ends", "status"),
+    [
+        (("success", "success"), "success"),
+        (("success", "failure"), "failure"),
+        (("failure", "interrupted"), "interrupted"),
+    ],
+)
+def test_the_status_is_that_of_the_worst_mission(
+    still: FleetReport, ends: tuple[str, str], status: str
+) -> None:
+    """Success only where all have succeeded."""
+    robots = tuple(
+        dataclasses.replace(one, mission=dataclasses.replace(one.mission, status=end))
+        for one, end in zip(still.robots, ends, strict=True)
+    )
+    assert dataclasses.replace(still, robots=robots).status == status
