@@ -96,7 +96,9 @@ class Observation:
     `frame_on_map` gives the pose on the map of a frame by its name, or why it is not known.
     Anything that has not arrived yet is None. `scan`, `grid` and `image` are the same objects
     from step to step until a newer message comes, so an identity test tells whether they are new.
-    While `is_held`, the pilot commands zero velocity, whatever a maneuver answers.
+    While `is_held`, the pilot commands zero velocity, whatever a maneuver answers. While
+    `gives_way`, something comes at the robot, and the pilot moves the base out of its way, or is
+    about to: what is in the way of the goal now does not end it.
     """
 
     time_s: float
@@ -109,6 +111,7 @@ class Observation:
     image: Image | None = None
     frame_on_map: Callable[[str], Pose2D | Refusal] | None = None
     is_held: bool = False
+    gives_way: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from action_servers.core.give_way import GiveWay
 from action_servers.core.maneuver import (
     ZERO,
     ErrorCode,
@@ -46,6 +47,8 @@ class ManeuverRun:
     maneuver: Maneuver
     on_feedback: Callable[[Fields], None]
     on_end: Callable[[ManeuverOutcome], None]
+    on_note: Callable[[str], None] = lambda _: None
+    """Told once when the base gives way, and when it cannot."""
     needs_base: bool = field(init=False)
 
     def __post_init__(self) -> None:
@@ -80,6 +83,8 @@ class Pilot:
         self._runs: list[ManeuverRun] = []
         self._stepped_s: float | None = None
         self._is_held = False
+        self.give_way: GiveWay | None = None
+        """Takes the base out of the way of what moves; None: nothing does."""
 
     @property
     def idle(self) -> bool:
@@ -107,6 +112,8 @@ class Pilot:
         """
         if run.needs_base:
             self._end_all("replaced by a new goal", self._driving)
+            if self.give_way is not None:
+                self.give_way.begin()
         self._runs.append(run)
 
     def cancel(self, run: ManeuverRun) -> None:
@@ -162,10 +169,18 @@ class Pilot:
                 self._step(run, now)
 
     def _step(self, run: ManeuverRun, now: Observation) -> None:
+        # Without a goal that drives, and while the base is held, nothing moves it.
+        give_way = self.give_way if run.needs_base and not self._is_held else None
         try:
+            if give_way is not None and give_way.look(now):
+                now = replace(now, gives_way=True, is_held=give_way.is_active)
             answer = run.maneuver.step(now)
             if not isinstance(answer, Finished):
                 twist = self._within_limits(answer)
+                if give_way is not None:
+                    twist = give_way.command(now, twist)
+                    for note in give_way.notes():
+                        run.on_note(note)
                 self._tell(run)
                 # Last, so that whatever raises above is followed by zero and nothing else.
                 if run.needs_base:
@@ -202,6 +217,9 @@ class Pilot:
         self._runs.remove(run)
         if run.needs_base:
             self._command(ZERO)
+            if self.give_way is not None and self.give_way.times:
+                reason = "; ".join(filter(None, (outcome.reason, self.give_way.summary)))
+                outcome = replace(outcome, reason=reason)
         try:
             if tell:
                 self._tell(run)

@@ -75,6 +75,17 @@ class Tuning:
         (0.01, 1.0),
         "Shortest stopping distance that is accepted, m; five times a ray's noise.",
     )
+    give_way_time: float = number(
+        2.5,
+        (0.0, 10.0),
+        "Time before something that moves would touch the robot at which it gives way, s; 0: it "
+        "never does. A Waffle needs 2 s to get its own width aside.",
+    )
+    give_way_distance: float = number(
+        1.0,
+        (0.0, 10.0),
+        "How far one goal's robot gets out of the way of what moves, m; then it stands still.",
+    )
     sweep_velocity: float = number(
         0.2,
         (0.05, 3.0),

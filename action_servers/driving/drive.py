@@ -24,13 +24,16 @@ class Odometer:
     poses that would need more than twice as much is a jump (odometry was reset), no motion.
 
     `distance` is the length of the path in metres; `yaw` is the rotation in radians, left
-    positive and not wrapped, so that two turns are 4 pi.
+    positive and not wrapped, so that two turns are 4 pi. `aside` is the part of `distance` on
+    which the base gave way, and `aside_ahead` the same with what was driven backwards negative.
     """
 
     max_linear: float
     max_angular: float
     distance: float = 0.0
     yaw: float = 0.0
+    aside: float = 0.0
+    aside_ahead: float = 0.0
     _last: Pose2D | None = None
     _stamp_s: float = 0.0
 
@@ -52,6 +55,10 @@ class Odometer:
             degrees = math.degrees(turned)
             return f"odometry jumped by {degrees:.0f} deg in {elapsed:.3f} s; was it reset?"
         self.distance += moved
+        if now.gives_way:
+            ahead = math.cos(pose.yaw) * (pose.x - last.x) + math.sin(pose.yaw) * (pose.y - last.y)
+            self.aside += moved
+            self.aside_ahead += math.copysign(moved, ahead)
         self.yaw += turned
         return None
 
@@ -86,6 +93,14 @@ class DriveGuard:
     def yaw(self) -> float:
         """Rotation made, radians, left positive, not wrapped."""
         return self._odometer.yaw
+
+    def advance(self, direction: float) -> float:
+        """Return the way made in a direction (1 ahead, -1 back), metres.
+
+        It is the distance, but for what the base gave way: that counts by where it led.
+        """
+        odometer = self._odometer
+        return odometer.distance - odometer.aside + direction * odometer.aside_ahead
 
     def fault(self, now: Observation) -> Finished | None:
         """Take in an observation; return how the goal ends if it cannot be driven by."""

@@ -11,6 +11,7 @@ from action_servers.core.goal_limits import explore_forward_limits
 from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
+    ZERO,
     Fields,
     Finished,
     Observation,
@@ -80,7 +81,7 @@ class ExploreForward:
             return fault
         self._look(now)
         remaining = self._gap() - self._stopping_distance
-        self._arrived = self._arrived or remaining <= ARRIVED_WITHIN
+        self._arrived = not now.gives_way and (self._arrived or remaining <= ARRIVED_WITHIN)
         if self._arrived:
             rest = self._drive.rest(now)
             if rest is not None:
@@ -88,6 +89,8 @@ class ExploreForward:
             if remaining <= GONE_BEYOND:
                 return SUCCEEDED
             self._arrived = False  # what it stopped for has left
+        if remaining <= ARRIVED_WITHIN:
+            return ZERO  # what it stands before comes nearer
         speed = self._drive.speed_ahead(now, remaining, self._speed)
         return self._drive.command(now, Twist2D(speed, 0.0))
 

@@ -9,6 +9,7 @@ from action_servers.core.goal_limits import move_limits
 from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
+    ZERO,
     ErrorCode,
     Fields,
     Finished,
@@ -74,6 +75,8 @@ class Move:
         if self._ticker.has_reached(self._secs):
             return self._drive.rest(now) or SUCCEEDED
         obstacle = self._way.blocked(now, self._twist)
+        if obstacle is not None and now.gives_way:
+            return ZERO
         if obstacle is not None:
             return Finished("aborted", ErrorCode.BLOCKED, f"{obstacle}, after {self._done()}")
         return self._drive.command(now, self._twist)

@@ -10,6 +10,7 @@ from action_servers.core.goal_limits import straight_limits, straight_misfit
 from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
+    ZERO,
     ErrorCode,
     Fields,
     Finished,
@@ -135,12 +136,14 @@ class Straight:
         return {"total_elapsed_time": self._allowance.elapsed_s}
 
     def _drive_on(self, now: Observation) -> Twist2D | Finished:
-        remaining = self._length - self._drive.distance
+        remaining = self._length - self._drive.advance(self._direction)
         if remaining <= ARRIVED_WITHIN:
             return self._drive.rest(now) or SUCCEEDED
         speed = self._drive.speed_ahead(now, remaining, self._speed)
         twist = Twist2D(self._direction * speed, 0.0)
         obstacle = self._way.blocked(now, twist)
+        if obstacle is not None and now.gives_way:
+            return ZERO
         if obstacle is not None:
             reason = f"{obstacle}, after {self._drive.distance:.2f} of {self._length:.2f} m"
             return Finished("aborted", ErrorCode.BLOCKED, reason)

@@ -12,6 +12,7 @@ from action_servers.core.guard import footprint, free_angle
 from action_servers.core.limits import faults
 from action_servers.core.maneuver import (
     SUCCEEDED,
+    ZERO,
     ErrorCode,
     Fields,
     Finished,
@@ -60,6 +61,8 @@ class Rotation:
         direction = math.copysign(1.0, remaining)
         self._look(now, direction)
         room = self._end_of_room - direction * self._drive.yaw
+        if room <= 0.0 and now.gives_way:
+            return ZERO
         if room <= 0.0:
             side = "left" if remaining > 0.0 else "right"
             return Finished(

@@ -223,7 +223,7 @@ class ActionAdapter:
                 self._server.tell(told)
 
         self._log.info(f"goal accepted: {shown(handle.request)}")
-        run = ManeuverRun(self._interposed(maneuver), on_feedback, on_end)
+        run = ManeuverRun(self._interposed(maneuver), on_feedback, on_end, self._log.warning)
         self._running[_key(handle)] = (run, ended)
         self._pilot.start(run)
         try:

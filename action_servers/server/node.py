@@ -12,6 +12,7 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
 from action_servers.core.executive_watch import ExecutiveLimits
+from action_servers.core.give_way import GiveWay
 from action_servers.core.maneuver import Action, Maneuver
 from action_servers.core.pilot import Interlock, Pilot
 from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
@@ -103,6 +104,7 @@ class ServersNode(RobotNode):
             replaces=self.declare("on_new_goal", ON_NEW_GOAL) == "replace",
             side_goals=tuning.side_goals,
         )
+        self._pilot.give_way = self._give_way = GiveWay(robot, tuning)
         self._interlock = Interlock(self._pilot)
         self._publisher_watch = self._watch_publishers(sensors.odom, options)
         self._switches = Switches(self, self._interlock)
@@ -221,6 +223,7 @@ class ServersNode(RobotNode):
             navigation=self.read_all(NAVIGATION, "navigation."),
             frontiers=self.read_all(FRONTIERS, "frontiers."),
         )
+        self._give_way.tuning = self._kit.tuning
         for adapter in self._adapters:
             adapter.plan_by(self._base.guarded(self._action(adapter.action_name)))
 

@@ -1,0 +1,255 @@
+"""What moves around the robot, told from scans that are a while apart.
+
+A point that lies where an earlier scan saw through is occupied now, and was free then: something
+has moved in (free-space violation). What only comes into view from behind something else, and what
+the robot comes nearer to by its own motion, is none of it. Such points, in clusters, are followed
+in the odometry frame.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from action_servers.core.clearance import Points, out_of_frame, pairs, ray_towards
+from action_servers.core.maneuver import Observation, Scan
+from bt_mission.core.geometry import Pose2D, Twist2D
+from bt_mission.core.robot.parts import LidarModel
+
+REACH_M = 2.0
+"""Range within which is looked for what moves."""
+
+BACK_S = 0.8
+"""Age of the scan that is compared with: what moves at 0.1 m/s has gone 0.08 m."""
+
+_SHORTEST_BACK_S = 0.3
+_PERIOD_S = 0.15
+_DEEPER_M = 0.05
+"""How far inside the free space a point must lie: 3.5 standard deviations of two rays' noise."""
+_SKEW_S = 0.1
+"""A lidar that turns measures its rays one after the other, and odometry is late."""
+_FEWEST_POINTS = 3
+_JUMP_M = 0.15
+_RAYS_APART = 3
+_MATCH_M = 0.25
+_FORGET_S = 0.5
+_FIT_S = 0.8
+_SHORTEST_FIT_S = 0.3
+_FEWEST_SIGHTINGS = 3
+_SLOWEST = 0.05
+_FASTEST = 1.2
+_LEAP_M = 0.3
+
+Ranges = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MovingObstacle:
+    """What is seen to move: `points` at `stamp_s`, `n x 2` m, and `velocity`, m/s along x and y.
+
+    All in the odometry frame. The points are those that lie where it was free before: the side
+    that comes first.
+    """
+
+    points: Points
+    velocity: tuple[float, float]
+    stamp_s: float
+
+    def at(self, time_s: float) -> Points:
+        """Return its points at a time, if it goes on as it does."""
+        elapsed_s = time_s - self.stamp_s
+        vx, vy = self.velocity
+        return pairs(self.points[:, 0] + elapsed_s * vx, self.points[:, 1] + elapsed_s * vy)
+
+
+@dataclass(slots=True, eq=False)
+class _Look:
+    """One scan, and the pose of the lidar in the odometry frame when it was taken."""
+
+    scan: Scan
+    pose: Pose2D
+    rate: float
+    _free: dict[int, Ranges] = field(default_factory=dict)
+
+    def free(self, rays: int) -> Ranges:
+        """Return to how far each direction is free, m, and so many rays to both sides of it.
+
+        A ray without a measurement says nothing of the way: it is not free, and neither is what
+        lies beyond the last ray, for which the last value stands.
+        """
+        found = self._free.get(rays)
+        if found is None:
+            ranges = self.scan.ranges
+            found = np.where(ranges >= self.scan.range_min, ranges, np.float32(0.0))
+            for shift in _shifts(rays):
+                found = np.minimum(found, np.roll(found, shift), dtype=np.float32)
+                found = np.minimum(found, np.roll(found, -shift), dtype=np.float32)
+            found = np.append(found, np.float32(0.0))
+            self._free[rays] = found
+        return found
+
+
+def _shifts(rays: int) -> Iterator[int]:
+    """Yield shifts to both sides whose sums cover every number up to `rays`."""
+    covered = 0
+    while covered < rays:
+        shift = min(2 * covered + 1, rays - covered)
+        yield shift
+        covered += shift
+
+
+@dataclass(slots=True, eq=False)
+class _Track:
+    """Where one cluster was seen, and when."""
+
+    seen: deque[tuple[float, float, float]]
+    points: Points
+
+    @property
+    def velocity(self) -> tuple[float, float]:
+        """The straight line through its places, m/s; zero while they are too few."""
+        times, x, y = np.array(self.seen).T
+        if len(times) < _FEWEST_SIGHTINGS or times[-1] - times[0] < _SHORTEST_FIT_S:
+            return 0.0, 0.0
+        around = times - times.mean()
+        spread = float(around @ around)
+        return float(around @ x) / spread, float(around @ y) / spread
+
+    def is_at(self, time_s: float, x: float, y: float) -> float:
+        """Return how far a place is from where it should be by now, m."""
+        last_s, last_x, last_y = self.seen[-1]
+        vx, vy = self.velocity
+        elapsed_s = time_s - last_s
+        return math.hypot(x - last_x - elapsed_s * vx, y - last_y - elapsed_s * vy)
+
+
+class MovingObstacles:
+    """Tells what moves near the robot from the scans of one lidar, and odometry."""
+
+    def __init__(self, lidar: LidarModel) -> None:
+        self._lidar = lidar
+        self._scan: Scan | None = None
+        self._looks: deque[_Look] = deque()
+        self._compared_s = -math.inf
+        self._tracks: list[_Track] = []
+        self.seen: tuple[MovingObstacle, ...] = ()
+        """What moves, as of the newest scan."""
+
+    def update(self, now: Observation) -> bool:
+        """Take in an observation; return whether it brought news of what moves."""
+        scan, odom = now.scan, now.odom
+        if scan is None or scan is self._scan or odom is None:
+            return False
+        self._scan = scan
+        look = self._look(now, scan, odom)
+        if self._looks and not _follows(self._looks[-1], look):
+            self._looks.clear()
+            self._tracks.clear()
+        self._looks.append(look)
+        while len(self._looks) > 1 and self._looks[1].scan.stamp_s <= scan.stamp_s - BACK_S:
+            self._looks.popleft()
+        period_s = 0.0 if self._tracks else _PERIOD_S
+        before = self._looks[0]
+        elapsed_s = scan.stamp_s - before.scan.stamp_s
+        if scan.stamp_s - self._compared_s < period_s or elapsed_s < _SHORTEST_BACK_S:
+            return bool(self.seen)
+        self._compared_s = scan.stamp_s
+        self._follow(scan.stamp_s, _clusters(look, before))
+        had, self.seen = bool(self.seen), tuple(self._moving())
+        return had or bool(self.seen)
+
+    def _look(self, now: Observation, scan: Scan, odom: Pose2D) -> _Look:
+        velocity = now.velocity or Twist2D()
+        elapsed_s = scan.stamp_s - now.odom_stamp_s
+        yaw = odom.yaw + elapsed_s * velocity.angular
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        way = elapsed_s * velocity.linear
+        x, y = self._lidar.x, self._lidar.y
+        pose = Pose2D(
+            odom.x + way * cosine + x * cosine - y * sine,
+            odom.y + way * sine + x * sine + y * cosine,
+            yaw,
+        )
+        return _Look(scan, pose, abs(velocity.angular))
+
+    def _follow(self, stamp_s: float, clusters: list[Points]) -> None:
+        free = list(self._tracks)
+        for points in clusters:
+            x, y = points.mean(axis=0).tolist()
+            track = min(free, key=lambda one: one.is_at(stamp_s, x, y), default=None)
+            if track is None or track.is_at(stamp_s, x, y) > _MATCH_M:
+                self._tracks.append(_Track(deque([(stamp_s, x, y)]), points))
+                continue
+            free.remove(track)
+            track.seen.append((stamp_s, x, y))
+            track.points = points
+            while track.seen[0][0] < stamp_s - _FIT_S:
+                track.seen.popleft()
+        self._tracks = [one for one in self._tracks if one.seen[-1][0] > stamp_s - _FORGET_S]
+
+    def _moving(self) -> Iterator[MovingObstacle]:
+        for track in self._tracks:
+            velocity = track.velocity
+            if _SLOWEST <= math.hypot(*velocity) <= _FASTEST:
+                yield MovingObstacle(track.points, velocity, track.seen[-1][0])
+
+
+def _follows(before: _Look, look: _Look) -> bool:
+    """Whether one look can be compared with the one before: same lidar, no jump of clock or pose.
+
+    An LDS-02 has a few rays more or less at each turn.
+    """
+    elapsed_s = look.scan.stamp_s - before.scan.stamp_s
+    moved = math.hypot(look.pose.x - before.pose.x, look.pose.y - before.pose.y)
+    return 0.0 < elapsed_s < 2 * BACK_S and moved < _LEAP_M + elapsed_s
+
+
+def _clusters(look: _Look, before: _Look) -> list[Points]:
+    """Return clusters of points that lie where the scan before saw through; odometry frame."""
+    scan, then = look.scan, before.scan
+    ranges = scan.ranges
+    near = np.flatnonzero((ranges >= scan.range_min) & (ranges < REACH_M))
+    if near.size < _FEWEST_POINTS:
+        return []
+    directions = _directions(len(ranges), scan.angle_min, scan.angle_increment)
+    seen = directions[near] * ranges[near]
+    # Where the lidar is now, and to where it is turned, as seen from where it was.
+    turned = look.pose.yaw - before.pose.yaw
+    cosine, sine = math.cos(before.pose.yaw), math.sin(before.pose.yaw)
+    across, along = look.pose.x - before.pose.x, look.pose.y - before.pose.y
+    seen *= complex(math.cos(turned), math.sin(turned))
+    seen += complex(cosine * across + sine * along, cosine * along - sine * across)
+    ray, is_round = ray_towards(then, np.angle(seen) - then.angle_min)
+    count = len(then.ranges)
+    ray = ray % count if is_round else np.minimum(ray, count)
+    blur = (look.rate + before.rate) * _SKEW_S
+    free = before.free(1 + math.ceil(blur / abs(then.angle_increment)))
+    new = np.flatnonzero(np.abs(seen) < free[ray] - _DEEPER_M)
+    if new.size < _FEWEST_POINTS:
+        return []
+    found = out_of_frame(before.pose, pairs(seen.real[new], seen.imag[new]))
+    return list(_grouped(found, near[new]))
+
+
+def _grouped(points: Points, rays: npt.NDArray[np.intp]) -> Iterator[Points]:
+    """Yield points that are neighbours, by their rays and by their places."""
+    gaps = np.hypot(*np.diff(points, axis=0).T)
+    ends = np.flatnonzero((np.diff(rays) > _RAYS_APART) | (gaps > _JUMP_M)) + 1
+    groups = np.split(points, ends)
+    # The last ray is beside the first.
+    if len(groups) > 1 and math.dist(points[0], points[-1]) < _JUMP_M:
+        groups[0] = np.vstack([groups.pop(), groups[0]])
+    yield from (one for one in groups if len(one) >= _FEWEST_POINTS)
+
+
+@lru_cache(maxsize=8)
+def _directions(rays: int, angle_min: float, increment: float) -> npt.NDArray[np.complex128]:
+    directions = np.exp(1j * (angle_min + increment * np.arange(rays)))
+    directions.flags.writeable = False
+    return directions
