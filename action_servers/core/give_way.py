@@ -34,7 +34,7 @@ _CALM_S = 0.5
 """How much longer than needed standing must be safe before the goal goes on."""
 _GAIN_S = 0.5
 """How much later a contact must come for the base to move at all."""
-_SIDE_M = 0.06
+_SIDE_M = 0.08
 """Kept to what moves: what is seen of it is its front."""
 _ENOUGH_M = 0.2
 _STATIC_M = 0.02
@@ -44,17 +44,28 @@ _DEEPER_M = 0.005
 _MOST_POINTS = 24
 _MOST_FIXED = 90
 _BLIND_RAYS = 4
-_BLIND_M = 0.03
+_OWN_M = 0.08
+"""What lies so near to a point that moves moves with it."""
+_BLIND_M, _BLIND_RAD = 0.03, 0.05
 _TOLD_WAY, _TOLD_TRAPPED = 1, 2
 _STANDS_LINEAR, _STANDS_ANGULAR = 0.02, 0.05
 
 
 @dataclass(frozen=True, slots=True)
 class _Threat:
-    """What moves, as seen from the base, `n x 2` m, and its velocity at each point, m/s."""
+    """What moves, as seen from the base, `n x 2` m; of each point velocity, m/s, and rad/s."""
 
     points: Points
     rates: Points
+    turning: Floats
+
+    def at(self, times: Floats) -> Floats:
+        """Return the points at times from now, `times x n x 2`."""
+        turned = times[:, None] * self.turning
+        along = times[:, None] * np.sinc(turned / math.pi)
+        aside = times[:, None] * np.sinc(turned / math.tau) * np.sin(turned / 2)
+        left = np.stack([-self.rates[:, 1], self.rates[:, 0]], axis=1)
+        return self.points + along[:, :, None] * self.rates + aside[:, :, None] * left
 
 
 class GiveWay:
@@ -179,13 +190,13 @@ class GiveWay:
         for for_s in (_COMMIT_S, horizon_s):
             times, _ = self._contact_s(now, threat, [twist], horizon_s, for_s=for_s)
             if times[0] > horizon_s:
-                return for_s == _COMMIT_S or self._are_free(now, [twist], horizon_s)[0]
+                return for_s == _COMMIT_S or self._are_free(now, threat, [twist], horizon_s)[0]
         return False
 
     def _threat(self, now: Observation) -> _Threat:
         odom = now.odom or Pose2D(0.0, 0.0, 0.0)
         cosine, sine = math.cos(odom.yaw), math.sin(odom.yaw)
-        points, rates = [], []
+        points, rates, turning = [], [], []
         for one in self._moving.seen:
             vx, vy = one.velocity
             seen = into_frame(odom, one.at(now.time_s))
@@ -193,7 +204,8 @@ class GiveWay:
             points.append(seen)
             rate = (cosine * vx + sine * vy, cosine * vy - sine * vx)
             rates.append(np.broadcast_to(rate, seen.shape))
-        return _Threat(np.vstack(points), np.vstack(rates))
+            turning.append(np.full(len(seen), one.turn_rate))
+        return _Threat(np.vstack(points), np.vstack(rates), np.concatenate(turning))
 
     def _best(
         self, now: Observation, threat: _Threat, horizon_s: float, standing: float
@@ -202,7 +214,7 @@ class GiveWay:
         arcs = self._arcs()
         whole_s = horizon_s + _BEYOND_S
         times, gaps = self._contact_s(now, threat, arcs, whole_s, for_s=horizon_s)
-        free = self._are_free(now, arcs, horizon_s)
+        free = self._are_free(now, threat, arcs, horizon_s)
         gaps = np.minimum(gaps, _ENOUGH_M)
         gaps -= [_METRE_COSTS * abs(arc.linear) * horizon_s for arc in arcs]
         gaps += [_AGAIN_M if arc == self._arc else 0.0 for arc in arcs]
@@ -240,33 +252,37 @@ class GiveWay:
         """
         times = np.arange(0.0, whole_s + _STEP_S, _STEP_S)
         poses = self._rolled_out(now, arcs, times, for_s)
-        at = threat.points + times[:, None, None] * threat.rates
-        depth = _depth(self._wide, poses, at)
+        depth = _depth(self._wide, poses, threat.at(times))
         # What touches already, or nearly, counts only where it comes nearer yet.
         depth = depth.max(axis=2) - np.maximum(depth[:, :1].max(axis=2), 0.0)
         touching = depth > _DEEPER_M
         first = np.where(touching.any(axis=1), times[touching.argmax(axis=1)], math.inf)
         return first, -depth.max(axis=1)
 
-    def _are_free(self, now: Observation, arcs: list[Twist2D], for_s: float) -> list[bool]:
+    def _are_free(
+        self, now: Observation, threat: _Threat, arcs: list[Twist2D], for_s: float
+    ) -> list[bool]:
         """Whether each arc, driven for a time and braked, is free of what stands still."""
-        fixed = self._fixed(now)
+        fixed = self._fixed(now, threat)
         if not len(fixed):
             return [True] * len(arcs)
         times = np.arange(0.0, for_s + 0.5, _STEP_S)
         poses = self._rolled_out(now, arcs, times, for_s)
         depth = _depth(self._near, poses, fixed[None])
         allowed = np.maximum(depth[:, :1], 0.0) + _DEEPER_M
-        return [bool(one) for one in ~(depth > allowed).any(axis=(1, 2))]
+        touching: npt.NDArray[np.bool_] = np.any(depth > allowed, axis=(1, 2))
+        return [not one for one in touching.tolist()]
 
-    def _fixed(self, now: Observation) -> Points:
+    def _fixed(self, now: Observation, threat: _Threat) -> Points:
         """Return what an arc is not to touch: points of the scan, and directions not looked in."""
         assert now.scan is not None
         lidar = self._robot.lidar
         seen = obstacle_points(now.scan, lidar).T
         reach = self._limits.linear * (self._tuning.give_way_time + 0.5) + self._body.turning_radius
         seen = seen[np.hypot(seen[:, 0], seen[:, 1]) < reach]
-        gone = np.hypot(seen[:, 0], seen[:, 1]) if len(seen) else np.empty(0)
+        moves = np.hypot(*(seen[:, None] - threat.points).T).min(axis=0) < _OWN_M
+        seen = seen[~moves]
+        gone = np.hypot(seen[:, 0], seen[:, 1])
         if len(seen) > _MOST_FIXED:
             seen = seen[np.argsort(gone)[:: math.ceil(len(seen) / _MOST_FIXED)]]
         return np.vstack([seen, self._blind(now.scan)])
@@ -279,8 +295,8 @@ class GiveWay:
         for shift in range(1, _BLIND_RAYS):
             run &= np.roll(silent, shift)
         angles = scan.angle_min + scan.angle_increment * np.flatnonzero(run)
-        end = scan.angle_min + scan.angle_increment * len(ranges)
-        unseen = np.arange(end, scan.angle_min + math.tau - 2 * abs(scan.angle_increment), 0.05)
+        low, high = sorted((scan.angle_min, scan.angle_min + scan.angle_increment * len(ranges)))
+        unseen = np.arange(high, low + math.tau - 2 * abs(scan.angle_increment), _BLIND_RAD)
         angles = np.concatenate([angles, unseen])
         radius = self._body.turning_radius + _BLIND_M
         return np.stack([radius * np.cos(angles), radius * np.sin(angles)], axis=1)

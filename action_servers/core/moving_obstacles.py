@@ -44,9 +44,13 @@ _SHORTEST_FIT_S = 0.3
 _FEWEST_SIGHTINGS = 3
 _SLOWEST = 0.05
 _FASTEST = 1.2
+_SLOWEST_TURNING = 0.2
+_LEAST_TURN_RATE = 0.1
 _LEAP_M = 0.3
 
 Ranges = npt.NDArray[np.float32]
+Indices = npt.NDArray[np.intp]
+Complex = npt.NDArray[np.complex128]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,11 +58,12 @@ class MovingObstacle:
     """What is seen to move: `points` at `stamp_s`, `n x 2` m, and `velocity`, m/s along x and y.
 
     All in the odometry frame. The points are those that lie where it was free before: the side
-    that comes first.
+    that comes first. Its course turns at `turn_rate`, rad/s, left positive.
     """
 
     points: Points
     velocity: tuple[float, float]
+    turn_rate: float
     stamp_s: float
 
     def at(self, time_s: float) -> Points:
@@ -80,28 +85,20 @@ class _Look:
     def free(self, rays: int) -> Ranges:
         """Return to how far each direction is free, m, and so many rays to both sides of it.
 
-        A ray without a measurement says nothing of the way: it is not free, and neither is what
-        lies beyond the last ray, for which the last value stands.
+        A ray without a measurement says nothing of the way: it is not free.
         """
         found = self._free.get(rays)
         if found is None:
             ranges = self.scan.ranges
             found = np.where(ranges >= self.scan.range_min, ranges, np.float32(0.0))
-            for shift in _shifts(rays):
-                found = np.minimum(found, np.roll(found, shift), dtype=np.float32)
-                found = np.minimum(found, np.roll(found, -shift), dtype=np.float32)
-            found = np.append(found, np.float32(0.0))
+            found = np.concatenate((found[-rays:], found, found[:rays]))
+            width = 1
+            while width < 2 * rays + 1:
+                more = min(width, 2 * rays + 1 - width)
+                found = np.minimum(found[:-more], found[more:])
+                width += more
             self._free[rays] = found
         return found
-
-
-def _shifts(rays: int) -> Iterator[int]:
-    """Yield shifts to both sides whose sums cover every number up to `rays`."""
-    covered = 0
-    while covered < rays:
-        shift = min(2 * covered + 1, rays - covered)
-        yield shift
-        covered += shift
 
 
 @dataclass(slots=True, eq=False)
@@ -110,9 +107,38 @@ class _Track:
 
     seen: deque[tuple[float, float, float]]
     points: Points
+    courses: deque[tuple[float, float]] = field(default_factory=deque)
+    velocity: tuple[float, float] = (0.0, 0.0)
+    turn_rate: float = 0.0
 
-    @property
-    def velocity(self) -> tuple[float, float]:
+    def add(self, stamp_s: float, points: Points, place: tuple[float, float]) -> None:
+        """Take in where it is seen now."""
+        self.points = points
+        self.seen.append((stamp_s, *place))
+        while self.seen[0][0] < stamp_s - _FIT_S:
+            self.seen.popleft()
+        vx, vy = self._fitted()
+        self.turn_rate = self._turned(stamp_s, math.atan2(vy, vx), math.hypot(vx, vy))
+        # The line through the last places is that of half their time ago.
+        angle = self.turn_rate * 0.5 * (stamp_s - self.seen[0][0])
+        cosine, sine = math.cos(angle), math.sin(angle)
+        self.velocity = cosine * vx - sine * vy, sine * vx + cosine * vy
+
+    def _turned(self, stamp_s: float, course: float, speed: float) -> float:
+        """Take in the present course, rad; return its rate, 0 where that is lost in noise."""
+        if speed < _SLOWEST_TURNING:
+            self.courses.clear()
+            return 0.0
+        self.courses.append((stamp_s, course))
+        while self.courses[0][0] < stamp_s - _FIT_S:
+            self.courses.popleft()
+        elapsed_s = stamp_s - self.courses[0][0]
+        if elapsed_s < _SHORTEST_FIT_S:
+            return 0.0
+        rate = math.remainder(course - self.courses[0][1], math.tau) / elapsed_s
+        return 0.0 if abs(rate) < _LEAST_TURN_RATE else max(-1.0, min(1.0, rate))
+
+    def _fitted(self) -> tuple[float, float]:
         """The straight line through its places, m/s; zero while they are too few."""
         times, x, y = np.array(self.seen).T
         if len(times) < _FEWEST_SIGHTINGS or times[-1] - times[0] < _SHORTEST_FIT_S:
@@ -151,6 +177,7 @@ class MovingObstacles:
         if self._looks and not _follows(self._looks[-1], look):
             self._looks.clear()
             self._tracks.clear()
+            self._compared_s = -math.inf
         self._looks.append(look)
         while len(self._looks) > 1 and self._looks[1].scan.stamp_s <= scan.stamp_s - BACK_S:
             self._looks.popleft()
@@ -160,7 +187,7 @@ class MovingObstacles:
         if scan.stamp_s - self._compared_s < period_s or elapsed_s < _SHORTEST_BACK_S:
             return bool(self.seen)
         self._compared_s = scan.stamp_s
-        self._follow(scan.stamp_s, _clusters(look, before))
+        self._follow(scan.stamp_s, _clusters(look, before, skip=1 if self._tracks else 2))
         had, self.seen = bool(self.seen), tuple(self._moving())
         return had or bool(self.seen)
 
@@ -187,17 +214,15 @@ class MovingObstacles:
                 self._tracks.append(_Track(deque([(stamp_s, x, y)]), points))
                 continue
             free.remove(track)
-            track.seen.append((stamp_s, x, y))
-            track.points = points
-            while track.seen[0][0] < stamp_s - _FIT_S:
-                track.seen.popleft()
+            track.add(stamp_s, points, (x, y))
         self._tracks = [one for one in self._tracks if one.seen[-1][0] > stamp_s - _FORGET_S]
 
     def _moving(self) -> Iterator[MovingObstacle]:
         for track in self._tracks:
             velocity = track.velocity
             if _SLOWEST <= math.hypot(*velocity) <= _FASTEST:
-                yield MovingObstacle(track.points, velocity, track.seen[-1][0])
+                last_s = track.seen[-1][0]
+                yield MovingObstacle(track.points, velocity, track.turn_rate, last_s)
 
 
 def _follows(before: _Look, look: _Look) -> bool:
@@ -207,37 +232,54 @@ def _follows(before: _Look, look: _Look) -> bool:
     """
     elapsed_s = look.scan.stamp_s - before.scan.stamp_s
     moved = math.hypot(look.pose.x - before.pose.x, look.pose.y - before.pose.y)
+    rays = len(look.scan.ranges), len(before.scan.ranges)
+    if min(rays) < _FEWEST_POINTS:
+        return False
     return 0.0 < elapsed_s < 2 * BACK_S and moved < _LEAP_M + elapsed_s
 
 
-def _clusters(look: _Look, before: _Look) -> list[Points]:
-    """Return clusters of points that lie where the scan before saw through; odometry frame."""
-    scan, then = look.scan, before.scan
-    ranges = scan.ranges
-    near = np.flatnonzero((ranges >= scan.range_min) & (ranges < REACH_M))
+def _clusters(look: _Look, before: _Look, *, skip: int) -> list[Points]:
+    """Return clusters of points that lie where the scan before saw through; odometry frame.
+
+    Where nothing is expected, every `skip`-th ray is looked at first.
+    """
+    scan = look.scan
+    near = np.flatnonzero((scan.ranges >= scan.range_min) & (scan.ranges < REACH_M))
     if near.size < _FEWEST_POINTS:
         return []
-    directions = _directions(len(ranges), scan.angle_min, scan.angle_increment)
-    seen = directions[near] * ranges[near]
-    # Where the lidar is now, and to where it is turned, as seen from where it was.
-    turned = look.pose.yaw - before.pose.yaw
-    cosine, sine = math.cos(before.pose.yaw), math.sin(before.pose.yaw)
-    across, along = look.pose.x - before.pose.x, look.pose.y - before.pose.y
-    seen *= complex(math.cos(turned), math.sin(turned))
-    seen += complex(cosine * across + sine * along, cosine * along - sine * across)
-    ray, is_round = ray_towards(then, np.angle(seen) - then.angle_min)
-    count = len(then.ranges)
-    ray = ray % count if is_round else np.minimum(ray, count)
-    blur = (look.rate + before.rate) * _SKEW_S
-    free = before.free(1 + math.ceil(blur / abs(then.angle_increment)))
-    new = np.flatnonzero(np.abs(seen) < free[ray] - _DEEPER_M)
+    if skip > 1:
+        _, new = _entered(look, before, near[::skip])
+        if new.size < _FEWEST_POINTS // skip:
+            return []
+    seen, new = _entered(look, before, near)
     if new.size < _FEWEST_POINTS:
         return []
     found = out_of_frame(before.pose, pairs(seen.real[new], seen.imag[new]))
     return list(_grouped(found, near[new]))
 
 
-def _grouped(points: Points, rays: npt.NDArray[np.intp]) -> Iterator[Points]:
+def _entered(look: _Look, before: _Look, rays: Indices) -> tuple[Complex, Indices]:
+    """Return points of a scan as the lidar before would see them, and which are new to it."""
+    scan, then = look.scan, before.scan
+    directions = _directions(len(scan.ranges), scan.angle_min, scan.angle_increment)
+    # Where the lidar is now, and to where it is turned, as seen from where it was.
+    turned = look.pose.yaw - before.pose.yaw
+    cosine, sine = math.cos(before.pose.yaw), math.sin(before.pose.yaw)
+    across, along = look.pose.x - before.pose.x, look.pose.y - before.pose.y
+    seen = directions[rays] * (scan.ranges[rays] * complex(math.cos(turned), math.sin(turned)))
+    seen += complex(cosine * across + sine * along, cosine * along - sine * across)
+    blur = (look.rate + before.rate) * _SKEW_S
+    count = len(then.ranges)
+    free = before.free(min(1 + math.ceil(blur / abs(then.angle_increment)), count // 2))
+    ray, is_round = ray_towards(then, np.angle(seen) - then.angle_min)
+    if is_round:
+        free = free[ray % count]
+    else:
+        free = np.where(ray < count, free[np.minimum(ray, count - 1)], np.float32(0.0))
+    return seen, np.flatnonzero(np.abs(seen) < free - _DEEPER_M)
+
+
+def _grouped(points: Points, rays: Indices) -> Iterator[Points]:
     """Yield points that are neighbours, by their rays and by their places."""
     gaps = np.hypot(*np.diff(points, axis=0).T)
     ends = np.flatnonzero((np.diff(rays) > _RAYS_APART) | (gaps > _JUMP_M)) + 1
@@ -249,7 +291,7 @@ def _grouped(points: Points, rays: npt.NDArray[np.intp]) -> Iterator[Points]:
 
 
 @lru_cache(maxsize=8)
-def _directions(rays: int, angle_min: float, increment: float) -> npt.NDArray[np.complex128]:
-    directions = np.exp(1j * (angle_min + increment * np.arange(rays)))
+def _directions(rays: int, angle_min: float, increment: float) -> Complex:
+    directions: Complex = np.exp(1j * (angle_min + increment * np.arange(rays)))
     directions.flags.writeable = False
     return directions

@@ -47,7 +47,7 @@ class ManeuverRun:
     maneuver: Maneuver
     on_feedback: Callable[[Fields], None]
     on_end: Callable[[ManeuverOutcome], None]
-    on_note: Callable[[str], None] = lambda _: None
+    on_note: Callable[[str], object] = lambda _: None
     """Told once when the base gives way, and when it cannot."""
     needs_base: bool = field(init=False)
 

@@ -198,8 +198,8 @@ SAFETY = (
         "explorations among obstacles that move: what the robot does when one meets it",
         ("safety.py --only movers --no-page",),
         ("safety.py --only movers --no-page --outings 1 --seconds 2",),
-        (Figure("*: driven into a mover"),),
-        takes="five minutes",
+        (Figure("*: contacts with movers"), Figure("*: driven into a mover")),
+        takes="half an hour",
     ),
     Benchmark(
         "safety-stops",

@@ -1,0 +1,176 @@
+"""Facts about a base that gives way to what moves; noise on every ray, exact courses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from action_servers.core.maneuver import Maneuver
+from action_servers.driving.explore_forward import ExploreForward
+from action_servers.driving.move import Move
+from action_servers.driving.recoveries import BACK_UP, DRIVE_ON_HEADING
+from action_servers.driving.straight import Straight
+from action_servers.driving.turn import Turn
+from bt_mission.core.geometry import Twist2D
+from bt_mission.core.robot.model import RobotModel
+from sim.world.motion import Circling, Course, Drifting
+from tests.support.fake_robot import Wall
+from tests.support.moving_robot import Mover, MovingWorld
+
+ROOM = [
+    (-3.0, -3.0, 3.0, -3.0),
+    (3.0, -3.0, 3.0, 3.0),
+    (3.0, 3.0, -3.0, 3.0),
+    (-3.0, 3.0, -3.0, -3.0),
+]
+SPEEDS = (0.1, 0.3, 0.5)
+GIVES_WAY = "something comes at the robot: it gives way"
+TRAPPED = "something comes at the robot, and there is no way out: it stands still"
+
+
+def explore(robot: RobotModel) -> Maneuver:
+    """Drive ahead at full speed."""
+    return ExploreForward(robot.max_linear_velocity, 0.3, robot)
+
+
+def creep(robot: RobotModel) -> Maneuver:
+    """Drive ahead slowly."""
+    return Move(12, Twist2D(0.1, 0.0), robot)
+
+
+def turn(robot: RobotModel) -> Maneuver:
+    """Turn slowly, for longer than any meeting."""
+    return Turn(12.0, 0.3, robot)
+
+
+MEETINGS: dict[str, tuple[Callable[[RobotModel], Maneuver], Callable[[float], Course]]] = {
+    "head on": (explore, lambda speed: Drifting((2.2, 0.0), (-speed, 0.0))),
+    "crossing": (explore, lambda speed: Drifting((1.0, -3.8 * speed), (0.0, speed))),
+    "corner": (explore, lambda speed: Drifting((2.0, 3 * speed), (-speed, -0.6 * speed))),
+    "from behind": (creep, lambda speed: Drifting((-2.0, 0.05), (speed, 0.0))),
+    "from the side": (turn, lambda speed: Drifting((0.0, 2.0), (0.0, -speed))),
+    "on a circle": (creep, lambda speed: Circling((1.4, 0.0), (0.0, 0.0), math.tau * 1.4 / speed)),
+}
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+@pytest.mark.parametrize("meeting", MEETINGS)
+def test_what_moves_does_not_run_into_a_robot_that_has_room(waffle, meeting, speed):
+    """Whatever side it comes from; the goal goes on afterwards, or has succeeded."""
+    maneuver, course = MEETINGS[meeting]
+    world = MovingWorld(waffle, [Mover(course(speed))], ROOM)
+    world.start(maneuver(waffle))
+    world.run(12.0)
+    assert world.least_gap > 0.03
+    assert [outcome.status for outcome in world.outcomes] in ([], ["succeeded"])
+
+
+@pytest.mark.parametrize("meeting", ["head on", "from behind", "from the side"])
+def test_it_would_be_run_into_if_it_did_not_give_way(waffle, meeting):
+    """The same meetings, with give_way_time 0: the scenarios can fail."""
+    maneuver, course = MEETINGS[meeting]
+    world = MovingWorld(waffle, [Mover(course(0.3))], ROOM, gives_way=False)
+    world.start(maneuver(waffle))
+    world.run(12.0)
+    assert world.least_gap <= 0.0
+    assert world.held == 0
+
+
+def test_it_is_told_once_and_in_the_result(waffle):
+    """However often it gives way; the way is in the result's reason."""
+    world = MovingWorld(waffle, [Mover(Drifting((2.2, 0.0), (-0.3, 0.0)))], ROOM)
+    world.start(explore(waffle))
+    world.run(20.0)
+    assert world.notes == [GIVES_WAY]
+    (outcome,) = world.outcomes
+    assert outcome.status == "succeeded"
+    assert outcome.reason.startswith("gave way ")
+
+
+def test_in_a_dead_end_it_stands_still_and_says_so(waffle):
+    """Walls at both sides and behind: backing off ends at the wall, which it does not touch."""
+    alley: list[Wall] = [
+        (-0.6, -0.3, 3.0, -0.3),
+        (-0.6, 0.3, 3.0, 0.3),
+        (-0.6, -0.3, -0.6, 0.3),
+        (3.0, -0.3, 3.0, 0.3),
+    ]
+    world = MovingWorld(waffle, [Mover(Drifting((2.5, 0.0), (-0.3, 0.0)))], alley)
+    world.start(explore(waffle))
+    world.run(9.0)
+    assert world.notes[-1] == TRAPPED
+    assert world.base.linear == world.base.angular == 0.0
+    assert world.base.x + waffle.hull.rear > -0.6
+    assert world.least_gap <= 0.0
+
+
+def test_an_idle_base_does_not_move(waffle):
+    """A robot that moves without a goal is a surprise; so it stands, and is run into."""
+    world = MovingWorld(waffle, [Mover(Drifting((2.0, 0.0), (-0.3, 0.0)))], ROOM)
+    world.run(8.0)
+    assert (world.base.x, world.base.y, world.base.yaw) == (0.0, 0.0, 0.0)
+    assert world.least_gap <= 0.0
+
+
+def test_a_base_that_is_held_does_not_move(waffle):
+    """Whoever holds it has the last word."""
+    world = MovingWorld(waffle, [Mover(Drifting((2.0, 0.0), (-0.3, 0.0)))], ROOM)
+    world.pilot.hold()
+    world.start(turn(waffle))
+    world.run(8.0)
+    assert (world.base.x, world.base.y, world.base.yaw) == (0.0, 0.0, 0.0)
+
+
+def test_one_goal_gives_way_so_far_and_no_farther(waffle):
+    """What follows it for ever does not drive it through the world: give_way_distance."""
+    world = MovingWorld(waffle, [Mover(Drifting((-1.5, 0.0), (0.2, 0.0)))], [])
+    world.start(Move(60, Twist2D(0.0, 0.02), waffle))
+    world.run(40.0)
+    assert world.give_way.way <= 1.0 + 0.26 * 0.2
+
+
+@pytest.mark.parametrize(("distance", "codes"), [(1.5, DRIVE_ON_HEADING), (-1.5, BACK_UP)])
+def test_a_straight_drive_makes_up_for_the_way_it_went_back(waffle, distance, codes):
+    """The way that it gave up is no part of the distance that was asked for."""
+    ahead = math.copysign(1.0, distance)
+    mover = Mover(Drifting((ahead * 1.2, 2.5), (-ahead * 0.1, -0.4)))
+    world = MovingWorld(waffle, [mover], [])
+    world.start(Straight(distance, 0.2, 0.0, codes, waffle))
+    world.run(40.0)
+    (outcome,) = world.outcomes
+    assert outcome.status == "succeeded"
+    assert world.least_gap > 0.03
+    assert world.give_way.way > 0.1
+    assert math.hypot(world.base.x, world.base.y) == pytest.approx(1.5, abs=0.05)
+
+
+def test_a_goal_with_a_time_ends_in_time(waffle):
+    """Giving way uses up the goal's time like anything else."""
+    world = MovingWorld(waffle, [Mover(Drifting((1.5, 0.0), (-0.2, 0.0)))], ROOM)
+    world.start(Move(6, Twist2D(0.05, 0.0), waffle))
+    world.run(7.2)
+    assert [outcome.status for outcome in world.outcomes] == ["succeeded"]
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.3, 1.0, 1.82])
+@pytest.mark.parametrize("linear", [0.0, 0.26])
+def test_nothing_that_stands_still_is_given_way_to(robot, linear, rate):
+    """Walls, corners and posts, with noise, while the robot drives and turns at any speed."""
+    posts = [wall for x, y in ((0.9, 0.9), (-0.8, 1.1), (1.0, -1.2)) for wall in _post(x, y)]
+    world = MovingWorld(robot, [], [*_square(1.9), *posts])
+    top = Twist2D(min(linear, robot.max_linear_velocity), min(rate, robot.max_angular_velocity))
+    world.start(Move(10, top, robot))
+    world.run(10.0)
+    assert world.held == 0
+    assert world.notes == []
+
+
+def _square(half: float) -> list[Wall]:
+    corners = [(-half, -half), (half, -half), (half, half), (-half, half)]
+    return [(*a, *b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+
+
+def _post(x: float, y: float) -> list[Wall]:
+    return [(x + a, y + b, x + c, y + d) for a, b, c, d in _square(0.05)]
