@@ -37,6 +37,8 @@ _GAIN_S = 0.5
 _SIDE_M = 0.08
 """Kept to what moves: what is seen of it is its front."""
 _ENOUGH_M = 0.2
+_CLOSE_M = 0.3
+"""Margins, and the way until the base stands."""
 _STATIC_M = 0.02
 _AGAIN_M = 0.05
 _METRE_COSTS = 0.05
@@ -161,16 +163,19 @@ class GiveWay:
 
     def _decide(self, now: Observation, horizon_s: float) -> None:
         """Look whether standing is safe, and else for an arc that is better."""
-        threat = self._threat(now)
         calm_s = _CALM_S if self._escape is not None else 0.0
-        standing = self._contact_s(now, threat, [ZERO], horizon_s + calm_s)[0][0]
+        near = self._threat(now, horizon_s + calm_s)
+        standing = math.inf
+        if near is not None:
+            standing = float(self._contact_s(now, near, [ZERO], horizon_s + calm_s)[0][0])
         had, self._escape = self._escape, None
         self.is_trapped = False
         if standing > horizon_s + calm_s:
             if self.is_active:
                 self._end_when_standing(now)
             return
-        if self.way < self._tuning.give_way_distance:
+        threat = self._threat(now)
+        if threat is not None and self.way < self._tuning.give_way_distance:
             self._escape = self._best(now, threat, horizon_s, standing)
         self.is_trapped = self._escape is None
         if self._escape is not None and had is None and self.is_active:
@@ -186,25 +191,33 @@ class GiveWay:
     def _is_safe(self, now: Observation, twist: Twist2D) -> bool:
         """Whether the base can do so until the next scan, and then stand, without contact."""
         horizon_s = self._tuning.give_way_time
-        threat = self._threat(now)
+        threat = self._threat(now, horizon_s)
+        if threat is None:
+            return True
         for for_s in (_COMMIT_S, horizon_s):
             times, _ = self._contact_s(now, threat, [twist], horizon_s, for_s=for_s)
             if times[0] > horizon_s:
                 return for_s == _COMMIT_S or self._are_free(now, threat, [twist], horizon_s)[0]
         return False
 
-    def _threat(self, now: Observation) -> _Threat:
+    def _threat(self, now: Observation, within_s: float = math.inf) -> _Threat | None:
+        """Return what moves, and could be at the hull within a time if the base stands."""
         odom = now.odom or Pose2D(0.0, 0.0, 0.0)
         cosine, sine = math.cos(odom.yaw), math.sin(odom.yaw)
         points, rates, turning = [], [], []
         for one in self._moving.seen:
             vx, vy = one.velocity
             seen = into_frame(odom, one.at(now.time_s))
+            reach = math.hypot(vx, vy) * within_s + self._body.turning_radius + _CLOSE_M
+            if np.hypot(seen[:, 0], seen[:, 1]).min() > reach:
+                continue
             seen = seen[:: math.ceil(len(seen) / _MOST_POINTS)]
             points.append(seen)
             rate = (cosine * vx + sine * vy, cosine * vy - sine * vx)
             rates.append(np.broadcast_to(rate, seen.shape))
             turning.append(np.full(len(seen), one.turn_rate))
+        if not points:
+            return None
         return _Threat(np.vstack(points), np.vstack(rates), np.concatenate(turning))
 
     def _best(

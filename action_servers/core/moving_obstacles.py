@@ -32,8 +32,7 @@ _SHORTEST_BACK_S = 0.3
 _PERIOD_S = 0.15
 _DEEPER_M = 0.05
 """How far inside the free space a point must lie: 3.5 standard deviations of two rays' noise."""
-_SKEW_S = 0.1
-"""A lidar that turns measures its rays one after the other, and odometry is late."""
+_LONGEST_TURN_S = 0.3
 _FEWEST_POINTS = 3
 _JUMP_M = 0.15
 _RAYS_APART = 3
@@ -75,11 +74,15 @@ class MovingObstacle:
 
 @dataclass(slots=True, eq=False)
 class _Look:
-    """One scan, and the pose of the lidar in the odometry frame when it was taken."""
+    """One scan, and the pose of the lidar in the odometry frame when it was taken.
+
+    A lidar that turns measures its rays one after the other: its directions are off by up to
+    `blur`, rad, when the base turns, too.
+    """
 
     scan: Scan
     pose: Pose2D
-    rate: float
+    blur: float
     _free: dict[int, Ranges] = field(default_factory=dict)
 
     def free(self, rays: int) -> Ranges:
@@ -203,7 +206,9 @@ class MovingObstacles:
             odom.y + way * sine + x * sine + y * cosine,
             yaw,
         )
-        return _Look(scan, pose, abs(velocity.angular))
+        turn_s = scan.stamp_s - self._looks[-1].scan.stamp_s if self._looks else _LONGEST_TURN_S
+        turn_s = min(max(turn_s, 0.0), _LONGEST_TURN_S)
+        return _Look(scan, pose, abs(velocity.angular) * turn_s)
 
     def _follow(self, stamp_s: float, clusters: list[Points]) -> None:
         free = list(self._tracks)
@@ -268,9 +273,10 @@ def _entered(look: _Look, before: _Look, rays: Indices) -> tuple[Complex, Indice
     across, along = look.pose.x - before.pose.x, look.pose.y - before.pose.y
     seen = directions[rays] * (scan.ranges[rays] * complex(math.cos(turned), math.sin(turned)))
     seen += complex(cosine * across + sine * along, cosine * along - sine * across)
-    blur = (look.rate + before.rate) * _SKEW_S
     count = len(then.ranges)
-    free = before.free(min(1 + math.ceil(blur / abs(then.angle_increment)), count // 2))
+    free = before.free(
+        min(1 + math.ceil((look.blur + before.blur) / abs(then.angle_increment)), count // 2)
+    )
     ray, is_round = ray_towards(then, np.angle(seen) - then.angle_min)
     if is_round:
         free = free[ray % count]

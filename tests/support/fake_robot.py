@@ -20,7 +20,7 @@ PHYSICS_STEP_S = 0.005
 
 
 class FakeRobot:
-    """Moves as told, within its acceleration; sees walls exactly, ten times a second."""
+    """Moves as told, within its acceleration; sees walls exactly, every `scan_period_s`."""
 
     def __init__(self, robot: RobotModel, walls: Iterable[Wall] = ()) -> None:
         self.robot = robot
@@ -29,6 +29,7 @@ class FakeRobot:
         self.x = self.y = self.yaw = 0.0
         self.linear = self.angular = 0.0
         self.stuck = False
+        self.scan_period_s = 0.1
         self.sees_images = False
         self.twists: list[Twist2D] = []
         self.changes: dict[str, Any] = {}
@@ -37,7 +38,8 @@ class FakeRobot:
 
     def observe(self) -> Observation:
         """What the robot's topics would tell now; `changes` replaces single fields."""
-        if self._scan is None or self.time_s - self._scan.stamp_s > 0.099:
+        age_s = math.inf if self._scan is None else self.time_s - self._scan.stamp_s
+        if not 0.0 <= age_s <= self.scan_period_s - 0.001:
             self._scan = self._scanned()
             self._image = self._picture() if self.sees_images else None
         now = Observation(

@@ -15,10 +15,11 @@ from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot
 from action_servers.core.tuning import TUNING
 from bt_mission.core.robot.model import RobotModel
 from sim.world.motion import Course
-from tests.support.fake_robot import FakeRobot, Wall
+from tests.support.fake_robot import FakeRobot, Wall, cast_rays
 
 SIDES = 16
 NOISE_M = 0.01
+SKEW_RAYS = 20
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,7 +38,11 @@ class Mover:
 
 
 class MovingWorld:
-    """A robot in the care of a pilot; its lidar is noisy, with a seed. `gap` is the truth, m."""
+    """A robot in the care of a pilot; its lidar is noisy, with a seed. `gap` is the truth, m.
+
+    `turn_s` is how long the lidar takes for a turn, its rays one after the other; the stamp is
+    that of the last. 0: all at once.
+    """
 
     def __init__(
         self,
@@ -47,6 +52,7 @@ class MovingWorld:
         *,
         gives_way: bool = True,
         seed: int = 1,
+        turn_s: float = 0.0,
     ) -> None:
         self.base = FakeRobot(robot)
         self.least_gap = math.inf
@@ -55,6 +61,8 @@ class MovingWorld:
         self.held = 0
         self._movers = list(movers)
         self._fixed = list(walls)
+        self._turn_s = turn_s
+        self.base.scan_period_s = turn_s or self.base.scan_period_s
         self._start_s = self.base.time_s
         self._rng = np.random.default_rng(seed)
         self._scan: Scan | None = None
@@ -80,8 +88,21 @@ class MovingWorld:
         assert now.scan is not None
         if now.scan is not self._scan:
             self._scan = now.scan
+            if self._turn_s:
+                self._skew(now.scan)
             now.scan.ranges[:] += self._rng.normal(0.0, NOISE_M, len(now.scan.ranges))
         return now
+
+    def _skew(self, scan: Scan) -> None:
+        base, lidar = self.base, self.base.robot.lidar
+        count = len(scan.ranges)
+        late_s = self._turn_s * (1.0 - np.arange(count) / count)
+        angles = base.yaw - base.angular * late_s + scan.angle_increment * np.arange(count)
+        x = base.x + lidar.x * math.cos(base.yaw) - base.linear * math.cos(base.yaw) * late_s
+        y = base.y + lidar.x * math.sin(base.yaw) - base.linear * math.sin(base.yaw) * late_s
+        for index in range(0, count, SKEW_RAYS):
+            part = slice(index, index + SKEW_RAYS)
+            scan.ranges[part] = cast_rays(x[index], y[index], angles[part], base.walls)
 
     def start(self, maneuver: Maneuver) -> ManeuverRun:
         """Put a maneuver into the pilot's care."""

@@ -131,12 +131,17 @@ def test_one_goal_gives_way_so_far_and_no_farther(waffle):
     assert world.give_way.way <= 1.0 + 0.26 * 0.2
 
 
-@pytest.mark.parametrize(("distance", "codes"), [(1.5, DRIVE_ON_HEADING), (-1.5, BACK_UP)])
-def test_a_straight_drive_makes_up_for_the_way_it_went_back(waffle, distance, codes):
-    """The way that it gave up is no part of the distance that was asked for."""
-    ahead = math.copysign(1.0, distance)
-    mover = Mover(Drifting((ahead * 1.2, 2.5), (-ahead * 0.1, -0.4)))
-    world = MovingWorld(waffle, [mover], [])
+@pytest.mark.parametrize(
+    ("distance", "codes", "course"),
+    [
+        (1.5, DRIVE_ON_HEADING, Drifting((1.2, 2.5), (-0.1, -0.4))),
+        (-1.5, BACK_UP, Drifting((-1.2, 1.5), (0.0, -0.2))),
+    ],
+    ids=["ahead", "back"],
+)
+def test_a_straight_drive_makes_up_for_the_way_it_gave_up(waffle, distance, codes, course):
+    """The way by which it gave way is no part of the distance that was asked for."""
+    world = MovingWorld(waffle, [Mover(course)], [])
     world.start(Straight(distance, 0.2, 0.0, codes, waffle))
     world.run(40.0)
     (outcome,) = world.outcomes
@@ -154,17 +159,45 @@ def test_a_goal_with_a_time_ends_in_time(waffle):
     assert [outcome.status for outcome in world.outcomes] == ["succeeded"]
 
 
+@pytest.mark.parametrize("turn_s", [0.0, 0.2], ids=["all at once", "ray by ray"])
 @pytest.mark.parametrize("rate", [0.0, 0.3, 1.0, 1.82])
 @pytest.mark.parametrize("linear", [0.0, 0.26])
-def test_nothing_that_stands_still_is_given_way_to(robot, linear, rate):
+def test_nothing_that_stands_still_is_given_way_to(robot, linear, rate, turn_s):
     """Walls, corners and posts, with noise, while the robot drives and turns at any speed."""
     posts = [wall for x, y in ((0.9, 0.9), (-0.8, 1.1), (1.0, -1.2)) for wall in _post(x, y)]
-    world = MovingWorld(robot, [], [*_square(1.9), *posts])
+    world = MovingWorld(robot, [], [*_square(1.9), *posts], turn_s=turn_s)
     top = Twist2D(min(linear, robot.max_linear_velocity), min(rate, robot.max_angular_velocity))
-    world.start(Move(10, top, robot))
-    world.run(10.0)
+    world.start(Move(5, top, robot))
+    world.run(5.0)
+    world.start(Move(5, Twist2D(-top.linear, -top.angular), robot))
+    world.run(5.0)
     assert world.held == 0
     assert world.notes == []
+
+
+def test_what_comes_into_view_does_not_move(waffle):
+    """A post behind a corner appears to the robot that passes it: it was never seen to be away."""
+    corner: list[Wall] = [(0.4, 0.35, 0.6, 0.35), (0.4, 0.35, 0.4, 0.6)]
+    world = MovingWorld(waffle, [], [*ROOM, *corner, *_post(0.8, 0.45)])
+    world.start(Move(6, Twist2D(0.2, 0.0), waffle))
+    world.run(6.0)
+    assert world.held == 0
+
+
+def test_a_clock_that_is_set_back_does_not_end_it(waffle):
+    """As a simulator that begins anew does: it looks again from then on."""
+    world = MovingWorld(waffle, [Mover(Drifting((2.2, 0.0), (-0.3, 0.0)))], ROOM)
+    world.start(turn(waffle))
+    world.run(2.0)
+    world.base.time_s -= 2.0
+    world.run(0.1)
+    assert [outcome.reason for outcome in world.outcomes] == [
+        "the ROS clock was set back by 1.95 s"
+    ]
+    world.start(turn(waffle))
+    world.run(8.0)
+    assert world.least_gap > 0.03
+    assert world.notes == [GIVES_WAY]
 
 
 def _square(half: float) -> list[Wall]:
