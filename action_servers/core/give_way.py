@@ -9,23 +9,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from action_servers.core.clearance import Points, into_frame, obstacle_points
 from action_servers.core.drive_limits import limits
-from action_servers.core.guard import MARGIN_M, Footprint, footprint
+from action_servers.core.grid import Floats
+from action_servers.core.guard import MARGIN_M, footprint
 from action_servers.core.maneuver import ZERO, Observation, Scan
 from action_servers.core.moving_obstacles import MovingObstacles
+from action_servers.core.rollout import STEP_S, MovingPoints, depth_in, grown, rolled_out
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import RobotModel
 
-Floats = npt.NDArray[np.float64]
-
-_STEP_S = 0.1
 _BEYOND_S = 2.0
 """How long after the time to give way an arc is judged by, the base standing at its end."""
 _COMMIT_S = 0.15
@@ -53,23 +51,6 @@ _TOLD_WAY, _TOLD_TRAPPED = 1, 2
 _STANDS_LINEAR, _STANDS_ANGULAR = 0.02, 0.05
 
 
-@dataclass(frozen=True, slots=True)
-class _Threat:
-    """What moves, as seen from the base, `n x 2` m; of each point velocity, m/s, and rad/s."""
-
-    points: Points
-    rates: Points
-    turning: Floats
-
-    def at(self, times: Floats) -> Floats:
-        """Return the points at times from now, `times x n x 2`."""
-        turned = times[:, None] * self.turning
-        along = times[:, None] * np.sinc(turned / math.pi)
-        aside = times[:, None] * np.sinc(turned / math.tau) * np.sin(turned / 2)
-        left = np.stack([-self.rates[:, 1], self.rates[:, 0]], axis=1)
-        return self.points + along[:, :, None] * self.rates + aside[:, :, None] * left
-
-
 class GiveWay:
     """Watches what moves, and takes the base over while it would be run into.
 
@@ -84,8 +65,8 @@ class GiveWay:
         self._tuning = tuning
         self._robot = robot
         self._body = footprint(robot)
-        self._wide = _grown(self._body, _SIDE_M)
-        self._near = _grown(self._body, MARGIN_M + _STATIC_M)
+        self._wide = grown(self._body, _SIDE_M)
+        self._near = grown(self._body, MARGIN_M + _STATIC_M)
         self._limits = limits(robot)
         self._moving = MovingObstacles(robot.lidar)
         self._scan: Scan | None = None
@@ -200,7 +181,7 @@ class GiveWay:
                 return for_s == _COMMIT_S or self._are_free(now, threat, [twist], horizon_s)[0]
         return False
 
-    def _threat(self, now: Observation, within_s: float = math.inf) -> _Threat | None:
+    def _threat(self, now: Observation, within_s: float = math.inf) -> MovingPoints | None:
         """Return what moves, and could be at the hull within a time if the base stands."""
         odom = now.odom or Pose2D(0.0, 0.0, 0.0)
         cosine, sine = math.cos(odom.yaw), math.sin(odom.yaw)
@@ -218,10 +199,10 @@ class GiveWay:
             turning.append(np.full(len(seen), one.turn_rate))
         if not points:
             return None
-        return _Threat(np.vstack(points), np.vstack(rates), np.concatenate(turning))
+        return MovingPoints(np.vstack(points), np.vstack(rates), np.concatenate(turning))
 
     def _best(
-        self, now: Observation, threat: _Threat, horizon_s: float, standing: float
+        self, now: Observation, threat: MovingPoints, horizon_s: float, standing: float
     ) -> Twist2D | None:
         """Return the arc that keeps what moves away longest, or None where none is of use."""
         arcs = self._arcs()
@@ -253,7 +234,7 @@ class GiveWay:
     def _contact_s(
         self,
         now: Observation,
-        threat: _Threat,
+        threat: MovingPoints,
         arcs: list[Twist2D],
         whole_s: float,
         *,
@@ -263,9 +244,9 @@ class GiveWay:
 
         And the least gap until then, m.
         """
-        times = np.arange(0.0, whole_s + _STEP_S, _STEP_S)
-        poses = self._rolled_out(now, arcs, times, for_s)
-        depth = _depth(self._wide, poses, threat.at(times))
+        times = np.arange(0.0, whole_s + STEP_S, STEP_S)
+        poses = rolled_out(now.velocity or ZERO, arcs, times, for_s, self._limits)
+        depth = depth_in(self._wide, poses, threat.at(times))
         # What touches already, or nearly, counts only where it comes nearer yet.
         depth = depth.max(axis=2) - np.maximum(depth[:, :1].max(axis=2), 0.0)
         touching = depth > _DEEPER_M
@@ -273,20 +254,20 @@ class GiveWay:
         return first, -depth.max(axis=1)
 
     def _are_free(
-        self, now: Observation, threat: _Threat, arcs: list[Twist2D], for_s: float
+        self, now: Observation, threat: MovingPoints, arcs: list[Twist2D], for_s: float
     ) -> list[bool]:
         """Whether each arc, driven for a time and braked, is free of what stands still."""
         fixed = self._fixed(now, threat)
         if not len(fixed):
             return [True] * len(arcs)
-        times = np.arange(0.0, for_s + 0.5, _STEP_S)
-        poses = self._rolled_out(now, arcs, times, for_s)
-        depth = _depth(self._near, poses, fixed[None])
+        times = np.arange(0.0, for_s + 0.5, STEP_S)
+        poses = rolled_out(now.velocity or ZERO, arcs, times, for_s, self._limits)
+        depth = depth_in(self._near, poses, fixed[None])
         allowed = np.maximum(depth[:, :1], 0.0) + _DEEPER_M
         touching: npt.NDArray[np.bool_] = np.any(depth > allowed, axis=(1, 2))
         return [not one for one in touching.tolist()]
 
-    def _fixed(self, now: Observation, threat: _Threat) -> Points:
+    def _fixed(self, now: Observation, threat: MovingPoints) -> Points:
         """Return what an arc is not to touch: points of the scan, and directions not looked in."""
         assert now.scan is not None
         lidar = self._robot.lidar
@@ -313,41 +294,3 @@ class GiveWay:
         angles = np.concatenate([angles, unseen])
         radius = self._body.turning_radius + _BLIND_M
         return np.stack([radius * np.cos(angles), radius * np.sin(angles)], axis=1)
-
-    def _rolled_out(
-        self, now: Observation, arcs: list[Twist2D], times: Floats, for_s: float
-    ) -> Floats:
-        """Return x, y and yaw of each arc at each time, `arcs x times x 3`, from the base."""
-        velocity = now.velocity or ZERO
-        linear = np.full(len(arcs), velocity.linear)
-        angular = np.full(len(arcs), velocity.angular)
-        wanted = np.array([(arc.linear, arc.angular) for arc in arcs])
-        poses = np.zeros((len(arcs), len(times), 3))
-        step = self._limits.acceleration * _STEP_S, self._limits.angular_acceleration * _STEP_S
-        for index in range(1, len(times)):
-            to = wanted if times[index] <= for_s + _STEP_S / 2 else np.zeros_like(wanted)
-            linear = linear + np.clip(to[:, 0] - linear, -step[0], step[0])
-            angular = angular + np.clip(to[:, 1] - angular, -step[1], step[1])
-            x, y, yaw = poses[:, index - 1].T
-            middle = yaw + 0.5 * angular * _STEP_S
-            poses[:, index, 0] = x + linear * np.cos(middle) * _STEP_S
-            poses[:, index, 1] = y + linear * np.sin(middle) * _STEP_S
-            poses[:, index, 2] = yaw + angular * _STEP_S
-        return poses
-
-
-def _grown(body: Footprint, margin: float) -> Footprint:
-    """Return a footprint that is larger by a margin, its circle too."""
-    return replace(body.grown(margin), turning_radius=body.turning_radius + margin)
-
-
-def _depth(body: Footprint, poses: Floats, points: Floats) -> Floats:
-    """Return how deep points lie in the hull, m: `arcs x times x points`.
-
-    `points` are `times x points x 2`, or `1 x points x 2` for those that stay.
-    """
-    yaw = poses[:, :, 2, None]
-    cosine, sine = np.cos(yaw), np.sin(yaw)
-    across = points[None, :, :, 0] - poses[:, :, 0, None]
-    along = points[None, :, :, 1] - poses[:, :, 1, None]
-    return body.depth(cosine * across + sine * along, cosine * along - sine * across)
