@@ -59,23 +59,27 @@ def test_a_signal_ends_the_mission_with_no_goal_left_behind(
     assert process.returncode == 130
 
 
-@pytest.mark.parametrize("count", [1, 2])
+@pytest.mark.parametrize(("count", "seconds"), [(1, 1), (2, 3600)])
 def test_a_signal_is_cleaned_up_after_and_a_second_one_skips_that(
-    tmp_path: Path, count: int
+    tmp_path: Path, count: int, seconds: int
 ) -> None:
-    """The clean-up is a turn of ten seconds, which is carried out to its end, or cut off."""
+    """The clean-up is a turn for some seconds, which is carried out to its end, or cut off.
+
+    Nothing holds a clean-up to `--speed`: only a long one still runs at the second signal.
+    """
     path = tmp_path / "tidy.yaml"
     path.write_text(
-        "mission: tidy\nworld: empty_arena\ntree:\n  finally: {timeout: 60}\n"
+        "mission: tidy\nworld: empty_arena\ntree:\n  finally: {timeout: 4000}\n"
         "  do: {move: {secs: 100, linear_velocity: 0.1}, name: drive, timeout: 200}\n"
-        "  then:\n    sequence:\n      - turn: {angle: 170, angular_velocity: 0.3}\n"
-        "        timeout: 50\n      - log: all tidy\n",
+        "  then:\n    sequence:\n"
+        f"      - {{move: {{secs: {seconds}, angular_velocity: 0.3}}, name: tidy up, timeout: 4000}}\n"
+        "      - log: all tidy\n",
         encoding="utf-8",
     )
     with started("run", str(path), "--speed", "4") as process:
         read_until(process, "▶ drive")
         process.send_signal(signal.SIGINT)
-        read_until(process, "▶ turn")
+        read_until(process, "▶ tidy up")
         if count == 2:
             with suppress(subprocess.TimeoutExpired):
                 process.wait(SAME_WISH_S)  # one sooner after the first is the same wish
