@@ -71,8 +71,8 @@ def test_a_signal_is_cleaned_up_after_and_a_second_one_skips_that(
     path.write_text(
         "mission: tidy\nworld: empty_arena\ntree:\n  finally: {timeout: 4000}\n"
         "  do: {move: {secs: 100, linear_velocity: 0.1}, name: drive, timeout: 200}\n"
-        "  then:\n    sequence:\n"
-        f"      - {{move: {{secs: {seconds}, angular_velocity: 0.3}}, name: tidy up, timeout: 4000}}\n"
+        "  then:\n    sequence:\n      - name: tidy up\n        timeout: 4000\n"
+        f"        move: {{secs: {seconds}, angular_velocity: 0.3}}\n"
         "      - log: all tidy\n",
         encoding="utf-8",
     )

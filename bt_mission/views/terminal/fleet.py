@@ -7,7 +7,7 @@ from functools import partial
 from typing import TextIO
 
 from rich.cells import cell_len
-from rich.console import Console, Group
+from rich.console import Group
 from rich.text import Text
 
 from bt_mission.core.terminal.console import EscapingConsole
@@ -85,7 +85,7 @@ class FleetScreen(LiveScreen):
     """The trees of all robots below each other, each with as many rows as fit."""
 
     def __init__(
-        self, console: Console, plan: FleetPlan, capture: OutputCapture | None = None
+        self, console: EscapingConsole, plan: FleetPlan, capture: OutputCapture | None = None
     ) -> None:
         super().__init__(console, capture)
         self._plan = plan
