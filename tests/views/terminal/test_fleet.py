@@ -6,9 +6,9 @@ import io
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 
 from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.core.terminal.console import EscapingConsole
 from bt_mission.fleets.loader import load_fleet
 from bt_mission.fleets.run import driving_fleet
 from bt_mission.sessions.session import finish
@@ -21,7 +21,7 @@ def shown(path: Path, folder: Path, height: int) -> list[str]:
     """Run a fleet; return what its picture leaves on a terminal of so many rows."""
     plan = load_fleet(path)
     stream = io.StringIO()
-    console = Console(file=stream, width=80, height=height, force_terminal=True, _environ={})
+    console = EscapingConsole(stream, width=80, height=height, force_terminal=True, _environ={})
     with Stage(robots=plan.robots, image_folder=folder, options=plan.stage_options) as stage:
         finish(driving_fleet(stage, plan, FleetScreen(console, plan), InterruptSignals()))
     rows = shown_by_terminal(stream.getvalue())
