@@ -308,7 +308,10 @@ def test_an_executive_that_serves_goes_by_other_names(tmp_path: Path) -> None:
 
 
 def test_a_simulation_beside_another_is_not_driven_with_it(tmp_path: Path, drive: str) -> None:
-    """Neither by the executive nor by the servers, unless that is asked for."""
+    """Neither by the executive nor by the servers, unless that is asked for.
+
+    On a busy machine the executive may not have found the second one yet: then the servers refuse.
+    """
     options = ("--world", "empty_arena", "--no-camera")
     attach = ("run", drive, "--attach", "--plain")
     with ExitStack() as stack:
@@ -320,8 +323,8 @@ def test_a_simulation_beside_another_is_not_driven_with_it(tmp_path: Path, drive
         seen, _ = run.communicate(timeout=120)
         leave = stack.enter_context(started(*attach, "--allow-duplicates", **LOCAL))
         rejected, _ = leave.communicate(timeout=120)
-    assert run.returncode == 2
-    assert "/odom has 2 publishers (/bt_mission_sim, " in seen
+    is_found = run.returncode == 2 and "/odom has 2 publishers (/bt_mission_sim, " in seen
+    assert is_found or (run.returncode == 1 and "rejected" in seen)
     assert leave.returncode == 1
     assert "rejected" in rejected
 
