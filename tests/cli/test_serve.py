@@ -1,4 +1,4 @@
-"""`bt-mission serve` as a process: what becomes of a mission when nobody reads what is said of it."""
+"""`bt-mission serve` as a process: missions whose lines nobody reads."""
 
 from __future__ import annotations
 
