@@ -78,10 +78,10 @@ BASH_END = """
 # shell would expand or run there is left to its own completion of files, which quotes it.
 _bt_mission_complete() {
   _shtab_bt_mission
-  local word
+  local word special='*[[:cntrl:]"`$\\\\;&|<>()*?[!#{'\\'']*'
   local -a plain=()
   for word in "${COMPREPLY[@]}"; do
-    [[ $word == *[[:cntrl:]\\"\\'\\`\\$\\\\\\;\\&\\|\\<\\>\\(\\)\\*\\?\\[\\!\\#\\{]* ]] || plain+=("$word")
+    [[ $word == $special ]] || plain+=("$word")
   done
   COMPREPLY=("${plain[@]}")
   if [[ ${#COMPREPLY[@]} -eq 1 && ${COMPREPLY[0]} == *= ]]; then
