@@ -20,6 +20,8 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+MARK = "versions.json"
+"""The file by which a folder is known as one with a site."""
 SETTINGS = ROOT / "docs" / "site"
 REDIRECT = (
     '<!doctype html><title>bt-mission</title><meta http-equiv="refresh" content="0; url={}/">\n'
@@ -47,11 +49,23 @@ def build(source: Path, into: Path, *, is_strict: bool) -> None:
         run(*sphinx, *settings, *strictness, source, into)
 
 
+def commit_of(reference: str) -> str:
+    """Return the commit that a reference of git names, whatever sign it begins with."""
+    named = f"{reference}^{{commit}}"
+    found = run("git", "-C", ROOT, "rev-parse", "--verify", "--end-of-options", named)
+    return found.decode().split()[-1]
+
+
 def export(reference: str, into: Path) -> None:
     """Write the sources of a reference of git into a folder."""
-    packed = run("git", "-C", ROOT, "archive", reference)
+    packed = run("git", "-C", ROOT, "archive", commit_of(reference))
     with tarfile.open(fileobj=io.BytesIO(packed)) as files:
         files.extractall(into, filter="data")
+
+
+def is_replaceable(folder: Path) -> bool:
+    """Return whether a folder has nothing but a site: it is built anew as a whole."""
+    return (folder / MARK).is_file() or not any(folder.iterdir())
 
 
 def main() -> int:
@@ -60,23 +74,33 @@ def main() -> int:
     parser.add_argument("references", nargs="*", help="further versions, the newest first")
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "build" / "site")
     options = parser.parse_args()
-    shutil.rmtree(options.output, ignore_errors=True)
+    output: Path = options.output
+    if output.exists() and not (output.is_dir() and is_replaceable(output)):
+        parser.error(f"{output} is no folder with a site: remove it, or give another")
+    try:
+        for reference in options.references:
+            commit_of(reference)
+    except subprocess.CalledProcessError:
+        parser.error(f"git knows no {reference!r}: expected tags, branches or commits")
+    shutil.rmtree(output, ignore_errors=True)
+    output.mkdir(parents=True)
+    (output / MARK).write_text("[]", encoding="utf-8")
     newest = version_of(ROOT)
     names = [newest]
     try:
-        build(ROOT, options.output / newest, is_strict=True)
+        build(ROOT, output / newest, is_strict=True)
         for reference in options.references:
             name = re.sub(r"[^\w.-]", "-", reference)
             with tempfile.TemporaryDirectory() as folder:
                 export(reference, Path(folder))
-                build(Path(folder), options.output / name, is_strict=False)
+                build(Path(folder), output / name, is_strict=False)
             names.append(name)
     except subprocess.CalledProcessError as error:
         print(f"the site was not built: {' '.join(error.cmd[:3])} ... failed", file=sys.stderr)
         return 1
-    (options.output / "versions.json").write_text(json.dumps(names), encoding="utf-8")
-    (options.output / "index.html").write_text(REDIRECT.format(newest), encoding="utf-8")
-    print(options.output / "index.html")
+    (output / MARK).write_text(json.dumps(names), encoding="utf-8")
+    (output / "index.html").write_text(REDIRECT.format(newest), encoding="utf-8")
+    print(output / "index.html")
     return 0
 
 

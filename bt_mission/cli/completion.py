@@ -74,9 +74,16 @@ _bt_mission_{kind}_names() {{
 }}
 """
 BASH_END = """
-# A name that ends with '=' is followed by its value.
+# A name that ends with '=' is followed by its value. Words go onto the line as they are: what the
+# shell would expand or run there is left to its own completion of files, which quotes it.
 _bt_mission_complete() {
   _shtab_bt_mission
+  local word special='*[[:cntrl:]"`$\\\\;&|<>()*?[!#{'\\'']*'
+  local -a plain=()
+  for word in "${COMPREPLY[@]}"; do
+    [[ $word == $special ]] || plain+=("$word")
+  done
+  COMPREPLY=("${plain[@]}")
   if [[ ${#COMPREPLY[@]} -eq 1 && ${COMPREPLY[0]} == *= ]]; then
     compopt -o nospace 2>/dev/null
   fi

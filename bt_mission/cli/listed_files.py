@@ -140,7 +140,13 @@ def _copies(main: Path, sources: Sequence[Path], wanted: Path) -> Mapping[Path, 
             "give a folder instead of a file"
         )
     inside = {one: wanted.parent / path.relative_to(root) for one, path in absolute.items()}
-    return inside | {main: wanted}
+    copies = inside | {main: wanted}
+    same = next((one for one in copies if one != main and copies[one] == wanted), None)
+    if same is not None:
+        raise BtMissionError(
+            f"{main.name} names {same.name}, which is copied with it: give another file or a folder"
+        )
+    return copies
 
 
 def _read(path: Path) -> bytes:

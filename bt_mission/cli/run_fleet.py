@@ -37,11 +37,7 @@ REFUSED = {
 def run_fleet(options: argparse.Namespace) -> int:
     """Run the fleet that the options name; gives the exit code."""
     plan = load_fleet_plan(options)
-    report, kept = _run(options, plan)
-    if options.json:
-        print(json.dumps({**report.as_dict(), **kept}))
-    else:
-        print("\n".join([report.as_text(), *_leaves(report), *recording.told(kept)]))
+    report = _run(options, plan)
     if report.status == "interrupted":
         return INTERRUPTED
     return SUCCESS if report.status == "success" and not report.is_violated else MISSION_FAILED
@@ -68,7 +64,15 @@ def load_fleet_plan(options: argparse.Namespace) -> FleetPlan:
     return fleet
 
 
-def _run(options: argparse.Namespace, plan: FleetPlan) -> tuple[FleetReport, recording.Kept]:
+def _print(options: argparse.Namespace, report: FleetReport, kept: recording.Kept) -> None:
+    if options.json:
+        text = json.dumps({**report.as_dict(), **kept})
+    else:
+        text = "\n".join([report.as_text(), *_leaves(report), *recording.told(kept)])
+    print(text, flush=True)
+
+
+def _run(options: argparse.Namespace, plan: FleetPlan) -> FleetReport:
     from bt_mission.cli.run_shown import pace
     from bt_mission.cli.watch import is_drawable
     from bt_mission.core.interrupts import InterruptSignals
@@ -96,7 +100,9 @@ def _run(options: argparse.Namespace, plan: FleetPlan) -> tuple[FleetReport, rec
             report = _on_screen(stage, steps, interrupts)
         else:
             report = finish(steps)
-        return report, keeping.finish(report)
+        # Before the stage is taken down: of 16 robots that takes seconds.
+        _print(options, report, keeping.finish(report))
+        return report
 
 
 def _stage(options: argparse.Namespace, plan: FleetPlan) -> Stage:

@@ -123,10 +123,14 @@ def _serve(options: argparse.Namespace) -> int:
     from bt_mission.sessions.mission_server import MissionServer, MissionServerOptions
     from bt_mission.sessions.served_missions import ServedMissions, folders_to_serve
     from bt_mission.sessions.served_run import ServedRun
+    from bt_mission.sessions.session import SessionViews
     from bt_mission.views.terminal.lines import PlainLines
 
+    # Missions are carried out for their clients, whether or not somebody reads this.
+    output = SessionViews(lambda: None)
+
     def say(text: str) -> None:
-        print(text, flush=True)
+        output.show(lambda: print(text, flush=True))
 
     def begin(run: ServedRun) -> None:
         executive = run.executive
@@ -135,8 +139,8 @@ def _serve(options: argparse.Namespace) -> int:
         lines = PlainLines(
             sys.stdout, executive, lambda: executive.started_ns, lambda: executive.now_ns
         )
-        executive.listeners.append(lines.on_change)
-        executive.after_tick.append(lines.refresh)
+        executive.listeners.append(lambda change: output.show(lambda: lines.on_change(change)))
+        executive.after_tick.append(lambda: output.show(lines.refresh))
 
     missions = ServedMissions(
         folders_to_serve(options.missions),

@@ -84,6 +84,8 @@ class _Loader:
         if written is None:
             return None, in_order(self._faults)
         self._check_names(written)
+        if len(written.robots) > MOST:
+            return None, in_order(self._faults)
         world = None if written.world is None else self._files.world(written.world, ("world",))
         checked_in = self._world_name(written) if world or self._changes.world else None
         seed = written.seed if self._changes.seed is None else self._changes.seed

@@ -12,6 +12,7 @@ from typing import Protocol, Self
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafStatistics
 from bt_mission.executive.report import report_on
 from bt_mission.executive.status import Change
@@ -88,12 +89,13 @@ def driving_fleet(
         stack.enter_context(view)
         audience = SessionViews(view.refresh)
         statistics = [_listen(run, view, audience) for run in stage.runs]
+        ends = [_WallTime(run.executive, wall) for run in stage.runs]
         executives = [run.executive for run in stage.runs]
         yield from take_steps(stage, executives, audience, interrupts, speed)
     wall_s = wall.elapsed_s
     robots = tuple(
-        report_of_robot(stage, run, wall_s, leaves)
-        for run, leaves in zip(stage.runs, statistics, strict=True)
+        report_of_robot(stage, run, wall_s if end.wall_s is None else end.wall_s, leaves)
+        for run, end, leaves in zip(stage.runs, ends, statistics, strict=True)
     )
     return FleetReport(
         fleet=plan.name,
@@ -137,7 +139,7 @@ def trace_of_robot(path: Path, robot: str) -> Path:
 def report_of_robot(
     stage: Stage, run: FleetRun, wall_s: float, leaves: LeafStatistics
 ) -> RobotReport:
-    """Return what a mission that has ended came to."""
+    """Return what a mission that has ended came to, `wall_s` after the start of all."""
     end_ns = run.executive.ended_ns or stage.now_ns
     report = report_on(
         run.member.mission,
@@ -155,6 +157,19 @@ def report_of_robot(
         leaves=leaves.summaries(),
     )
     return RobotReport(run.member.name, found, dict(run.robot.collisions_with))
+
+
+class _WallTime:
+    """Notes when a mission of several ends, s; None where it is left before that."""
+
+    def __init__(self, executive: Executive, wall: Stopwatch) -> None:
+        self.wall_s: float | None = None
+        self._executive, self._wall = executive, wall
+        executive.after_tick.append(self._look)
+
+    def _look(self) -> None:
+        if self._executive.is_done:
+            self.wall_s = self._wall.elapsed_s
 
 
 def _listen(run: FleetRun, view: FleetView, audience: SessionViews) -> LeafStatistics:

@@ -42,8 +42,15 @@ class StageError(BtMissionError):
 
 
 def free_folder(parent: Path) -> Path:
-    """The first of ``run_001``, ``run_002``, ... that is not there yet; it is not made."""
-    parent = parent.expanduser().resolve()
+    """The first of ``run_001``, ``run_002``, ... that is not there yet; it is not made.
+
+    Raises:
+        StageError: Where the working folder is gone.
+    """
+    try:
+        parent = parent.expanduser().resolve()
+    except FileNotFoundError as error:
+        raise StageError("the working folder has been deleted; change to another") from error
     return next(path for n in count(1) if not (path := parent / f"run_{n:03d}").exists())
 
 

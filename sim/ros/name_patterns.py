@@ -1,7 +1,9 @@
 """Regular expressions of POSIX (extended), by the C library: what EntityFilters are written in.
 
 Python's own have another syntax, and one that is badly meant can take them for ever; the C library
-matches in a time that grows with the text alone, but for references back, which are refused.
+matches in a time that grows with the text alone, but for references back, which are refused. It
+compiles a repetition to that many copies, each of which may have repetitions in turn: what that
+comes to is known before, and bounded.
 """
 
 from __future__ import annotations
@@ -15,11 +17,15 @@ from bt_mission.core.errors import BtMissionError
 MOST = 200
 """Characters of a pattern."""
 
+MOST_COPIES = 300
+"""Characters of a pattern with its repetitions written out."""
+
 _EXTENDED, _NO_PLACES = 1, 8
 _ROOM = 256
 """Bytes for what a pattern is compiled to; glibc needs 64."""
 
-_COSTLY = re.compile(r"\\[1-9]|\{.*\{")
+_REFERENCE = re.compile(r"\\[1-9]")
+_REPETITION = re.compile(r"\+|\{([^}]*)")
 
 
 class PatternError(BtMissionError):
@@ -34,9 +40,12 @@ def matching(pattern: str, names: Iterable[str]) -> list[str]:
     """
     if len(pattern) > MOST or "\0" in pattern:
         raise PatternError(f"expected a pattern of at most {MOST} characters, none of them NUL")
-    if _COSTLY.search(pattern):
+    if _REFERENCE.search(pattern):
+        raise PatternError("expected a pattern without references back (\\1)")
+    if _size_at_most(pattern) > MOST_COPIES:
         raise PatternError(
-            "expected a pattern without references back (\\1), and with {} at most once"
+            "its repetitions are too many: + and {} of groups or of other repetitions multiply, "
+            f"and a pattern has at most {MOST_COPIES} characters with all written out"
         )
     library = ctypes.CDLL(None)
     compiled = ctypes.create_string_buffer(_ROOM)
@@ -49,3 +58,23 @@ def matching(pattern: str, names: Iterable[str]) -> list[str]:
         return [name for name in names if not library.regexec(compiled, name.encode(), 0, None, 0)]
     finally:
         library.regfree(compiled)
+
+
+def _size_at_most(pattern: str) -> int:
+    """Return how long a pattern is at most with its repetitions written out.
+
+    What stands before a repetition is one character or set, unless a group or another repetition
+    ends there: then it may be all that came before. Those that are escaped count, too.
+
+    >>> _size_at_most("^box_[0-9]{3}$")
+    17
+    """
+    size, factor = len(pattern), 1
+    for found in _REPETITION.finditer(pattern):
+        numbers = [int(digits[:9]) for digits in re.findall("[0-9]+", found[1] or "")]
+        copies = max([2, *numbers])
+        if pattern[: found.start()].endswith((")", "*", "+", "?", "}")):
+            factor *= copies
+        else:
+            size += copies
+    return size * factor

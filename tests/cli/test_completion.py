@@ -99,6 +99,32 @@ def test_bash_completes_files_of_ones_own(bash: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.process
+def test_bash_is_given_no_word_that_it_would_expand_or_run(bash: Path, tmp_path: Path) -> None:
+    """Words go onto the line without quotes, and Enter runs the line."""
+    (tmp_path / "own").mkdir()
+    for name in (
+        "$(id)",
+        "`id`",
+        "a;id",
+        "a|id",
+        "a&id",
+        "a>b",
+        "!1",
+        "'a",
+        "\\a",
+        "{a,b}",
+        "\x1b]",
+    ):
+        (tmp_path / "own" / f"{name}.yaml").touch()
+    (tmp_path / "own" / "mine-1_2,ä=@+%.yaml").touch()
+    lines = BASH.replace("_shtab_bt_mission\n", "_bt_mission_complete 2>/dev/null\n")
+    for command in (["check"], ["run", "--record"]):
+        words = ["bt-mission", *command, "own/"]
+        program = ["/bin/bash", "-c", lines, "bash", str(bash), *words]
+        assert asked(program, tmp_path) == ["own/mine-1_2,ä=@+%.yaml"]
+
+
+@pytest.mark.process
 @pytest.mark.skipif(shutil.which("fish") is None, reason="fish is not installed")
 def test_fish_completes(tmp_path: Path) -> None:
     """The same."""

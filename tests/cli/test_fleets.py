@@ -13,6 +13,7 @@ from py_trees.common import Status
 from bt_mission.cli import main
 from bt_mission.executive.status import Change
 from bt_mission.fleets.run import QuietFleet
+from bt_mission.sessions.stage import Stage
 
 FLEET = """\
 fleet: two
@@ -194,3 +195,20 @@ def test_schema_and_completion_know_fleets(capsys: pytest.CaptureFixture[str]) -
     assert json.loads(capsys.readouterr().out)["title"] == "bt-mission fleet"
     assert main(["completion", "--names", "runs"]) == 0
     assert "fleets/two_wanderers.fleet.yaml" in capsys.readouterr().out.splitlines()
+
+
+def test_the_summary_comes_before_the_robots_are_taken_down(
+    fleet: Any, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 16 robots that takes seconds, in which a second Ctrl-C would leave without a word."""
+    said = []
+    leave = Stage.__exit__
+
+    def leaving(stage: Stage, *reason: Any) -> None:
+        said.append(capsys.readouterr().out)
+        leave(stage, *reason)
+
+    monkeypatch.setattr(Stage, "__exit__", leaving)
+    assert main(["run", fleet(), "--plain"]) == 0
+    assert "two: success (2 of 2 missions succeeded)" in said[0]
+    assert "collisions: 0 with the world, 0 among robots" in said[0]

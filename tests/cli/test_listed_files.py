@@ -129,3 +129,14 @@ def test_a_file_is_not_copied_onto_itself(capsys: pytest.CaptureFixture[str]) ->
     capsys.readouterr()
     assert main(["missions", "copy", "square", "--force"]) == 2
     assert "missions/square.yaml is that file itself" in capsys.readouterr().err
+
+
+def test_a_copy_does_not_take_the_place_of_a_file_that_it_names(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Both would be written to one file, and one of them lost."""
+    Path("a.yaml").write_text("mission: a\ninclude: [b.yaml]\ntree: {wait: 1}\n")
+    Path("b.yaml").write_text("trees: {}\n")
+    assert main(["missions", "copy", "a.yaml", "new/b.yaml"]) == 2
+    assert "a.yaml names b.yaml, which is copied with it" in capsys.readouterr().err
+    assert not Path("new").exists()

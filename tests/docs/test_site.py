@@ -19,6 +19,34 @@ INDEX = (
 ONE = "# One\n\nIt has [a mission](../missions/a.yaml).\n\n```yaml-scenario\nmission: a\n```\n"
 
 
+def built(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    """What the command comes to, as a process."""
+    command = [sys.executable, str(ROOT / "tools" / "build_site.py"), *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.process
+@pytest.mark.parametrize("reference", ["nosuch", "--output=taken", "HEAD~999999", "..", ""])
+def test_a_reference_that_git_does_not_know_is_told_before_anything_is_built(tmp_path, reference):
+    """And the site that is there stays; none is taken for an option of git."""
+    (tmp_path / "versions.json").write_text('["1"]')
+    done = built("-o", tmp_path, "--", reference)
+    assert done.returncode == 2
+    assert f"git knows no {reference!r}: expected tags, branches or commits" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["versions.json"]
+
+
+@pytest.mark.process
+def test_a_folder_with_something_else_than_a_site_is_kept(tmp_path):
+    """It would be deleted with all that is in it: -o docs, or -o ~."""
+    (tmp_path / "mine.txt").touch()
+    for output in (tmp_path, tmp_path / "mine.txt"):
+        done = built("-o", output)
+        assert done.returncode == 2
+        assert f"{output} is no folder with a site: remove it, or give another" in done.stderr
+    assert (tmp_path / "mine.txt").exists()
+
+
 @pytest.fixture
 def source(tmp_path):
     """A small repository with every kind of page."""

@@ -199,3 +199,12 @@ def test_the_kind_of_a_file_is_told_by_its_key(fleet: Write, tmp_path: Path) -> 
     """Wherever that stands."""
     assert files.kind_of(fleet("robots: {}\n")) == "fleet"
     assert files.kind_of(tmp_path / "turns.yaml") == "mission"
+
+
+def test_of_too_many_robots_none_is_looked_at(fleet: Write) -> None:
+    """Each has a mission, which would be read: thousands would take minutes."""
+    robots = "".join(f"  r{number}: {{mission: none}}\n" for number in range(17))
+    found = faults_of(fleet(f"robots:\n{robots}"))
+    ((line, column, message),) = found
+    assert (line, column) == (3, 3)
+    assert message.endswith("error: expected 1 to 16 robots, got 17")

@@ -78,3 +78,19 @@ def test_the_status_is_that_of_the_worst_mission(
         for one, end in zip(still.robots, ends, strict=True)
     )
     assert dataclasses.replace(still, robots=robots).status == status
+
+
+def test_the_real_time_factor_of_a_robot_is_that_of_its_own_mission() -> None:
+    """One that has ended long before the others has not taken their wall time."""
+    path = files.find("missions", "fleets/two_wanderers.fleet.yaml")
+    plan = bt_mission.load_fleet(path)
+    robots = tuple(
+        dataclasses.replace(
+            one, mission=bt_mission.load_text(f"mission: waits\ntree: {{wait: {wait_s}}}\n")
+        )
+        for one, wait_s in zip(plan.robots, (0.1, 60), strict=True)
+    )
+    report = run_fleet(dataclasses.replace(plan, robots=robots))
+    first, second = (one.mission for one in report.robots)
+    assert first.wall_s < second.wall_s / 2
+    assert second.wall_s <= report.wall_s

@@ -7,6 +7,7 @@ import math
 import os
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -179,6 +180,16 @@ def test_pictures_of_each_run_have_a_folder_of_their_own(tmp_path: Any) -> None:
     assert free_folder(tmp_path).name == "run_001"
     (tmp_path / "run_001").mkdir()
     assert free_folder(tmp_path).name == "run_002"
+
+
+def test_a_working_folder_that_is_gone_is_told(tmp_path: Path, monkeypatch: Any) -> None:
+    """Not as an error of the machine: another shell may have deleted it."""
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    with pytest.raises(StageError, match="the working folder has been deleted; change to another"):
+        free_folder(Path("pictures"))
 
 
 @pytest.mark.parametrize(

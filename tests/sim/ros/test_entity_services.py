@@ -114,7 +114,7 @@ def test_entities_are_found_by_the_volume_that_they_are_in(sim, bounds, names):
         ({"filter": "("}, 4, "filter: not a regular expression (POSIX Extended)"),
         ({"filter": "a" * 201}, 4, "a pattern of at most 200 characters"),
         ({"filter": "(a)\\1"}, 4, "without references back"),
-        ({"filter": "((a{1,255}){1,255}){1,255}"}, 4, "with {} at most once"),
+        ({"filter": "((a{1,255}){1,255}){1,255}"}, 4, "its repetitions are too many"),
         ({"bounds": volume(2, (0, 0, 0), (1, 0, 0), (0, 1, 0))}, 0, "type 1 (box) or 3 (sphere)"),
         ({"bounds": volume(1, (0, 0, 0))}, 4, "expected two points of finite numbers, got 1"),
         ({"bounds": volume(3, (0, math.nan, 0), (1, 0, 0))}, 4, "two points of finite numbers"),
