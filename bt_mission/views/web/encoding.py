@@ -119,12 +119,13 @@ def log_entry(entry: LogEntry, start_ns: int) -> list[Any]:
 
 
 def robot_parts(robot: RobotState) -> dict[str, Any]:
-    """Return where the robot is, what its lidar sees, and its way so far; on the map, m and rad."""
+    """Return where the robot is, what its lidar sees, its way so far, and the zones; m and rad."""
     pose = robot.pose
     step = max(len(robot.trail) // MOST_TRAIL_POINTS, 1)
     return {
         "pose": None if pose is None else shown([pose.x, pose.y, pose.yaw]),
         "frame": escape_control(robot.frame),
+        "zones": [shown([one.name, one.x, one.y, one.radius, one.colour]) for one in robot.zones],
         "scan": _places(robot.scan_points()),
         "trail": _places(list(robot.trail)[::step]),
         "others": [
