@@ -112,6 +112,8 @@ class Timeline:
     missing: str = ""
     robots: tuple[str, ...] = ()
     """The names of the robots whose missions are in the file."""
+    notes: Mapping[str, Mapping[str, str]] = field(default_factory=dict, repr=False)
+    """What the recorder has written down of the run besides messages."""
 
 
 def beside(times: Sequence[int], time_ns: int, steps: int) -> int | None:
@@ -253,6 +255,7 @@ class _TimelineReader:
             why_cut=self._file.why_cut,
             missing=self._file.missing,
             robots=tuple(robot_of(node) for node in self._file.facts.missions),
+            notes=self._file.notes,
             changes_ns=tuple(
                 sorted({at_ns for at_ns, one in kept if isinstance(one, messages.Changes)})
             ),
