@@ -136,8 +136,10 @@ def robot_parts(robot: RobotState) -> dict[str, Any]:
 
 
 def _places(points: Sequence[tuple[float, float]]) -> list[list[float]]:
-    """Places to the centimetre; those of a recording are numbers of NumPy's."""
-    return [[round(float(x), 2), round(float(y), 2)] for x, y in points]
+    """Places to the centimetre, without those that are none."""
+    places = np.asarray(points, np.float64).reshape(-1, 2)
+    rounded: list[list[float]] = places[np.isfinite(places).all(axis=1)].round(2).tolist()
+    return rounded
 
 
 def grid(known: Map | None) -> dict[str, Any] | None:

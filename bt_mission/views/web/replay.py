@@ -52,6 +52,7 @@ class ReplayedMission:
         if fork is not None:
             self.board.put("fork", asdict(fork))
         self._was_playing = False
+        self._has_moved = True
 
     @property
     def mission(self) -> MissionState:
@@ -69,9 +70,11 @@ class ReplayedMission:
         mission = player.mission
         if self._shown_ns != player.time_ns:
             self._shown_ns = player.time_ns
+            self._has_moved = True
             self.board.show(mission, None)
         if panels.map:
-            self.board.show_robot(mission)
+            self.board.show_robot(mission, has_moved=self._has_moved)
+            self._has_moved = False
         put_state(self.board, mission, source=player.timeline.path.name, is_there=True, limits="")
         self.board.put(
             "replay",

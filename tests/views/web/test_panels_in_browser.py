@@ -90,7 +90,10 @@ def test_zones_and_waypoints_are_on_the_map(on_page: Any, executive: ScriptedExe
         await screen.click("map-toggle")
         share = (
             "(() => { const map = document.getElementById('map');"
-            " const data = map.getContext('2d').getImageData(0, 0, map.width, map.height).data;"
+            " const copy = new OffscreenCanvas(map.width, map.height);"
+            " const context = copy.getContext('2d', { willReadFrequently: true });"
+            " context.drawImage(map, 0, 0);"
+            " const data = context.getImageData(0, 0, map.width, map.height).data;"
             " let [count, left, low] = [0, 0, 0];"
             " for (let at = 0; at < data.length; at += 4) {"
             "  if (data[at + 3] < 50 || !TEST) continue;"

@@ -212,7 +212,8 @@ for (const [name, steps] of [["start-on", 1], ["start-back", -1]]) {
 }
 
 document.addEventListener("keydown", (event) => {
-  if (event.target.matches("input[type=search], input[readonly]") || event.ctrlKey || event.metaKey || event.altKey) return;
+  const isText = event.target instanceof HTMLInputElement && (event.target.type === "search" || event.target.readOnly);
+  if (isText || event.ctrlKey || event.metaKey || event.altKey) return;
   if (event.key !== "x") disarm();
   const names = store.replay ? REPLAY_KEYS : LIVE_KEYS;
   if (event.key in names) press(names[event.key]);
