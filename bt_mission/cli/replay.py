@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from functools import partial
 from pathlib import Path
@@ -19,6 +20,7 @@ from bt_mission.core.stamps import NS
 if TYPE_CHECKING:
     from bt_mission.executive.stored_trace import StoredTrace
     from bt_mission.recording.replay.timeline import Timeline
+    from bt_mission.views.web.replay import ForkOffer
 
 EPILOG = """\
 examples:
@@ -129,11 +131,21 @@ def _serve_page(options: argparse.Namespace, film: Timeline) -> int:
     from bt_mission.recording.replay.player import Player
     from bt_mission.views.web.replay import ReplayedMission
 
-    shown = ReplayedMission(Player(film, speed=options.speed or 1.0, at_s=options.at))
+    player = Player(film, speed=options.speed or 1.0, at_s=options.at)
+    shown = ReplayedMission(player, None if options.read_only else _fork_offer(film))
     with InterruptSignals() as leaving, web_server(options, shown) as server:
         asyncio.run(server.serve(lambda: leaving.count > 0))
     _say_cut(film)
     return INTERRUPTED
+
+
+def _fork_offer(film: Timeline) -> ForkOffer:
+    from bt_mission.recording.facts import RunFacts
+    from bt_mission.recording.forks.source import refusal
+    from bt_mission.views.web.replay import ForkOffer
+
+    command = shlex.join(["bt-mission", "fork", str(film.path), "--at"])
+    return ForkOffer(command, refusal(film.path, RunFacts(film.notes), film.why_cut))
 
 
 def _print_once(options: argparse.Namespace, film: Timeline) -> int:

@@ -154,7 +154,7 @@ def _on_page(
     interrupts: Any,
 ) -> FleetReport:
     """Carry it out shown to browsers, one robot's mission at a time."""
-    from bt_mission.cli.run_shown import to_stderr
+    from bt_mission.cli.run_shown import pace, to_stderr
     from bt_mission.ros.discovery import LocalExecutive
     from bt_mission.sessions.session import StepDriver
     from bt_mission.views.web.live import LiveMission
@@ -173,7 +173,7 @@ def _on_page(
             is_fleet=len(stage.runs) > 1,
         )
         shown.attach(graph.name)  # before the first step, so that nothing is missed
-        with web_server(options, shown) as server:
+        with web_server(options, shown, is_fast=(pace(options) or 0.0) > 1.0) as server:
             return ShownRun(server, driver, is_left, to_stderr).run_to_the_end()
 
 

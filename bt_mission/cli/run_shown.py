@@ -112,7 +112,7 @@ def run_on_page(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, rec
 
         shown = LiveMission(graph, graph.name, lambda: ENDED if driver.report else "")
         shown.attach(graph.name)  # before the first step, so that nothing is missed
-        with web_server(options, shown) as server:
+        with web_server(options, shown, is_fast=(pace(options) or 0.0) > 1.0) as server:
             report = with_outcomes(ShownRun(server, driver, is_left, to_stderr).run_to_the_end())
         return report, keeping.finish(report)
 

@@ -90,17 +90,25 @@ def refuse_web(options: argparse.Namespace, *, instead: tuple[str, ...] = ()) ->
 
 
 @contextmanager
-def web_server(options: argparse.Namespace, shown: ShownMission) -> Iterator[WebServer]:
+def web_server(
+    options: argparse.Namespace, shown: ShownMission, *, is_fast: bool = False
+) -> Iterator[WebServer]:
     """A server that listens; its link is printed, and opened where that is wanted.
+
+    Args:
+        options: Those of the page.
+        shown: What it shows.
+        is_fast: Is it a mission of this process that goes faster than in real time?
 
     Raises:
         BtMissionError: Where it cannot listen.
     """
     from bt_mission.views.web.gate import is_loopback
-    from bt_mission.views.web.server import WebOptions, WebServer
+    from bt_mission.views.web.server import FAST_FRAME_S, FRAME_S, WebOptions, WebServer
 
     host = options.host or LOOPBACK
-    server = WebServer(shown, WebOptions(host, _port_of(options), options.read_only))
+    frame_s = FAST_FRAME_S if is_fast else FRAME_S
+    server = WebServer(shown, WebOptions(host, _port_of(options), options.read_only, frame_s))
     with closing(server):
         if not is_loopback(host):
             what = "watch the mission" if options.read_only else "watch and stop the mission"

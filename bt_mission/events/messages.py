@@ -178,5 +178,23 @@ class OtherRobot:
     yaw: float
 
 
-Robot = tuple[FrameTransform, ...] | ScanPoints | Map | BatteryState | OtherRobot
+@dataclass(frozen=True, slots=True)
+class ZoneDisc:
+    """A zone of a world: its name, its middle and radius on the map, m, and its colour #rrggbb."""
+
+    name: str
+    x: float
+    y: float
+    radius: float
+    colour: str
+
+
+@dataclass(frozen=True)
+class Zones:
+    """All zones of a world."""
+
+    zones: tuple[ZoneDisc, ...]
+
+
+Robot = tuple[FrameTransform, ...] | ScanPoints | Map | Zones | BatteryState | OtherRobot
 """What comes from a robot."""

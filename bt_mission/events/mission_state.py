@@ -38,6 +38,7 @@ ROBOT = (
     tuple,
     messages.ScanPoints,
     messages.Map,
+    messages.Zones,
     messages.BatteryState,
     messages.OtherRobot,
 )

@@ -19,6 +19,11 @@ from bt_mission.events import messages as told
 STATUSES = (Status.INVALID, Status.RUNNING, Status.SUCCESS, Status.FAILURE)
 """In the order of the values of ``bt_mission_interfaces/msg/NodeStatus``."""
 
+CYLINDER, TEXT_VIEW_FACING = 3, 9
+"""Kinds of ``visualization_msgs/msg/Marker``."""
+
+MOST_ZONES = 200
+
 
 def tree(message: Any) -> events.MissionStarted:
     """Return a ``Tree``; a parent that does not come before its child is taken for the root."""
@@ -155,6 +160,29 @@ def grid(message: Any) -> told.Map:
         yaw_of(at.orientation),
         memoryview(message.data).tobytes(),
     )
+
+
+def zones(message: Any) -> told.Zones:
+    """Return the discs of a ``MarkerArray``, each with the text that has its number."""
+    names = {one.id: one.text for one in message.markers if one.type == TEXT_VIEW_FACING}
+    discs = [
+        told.ZoneDisc(
+            names.get(one.id, ""),
+            one.pose.position.x,
+            one.pose.position.y,
+            one.scale.x / 2,
+            _hex_colour(one.color),
+        )
+        for one in message.markers
+        if one.type == CYLINDER
+    ]
+    sound = [one for one in discs if math.isfinite(one.x + one.y + one.radius) and one.radius > 0]
+    return told.Zones(tuple(sound[:MOST_ZONES]))
+
+
+def _hex_colour(colour: Any) -> str:
+    parts = [part if 0 <= part <= 1 else 0.0 for part in (colour.r, colour.g, colour.b)]
+    return "#" + "".join(f"{round(255 * part):02x}" for part in parts)
 
 
 def battery(message: Any) -> told.BatteryState:

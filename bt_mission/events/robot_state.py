@@ -46,6 +46,7 @@ class RobotState:
 
     def __init__(self) -> None:
         self.map: messages.Map | None = None
+        self.zones: tuple[messages.ZoneDisc, ...] = ()
         self.scan: messages.ScanPoints | None = None
         self.battery: messages.BatteryState | None = None
         self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
@@ -63,6 +64,8 @@ class RobotState:
                 self.scan = reading
             case messages.Map():
                 self.map = reading
+            case messages.Zones():
+                self.zones = reading.zones
             case messages.BatteryState():
                 self.battery = reading
                 self._is_percent |= reading.charge > 1

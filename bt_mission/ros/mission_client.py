@@ -28,6 +28,7 @@ from sensor_msgs.msg import BatteryState, Image, LaserScan
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import messages, reader
@@ -55,6 +56,12 @@ ROBOT: dict[str, tuple[Any, QoSProfile, Callable[[Any], messages.Robot]]] = {
     "battery_state": (BatteryState, NEWEST, reader.battery),
 }
 """What a robot publishes many times a second, apart from its frames."""
+
+SURROUNDINGS: dict[str, tuple[Any, Callable[[Any], messages.Robot]]] = {
+    "map": (OccupancyGrid, reader.grid),
+    "zones": (MarkerArray, reader.zones),
+}
+"""What is told once about where a robot is."""
 
 LOOK_S = 0.25
 """Wall time between two looks at the graph."""
@@ -188,12 +195,10 @@ class MissionClient:
         self._robot_ears += [
             self._listen(TFMessage, f"{prefix}/tf", self._keep_frames, FRAMES),
             self._listen(TFMessage, f"{own}/tf_static", self._keep_frames, STATIC_FRAMES),
-            self._listen(
-                OccupancyGrid,
-                f"{own}/map",
-                partial(self._keep_newest, "map", reader.grid),
-                LATCHED,
-            ),
+        ]
+        self._robot_ears += [
+            self._listen(kind, f"{own}/{topic}", partial(self._keep_newest, topic, read), LATCHED)
+            for topic, (kind, read) in SURROUNDINGS.items()
         ]
 
     def _keep(self, read: Callable[[Any], messages.Told], message: Any) -> None:

@@ -8,17 +8,20 @@ import re
 import signal
 import subprocess
 import urllib.request
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
-from bt_mission.cli import web
+from bt_mission.cli import replay, web
 from bt_mission.cli.main import main
 from bt_mission.core.errors import BtMissionError
 from bt_mission.testing.live_graph import command
+from bt_mission.views.web.shown_mission import ShownMission
 from tests.support.processes import read_until, started
-from tests.support.recordings import recording
+from tests.support.recordings import recording, with_facts
 
 HAS_WEB = all(find_spec(name) for name in web.NEEDED)
 needs_web = pytest.mark.skipif(not HAS_WEB, reason="the extra 'web' is not installed")
@@ -115,6 +118,34 @@ def test_a_trace_has_no_page(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     trace.write_text(json.dumps({"t": 0, "event": "log", "text": "hi"}) + "\n", encoding="utf-8")
     assert main(["replay", str(trace), "--web"]) == 2
     assert "--web takes a recording" in capsys.readouterr().err
+
+
+@needs_web
+def test_forks_are_offered_with_the_file_as_it_was_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """A run on a graph, which cannot run again, says so; who may only look is offered none."""
+    shown: list[ShownMission] = []
+
+    class Server:
+        async def serve(self, until: Callable[[], bool]) -> None:
+            """Nobody looks on."""
+
+    @contextmanager
+    def server(_: argparse.Namespace, mission: ShownMission) -> Iterator[Server]:
+        shown.append(mission)
+        yield Server()
+
+    monkeypatch.setattr(replay, "web_server", server)
+    monkeypatch.chdir(tmp_path)
+    Path("my run.mcap").write_bytes(recording().read_bytes())
+    with_facts(Path("live.mcap"), {"world": None})
+    for words in (["my run.mcap"], ["live.mcap"], ["my run.mcap", "--read-only"]):
+        assert main(["replay", *words, "--web"]) == 130
+    offered, refused, none = (one.board.since(0).get("fork", {}) for one in shown)
+    assert offered == {"command": "bt-mission fork 'my run.mcap' --at", "refusal": ""}
+    assert "against the servers of a running graph" in refused["refusal"]
+    assert none == {}
 
 
 @needs_web

@@ -19,7 +19,9 @@ from geometry_msgs.msg import Point, TransformStamped
 from nav_msgs.msg import OccupancyGrid
 from py_trees.common import Status
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import ColorRGBA
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
 
 from bt_mission.events import events, messages, reader
 
@@ -90,3 +92,39 @@ def test_a_scan_keeps_its_rays():
     """As they are, infinite ones too."""
     scan = reader.scan(LaserScan(ranges=[1.0, math.inf], angle_min=0.5, range_max=3.5))
     assert (scan.ranges, scan.angle_min, scan.range_max) == ((1.0, math.inf), 0.5, 3.5)
+
+
+def test_zones_are_discs_with_the_text_of_their_number():
+    """What is no disc, or has no size or place, is left out; a colour that is none is black."""
+
+    def marker(number: int, kind: int, x: float, diameter: float = 1.0, **more: str) -> Marker:
+        one = Marker(id=number, type=kind, color=ColorRGBA(r=1.0, g=0.5, b=math.nan), **more)
+        one.pose.position.x, one.scale.x = x, diameter
+        return one
+
+    found = reader.zones(
+        MarkerArray(
+            markers=[
+                marker(0, Marker.CYLINDER, 1.5),
+                marker(0, Marker.TEXT_VIEW_FACING, 1.5, text="dock"),
+                marker(1, Marker.CYLINDER, math.nan),
+                marker(2, Marker.CYLINDER, 1.0, 0.0),
+                marker(3, Marker.ARROW, 1.0),
+                marker(4, Marker.CYLINDER, 2.0, 3.0),
+            ]
+        )
+    )
+    assert found == messages.Zones(
+        (
+            messages.ZoneDisc("dock", 1.5, 0.0, 0.5, "#ff8000"),
+            messages.ZoneDisc("", 2.0, 0.0, 1.5, "#ff8000"),
+        )
+    )
+
+
+def test_not_more_zones_are_kept_than_a_map_can_show():
+    """Whatever a publisher sends."""
+    discs = [Marker(id=one, type=Marker.CYLINDER) for one in range(reader.MOST_ZONES + 1)]
+    for one in discs:
+        one.scale.x = 1.0
+    assert len(reader.zones(MarkerArray(markers=discs)).zones) == reader.MOST_ZONES

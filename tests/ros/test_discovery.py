@@ -12,6 +12,7 @@ from py_trees.common import Status
 from rclpy.node import Node
 from rclpy.type_hash import TypeHash
 from sensor_msgs.msg import BatteryState
+from visualization_msgs.msg import Marker, MarkerArray
 
 from bt_mission.events import messages
 from bt_mission.events.mission_state import MissionState
@@ -128,16 +129,21 @@ def test_a_robot_is_heard_in_the_namespace_of_its_executive(ros: Any):
     watcher = Watcher(ros, "/robot1/bt_mission")
     battery = ros.client.create_publisher(BatteryState, "/robot1/battery_state", 10)
     grid = ros.client.create_publisher(OccupancyGrid, "/robot1/map", LATCHED)
+    zones = ros.client.create_publisher(MarkerArray, "/robot1/zones", LATCHED)
     ros.run(0.2)
     grid.publish(OccupancyGrid())
+    dock = Marker(type=Marker.CYLINDER)
+    dock.scale.x = 1.0
+    zones.publish(MarkerArray(markers=[dock]))
     for percentage in (80.0, 79.0):
         battery.publish(BatteryState(percentage=percentage, voltage=11.5))
     ros.run(0.2)
     watcher.look()
-    assert {type(one) for one in watcher.robot} == {messages.Map, messages.BatteryState}
+    told = {messages.Map, messages.Zones, messages.BatteryState}
+    assert {type(one) for one in watcher.robot} == told
     assert messages.BatteryState(79.0, 11.5) in watcher.robot
     watcher.look()
-    assert len(watcher.robot) == 2
+    assert len(watcher.robot) == 3
 
 
 def test_a_link_that_is_closed_leaves_nothing_behind(ros: Any):

@@ -152,9 +152,9 @@ def read_source(path: Path, permissions: Permissions = NO_PYTHON) -> ForkSource:
     file = RecordedFile(path)
     lines = _trace_of(file)
     facts = RunFacts(file.notes)
-    stage = _stage_of(file, facts)
+    stage = _stage_of(path, facts, file.why_cut)
     if not lines:
-        raise ForkError(f"{path}: no trace of the run is in it{_cut(file)}")
+        raise ForkError(f"{path}: no trace of the run is in it{_cut(file.why_cut)}")
     version = _event(lines[0]).get("trace_version")
     if version is None:
         raise ForkError(
@@ -167,7 +167,7 @@ def read_source(path: Path, permissions: Permissions = NO_PYTHON) -> ForkSource:
     events = [_event(line) for line in lines]
     steps = tuple(one["t"] for one in events if one.get("event") == "pose")
     if not steps:
-        raise ForkError(f"{path}: it ends before the first control step{_cut(file)}")
+        raise ForkError(f"{path}: it ends before the first control step{_cut(file.why_cut)}")
     written, mission = _missions_of(file, facts, permissions)
     return ForkSource(
         path=path,
@@ -209,16 +209,24 @@ def _event(line: str) -> Mapping[str, Any]:
     return event
 
 
-def _cut(file: RecordedFile) -> str:
-    return f" ({file.why_cut})" if file.why_cut else ""
+def refusal(path: Path, facts: RunFacts, why_cut: str) -> str:
+    """Why a run cannot run again, as far as the facts about it tell; empty where it can."""
+    try:
+        _stage_of(path, facts, why_cut)
+    except ForkError as error:
+        return str(error)
+    return ""
 
 
-def _stage_of(file: RecordedFile, facts: RunFacts) -> Mapping[str, Any]:
-    path = file.path
+def _cut(why: str) -> str:
+    return f" ({why})" if why else ""
+
+
+def _stage_of(path: Path, facts: RunFacts, why_cut: str) -> Mapping[str, Any]:
     if not facts.texts:
         raise ForkError(
             f"{path}: no run of bt-mission is in it; bt-mission run --record FILE.mcap makes such "
-            f"files{_cut(file)}"
+            f"files{_cut(why_cut)}"
         )
     if "world" not in facts.texts:
         raise ForkError(
@@ -286,7 +294,7 @@ def _text_of(file: RecordedFile, what: str, prefix: str) -> Document:
     for one in file.attached:
         if one.media_type == "application/yaml" and one.name.startswith(prefix):
             return read_text(one.data.decode(errors="replace"), one.name)
-    raise ForkError(f"{file.path}: it lacks the file of the {what}{_cut(file)}")
+    raise ForkError(f"{file.path}: it lacks the file of the {what}{_cut(file.why_cut)}")
 
 
 def _other_versions(recorded: Mapping[str, Any]) -> Iterator[str]:

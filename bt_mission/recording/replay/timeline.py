@@ -19,7 +19,7 @@ from bt_mission.core.geometry import yaw_of
 from bt_mission.events import events, messages, reader
 from bt_mission.events.log import line_of
 from bt_mission.recording.expected_types import DIAGNOSTICS, TEXT, expect
-from bt_mission.recording.expected_types import ROBOT as TYPES
+from bt_mission.recording.expected_types import ROBOT as ROBOT_TYPES
 from bt_mission.recording.facts import LARGEST_NS, robot_of
 from bt_mission.recording.reading import (
     UNREADABLE,
@@ -50,11 +50,14 @@ ROBOT: dict[str, Callable[[Any], messages.Robot]] = {
     "battery_state": reader.battery,
     "scan": reader.scan,
     "map": reader.grid,
+    "zones": reader.zones,
 }
 """What a robot tells, by its topic."""
 
 TREE = "bt_mission_interfaces/msg/Tree"
-LATER = ("scan", "map")
+MARKERS = "visualization_msgs/msg/MarkerArray"
+TYPES = {**ROBOT_TYPES, "zones": MARKERS}
+LATER = ("scan", "map", "zones")
 """Topics whose messages are decoded when they are looked at."""
 
 LOG_EVENT, REQUIREMENT_EVENT = '"event": "log"', '"event": "requirement"'
@@ -62,7 +65,7 @@ LOG_EVENT, REQUIREMENT_EVENT = '"event": "log"', '"event": "requirement"'
 
 @dataclass(frozen=True, slots=True)
 class LazyMessage:
-    """A scan or a map that is not decoded yet."""
+    """A scan, a map or its zones that are not decoded yet."""
 
     topic: str
     channel: Channel = field(repr=False)
@@ -109,6 +112,8 @@ class Timeline:
     missing: str = ""
     robots: tuple[str, ...] = ()
     """The names of the robots whose missions are in the file."""
+    notes: Mapping[str, Mapping[str, str]] = field(default_factory=dict, repr=False)
+    """What the recorder has written down of the run besides messages."""
 
 
 def beside(times: Sequence[int], time_ns: int, steps: int) -> int | None:
@@ -170,6 +175,8 @@ class _TimelineReader:
                 self._take_line(channel.decode(data).data)
         elif channel.topic.endswith(TRUTH):
             self._take_other(channel, time_ns, data)
+        elif name == "zones" and channel.type_name != MARKERS:
+            return  # somebody else's
         elif name in ROBOT:
             self._take_robot(channel, time_ns, data)
 
@@ -248,6 +255,7 @@ class _TimelineReader:
             why_cut=self._file.why_cut,
             missing=self._file.missing,
             robots=tuple(robot_of(node) for node in self._file.facts.missions),
+            notes=self._file.notes,
             changes_ns=tuple(
                 sorted({at_ns for at_ns, one in kept if isinstance(one, messages.Changes)})
             ),

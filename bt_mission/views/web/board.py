@@ -71,12 +71,17 @@ class Board:
         self._advance(self._log.show(mission.log, start_ns, self._next))
         self.put("requirements", [encoding.requirement(one) for one in mission.requirements])
 
-    def show_robot(self, mission: MissionState) -> None:
-        """Show the robot and its map, for pages that have the map open."""
+    def show_robot(self, mission: MissionState, *, has_moved: bool = True) -> None:
+        """Show the robot and its map, for pages that have the map open.
+
+        Args:
+            has_moved: May there be more that is new than where it is sent?
+        """
         at, robot = self._next, mission.robot
         has_changed = self._robot.put("targets", encoding.shown(targets(mission)), at)
-        for name, value in encoding.robot_parts(robot).items():
-            has_changed |= self._robot.put(name, value, at)
+        if has_moved:
+            for name, value in encoding.robot_parts(robot).items():
+                has_changed |= self._robot.put(name, value, at)
         if robot.map is not self._map:
             self._map = robot.map
             has_changed |= self._robot.put("grid", encoding.grid(robot.map), at)

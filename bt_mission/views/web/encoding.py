@@ -119,12 +119,13 @@ def log_entry(entry: LogEntry, start_ns: int) -> list[Any]:
 
 
 def robot_parts(robot: RobotState) -> dict[str, Any]:
-    """Return where the robot is, what its lidar sees, and its way so far; on the map, m and rad."""
+    """Return where the robot is, what its lidar sees, its way so far, and the zones; m and rad."""
     pose = robot.pose
     step = max(len(robot.trail) // MOST_TRAIL_POINTS, 1)
     return {
         "pose": None if pose is None else shown([pose.x, pose.y, pose.yaw]),
         "frame": escape_control(robot.frame),
+        "zones": [shown([one.name, one.x, one.y, one.radius, one.colour]) for one in robot.zones],
         "scan": _places(robot.scan_points()),
         "trail": _places(list(robot.trail)[::step]),
         "others": [
@@ -135,8 +136,10 @@ def robot_parts(robot: RobotState) -> dict[str, Any]:
 
 
 def _places(points: Sequence[tuple[float, float]]) -> list[list[float]]:
-    """Places to the centimetre; those of a recording are numbers of NumPy's."""
-    return [[round(float(x), 2), round(float(y), 2)] for x, y in points]
+    """Places to the centimetre, without those that are none."""
+    places = np.asarray(points, np.float64).reshape(-1, 2)
+    rounded: list[list[float]] = places[np.isfinite(places).all(axis=1)].round(2).tolist()
+    return rounded
 
 
 def grid(known: Map | None) -> dict[str, Any] | None:

@@ -61,6 +61,8 @@ class LiveMission:
         self._wall, self._since_check = Stopwatch(), Stopwatch()
         self._since_picture = Stopwatch()
         self._hint = ""
+        self._has_moved = True
+        """Has the robot told anything that is not on the board yet?"""
         self._is_choice, self._is_fleet = False, is_fleet
 
     @property
@@ -70,7 +72,7 @@ class LiveMission:
 
     def attach(self, name: str) -> None:
         """Watch this executive from now on."""
-        self._watched = WatchedMission()
+        self._watch_anew()
         self._attachment.attach(name)
 
     def look(self, panels: OpenPanels) -> None:
@@ -86,10 +88,12 @@ class LiveMission:
             for answer in heard.answers:
                 self._notices.say(watched.with_names(answer.text))
             touched = touched_by(heard.messages)
+            self._has_moved |= bool(heard.robot)
             self._show_image(heard.image)
         self.board.show(watched.mission, touched)
         if panels.map:
-            self.board.show_robot(watched.mission)
+            self.board.show_robot(watched.mission, has_moved=self._has_moved)
+            self._has_moved = False
         self._put_state()
 
     def perform(self, request: PageRequest) -> None:
@@ -124,6 +128,9 @@ class LiveMission:
 
     # ---- inside ---------------------------------------------------------------------------
 
+    def _watch_anew(self) -> None:
+        self._watched, self._has_moved = WatchedMission(), True
+
     def _look_round(self) -> None:
         """Look at who is there: always while nobody is watched, and now and then after that."""
         if self._attachment.source is not None and self._since_check.elapsed_s < CHECK_S:
@@ -132,7 +139,7 @@ class LiveMission:
         news = self._attachment.look()
         self._is_choice = news.is_choice
         if news.is_new:
-            self._watched = WatchedMission()
+            self._watch_anew()
         self._hint = news.text if news.is_nobody else ""
         if news.text and not news.is_nobody:
             self._notices.say(news.text)

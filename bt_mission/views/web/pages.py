@@ -162,6 +162,11 @@ class OpenPages:
         self._told: tuple[int, tuple[int, bytes] | None] = (0, None)
 
     @property
+    def are_open(self) -> bool:
+        """Is there any?"""
+        return bool(self._pages)
+
+    @property
     def panels(self) -> OpenPanels:
         """What at least one of them has open."""
         return OpenPanels(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass
+
 from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.events import MissionStarted
@@ -17,14 +19,28 @@ MARKS = 500
 """Places on the line of time at which changes of the tree are marked."""
 
 
+@dataclass(frozen=True)
+class ForkOffer:
+    """How the recording is forked at the instant that is shown.
+
+    Attributes:
+        command: Of a terminal, up to that instant in seconds.
+        refusal: Why the run cannot run again; empty where it can.
+    """
+
+    command: str
+    refusal: str = ""
+
+
 class ReplayedMission:
     """Plays a recording; all pages see the same instant of it.
 
     Args:
         player: Where in which recording to begin, and how fast.
+        fork: What pages are told of forks; None where none are offered.
     """
 
-    def __init__(self, player: Player) -> None:
+    def __init__(self, player: Player, fork: ForkOffer | None = None) -> None:
         self.board = Board()
         self.picture: tuple[int, bytes] | None = None  # a timeline holds none
         self._player = player
@@ -33,7 +49,10 @@ class ReplayedMission:
         self._shown_ns: int | None = None
         self.board.set_series(series_of(player.timeline))
         self._marks = marks_of(player.timeline)
+        if fork is not None:
+            self.board.put("fork", asdict(fork))
         self._was_playing = False
+        self._has_moved = True
 
     @property
     def mission(self) -> MissionState:
@@ -51,9 +70,11 @@ class ReplayedMission:
         mission = player.mission
         if self._shown_ns != player.time_ns:
             self._shown_ns = player.time_ns
+            self._has_moved = True
             self.board.show(mission, None)
         if panels.map:
-            self.board.show_robot(mission)
+            self.board.show_robot(mission, has_moved=self._has_moved)
+            self._has_moved = False
         put_state(self.board, mission, source=player.timeline.path.name, is_there=True, limits="")
         self.board.put(
             "replay",

@@ -18,6 +18,7 @@ from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.views.web.gate import Gate
 from bt_mission.views.web.page_requests import LONGEST
 from bt_mission.views.web.pages import OpenPages
@@ -25,6 +26,12 @@ from bt_mission.views.web.shown_mission import ShownMission
 
 FRAME_S = 0.03
 """Wall time between two looks at what is new."""
+
+FAST_FRAME_S = 0.1
+"""The same beside a mission that goes as fast as it can: each look is taken from its time."""
+
+IDLE_S = 0.5
+"""The same as long as no page is open."""
 
 NEXT_PORTS = 20
 """Ports after one that is taken that are looked at for a free one."""
@@ -44,11 +51,13 @@ class WebOptions:
     Attributes:
         port: 0 takes any that is free.
         is_read_only: May pages only look?
+        frame_s: Wall time between two looks at what is new while a page is open.
     """
 
     host: str = "127.0.0.1"
     port: int = 8080
     is_read_only: bool = False
+    frame_s: float = FRAME_S
 
 
 class WebServer:
@@ -64,6 +73,7 @@ class WebServer:
 
     def __init__(self, shown: ShownMission, options: WebOptions) -> None:
         self._shown = shown
+        self._frame_s = options.frame_s
         self._socket = listening_socket(options.host, options.port)
         self.token = secrets.token_urlsafe(16)
         self.port: int = self._socket.getsockname()[1]
@@ -91,6 +101,7 @@ class WebServer:
             limit_concurrency=64,
             timeout_graceful_shutdown=1,
         )
+        config.load()  # imports, too, which would be taken from the mission's time later
         self._uvicorn = QuietServer(config)
 
     async def serve(self, until: Callable[[], bool]) -> None:
@@ -101,19 +112,23 @@ class WebServer:
         """
         loop = asyncio.get_running_loop()
         faults: list[Exception] = []
+        since_look: Stopwatch | None = None
 
         def frame() -> None:
+            nonlocal since_look
             if until():
                 self._uvicorn.should_exit = True
                 return
+            loop.call_later(self._frame_s, frame)
+            if since_look and not self.pages.are_open and since_look.elapsed_s < IDLE_S:
+                return
+            since_look = Stopwatch()
             try:
                 self._shown.look(self.pages.panels)
                 self.pages.tell()
             except Exception as error:  # noqa: BLE001 - raised again where it can be seen
                 faults.append(error)
                 self._uvicorn.should_exit = True
-                return
-            loop.call_later(FRAME_S, frame)
 
         loop.call_soon(frame)
         await self._uvicorn.serve([self._socket])

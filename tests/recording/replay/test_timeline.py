@@ -10,7 +10,7 @@ from bt_mission.language.loader import load_text
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordingError
 from bt_mission.recording.replay.player import TimelineSeeker
-from bt_mission.recording.replay.timeline import beside, read_timeline
+from bt_mission.recording.replay.timeline import Timeline, beside, read_timeline
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.stage import Stage
 from tests.support.recordings import edited, recording
@@ -170,3 +170,35 @@ def test_requirements_are_shown_as_they_were_then(tmp_path: Path) -> None:
     assert [verdict(1.2), verdict(1.25), verdict(1.2)] == ["open", "violated", "open"]
     said = [entry.text for entry in seeker.seek(timeline.end_ns).log]
     assert "requirement is quick: violated by 0.03 s" in said
+
+
+def test_the_zones_of_a_world_are_known(tmp_path: Path) -> None:
+    """With their names and places, from the first instant that was recorded."""
+    timeline = recorded(tmp_path, "mission: m\nworld: nav_arena\ntree: {wait: 0.2}\n")
+    zones = TimelineSeeker(timeline).seek(timeline.start_ns).robot.zones
+    assert [one.name for one in zones] == ["A", "B", "C", "D"]
+    assert (zones[0].x, zones[0].y, zones[0].radius) == (-1.85, -1.76, 0.4)
+
+
+def test_a_topic_of_another_type_with_the_name_of_the_zones_is_left_alone(tmp_path: Path) -> None:
+    """It is no fault of the file."""
+    timeline = recorded(
+        tmp_path,
+        "mission: m\nworld: empty_arena\ntree:\n  sequence:\n"
+        "    - publish: {topic: /zones, type: std_msgs/msg/String, message: {data: none}}\n"
+        "    - wait: 0.2\n",
+    )
+    assert timeline.missing == ""
+    assert TimelineSeeker(timeline).seek(timeline.end_ns).robot.zones == ()
+
+
+def recorded(folder: Path, mission: str) -> Timeline:
+    """A recorded run of a mission."""
+    with (
+        Stage(load_text(mission), image_folder=folder, say=lambda _: None) as stage,
+        RunRecorder(stage, folder / "run.mcap") as recorder,
+    ):
+        while not stage.is_done:
+            stage.step()
+        recorder.finish({})
+    return read_timeline(folder / "run.mcap")

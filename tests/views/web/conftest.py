@@ -19,6 +19,7 @@ SERVING = [
     "test_run.py",
     "test_in_browser.py",
     "test_panels_in_browser.py",
+    "test_replay_in_browser.py",
 ]
 
 collect_ignore_glob = [] if all(find_spec(name) for name in NEEDED) else SERVING

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import pytest
 
+from bt_mission.events import messages
+from bt_mission.events.events import GoalChanged
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.shown_mission import OpenPanels
-from tests.support.watched import ScriptedExecutive, ScriptedGraph
+from tests.support.watched import S, ScriptedExecutive, ScriptedGraph
 
 
 @pytest.mark.parametrize(("is_fleet", "names"), [(True, ["/one", "/two"]), (False, [])])
@@ -21,3 +26,37 @@ def test_of_a_fleet_another_robot_can_be_chosen_at_any_time(
     shown.look(OpenPanels())
     choices = shown.board.since(0)["choices"]
     assert [name for name, _ in choices] == names
+
+
+def test_the_robot_is_put_on_the_board_when_it_has_told_something() -> None:
+    """Where it is sent is, too; what it told while no map was open is not lost."""
+    executive = ScriptedExecutive()
+    executive.begin()
+    shown = LiveMission(ScriptedGraph(executive))
+
+    def told(revision: int, *, is_open: bool = True) -> dict[str, Any]:
+        shown.look(OpenPanels(map=is_open))
+        return shown.board.robot_since(revision)
+
+    told(0)
+    executive.show((messages.FrameTransform("map", "base_link", 1.0, 2.0, 0.0),))
+    revision = shown.board.revision
+    told(revision, is_open=False)
+    assert told(revision)["pose"] == [1.0, 2.0, 0.0]
+    revision = shown.board.revision
+    goal = GoalChanged("1", "/drive", "drive", S, S, "active", ((3.0, 4.0),))
+    executive.detail(goals_sent=1, goals=(goal,))
+    assert told(revision) == {"targets": [[3.0, 4.0]]}
+
+
+def test_what_is_no_place_is_left_out_of_the_map() -> None:
+    """A lidar in a frame that is nowhere would be no JSON."""
+    executive = ScriptedExecutive()
+    executive.begin()
+    shown = LiveMission(ScriptedGraph(executive))
+    executive.show(
+        (messages.FrameTransform("map", "base_scan", math.nan, 0.0, 0.0),),
+        messages.ScanPoints("base_scan", 0.0, 0.1, 0.1, 3.5, (1.0, 2.0)),
+    )
+    shown.look(OpenPanels(map=True))
+    assert shown.board.robot_since(0)["scan"] == []

@@ -79,6 +79,43 @@ def test_values_goals_requirements_and_the_map(on_page: Any, executive: Scripted
     on_page(scene)
 
 
+def test_zones_and_waypoints_are_on_the_map(on_page: Any, executive: ScriptedExecutive):
+    """A zone in its colour where it is, under its name; a waypoint with its number."""
+
+    async def scene(screen: Screen) -> None:
+        executive.show(
+            messages.Map(1.0, 4, 4, 0.0, 0.0, 0.0, bytes(16)),
+            messages.Zones((messages.ZoneDisc(HOSTILE, 1.0, 1.0, 0.5, "#00c000"),)),
+        )
+        await screen.click("map-toggle")
+        share = (
+            "(() => { const map = document.getElementById('map');"
+            " const copy = new OffscreenCanvas(map.width, map.height);"
+            " const context = copy.getContext('2d', { willReadFrequently: true });"
+            " context.drawImage(map, 0, 0);"
+            " const data = context.getImageData(0, 0, map.width, map.height).data;"
+            " let [count, left, low] = [0, 0, 0];"
+            " for (let at = 0; at < data.length; at += 4) {"
+            "  if (data[at + 3] < 50 || !TEST) continue;"
+            "  count++; left += (at / 4) % map.width; low += Math.floor(at / 4 / map.width); }"
+            " return [count, left / count / map.width, low / count / map.height]; })()"
+        )
+        green = share.replace("TEST", "(data[at + 1] > 150 && data[at] < 60 && data[at + 2] < 60)")
+        await screen.until(f"{green}[0] > 100")
+        _, left, low = await screen.look(green)
+        assert 0.3 < left < 0.5
+        assert 0.55 < low < 0.8
+        red = share.replace("TEST", "(data[at] > 150 && data[at + 1] < 60)")
+        assert (await screen.look(red))[0] == 0
+        goal = GoalChanged("1", "/drive", "drive", S, S, "active", ((3.0, 3.0),))
+        executive.detail(goals_sent=1, goals=(goal,))
+        await screen.until(f"{red}[0] > 10")
+        _, left, low = await screen.look(red)
+        assert left > 0.5 > low
+
+    on_page(scene)
+
+
 def test_the_camera_is_heard_while_its_panel_is_open(on_page: Any, executive: ScriptedExecutive):
     """Its newest picture is painted."""
 

@@ -11,7 +11,7 @@ import pytest
 from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.views.web.page_requests import PageRequest
-from bt_mission.views.web.replay import ReplayedMission
+from bt_mission.views.web.replay import ForkOffer, ReplayedMission
 from bt_mission.views.web.shown_mission import OpenPanels
 from tests.support.recordings import recording
 
@@ -86,6 +86,17 @@ def test_steps_starts_speed_and_direction(shown: ReplayedMission):
     assert ask(shown, "start", node=drive, number=1)["replay"]["at"] > started
     assert ask(shown, "pause")["notice"][1] == "a mission that is over takes no wishes"
     ask(shown, "start", node=10_000, number=1)
+
+
+def test_pages_are_told_how_it_is_forked_where_that_is_offered(shown: ReplayedMission):
+    """The instant is theirs to add."""
+    assert "fork" not in told(shown)
+    offer = ForkOffer("bt-mission fork run.mcap --at", "a live run cannot run again")
+    other = ReplayedMission(Player(read_timeline(recording())), offer)
+    assert told(other)["fork"] == {
+        "command": "bt-mission fork run.mcap --at",
+        "refusal": "a live run cannot run again",
+    }
 
 
 def test_a_variable_is_known_over_all_of_the_recording(shown: ReplayedMission):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import socket
+from contextlib import closing
 from functools import partial
 from typing import Any
 
@@ -286,3 +287,55 @@ def test_an_address_of_another_machine_is_no_place_to_listen():
     """With what to do instead."""
     with pytest.raises(BtMissionError, match=r"--host 192\.0\.2\.1: cannot listen there"):
         listening_socket("192.0.2.1", 0)
+
+
+class Frames:
+    """Counts the frames of a server, and ends it."""
+
+    def __init__(self) -> None:
+        self.count = self._wanted = 0
+        self._reached = asyncio.Event()
+        self.is_over = False
+
+    async def pass_by(self, count: int) -> None:
+        """Wait until so many more have passed."""
+        self._wanted, self._reached = self.count + count, asyncio.Event()
+        await self._reached.wait()
+
+    def until(self) -> bool:
+        """Is the server to end? It asks once a frame."""
+        self.count += 1
+        if self.count >= self._wanted:
+            self._reached.set()
+        return self.is_over
+
+
+def test_hardly_anything_is_looked_at_while_no_page_is_open(
+    shown: LiveMission, executive: ScriptedExecutive
+):
+    """Only now and then, so that nothing piles up; who opens a page is told the newest."""
+    graph = shown._graph
+    assert isinstance(graph, ScriptedGraph)
+
+    async def scene(server: WebServer, frames: Frames) -> None:
+        await frames.pass_by(100)
+        assert 0 < graph.served < frames.count / 2
+        executive.change(1.0, drive="running")
+        async with live(server) as socket:
+            page = PageModel(socket)
+            await page.until(lambda page: page.nodes and page.nodes[3][1] == 1)
+            begun, served = frames.count, graph.served
+            await frames.pass_by(20)
+            assert graph.served - served >= frames.count - begun - 1
+
+    async def play() -> None:
+        frames = Frames()
+        with closing(WebServer(shown, WebOptions(port=0, frame_s=0.001))) as server:
+            serving = asyncio.create_task(server.serve(frames.until))
+            try:
+                await asyncio.wait_for(scene(server, frames), 60)
+            finally:
+                frames.is_over = True
+                await serving
+
+    asyncio.run(play())

@@ -3,6 +3,7 @@
 import { Connection } from "./connection.js";
 import { CameraView } from "./camera.js";
 import { drawChart } from "./chart.js";
+import { ForkPanel } from "./fork.js";
 import { MapView } from "./map.js";
 import { LogPanel, drawGoals, drawNode, drawRequirements, drawVariables } from "./panels.js";
 import { Store } from "./store.js";
@@ -14,7 +15,7 @@ const ARMED_MS = 5000;
 const TICK_MS = 200; // between two drawings of times that only go on
 const NOTICE_MS = 8000;
 const STATE_STYLES = { running: "running", ending: "running", success: "success", failure: "failure", interrupted: "failure", paused: "paused" };
-const REPLAY_KEYS = { p: "play", r: "reverse", s: "change-on", S: "change-back", "+": "faster", "-": "slower" };
+const REPLAY_KEYS = { p: "play", r: "reverse", s: "change-on", S: "change-back", "+": "faster", "-": "slower", F: "fork" };
 const LIVE_KEYS = { p: "pause", P: "pause_keeping_goals", r: "resume", s: "step", x: "stop", b: "breakpoint" };
 
 const store = new Store();
@@ -36,6 +37,7 @@ const tree = new Tree(store, (index) => {
 const map = new MapView(store, (isOn) => ask({ do: "map", is_on: isOn }));
 const camera = new CameraView((isOn) => ask({ do: "camera", is_on: isOn }));
 const log = new LogPanel(store);
+const fork = new ForkPanel(store, () => ask({ do: "play" }), say);
 const timeline = new Timeline(store, (at) => ask({ do: "go", number: at }), () => {
   tree.draw(true);
   ["node", "past", "variables"].forEach((name) => store.fresh.add(name));
@@ -115,6 +117,7 @@ function draw() {
     map.draw();
   }
   if (has("tick", "replay", "marks", "tree")) timeline.draw();
+  if (has("replay", "fork")) fork.draw();
   document.documentElement.dataset.drawn = Number(document.documentElement.dataset.drawn ?? 0) + 1;
 }
 
@@ -209,7 +212,8 @@ for (const [name, steps] of [["start-on", 1], ["start-back", -1]]) {
 }
 
 document.addEventListener("keydown", (event) => {
-  if (event.target instanceof HTMLInputElement || event.ctrlKey || event.metaKey || event.altKey) return;
+  const isText = event.target instanceof HTMLInputElement && (event.target.type === "search" || event.target.readOnly);
+  if (isText || event.ctrlKey || event.metaKey || event.altKey) return;
   if (event.key !== "x") disarm();
   const names = store.replay ? REPLAY_KEYS : LIVE_KEYS;
   if (event.key in names) press(names[event.key]);

@@ -1,4 +1,4 @@
-// The map: walls, the robot and its way, what its lidar sees, where it is sent.
+// The map: walls and zones, the robot and its way, what its lidar sees, where it is sent.
 
 import { byId } from "./words.js";
 
@@ -61,6 +61,7 @@ export class MapView {
     } else places.push(...(robot.scan ?? []));
     if (robot.pose) places.push(robot.pose);
     for (const [, ...pose] of robot.others ?? []) places.push(pose);
+    for (const [, x, y, radius] of robot.zones ?? []) places.push([x - radius, y - radius], [x + radius, y + radius]);
     return places.filter(([x, y]) => Number.isFinite(x) && Number.isFinite(y));
   }
 
@@ -97,6 +98,7 @@ export class MapView {
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => style.getPropertyValue(`--${name}`).trim();
     if (this.walls) this.drawWalls(context, x, y, scale);
+    for (const zone of robot.zones ?? []) this.drawZone(context, zone, x, y, scale, colour("ink"));
     this.drawLine(context, [...(robot.trail ?? []), ...(robot.pose ? [robot.pose] : [])], x, y, colour("trail"));
     context.fillStyle = colour("scan");
     for (const [px, py] of robot.scan ?? []) context.fillRect(x(px) - 1, y(py) - 1, 2.5, 2.5);
@@ -118,6 +120,19 @@ export class MapView {
     context.imageSmoothingEnabled = false;
     context.drawImage(this.walls, 0, -grid.height * cell, grid.width * cell, grid.height * cell);
     context.restore();
+  }
+
+  drawZone(context, [name, px, py, radius, colour], x, y, scale, ink) {
+    context.fillStyle = colour;
+    context.globalAlpha = 0.35;
+    context.beginPath();
+    context.arc(x(px), y(py), radius * scale, 0, 2 * Math.PI);
+    context.fill();
+    context.globalAlpha = 1;
+    context.fillStyle = ink;
+    context.textAlign = "center";
+    context.fillText(name, x(px), y(py + radius) - 3);
+    context.textAlign = "start";
   }
 
   drawLine(context, points, x, y, colour) {
