@@ -69,7 +69,7 @@ def load_fleet_plan(options: argparse.Namespace) -> FleetPlan:
 
 
 def _run(options: argparse.Namespace, plan: FleetPlan) -> tuple[FleetReport, recording.Kept]:
-    from bt_mission.cli.run_shown import pace
+    from bt_mission.cli.run_shown import ending, pace
     from bt_mission.cli.watch import is_drawable
     from bt_mission.core.interrupts import InterruptSignals
     from bt_mission.core.memory import settle_memory
@@ -80,8 +80,8 @@ def _run(options: argparse.Namespace, plan: FleetPlan) -> tuple[FleetReport, rec
     view = _view(options, plan, on_screen=on_screen)
     interrupts = InterruptSignals()
     with ExitStack() as stack:
-        if options.web:
-            leaving = stack.enter_context(InterruptSignals())
+        if options.web:  # also while it starts, and while the page stays
+            stack.enter_context(interrupts)
         stage = stack.enter_context(_stage(options, plan))
         stack.enter_context(window_on(stage, wanted=options.view))
         stack.enter_context(foxglove_on(options, stage))
@@ -91,11 +91,14 @@ def _run(options: argparse.Namespace, plan: FleetPlan) -> tuple[FleetReport, rec
         )
         settle_memory()
         if options.web:
-            report = _on_page(options, stage, steps, leaving, interrupts)
-        elif on_screen:
-            report = _on_screen(stage, steps, interrupts)
-        else:
-            report = finish(steps)
+            kept: recording.Kept = {}
+
+            def end(report: FleetReport) -> FleetReport:
+                kept.update(keeping.finish(report))
+                return report
+
+            return _on_page(options, stage, ending(steps, end), interrupts), kept
+        report = _on_screen(stage, steps, interrupts) if on_screen else finish(steps)
         return report, keeping.finish(report)
 
 
@@ -144,7 +147,6 @@ def _on_page(
     options: argparse.Namespace,
     stage: Stage,
     steps: Steps[FleetReport],
-    leaving: Any,
     interrupts: Any,
 ) -> FleetReport:
     """Carry it out shown to browsers, one robot's mission at a time."""
@@ -158,7 +160,7 @@ def _on_page(
         driver = StepDriver(steps)
 
         def is_left() -> bool:
-            return leaving.count > 0 or (driver.report is not None and interrupts.count > 0)
+            return driver.report is not None and interrupts.count > 0
 
         shown = LiveMission(
             graph,
