@@ -116,11 +116,16 @@ def _print_next_steps(name: str, written: Mapping[str, str]) -> None:
     print(f"{name}: a new project")
     for path in sorted(written):
         print(f"  {name}/{path}")
-    has_pytest = find_spec("pytest") is not None
+    steps = {
+        f"cd {name}": "",
+        f"bt-mission run {name}": "with --web on a page for browsers",
+        "pip install 'bt-mission[test]'": "pytest, which is not here",
+        "pytest": "its tests",
+        f"bt-mission check {name}": f"after a change of missions/{name}.yaml",
+    }
+    if find_spec("pytest") is not None:
+        del steps["pip install 'bt-mission[test]'"]
+    width = max(map(len, steps))
     print("next:")
-    print(f"  cd {name}")
-    print(f"  bt-mission run {name}            # --speed 1 --web shows it in a browser")
-    if not has_pytest:
-        print("  pip install 'bt-mission[test]'   # pytest, which is not here")
-    print("  pytest                           # its tests")
-    print(f"  bt-mission check {name}          # after a change of missions/{name}.yaml")
+    for command, remark in steps.items():
+        print(f"  {command:<{width}}  # {remark}" if remark else f"  {command}")

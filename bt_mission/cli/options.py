@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.cli.argument_types import assignment, seed
+from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import find, look_for
+from bt_mission.core.files import look_deeper, look_for
 
 
 def add_overrides(parser: argparse.ArgumentParser) -> None:
@@ -119,13 +120,25 @@ def write_output(path: Path, content: bytes) -> None:
 
 
 def mission_file(options: argparse.Namespace) -> Path:
-    """The file that the options name, by its path or by the name of a shipped mission.
+    """The file that the options name, by its path or by the name of a mission.
+
+    The name of a scenario or a fleet will do, as the list of missions has them.
 
     Raises:
-        InputError: For a name that is no mission's.
+        InputError: For a name that is no mission's, or that of a project from outside of it.
     """
     path: Path = options.file
-    if path.exists():
-        return path
     is_name = not path.suffix and len(path.parts) == 1
-    return find("missions", path) if is_name else look_for("missions", path) or path
+    if path.exists() and not (is_name and path.is_dir()):
+        return path
+    if not is_name:
+        return look_for("missions", path) or path
+    if (path / "missions").is_dir():
+        message = f"expected a mission, got a folder; commands are called in it: cd {path}"
+        raise InputError([Diagnostic(message, str(path))])
+    found = look_for("missions", path) or look_deeper("missions", str(path))
+    if found is None:
+        from bt_mission.core.file_index import find_listed
+
+        found = find_listed("missions", str(path)).path
+    return found

@@ -38,6 +38,19 @@ from bt_mission.core.files import kind_of
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
 
+EPILOG = """\
+examples:
+  bt-mission run explore                        a shipped mission, as fast as it goes
+  bt-mission run mine.yaml --web                your own, in real time, on a page for browsers
+  bt-mission run explore --set legs=2 --seed 3  other inputs, other noise
+  bt-mission run explore --record explore.mcap  then: bt-mission replay explore.mcap
+  bt-mission run two_wanderers                  a fleet; `bt-mission missions` lists what is shipped
+  bt-mission run explore --attach               against servers and a robot that run already
+
+exit codes: 0 success, or of a scenario what must come out; 1 mission failed, requirement
+violated, or something else came out; 2 bad input, 130 interrupted
+"""
+
 
 def add_parser(commands: Any) -> None:
     """Add the command to the command line."""
@@ -47,8 +60,7 @@ def add_parser(commands: Any) -> None:
         "as this machine can, or with --attach against the action servers of a running ROS "
         "graph. Ctrl-C halts the mission, sees every goal ended and the robot stopped; a second "
         "Ctrl-C leaves at once.",
-        epilog="exit codes: 0 success, or of a scenario what must come out; 1 mission failed, "
-        "requirement violated, or something else came out; 2 bad input, 130 interrupted",
+        epilog=EPILOG,
     )
     add_mission_file(parser)
     add_require_option(parser)
@@ -61,36 +73,11 @@ def add_parser(commands: Any) -> None:
         help="seconds of simulation per second, 1 for real time (default: as fast as it goes)",
     )
     parser.add_argument(
-        "--attach",
-        action="store_true",
-        help="run the executive alone, against servers in other processes",
-    )
-    parser.add_argument(
-        "--wall-clock",
-        action="store_true",
-        help="with --attach: keep to this machine's clock, without looking for /clock first",
-    )
-    parser.add_argument(
-        "--namespace",
-        default="",
-        help="with --attach: namespace of the robot whose servers carry the mission out",
-    )
-    parser.add_argument(
-        "--journal",
-        type=Path,
-        metavar="FILE",
-        help="with --attach: write down in this file where the mission stands, as it goes",
-    )
-    parser.add_argument(
-        "--resume",
-        action="store_true",
-        help="with --journal: go on where a mission stood when its process died",
-    )
-    parser.add_argument(
         "--visible",
         action="store_true",
         help="let other processes of this machine see the simulated run (and be heard by it)",
     )
+    _add_attach_options(parser)
     add_network_option(parser)
     add_duplicates_option(parser, "with --attach: ")
     parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
@@ -114,6 +101,36 @@ def add_parser(commands: Any) -> None:
     add_foxglove_options(parser)
     recording.add_recording_options(parser)
     parser.set_defaults(command=run)
+
+
+def _add_attach_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("on a ROS graph that runs already")
+    group.add_argument(
+        "--attach",
+        action="store_true",
+        help="run the executive alone, against servers in other processes",
+    )
+    group.add_argument(
+        "--wall-clock",
+        action="store_true",
+        help="with --attach: keep to this machine's clock, without looking for /clock first",
+    )
+    group.add_argument(
+        "--namespace",
+        default="",
+        help="with --attach: namespace of the robot whose servers carry the mission out",
+    )
+    group.add_argument(
+        "--journal",
+        type=Path,
+        metavar="FILE",
+        help="with --attach: write down in this file where the mission stands, as it goes",
+    )
+    group.add_argument(
+        "--resume",
+        action="store_true",
+        help="with --journal: go on where a mission stood when its process died",
+    )
 
 
 def run(options: argparse.Namespace) -> int:

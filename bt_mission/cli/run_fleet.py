@@ -73,7 +73,7 @@ def _print(options: argparse.Namespace, report: FleetReport, kept: recording.Kep
 
 
 def _run(options: argparse.Namespace, plan: FleetPlan) -> FleetReport:
-    from bt_mission.cli.run_shown import pace
+    from bt_mission.cli.run_shown import ending, pace
     from bt_mission.cli.watch import is_drawable
     from bt_mission.core.interrupts import InterruptSignals
     from bt_mission.core.memory import settle_memory
@@ -84,8 +84,8 @@ def _run(options: argparse.Namespace, plan: FleetPlan) -> FleetReport:
     view = _view(options, plan, on_screen=on_screen)
     interrupts = InterruptSignals()
     with ExitStack() as stack:
-        if options.web:
-            leaving = stack.enter_context(InterruptSignals())
+        if options.web:  # also while it starts, and while the page stays
+            stack.enter_context(interrupts)
         stage = stack.enter_context(_stage(options, plan))
         stack.enter_context(window_on(stage, wanted=options.view))
         stack.enter_context(foxglove_on(options, stage))
@@ -95,13 +95,18 @@ def _run(options: argparse.Namespace, plan: FleetPlan) -> FleetReport:
         )
         settle_memory()
         if options.web:
-            report = _on_page(options, stage, steps, leaving, interrupts)
-        elif on_screen:
-            report = _on_screen(stage, steps, interrupts)
+            kept: recording.Kept = {}
+
+            def end(report: FleetReport) -> FleetReport:
+                kept.update(keeping.finish(report))
+                return report
+
+            report = _on_page(options, stage, ending(steps, end), interrupts)
         else:
-            report = finish(steps)
+            report = _on_screen(stage, steps, interrupts) if on_screen else finish(steps)
+            kept = keeping.finish(report)
         # Before the stage is taken down: of 16 robots that takes seconds.
-        _print(options, report, keeping.finish(report))
+        _print(options, report, kept)
         return report
 
 
@@ -150,7 +155,6 @@ def _on_page(
     options: argparse.Namespace,
     stage: Stage,
     steps: Steps[FleetReport],
-    leaving: Any,
     interrupts: Any,
 ) -> FleetReport:
     """Carry it out shown to browsers, one robot's mission at a time."""
@@ -164,7 +168,7 @@ def _on_page(
         driver = StepDriver(steps)
 
         def is_left() -> bool:
-            return leaving.count > 0 or (driver.report is not None and interrupts.count > 0)
+            return driver.report is not None and interrupts.count > 0
 
         shown = LiveMission(
             graph,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from bt_mission.cli import recording
 from bt_mission.cli.foxglove import foxglove_on
@@ -16,8 +17,10 @@ from bt_mission.core.errors import BtMissionError
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
     from bt_mission.sessions.attached import AttachedSession
-    from bt_mission.sessions.session import View
+    from bt_mission.sessions.session import Steps, View
     from bt_mission.sessions.stage import Stage
+
+R = TypeVar("R")
 
 
 def run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
@@ -40,7 +43,7 @@ def run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, re
         _tell_resumable(options, session)
         kept = keeping.finish(report)
         if options.web and report.status != MissionStatus.INTERRUPTED:
-            stay_until_left()
+            stay_until_left(report.status)
         return report, kept
 
 
@@ -95,7 +98,7 @@ def run_on_page(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, rec
 
     view = _view(options, plain=True)
     with (
-        InterruptSignals() as leaving,
+        InterruptSignals() as interrupts,  # also while it starts, and while the page stays
         _open_session(options, plan, view.say) as session,
         plan.faults_in(session) as with_outcomes,
         closing(LocalExecutive(session)) as graph,
@@ -103,18 +106,30 @@ def run_on_page(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, rec
         foxglove_on(options, session),
         recording.recorder_for(options, session) as keeping,
     ):
-        interrupts = InterruptSignals()
+        kept: recording.Kept = {}
+
+        def end(report: Report) -> Report:
+            judged = with_outcomes(report)
+            kept.update(keeping.finish(judged))
+            return judged
+
         steps = driving(session, view, interrupts, speed=pace(options), trace_file=options.trace)
-        driver = StepDriver(steps)
+        driver = StepDriver(ending(steps, end))
 
         def is_left() -> bool:
-            return leaving.count > 0 or (driver.report is not None and interrupts.count > 0)
+            return driver.report is not None and interrupts.count > 0
 
         shown = LiveMission(graph, graph.name, lambda: ENDED if driver.report else "")
         shown.attach(graph.name)  # before the first step, so that nothing is missed
         with web_server(options, shown, is_fast=(pace(options) or 0.0) > 1.0) as server:
-            report = with_outcomes(ShownRun(server, driver, is_left, to_stderr).run_to_the_end())
-        return report, keeping.finish(report)
+            report = ShownRun(server, driver, is_left, to_stderr).run_to_the_end()
+        return report, kept
+
+
+def ending(steps: Steps[R], end: Callable[[R], R]) -> Steps[R]:
+    """Step to the end, and do at once what is due there, since the page may stay for long."""
+    report = yield from steps
+    return end(report)
 
 
 def to_stderr(text: str) -> None:

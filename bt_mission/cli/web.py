@@ -165,12 +165,13 @@ def watch_beside(*words: str) -> Iterator[None]:
         process.wait()
 
 
-def stay_until_left() -> None:
-    """Let the page be looked at when the mission has ended, until Ctrl-C."""
+def stay_until_left(status: str) -> None:
+    """Let the page be looked at when the mission has ended with this status, until Ctrl-C."""
     from bt_mission.core.interrupts import InterruptSignals
     from bt_mission.core.wall_clock import LONGEST_SLEEP_S, rest
+    from bt_mission.views.web.run import page_stays
 
-    print("the mission has ended; the page stays until Ctrl-C", file=sys.stderr, flush=True)
+    print(page_stays(status), file=sys.stderr, flush=True)
     with InterruptSignals() as leaving:
         while not leaving.count:
             rest(LONGEST_SLEEP_S)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 import re
 import sys
@@ -60,6 +61,19 @@ def look_for(kind: Kind, name_or_path: str | Path, near: str | Path | None = Non
             for suffix in SUFFIXES
         ]
     return next((path for path in candidates if is_file(path)), None)
+
+
+def look_deeper(kind: Kind, name: str) -> Path | None:
+    """Return the file of this name one folder deeper, such as that of a scenario, or None."""
+    return next(
+        (
+            path
+            for folder in folders(kind)
+            for path in sorted(folder.glob(f"*/{glob.escape(name)}.*"))
+            if path.suffix in SUFFIXES and path.name.split(".")[0] == name
+        ),
+        None,
+    )
 
 
 def names(kind: Kind) -> list[str]:

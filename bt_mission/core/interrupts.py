@@ -16,7 +16,7 @@ twice where what started it (`ros2 launch` without a terminal, `timeout`, `uv ru
 
 
 class InterruptSignals:
-    """Note the signals that come while this is entered.
+    """Note the signals that come while this is entered, which may be more than once at a time.
 
     Args:
         most: How many are noted; the next one raises KeyboardInterrupt. None notes all.
@@ -30,14 +30,15 @@ class InterruptSignals:
         """The last one by its own name, such as SIGTERM."""
         self._most = most
         self._since_last: Stopwatch | None = None
-        self._former: list[tuple[signal.Signals, Any]] = []
+        self._former: list[list[tuple[signal.Signals, Any]]] = []
 
     def __enter__(self) -> Self:
-        self._former = [(number, signal.signal(number, self._take)) for number in SIGNALS]
+        former = [(number, signal.signal(number, self._take)) for number in SIGNALS]
+        self._former.append(former)
         return self
 
     def __exit__(self, *_: object) -> None:
-        for number, handler in self._former:
+        for number, handler in self._former.pop():
             signal.signal(number, handler)
 
     def note(self, name: str) -> None:

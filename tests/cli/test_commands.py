@@ -174,6 +174,34 @@ def test_a_shipped_mission_is_found_by_its_name(
     assert "did you mean 'square'?" in err
 
 
+def test_scenarios_and_fleets_are_found_by_their_names_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As `missions copy` takes them; a mission comes first, and one that is near is offered."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "two_wanderers"]) == 0
+    assert "fleet 'two wanderers' is valid" in capsys.readouterr().out
+    assert main(["check", "scan_lost"]) == 0
+    assert "scenario " in capsys.readouterr().out
+    assert main(["check", "patrol"]) == 0
+    assert "mission 'patrol' is valid" in capsys.readouterr().out
+    assert main(["check", "two_wanderer"]) == 2
+    assert "did you mean 'two_wanderers'?" in capsys.readouterr().err
+
+
+def test_a_folder_hides_no_mission_and_that_of_a_project_is_to_be_entered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Who has just made a project is told so."""
+    monkeypatch.chdir(tmp_path)
+    Path("square").mkdir()
+    assert main(["check", "square"]) == 0
+    assert main(["new", "walker"]) == 0
+    assert main(["check", "walker"]) == 2
+    said = "walker: error: expected a mission, got a folder; commands are called in it: cd walker"
+    assert said in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("domain", ["abc", "999", "-1"])
 def test_a_domain_that_is_none_is_named(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], domain: str

@@ -50,6 +50,17 @@ def test_it_says_what_it_has_made_and_what_to_do_next(capsys: pytest.CaptureFixt
     assert [path.name for path in Path().iterdir()] == [NAME]
 
 
+@pytest.mark.parametrize("name", ["a", "a_rather_long_name"])
+def test_what_it_says_of_commands_stands_in_a_column(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """However long the name is."""
+    assert main(["new", name]) == 0
+    said = capsys.readouterr().out
+    columns = {line.index("#") for line in said.splitlines() if "#" in line}
+    assert len(columns) == 1
+
+
 def test_where_pytest_is_not_installed_it_says_how(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import shlex
+
 import pytest
 
 from bt_mission.cli import main
+from bt_mission.cli.main import make_parser
 
 
 def error_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[str, str]:
@@ -66,6 +69,18 @@ def test_help_is_wrapped(
     lines = capsys.readouterr().out.splitlines()
     long = [line for line in lines if len(line) > 80]
     assert [line for line in long if not line.startswith("  bt-mission ") or "   " in line] == []
+
+
+def test_the_main_command_teaches_by_examples(capsys: pytest.CaptureFixture[str]) -> None:
+    """Each of them is one that is understood."""
+    with pytest.raises(SystemExit):
+        main(["run", "--help"])
+    said = capsys.readouterr().out.partition("\nexamples:\n")[2].splitlines()
+    examples = [line.split("  ")[1] for line in said if line.startswith("  bt-mission run ")]
+    assert len(examples) >= 5
+    for example in examples:
+        parsed = make_parser().parse_args(shlex.split(example)[1:])
+        assert parsed.file.name
 
 
 def test_a_paragraph_of_help_is_filled_as_a_whole(

@@ -12,16 +12,22 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 import pytest
 
-from bt_mission.cli import replay, web
+from bt_mission import read_recording
+from bt_mission.cli import replay, run_fleet, run_shown, web
 from bt_mission.cli.main import main
 from bt_mission.core.errors import BtMissionError
 from bt_mission.testing.live_graph import command
 from bt_mission.views.web.shown_mission import ShownMission
 from tests.support.processes import read_until, started
 from tests.support.recordings import recording, with_facts
+
+if TYPE_CHECKING:
+    from bt_mission.views.web.server import WebServer
 
 HAS_WEB = all(find_spec(name) for name in web.NEEDED)
 needs_web = pytest.mark.skipif(not HAS_WEB, reason="the extra 'web' is not installed")
@@ -151,12 +157,15 @@ def test_forks_are_offered_with_the_file_as_it_was_named(
 @needs_web
 @pytest.mark.process
 def test_a_run_is_shown_until_ctrl_c_and_then_told(tmp_path: Path):
-    """Its page stays when it has ended; the code is the mission's."""
+    """Its page stays when it has ended; its files are whole by then, and the code is its own."""
     mission = tmp_path / "wait.yaml"
     mission.write_text(WAIT, encoding="utf-8")
-    arguments = ("run", str(mission), "--web", "--port", "0", "--plain")
-    with started(*arguments) as process:
+    kept, page = tmp_path / "wait.mcap", tmp_path / "wait.html"
+    files = ("--record", str(kept), "--report", str(page))
+    with started("run", str(mission), "--web", "--port", "0", "--plain", *files) as process:
         seen = read_until(process, "the page stays until Ctrl-C")
+        assert read_recording(kept).why_cut == ""
+        assert page.exists()
         assert '<script type="module" src="app.js">' in page_of(link_in(seen))
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=60)
@@ -179,6 +188,40 @@ def test_ctrl_c_while_it_runs_ends_the_mission_in_good_order(tmp_path: Path):
     assert process.returncode == 130
     assert "interrupted by Ctrl-C" in out
     assert "Traceback" not in out
+
+
+FLEET = """\
+fleet: waiting
+robots:
+  one:
+    mission: wait.yaml
+"""
+
+
+@needs_web
+@pytest.mark.parametrize(
+    ("name", "command"), [("wait.yaml", run_shown), ("wait.fleet.yaml", run_fleet)]
+)
+def test_ctrl_c_while_it_starts_is_heard_by_the_first_step(
+    name: str,
+    command: ModuleType,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+):
+    """Its mission does not run first, with nobody to stop it."""
+    (tmp_path / "wait.yaml").write_text(WAIT, encoding="utf-8")
+    (tmp_path / "wait.fleet.yaml").write_text(FLEET, encoding="utf-8")
+
+    @contextmanager
+    def interrupted(options: argparse.Namespace, shown: ShownMission) -> Iterator[WebServer]:
+        signal.raise_signal(signal.SIGINT)
+        with web.web_server(options, shown) as server:
+            yield server
+
+    monkeypatch.setattr(command, "web_server", interrupted)
+    assert main(["run", str(tmp_path / name), "--web", "--port", "0"]) == 130
+    assert "interrupted by Ctrl-C" in capsys.readouterr().out
 
 
 @needs_web

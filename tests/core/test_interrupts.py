@@ -48,3 +48,15 @@ def test_a_signal_that_comes_twice_at_once_is_one_wish(
         signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGINT)
         assert interrupts.count == 1
+
+
+def test_one_that_is_entered_again_notes_on_until_it_is_left_as_often():
+    """A wish that comes before a mission's first step is known to that step."""
+    before = signal.getsignal(signal.SIGINT)
+    with InterruptSignals() as interrupts:
+        signal.raise_signal(signal.SIGINT)
+        with interrupts:
+            assert interrupts.count == 1
+        signal.raise_signal(signal.SIGTERM)
+        assert interrupts.count == 2
+    assert signal.getsignal(signal.SIGINT) is before

@@ -4,12 +4,28 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import Generic
+from typing import Generic, Protocol, TypeVar
 
-from bt_mission.sessions.session import R, StepDriver
+from bt_mission.sessions.session import StepDriver
 from bt_mission.views.web.server import WebServer
 
 ENDED = "the mission has ended"
+
+
+class Outcome(Protocol):
+    """The report of a mission or of a fleet, as far as it matters here."""
+
+    @property
+    def status(self) -> str:
+        """What it came to."""
+
+
+R = TypeVar("R", bound=Outcome)
+
+
+def page_stays(status: str) -> str:
+    """Return what people are told when a mission has ended, with what it came to."""
+    return f"{ENDED}: {status}; the page stays until Ctrl-C"
 
 
 class ShownRun(Generic[R]):
@@ -53,4 +69,4 @@ class ShownRun(Generic[R]):
         if self._driver.report is None:
             asyncio.get_running_loop().call_later(wait_s, self._advance)
         elif not self._is_left():
-            self._say(f"{ENDED}; the page stays until Ctrl-C")
+            self._say(page_stays(self._driver.report.status))

@@ -74,11 +74,37 @@ def test_every_control_of_a_mission(on_page: Any, executive: ScriptedExecutive):
     on_page(scene)
 
 
+def test_the_page_says_what_its_keys_do(on_page: Any, executive: ScriptedExecutive):
+    """Those that it has now; no other key does anything meanwhile."""
+
+    async def scene(screen: Screen) -> None:
+        await screen.key("?")
+        await screen.until("document.getElementById('keys').open")
+        said = await screen.look("document.getElementById('keys').innerText")
+        assert "stop the mission" in said
+        assert "play or pause" not in said, "that is of recordings"
+        await screen.key("p")
+        await screen.key("?")
+        await screen.until("!document.getElementById('keys').open")
+        assert executive.commands == []
+        await screen.click("show-keys")
+        await screen.click("close-keys")
+        await screen.until("!document.getElementById('keys').open")
+        titles = await screen.look(
+            "[...document.querySelectorAll('#live-controls button')]"
+            ".map((one) => one.title.endsWith(`(${one.getAttribute('aria-keyshortcuts')})`))"
+        )
+        assert titles == [True] * 6
+
+    on_page(scene)
+
+
 def test_a_read_only_page_has_no_controls(on_page: Any, executive: ScriptedExecutive):
     """And its keys do nothing."""
 
     async def scene(screen: Screen) -> None:
         await screen.until("document.getElementById('live-controls').hidden")
+        assert await screen.look("document.getElementById('live-keys').hidden")
         await screen.key("p")
         await screen.look("document.getElementById('fold').click()")
         assert executive.commands == []

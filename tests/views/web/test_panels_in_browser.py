@@ -59,7 +59,8 @@ def test_values_goals_requirements_and_the_map(on_page: Any, executive: Scripted
         await screen.shows("goals", "active")
         await screen.shows("goals-title", "Goals: 1 sent, 1 open")
         await screen.shows("requirements", "violated is slow")
-        await screen.shows("figures", "1 of 2 requirements violated")
+        await screen.shows("figures", " · 1 of 2 requirements violated")
+        assert await screen.look("document.querySelector('#requirements code').textContent")
         await screen.look("document.querySelector('#variables button').click()")
         await screen.shows("chart-title", "speed: 0.1 to 0.25")
         await screen.until("document.querySelector('#chart-drawing polyline').points.length === 6")
@@ -112,6 +113,21 @@ def test_zones_and_waypoints_are_on_the_map(on_page: Any, executive: ScriptedExe
         await screen.until(f"{red}[0] > 10")
         _, left, low = await screen.look(red)
         assert left > 0.5 > low
+
+    on_page(scene)
+
+
+def test_a_halted_node_is_told_once(on_page: Any, executive: ScriptedExecutive):
+    """It is not running, which is no claim that it never was."""
+
+    async def scene(screen: Screen) -> None:
+        executive.change(0.5, drive="running")
+        await screen.shows("node", "drive")
+        executive.change(1.0, drive="invalid: halted")
+        await screen.shows("node", "not running")
+        await screen.shows("node", "halted at")
+        ended = await screen.look("[...document.querySelectorAll('#node dd')].pop().textContent")
+        assert ended.count("halted") == 1
 
     on_page(scene)
 

@@ -52,11 +52,11 @@ class Run:
 
 
 def test_the_page_stays_when_the_mission_has_ended_until_somebody_leaves():
-    """With a word on how."""
+    """With a word on how, and on what it came to."""
     run = Run(5)
     assert run.carry_out().reason == "ended"
     assert run.taken == 5
-    assert run.said == ["the mission has ended; the page stays until Ctrl-C"]
+    assert run.said == ["the mission has ended: success; the page stays until Ctrl-C"]
 
 
 def test_who_leaves_early_still_has_every_step_taken():

@@ -131,15 +131,15 @@ function drawState() {
   const violated = (parts.requirements ?? []).filter((one) => one.verdict === "violated").length;
   byId("figures").textContent = [
     store.tree ? seconds(parts.clock?.elapsed) : "",
-    parts.factor && !isOver(state.status) ? `${parts.factor.toFixed(1)} x` : "",
+    parts.factor && !isOver(state.status) ? `${parts.factor.toFixed(1)} x real time` : "",
     state.charge === null || state.charge === undefined ? "" : `battery ${state.charge.toFixed(0)} %`,
     violated ? `${violated} of ${parts.requirements.length} requirements violated` : "",
     replay ? `recording ${state.source}` : state.is_there === false && state.source ? `${state.source} is not there` : "",
     replay?.missing ? `lacks ${replay.missing}` : "",
-  ].filter(Boolean).join("   ");
+  ].filter(Boolean).join(" · ");
   byId("reason").textContent = state.reason || state.limits || "";
-  byId("live-controls").hidden = Boolean(replay) || Boolean(parts.is_read_only);
-  byId("replay-controls").hidden = !replay || Boolean(parts.is_read_only);
+  byId("live-keys").hidden = byId("live-controls").hidden = Boolean(replay) || Boolean(parts.is_read_only);
+  byId("replay-keys").hidden = byId("replay-controls").hidden = !replay || Boolean(parts.is_read_only);
   for (const name of Object.values(LIVE_KEYS)) byId(name).disabled = !(state.can ?? []).includes(name);
   if (replay) byId("play").textContent = replay.is_playing ? "Pause" : "Play";
   byId("time").disabled = Boolean(replay) && Boolean(parts.is_read_only);
@@ -214,6 +214,8 @@ for (const [name, steps] of [["start-on", 1], ["start-back", -1]]) {
 document.addEventListener("keydown", (event) => {
   const isText = event.target instanceof HTMLInputElement && (event.target.type === "search" || event.target.readOnly);
   if (isText || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.key === "?") return showKeys(!byId("keys").open);
+  if (byId("keys").open) return;
   if (event.key !== "x") disarm();
   const names = store.replay ? REPLAY_KEYS : LIVE_KEYS;
   if (event.key in names) press(names[event.key]);
@@ -221,6 +223,13 @@ document.addEventListener("keydown", (event) => {
   else if (event.key === "n" || event.key === "N") tree.search(byId("search").value, tree.selected, event.key === "n" ? 1 : -1);
   else if (event.key === "f") byId("follow").click();
 });
+
+function showKeys(isWanted) {
+  if (isWanted) byId("keys").showModal();
+  else byId("keys").close();
+}
+byId("show-keys").addEventListener("click", () => showKeys(true));
+byId("close-keys").addEventListener("click", () => showKeys(false));
 
 // ---- light and dark --------------------------------------------------------------------------
 

@@ -18,7 +18,7 @@ export function drawNode(store, index) {
   const list = element("dl");
   const add = (title, ...words) => list.append(element("dt", "", title), element("dd", "", ...words));
   add("node", element("strong", "", name), ` ${kind}, path ${path}`);
-  add("status", sign(status), status ? STATUSES[status] : "not run");
+  add("status", sign(status), status ? STATUSES[status] : "not running");
   if (view.message[index]) add("says", view.message[index]);
   if (store.past === null) addPresent(store, index, status, add);
   const node = store.node?.index === index ? store.node : null;
@@ -28,7 +28,8 @@ export function drawNode(store, index) {
   node?.ends.forEach(([end, at, ran, words], number) => {
     const when = at === null ? "" : ` at ${at.toFixed(2)} s`;
     const took = ran ? `, ran ${seconds(ran)}` : "";
-    add(number ? "" : "ended", sign(end), `${end ? STATUSES[end] : "halted"}${when}${took}  ${words}`);
+    const how = end ? STATUSES[end] : "halted";
+    add(number ? "" : "ended", sign(end), `${how}${when}${took}${words && words !== how ? `: ${words}` : ""}`);
   });
   box.replaceChildren(list);
 }
@@ -101,7 +102,8 @@ export function drawRequirements(store) {
     const at = one.at === null ? "" : ` at ${one.at.toFixed(2)} s`;
     return element(
       "li", "", sign(status), element("span", STATUSES[status], one.verdict), " ",
-      element("strong", "", one.name), `${margin}${at} `, element("span", "words", `${one.why} ${one.requirement}`),
+      element("strong", "", one.name), `${margin}${at} `,
+      element("span", "words", one.why ? `${one.why}: ` : "", element("code", "", one.requirement)),
     );
   }));
 }
