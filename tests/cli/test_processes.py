@@ -63,10 +63,7 @@ def test_a_signal_ends_the_mission_with_no_goal_left_behind(
 def test_a_signal_is_cleaned_up_after_and_a_second_one_skips_that(
     tmp_path: Path, count: int, seconds: int
 ) -> None:
-    """The clean-up is a turn for some seconds, which is carried out to its end, or cut off.
-
-    Nothing holds a clean-up to `--speed`: only a long one still runs at the second signal.
-    """
+    """The clean-up turns for some seconds, to its end or cut off; `--speed` does not hold it up."""
     path = tmp_path / "tidy.yaml"
     path.write_text(
         "mission: tidy\nworld: empty_arena\ntree:\n  finally: {timeout: 4000}\n"
@@ -336,11 +333,8 @@ def test_processes_say_that_they_are_heard_on_this_machine_only(drive: str) -> N
         with started(*arguments, ROS_AUTOMATIC_DISCOVERY_RANGE="") as process:
             assert process.stdout is not None
             said.append(process.stdout.readline())
-    assert [" on this machine only; --network opens it to others" in line for line in said] == [
-        True,
-        True,
-        True,
-    ]
+    words = " on this machine only; --network opens it to others"
+    assert [words in line for line in said] == [True] * 3
 
 
 def test_other_machines_cannot_reach_a_process_of_this_machine() -> None:

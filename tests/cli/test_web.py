@@ -214,9 +214,11 @@ def test_ctrl_c_while_it_starts_is_heard_by_the_first_step(
     (tmp_path / "wait.fleet.yaml").write_text(FLEET, encoding="utf-8")
 
     @contextmanager
-    def interrupted(options: argparse.Namespace, shown: ShownMission) -> Iterator[WebServer]:
+    def interrupted(
+        options: argparse.Namespace, shown: ShownMission, *, is_fast: bool
+    ) -> Iterator[WebServer]:
         signal.raise_signal(signal.SIGINT)
-        with web.web_server(options, shown) as server:
+        with web.web_server(options, shown, is_fast=is_fast) as server:
             yield server
 
     monkeypatch.setattr(command, "web_server", interrupted)
