@@ -181,16 +181,18 @@ def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Exec
         found = observer.find()
         if since_found is None and found:
             since_found = Stopwatch()
-        if since_found is not None and since_found.elapsed_s > SETTLE_S:
+        is_late = options.wait is not None and since.elapsed_s > options.wait
+        has_settled = since_found is not None and since_found.elapsed_s > SETTLE_S
+        if has_settled or (found and is_late):
             chosen = choose(found, wanted)
             if chosen is not None:
                 if chosen.fault:
                     print(f"{chosen.name}: {chosen.fault}", file=sys.stderr)
                 return observer.attach(chosen.name, with_robot=False)
-        if options.wait is not None and since.elapsed_s > options.wait:
+        if is_late:
             print(nobody(wanted, found, observer.where), file=sys.stderr)
             return None
-        if not has_said and since.elapsed_s > 3 * SETTLE_S:
+        if not has_said and since.elapsed_s > 3 * SETTLE_S and (has_settled or not found):
             print(f"{nobody(wanted, found, observer.where)}\nlooking ...", file=sys.stderr)
             has_said = True
 
