@@ -43,6 +43,7 @@ class McapFile:
         self.messages = 0
         self.bytes = 0
         """Bytes written, as of the last flush."""
+        self._is_named = stream is None
         self._waiting: list[Message] = []
         self._last_ns = 0
         self._schemas: dict[str, int] = {}
@@ -52,6 +53,11 @@ class McapFile:
             raise BtMissionError(f"{path}: cannot write the recording: {error.strerror}") from error
         self._writer = ChunkWriter(self._stream)
         self._try(lambda: self._writer.start(PROFILE, library))
+
+    @property
+    def is_deleted(self) -> bool:
+        """Has somebody deleted the file while it is written?"""
+        return self._is_named and not self.path.exists()
 
     def channel(
         self, topic: str, type_name: str, definition: str, metadata: Mapping[str, str]

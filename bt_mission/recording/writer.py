@@ -110,6 +110,8 @@ class RunRecorder:
     @property
     def missing(self) -> str:
         """What the file lacks, in words; empty when it lacks nothing."""
+        if self.file.is_deleted:
+            return "everything (the file was deleted while it was written)"
         lacks = []
         if self.file.fault is not None:
             at_s = ((self.file.kept_ns or 0) - self._start_ns) / 1e9

@@ -116,6 +116,22 @@ def test_a_mission_that_cannot_be_recorded_is_carried_out(
     assert any(line.startswith("not recorded: ") for line in ros.said)
 
 
+def test_a_recording_that_was_deleted_is_not_said_to_be_there(
+    ros: Any, serve: Any, tmp_path: Path
+) -> None:
+    """The mission ends as it would have."""
+    _, send = serve
+    turn = ros.server()
+    mission = send(text=TURN)
+    ros.until(lambda: turn.goals)
+    path = tmp_path / "runs" / "a_turn_001.mcap"
+    path.unlink()
+    turn.goal.succeed()
+    assert mission.end()[0] == "succeeded"
+    lacks = "everything (the file was deleted while it was written)"
+    assert f"  recorded to {path}; it lacks {lacks}" in ros.said
+
+
 def test_a_name_of_a_mission_is_no_path(tmp_path: Path) -> None:
     """And a file that is there is not overwritten."""
     assert free_file(tmp_path, "../../etc/x y").name == "etc_x_y_001.mcap"
