@@ -132,7 +132,8 @@ def _serve_page(options: argparse.Namespace, film: Timeline) -> int:
     from bt_mission.views.web.replay import ReplayedMission
 
     player = Player(film, speed=options.speed or 1.0, at_s=options.at)
-    shown = ReplayedMission(player, None if options.read_only else _fork_offer(film))
+    robot = options.robot or film.robots[0] if len(film.robots) > 1 else ""
+    shown = ReplayedMission(player, None if options.read_only else _fork_offer(film), robot)
     with InterruptSignals() as leaving, web_server(options, shown) as server:
         asyncio.run(server.serve(lambda: leaving.count > 0))
     _say_cut(film)

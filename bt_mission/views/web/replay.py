@@ -38,12 +38,15 @@ class ReplayedMission:
     Args:
         player: Where in which recording to begin, and how fast.
         fork: What pages are told of forks; None where none are offered.
+        robot: Of a recorded fleet, the robot whose mission is shown.
     """
 
-    def __init__(self, player: Player, fork: ForkOffer | None = None) -> None:
+    def __init__(self, player: Player, fork: ForkOffer | None = None, robot: str = "") -> None:
         self.board = Board()
         self.picture: tuple[int, bytes] | None = None  # a timeline holds none
         self._player = player
+        name = player.timeline.path.name
+        self._source = f"{name}, robot {robot}" if robot else name
         self._notices = Notices(self.board)
         self._since_last = Stopwatch()
         self._shown_ns: int | None = None
@@ -75,7 +78,7 @@ class ReplayedMission:
         if panels.map:
             self.board.show_robot(mission, has_moved=self._has_moved)
             self._has_moved = False
-        put_state(self.board, mission, source=player.timeline.path.name, is_there=True, limits="")
+        put_state(self.board, mission, source=self._source, is_there=True, limits="")
         self.board.put(
             "replay",
             {

@@ -74,6 +74,45 @@ def test_every_control_of_a_mission(on_page: Any, executive: ScriptedExecutive):
     on_page(scene)
 
 
+def test_of_a_fleet_the_robot_that_is_shown_is_marked(chromium: Page):
+    """A button lasts while the mission goes on, so that no press of it is lost."""
+    one, other = ScriptedExecutive(name="/one"), ScriptedExecutive(name="/two")
+    one.begin()
+    other.begin()
+    shown = LiveMission(ScriptedGraph(one, other), "/one", is_fleet=True)
+    shown.attach("/one")
+    marked = "document.querySelector('#choice-list [aria-pressed=true]')?.textContent === {!r}"
+
+    async def visited(server: WebServer) -> None:
+        screen = Screen(chromium)
+        await screen.visit(server.link)
+        await screen.until(marked.format("/one"))
+        await screen.look("document.querySelectorAll('#choice-list button')[1].focus()")
+        one.stand("paused", "asked for")
+        await screen.shows("status", "paused")
+        await screen.look("document.activeElement.click()")
+        await screen.until(marked.format("/two"))
+
+    serve(shown, visited, WebOptions(port=0))
+    assert chromium.problems == []
+    chromium.visit("about:blank", width=800, height=600)
+
+
+def test_the_page_waits_for_a_mission(chromium: Page):
+    """And says so, rather than to stand there empty."""
+    executive = ScriptedExecutive()
+    executive.stand("idle")
+    shown = LiveMission(ScriptedGraph(executive))
+
+    async def visited(server: WebServer) -> None:
+        screen = Screen(chromium)
+        await screen.visit(server.link)
+        await screen.shows("hint", "No mission runs")
+
+    serve(shown, visited, WebOptions(port=0))
+    chromium.visit("about:blank", width=800, height=600)
+
+
 def test_the_page_says_what_its_keys_do(on_page: Any, executive: ScriptedExecutive):
     """Those that it has now; no other key does anything meanwhile."""
 

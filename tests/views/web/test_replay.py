@@ -34,6 +34,14 @@ def ask(shown: ReplayedMission, do: str, **fields: Any) -> dict[str, Any]:
     return told(shown)
 
 
+def test_of_a_fleet_the_robot_is_named():
+    """Its mission may be that of another robot, too."""
+    player = Player(read_timeline(recording()))
+    name = player.timeline.path.name
+    assert told(ReplayedMission(player))["state"]["source"] == name
+    assert told(ReplayedMission(player, robot="tb1"))["state"]["source"] == f"{name}, robot tb1"
+
+
 def test_an_instant_is_shown_as_it_was(shown: ReplayedMission):
     """Also coming back from later."""
     early = ask(shown, "go", number=1.0)

@@ -144,16 +144,30 @@ function drawState() {
   if (replay) byId("play").textContent = replay.is_playing ? "Pause" : "Play";
   byId("time").disabled = Boolean(replay) && Boolean(parts.is_read_only);
   byId("camera-panel").hidden = Boolean(replay);
-  byId("hint").textContent = store.tree ? "" : (parts.hint ?? "");
+  const idle = state.status === "idle" ? "No mission runs: the next one that is sent is shown here." : "";
+  byId("hint").textContent = store.tree ? "" : parts.hint || idle;
   byId("hint").hidden = !byId("hint").textContent;
-  const choices = parts.choices ?? [];
+  drawChoices(parts.choices ?? [], state.source);
+}
+
+// Buttons are made anew only for other names, or a press of one would be lost in between.
+function drawChoices(choices, shown) {
+  const box = byId("choice-list");
   byId("choices").hidden = !choices.length;
-  byId("choice-list").replaceChildren(...choices.map(([name, fault]) => {
-    const button = element("button", "", fault ? `${name} (${fault})` : name);
-    button.type = "button";
-    button.addEventListener("click", () => ask({ do: "attach", name }));
-    return element("li", "", button);
-  }));
+  byId("choices-title").textContent = shown ? "Shown of several executives" : "There are several executives: choose one";
+  const names = JSON.stringify(choices);
+  if (box.dataset.names !== names) {
+    box.dataset.names = names;
+    box.replaceChildren(...choices.map(([name, fault]) => {
+      const button = element("button", "", fault ? `${name} (${fault})` : name);
+      button.type = "button";
+      button.addEventListener("click", () => ask({ do: "attach", name }));
+      return element("li", "", button);
+    }));
+  }
+  choices.forEach(([name], number) => {
+    box.children[number].firstChild.setAttribute("aria-pressed", name === shown);
+  });
 }
 
 const isOver = (status) => ["success", "failure", "interrupted"].includes(status);
