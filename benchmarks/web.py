@@ -31,7 +31,7 @@ from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.views.terminal.quiet import Quiet
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.run import ShownRun
-from bt_mission.views.web.server import WebOptions, WebServer
+from bt_mission.views.web.server import FAST_FRAME_S, FRAME_S, WebOptions, WebServer
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
@@ -118,11 +118,12 @@ def cpu_share(mission_file: Path, *, with_page: bool, speed: float | None) -> tu
 
 def _shown(stage: Stage, folder: Path, speed: float | None):  # noqa: ANN202 - the report
     driver = StepDriver(driving(stage, Quiet(), InterruptSignals(), speed=speed))
+    frame_s = FAST_FRAME_S if speed is None else FRAME_S
     with closing(LocalExecutive(stage)) as graph:
         shown = LiveMission(graph)
         shown.attach(graph.name)
         with (
-            closing(WebServer(shown, WebOptions(port=0))) as server,
+            closing(WebServer(shown, WebOptions(port=0, frame_s=frame_s))) as server,
             browser(folder / "profile") as page,
             _opened(page, server.link),
         ):
