@@ -23,6 +23,7 @@ from pathlib import Path
 from measuring import figure
 
 from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.executive.report import Report
 from bt_mission.ros.discovery import LocalExecutive
 from bt_mission.sessions.load import load
 from bt_mission.sessions.session import StepDriver, drive, driving
@@ -31,7 +32,7 @@ from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.views.terminal.quiet import Quiet
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.run import ShownRun
-from bt_mission.views.web.server import WebOptions, WebServer
+from bt_mission.views.web.server import FAST_FRAME_S, FRAME_S, WebOptions, WebServer
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
@@ -107,28 +108,33 @@ def cpu_share(mission_file: Path, *, with_page: bool, speed: float | None) -> tu
         tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder,
         Stage(mission, image_folder=Path(folder), say=lambda _: None, options=options) as stage,
     ):
-        before_s = time.process_time()
         if with_page:
-            report = _shown(stage, Path(folder), speed)
+            report, cpu_s = _shown(stage, Path(folder), speed)
         else:
-            report = drive(stage, Quiet(), speed=speed)
-        cpu_s = time.process_time() - before_s
+            report, cpu_s = _measured(lambda: drive(stage, Quiet(), speed=speed))
     return cpu_s / report.virtual_s, cpu_s / report.wall_s
 
 
-def _shown(stage: Stage, folder: Path, speed: float | None):  # noqa: ANN202 - the report
+def _measured(run: Callable[[], Report]) -> tuple[Report, float]:
+    """The report of a run, and the CPU seconds of the process for it."""
+    before_s = time.process_time()
+    report = run()
+    return report, time.process_time() - before_s
+
+
+def _shown(stage: Stage, folder: Path, speed: float | None) -> tuple[Report, float]:
     driver = StepDriver(driving(stage, Quiet(), InterruptSignals(), speed=speed))
+    frame_s = FAST_FRAME_S if speed is None else FRAME_S
     with closing(LocalExecutive(stage)) as graph:
         shown = LiveMission(graph)
         shown.attach(graph.name)
         with (
-            closing(WebServer(shown, WebOptions(port=0))) as server,
+            closing(WebServer(shown, WebOptions(port=0, frame_s=frame_s))) as server,
             browser(folder / "profile") as page,
             _opened(page, server.link),
         ):
-            return ShownRun(
-                server, driver, lambda: driver.report is not None, lambda _: None
-            ).run_to_the_end()
+            run = ShownRun(server, driver, lambda: driver.report is not None, lambda _: None)
+            return _measured(run.run_to_the_end)
 
 
 @contextmanager

@@ -85,8 +85,10 @@ export class Tree {
       const index = this.rows[number];
       const before = this.drawn.get(index);
       if (before && !all && !this.store.touched.has(index)) continue;
-      const row = this.row(index, number);
-      if (before) before.replaceWith(row); else this.space.append(row);
+      // A row stays the same element: who reads the screen is told of what is new in it only.
+      const row = before ?? element("div", "row");
+      this.fill(row, index, number);
+      if (!before) this.space.append(row);
       this.drawn.set(index, row);
     }
   }
@@ -98,13 +100,12 @@ export class Tree {
     }
   }
 
-  row(index, number) {
+  fill(row, index, number) {
     const store = this.store;
     const view = store.view();
     const [name, kind, , path] = store.tree.nodes[index];
     const status = view.status[index];
     const isFolded = this.folded.has(index);
-    const row = element("div", "row");
     row.id = `node-${index}`;
     row.dataset.index = index;
     row.dataset.status = STATUSES[status];
@@ -118,7 +119,7 @@ export class Tree {
     if (this.hasChildren(index)) row.setAttribute("aria-expanded", !isFolded);
     const stops = store.state.breakpoints ?? [];
     const hasStop = stops.includes(path) || stops.includes(name);
-    row.append(
+    row.replaceChildren(
       element("span", "stop", hasStop ? "●" : " "),
       element("span", "fold", this.hasChildren(index) ? (isFolded ? "▸" : "▾") : ""),
       element("span", `sign ${STATUSES[status]}`, SIGNS[status]),
@@ -130,7 +131,6 @@ export class Tree {
     if (words) row.append(element("span", "words", words));
     const state = hasStop ? ", breakpoint" : "";
     row.setAttribute("aria-label", `${name}, ${kind}, ${STATUSES[status]}${state}${words ? `, ${words}` : ""}`);
-    return row;
   }
 
   addFigures(row, index, status) {
