@@ -72,10 +72,17 @@ def installed(built: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return prefix
 
 
-def called(prefix: Path, folder: Path, *arguments: str) -> str:
-    """What Python prints in a folder, with the packages below a prefix."""
+NOT_EDITABLE = (
+    "import runpy, sys; sys.meta_path[:] = "
+    "[one for one in sys.meta_path if '_editable' not in type(one).__module__]; "
+)
+"""Takes away what finds this checkout, where it is installed to be edited."""
+
+
+def called(prefix: Path, folder: Path, script: str) -> str:
+    """What a script prints in a folder, with the packages below a prefix."""
     done = subprocess.run(
-        [sys.executable, *arguments],
+        [sys.executable, "-c", NOT_EDITABLE + script],
         env=os.environ | {"PYTHONPATH": str(prefix / "lib" / "python3" / "site-packages")},
         cwd=folder,
         capture_output=True,
@@ -117,9 +124,13 @@ def test_what_is_installed_works_in_an_empty_folder(installed: Path, tmp_path: P
     """The shipped files are those below the prefix of the package, wherever Python's own is."""
     share = installed / "share" / "bt_mission"
     script = "from bt_mission.core.files import find; print(find('robots', 'burger'))"
-    found = called(installed, tmp_path, "-c", script)
+    found = called(installed, tmp_path, script)
     assert found == f"{share / 'robots' / 'burger.yaml'}\n"
-    said = called(installed, tmp_path, "-m", "bt_mission", "check", "missions/square.yaml")
+    script = (
+        "sys.argv[1:] = ['check', 'missions/square.yaml']; "
+        "runpy.run_module('bt_mission', run_name='__main__')"
+    )
+    said = called(installed, tmp_path, script)
     assert said == f"{share / 'missions' / 'square.yaml'}: mission 'square' is valid (4 nodes)\n"
     assert list(tmp_path.iterdir()) == []
 

@@ -127,6 +127,20 @@ def mission_file(options: argparse.Namespace) -> Path:
     Raises:
         InputError: For a name that is no mission's, or that of a project from outside of it.
     """
+    found = known_mission_file(options)
+    if found is None:
+        from bt_mission.core.file_index import find_listed
+
+        found = find_listed("missions", str(options.file)).path
+    return found
+
+
+def known_mission_file(options: argparse.Namespace) -> Path | None:
+    """The file that :func:`mission_file` gives, without reading any to say what was meant.
+
+    Raises:
+        InputError: For the name of a project from outside of it.
+    """
     path: Path = options.file
     is_name = not path.suffix and len(path.parts) == 1
     if path.exists() and not (is_name and path.is_dir()):
@@ -136,9 +150,4 @@ def mission_file(options: argparse.Namespace) -> Path:
     if (path / "missions").is_dir():
         message = f"expected a mission, got a folder; commands are called in it: cd {path}"
         raise InputError([Diagnostic(message, str(path))])
-    found = look_for("missions", path) or look_deeper("missions", str(path))
-    if found is None:
-        from bt_mission.core.file_index import find_listed
-
-        found = find_listed("missions", str(path)).path
-    return found
+    return look_for("missions", path) or look_deeper("missions", str(path))

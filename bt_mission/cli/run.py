@@ -25,6 +25,7 @@ from bt_mission.cli.options import (
     add_plain_option,
     add_python_option,
     add_require_option,
+    known_mission_file,
     mission_file,
 )
 from bt_mission.cli.run_plan import load_plan
@@ -150,9 +151,10 @@ def _what_starts(options: argparse.Namespace) -> str:
     from bt_mission.core.files import plain_words
 
     try:
-        said = plain_words(mission_file(options))
+        file = known_mission_file(options)
     except BtMissionError:  # told when the file is read
-        said = {}
+        file = None
+    said = {} if file is None else plain_words(file)
     name = said.get("fleet") or said.get("scenario") or said.get("mission") or options.file
     if options.attach:
         return f"{name}: joining the ROS graph"
