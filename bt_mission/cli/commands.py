@@ -22,7 +22,7 @@ COMMANDS: Mapping[str, Command] = {
     "watch": Command(
         "watch:add_parser", "monitor a mission that runs elsewhere; pause, step or stop it"
     ),
-    "check": Command("check:add_parser", "find every fault of mission files"),
+    "check": Command("check:add_parser", "find every error of mission files"),
     "convert": Command(
         "convert:add_parser", "turn a mission from YAML into XML for Groot 2, and back"
     ),

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
-from bt_mission.cli.web import has_input_ended, port_number, watch_beside
+from bt_mission.cli.web import has_input_ended, port_number, to_stderr, watch_beside
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -69,7 +68,7 @@ def foxglove_on(options: argparse.Namespace, session: ObservableSession) -> Iter
 
     node = quiet_node("bt_mission_foxglove", session.node.context)
     try:
-        server = FoxgloveServer(node, _port_of(options), lambda: session.now_ns, _to_stderr)
+        server = FoxgloveServer(node, _port_of(options), lambda: session.now_ns, to_stderr)
     except BaseException:
         node.destroy_node()
         raise
@@ -113,7 +112,7 @@ def serve_graph(options: argparse.Namespace) -> int:
             return int(node.get_clock().now().nanoseconds)
 
         has_clock = False
-        with closing(FoxgloveServer(node, port, now_ns, _to_stderr)) as server:
+        with closing(FoxgloveServer(node, port, now_ns, to_stderr)) as server:
             _announce(server)
             while not (graph.interrupts.count or server.is_broken):
                 if options.until_input_ends and has_input_ended():
@@ -136,8 +135,4 @@ def _port_of(options: argparse.Namespace) -> int:
 def _announce(server: FoxgloveServer) -> None:
     from bt_mission.graph_tools.foxglove import LAYOUT
 
-    _to_stderr(f"in Foxglove: {server.link}, layout {LAYOUT}")
-
-
-def _to_stderr(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
+    to_stderr(f"in Foxglove: {server.link}, layout {LAYOUT}")

@@ -15,7 +15,7 @@ from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.foxglove import foxglove_on
 from bt_mission.cli.options import refuse_existing
 from bt_mission.cli.view import window_on
-from bt_mission.cli.web import web_server
+from bt_mission.cli.web import to_stderr, web_server
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ def _on_page(
     interrupts: Any,
 ) -> FleetReport:
     """Carry it out shown to browsers, one robot's mission at a time."""
-    from bt_mission.cli.run_shown import pace, to_stderr
+    from bt_mission.cli.run_shown import pace
     from bt_mission.ros.discovery import LocalExecutive
     from bt_mission.sessions.session import StepDriver
     from bt_mission.views.web.live import LiveMission

@@ -11,7 +11,7 @@ from bt_mission.cli import recording
 from bt_mission.cli.foxglove import foxglove_on
 from bt_mission.cli.run_plan import RunPlan
 from bt_mission.cli.view import window_on
-from bt_mission.cli.web import stay_until_left, watching_process, web_server
+from bt_mission.cli.web import stay_until_left, to_stderr, watching_process, web_server
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -130,11 +130,6 @@ def ending(steps: Steps[R], end: Callable[[R], R]) -> Steps[R]:
     """Step to the end, and do at once what is due there, since the page may stay for long."""
     report = yield from steps
     return end(report)
-
-
-def to_stderr(text: str) -> None:
-    """Tell people something beside the output."""
-    print(text, file=sys.stderr, flush=True)
 
 
 def _tell_resumable(options: argparse.Namespace, session: Any) -> None:

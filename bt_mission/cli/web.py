@@ -113,7 +113,7 @@ def web_server(
         if not is_loopback(host):
             what = "watch the mission" if options.read_only else "watch and stop the mission"
             print(UNSAFE.format(host=host, what=what, port=server.port), file=sys.stderr)
-        print(f"in a browser: {server.link}", file=sys.stderr, flush=True)
+        to_stderr(f"in a browser: {server.link}")
         if options.open:
             _open(server.link)
         yield server
@@ -171,7 +171,7 @@ def stay_until_left(status: str) -> None:
     from bt_mission.core.wall_clock import LONGEST_SLEEP_S, rest
     from bt_mission.views.web.run import page_stays
 
-    print(page_stays(status), file=sys.stderr, flush=True)
+    to_stderr(page_stays(status))
     with InterruptSignals() as leaving:
         while not leaving.count:
             rest(LONGEST_SLEEP_S)
@@ -192,3 +192,8 @@ def has_input_ended() -> bool:
 
     readable, _, _ = select.select([sys.stdin], [], [], 0)
     return bool(readable) and not os.read(sys.stdin.fileno(), 1024)
+
+
+def to_stderr(text: str) -> None:
+    """Tell people something beside the output."""
+    print(text, file=sys.stderr, flush=True)
