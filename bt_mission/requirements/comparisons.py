@@ -87,10 +87,11 @@ class ComparisonCompiler:
 
     def _decisive(self, left: SyntaxNode, right: SyntaxNode, *, rises: bool) -> Monotone | None:
         """Return the signal of a comparison with a number; None for any other comparison."""
-        if isinstance(left, SignalValue) and isinstance(self._number(right), float):
-            return Monotone(self.readers[left.key], rises)
-        if isinstance(right, SignalValue) and isinstance(self._number(left), float):
-            return Monotone(self.readers[right.key], not rises)
+        limit, other = self._number(right), self._number(left)
+        if isinstance(left, SignalValue) and isinstance(limit, float):
+            return Monotone(self.readers[left.key], rises, limit)
+        if isinstance(right, SignalValue) and isinstance(other, float):
+            return Monotone(self.readers[right.key], not rises, other)
         return None
 
     def _number(self, node: SyntaxNode) -> Number | float | None:

@@ -61,10 +61,12 @@ class Monotone:
     Attributes:
         read: Gives the signal's value.
         rises: Is the margin greater, not less, where the value is greater?
+        limit: What the signal is compared with; None for one that is true or false.
     """
 
     read: Callable[[], Any]
     rises: bool
+    limit: float | None = None
 
 
 class Atom(Past):

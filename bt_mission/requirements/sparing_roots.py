@@ -98,6 +98,11 @@ class Steady(Throughout):
         self._extreme = math.nan
         self.is_spared_above = all_of
 
+    @property
+    def is_from_start(self) -> bool:
+        """Does its window begin with the run?"""
+        return self._start == 0
+
     @override
     def is_spared_now(self) -> bool:
         return self.value is not None  # which is from the present instant, or not worse
@@ -117,8 +122,11 @@ class Steady(Throughout):
             if margin is not None and margin >= self._extreme:
                 return
         margin = self._atom.margin()
-        if margin is None:
-            return
+        if margin is not None:
+            self.take(margin, now_ns)
+
+    def take(self, margin: float, now_ns: int) -> None:
+        """Take the margin of an instant that is in the window, and before its end."""
         extreme = self._extreme
         if self.value is None or (margin < extreme if self._all_of else margin > extreme):
             self._extreme = margin

@@ -12,7 +12,11 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from typing_extensions import override
+
+from bt_mission.requirements.looking_back import Monotone
 from bt_mission.requirements.roots import NEVER, Root
+from bt_mission.requirements.sparing_roots import Steady
 
 
 class _Watched:
@@ -25,9 +29,11 @@ class _Watched:
 
     def step(self, now_ns: int, violated: list[int]) -> None:
         """Evaluate it; add its number where this is the instant at which it is violated."""
-        root = self.root
-        root.step(now_ns)
-        if root.decided is False and not self._is_told:
+        self.root.step(now_ns)
+        self._tell(violated)
+
+    def _tell(self, violated: list[int]) -> None:
+        if self.root.decided is False and not self._is_told:
             self._is_told = True
             violated.append(self._number)
 
@@ -45,14 +51,41 @@ class _Guarded(_Watched):
         self._keeps_high = keeps_high
         self.low, self.high = math.inf, -math.inf
 
-    def spare(self, value: Any) -> None:
-        """Spare this value from now on, which has just been evaluated, if it changes nothing."""
-        if not self.root.is_spared_now():
-            return
+    def look(self, value: Any, now_ns: int, violated: list[int]) -> None:
+        """Evaluate it, and spare this value from now on, if it changes nothing another time.
+
+        Args:
+            value: Of the signal; None where it has none.
+        """
+        self.step(now_ns, violated)
+        if value is not None and self.root.is_spared_now():
+            self._spare(value)
+
+    def _spare(self, value: Any) -> None:
         if self._keeps_high:
             self.low, self.high = min(self.low, value), math.inf
         else:
             self.low, self.high = -math.inf, max(self.high, value)
+
+
+class _Compared(_Guarded):
+    """A comparison with a number at every instant, or at some: its margin follows from the value.
+
+    So the signal is not read again for it.
+    """
+
+    def __init__(self, number: int, root: Steady, of: Monotone, *, keeps_high: bool) -> None:
+        super().__init__(number, root, keeps_high=keeps_high)
+        self._take, self._rises, self._limit = root.take, of.rises, of.limit or 0.0
+
+    @override
+    def look(self, value: Any, now_ns: int, violated: list[int]) -> None:
+        if value is None or now_ns >= self.root.due_ns:
+            super().look(value, now_ns, violated)
+            return
+        self._take(value - self._limit if self._rises else self._limit - value, now_ns)
+        self._tell(violated)
+        self._spare(value)
 
 
 class _SignalGroup:
@@ -76,9 +109,7 @@ class _SignalGroup:
         for one in self.members:
             root = one.root
             if value is None or not one.low <= value <= one.high or now_ns >= root.due_ns:
-                one.step(now_ns, violated)
-                if value is not None:
-                    one.spare(value)
+                one.look(value, now_ns, violated)
                 if root.is_settled:
                     settled.append(one)
             low, high = max(low, one.low), min(high, one.high)
@@ -102,7 +133,11 @@ class WatchedRoots:
                 continue
             group = groups.setdefault(guard.of.read, _SignalGroup(guard.of.read))
             keeps_high = guard.of.rises is root.is_spared_above
-            group.members.append(_Guarded(number, root, keeps_high=keeps_high))
+            if guard.of.limit is not None and isinstance(root, Steady) and root.is_from_start:
+                one: _Guarded = _Compared(number, root, guard.of, keeps_high=keeps_high)
+            else:
+                one = _Guarded(number, root, keeps_high=keeps_high)
+            group.members.append(one)
         self._groups = list(groups.values())
 
     def step(self, now_ns: int) -> list[int]:
