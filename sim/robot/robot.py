@@ -238,8 +238,7 @@ class SimulatedRobot:
     @property
     def distance_travelled(self) -> float:
         """Length of the way of the axle's middle, m, as it truly was."""
-        x, y, _ = self.pose
-        return self._way + math.dist(self._milestone, (x, y))
+        return self._way + math.dist(self._milestone, self._qpos[:2].tolist())
 
     def take_collisions(self) -> list[Collision]:
         """Return the collisions since the last call, in the order of their onset."""
