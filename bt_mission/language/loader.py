@@ -110,7 +110,7 @@ def draft(
     goals = (step.ros_name for step in all_steps(mission) if isinstance(step, GoalNode))
     faults += server_faults(document, written.servers, goals)
     faults += islice(scope_faults(mission), MOST_FAULTS)
-    faults += requirement_faults(mission)
+    faults += requirement_faults(mission, reader.lost_nodes)
     return Draft(document, mission, in_order(faults))
 
 

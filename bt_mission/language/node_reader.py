@@ -55,6 +55,7 @@ class NodeReader:
 
     `signatures` are the named trees that may be used, `limits` what the mission says of goals.
     `lost` are the outputs of nodes with faults: they have a writer, though none that is kept.
+    `lost_nodes` are the names of those nodes, and of the nodes in them.
     """
 
     document: Document
@@ -62,6 +63,7 @@ class NodeReader:
     limits: GoalLimitsTable = field(default_factory=GoalLimitsTable)
     faults: list[Diagnostic] = field(default_factory=list)
     lost: set[str] = field(default_factory=set)
+    lost_nodes: set[str] = field(default_factory=set)
 
     def fault(
         self, path: tuple[Key, ...], message: str, hint: str | None = None, *, key: bool = False
@@ -149,6 +151,8 @@ class NodeReader:
             lost = [*outputs.values()] if isinstance(outputs, dict) else []
             lost += values if isinstance(values, dict) else ()
             self.lost.update(name for name in lost if isinstance(name, str))
+            # Those of nodes in it were noted with them, or were never read.
+            self.lost_nodes.update(_names_in(data if kind is None else {"name": data.get("name")}))
         return node
 
     def node_of(self, kind: str, data: dict[str, Any], path: tuple[Key, ...]) -> NodeModel | None:
@@ -166,6 +170,7 @@ class NodeReader:
         fields = {key: data[key] for key in data if key in known}
         fields["@place"] = NodePlace(*self.document.position(path), path)
         if self.is_misshapen(kind, data[kind], path):
+            self.lost_nodes.update(_names_in(data))
             return None
         children = {
             place: self.node(part, (*path, *place)) for place, part in model.written_children(data)
@@ -249,6 +254,14 @@ def _draft(written: NodeModel | None, below: list[NodeModel], place: NodePlace) 
     """Return what can be kept of a node with faults: the nodes below it."""
     name = "" if written is None else written.name
     return SequenceNode.model_construct(children=tuple(below), name=name, place=place)
+
+
+def _names_in(data: Any) -> Iterator[str]:
+    """Yield what is written as the name of a node, or of anything else, in a part of a file."""
+    if isinstance(data, dict) and isinstance(data.get("name"), str):
+        yield data["name"]
+    for part in data.values() if isinstance(data, dict) else data if isinstance(data, list) else ():
+        yield from _names_in(part)
 
 
 def _without(data: Any, loc: tuple[Key, ...]) -> Any:

@@ -66,10 +66,14 @@ def read_requirements(
     return tuple(found)
 
 
-def requirement_faults(mission: Mission) -> Iterator[Diagnostic]:
-    """Yield the nodes and variables that are named in requirements and are not in the mission."""
+def requirement_faults(mission: Mission, lost: Collection[str] = ()) -> Iterator[Diagnostic]:
+    """Yield the nodes and variables that are named in requirements and are not in the mission.
+
+    Args:
+        lost: Names of nodes that could not be read, of which enough is said elsewhere.
+    """
     assert mission.document is not None, "a mission to check comes from a file or a string"
-    return faults_of_names(mission.document, MissionNames(mission))
+    return faults_of_names(mission.document, MissionNames(mission, lost))
 
 
 def faults_of_names(document: Document, names: KnownNames) -> Iterator[Diagnostic]:
@@ -126,11 +130,11 @@ class KnownNames:
 class MissionNames(KnownNames):
     """The nodes and variables of a mission."""
 
-    def __init__(self, mission: Mission) -> None:
+    def __init__(self, mission: Mission, lost: Collection[str] = ()) -> None:
         nodes = [node for tree in mission.all_trees for node in tree.body.walk()]
         super().__init__(
-            {node.label for node in nodes},
-            {node.label for node in nodes if isinstance(node, GoalNode)},
+            {*lost, *(node.label for node in nodes)},
+            {*lost, *(node.label for node in nodes if isinstance(node, GoalNode))},
             {
                 *mission.inputs,
                 *(one.variable for one in mission.follow),
