@@ -3,7 +3,8 @@
 Each measurement is a process of its own. What is timed on a terminal runs on one of its own (a
 pseudo terminal) and is ended as soon as what is waited for has been printed; the first step is the
 first line about a leaf of `run --plain`. The virtual work of `run square.yaml --json` is the wall
-time that its own report tells for the mission.
+time that its own report tells for the mission. Modules are compiled beforehand, as an installation
+does.
 Run it as: python benchmarks/start.py [--rounds N] [--only json|terminal|help]
 """
 
@@ -22,6 +23,8 @@ import sys
 import tempfile
 import termios
 from collections.abc import Callable
+from compileall import compile_dir
+from importlib.util import find_spec
 from pathlib import Path
 
 from measuring import figure, in_turns, spread, table
@@ -37,6 +40,15 @@ STEP = re.compile(rb"\d s  \S+ \w")
 """A line about a leaf, such as `0.05 s  > side`."""
 SIZE = struct.pack("HHHH", 45, 140, 0, 0)
 """Rows and columns of the terminal."""
+
+
+def compile_modules() -> None:
+    """Have the modules of the checkout compiled, and found so by the processes that are started."""
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    for package in ("bt_mission", "action_servers", "sim"):
+        spec = find_spec(package)
+        for folder in spec.submodule_search_locations or () if spec else ():
+            compile_dir(folder, quiet=2)
 
 
 def to_end(*arguments: str) -> tuple[float, float, bytes]:
@@ -153,6 +165,7 @@ def main() -> None:
     options = parser.parse_args()
     # A run is not to meet another one of this machine, and the first writes caches.
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    compile_modules()
     parts = {"json": whole, "terminal": on_terminal, "help": helping}
     for name, part in parts.items():
         if options.only in (None, name):
