@@ -11,6 +11,7 @@ from rclpy.exceptions import InvalidServiceNameException, InvalidTopicNameExcept
 from rclpy.expand_topic_name import expand_topic_name
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
+from bt_mission.core.dds.endpoints import node_of
 from bt_mission.core.diagnostics import did_you_mean, listed
 from bt_mission.core.errors import BtMissionError, NotThereError
 from bt_mission.core.stamps import NS
@@ -145,12 +146,7 @@ def _an(kind: Kind) -> str:
 
 
 def _nodes(found: Iterable[Any]) -> tuple[str, ...]:
-    names = {
-        f"{one.node_namespace.rstrip('/')}/{one.node_name}"
-        for one in found
-        if not _is_ours(one.node_name)
-    }
-    return tuple(sorted(names))
+    return tuple(sorted({node_of(one) for one in found if not _is_ours(one.node_name)}))
 
 
 def _is_ours(node_name: str) -> bool:

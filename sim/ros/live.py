@@ -15,7 +15,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
-from bt_mission.core.dds.endpoints import unheard
+from bt_mission.core.dds.endpoints import UNNAMED, unheard
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.robot.model import load_robot
@@ -111,15 +111,22 @@ class CommandWatch:
     def __init__(self, node: SimNode) -> None:
         self._node = node
         self._told: set[tuple[str, str, str]] = set()
+        self._unnamed: set[tuple[str, str, str]] = set()
 
     def look(self) -> None:
-        """Look who publishes `cmd_vel` of each robot, and as what."""
+        """Look who publishes `cmd_vel` of each robot, and as what.
+
+        A node whose name is not known yet is told of if it has none at the next look either.
+        """
         taken = COMMAND_TYPES[self._node.command_type]
         other = "plain" if self._node.command_type == "stamped" else "stamped"
         for robot in self._node.robots:
             topic = self._node.resolve_topic_name(f"{robot.prefix}cmd_vel")
             publishers = self._node.get_publishers_info_by_topic(topic)
             lost = {(topic, *one) for one in unheard(publishers, {taken}).items()}
+            unnamed = {one for one in lost if UNNAMED in one}
+            lost -= unnamed - self._unnamed
+            self._unnamed |= unnamed
             for _, who, sent in sorted(lost - self._told):
                 log_of(self._node).warning(
                     f"{topic}: {who} publishes {sent}, but the robot takes {taken}, so it does not "

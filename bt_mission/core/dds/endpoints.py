@@ -5,6 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import Protocol
 
+UNNAMED = "a node whose name is not known yet"
+"""Instead of a name: the graph may learn of an endpoint before it learns of its node."""
+
+_UNKNOWN = "_NODE_NAME_UNKNOWN_"
+"""What rmw says of a node that it has not heard of."""
+
 
 class Endpoint(Protocol):
     """What rclpy tells of a publisher or a subscription (`TopicEndpointInfo`)."""
@@ -23,7 +29,9 @@ class Endpoint(Protocol):
 
 
 def node_of(endpoint: Endpoint) -> str:
-    """Return the full name of an endpoint's node."""
+    """Return the full name of an endpoint's node, or UNNAMED."""
+    if endpoint.node_name == _UNKNOWN:
+        return UNNAMED
     return f"{endpoint.node_namespace.rstrip('/')}/{endpoint.node_name}"
 
 

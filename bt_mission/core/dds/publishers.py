@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any, Protocol
 
+from bt_mission.core.dds.endpoints import node_of
 from bt_mission.core.diagnostics import listed
 
 CLOCK, ODOMETRY = "/clock", "odom"
@@ -13,10 +14,6 @@ ADVICE = (
     "two robots, or a robot and a simulation, would be taken for one; stop one of them, give each "
     "a namespace or a ROS_DOMAIN_ID of its own, or start this with --allow-duplicates"
 )
-
-
-_UNKNOWN = "_NODE_NAME_UNKNOWN_"
-"""What rmw says of a node that it has not heard of."""
 
 
 class TopicGraph(Protocol):
@@ -35,13 +32,6 @@ def duplicate_publishers(node: TopicGraph, topics: Iterable[str]) -> str | None:
         name = node.resolve_topic_name(topic)
         found = node.get_publishers_info_by_topic(name)
         if len(found) > 1:
-            who = sorted(_node_of(one) for one in found)
+            who = sorted(node_of(one) for one in found)
             return f"{name} has {len(found)} publishers ({listed(who)}): {ADVICE}"
     return None
-
-
-def _node_of(publisher: Any) -> str:
-    """Return the name of a publisher's node, which the graph may learn after the publisher."""
-    if publisher.node_name == _UNKNOWN:
-        return "a node whose name is not known yet"
-    return f"{publisher.node_namespace.rstrip('/')}/{publisher.node_name}"

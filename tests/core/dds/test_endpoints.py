@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from bt_mission.core.dds.endpoints import type_conflict, unheard
+from bt_mission.core.dds.endpoints import node_of, type_conflict, unheard
 
 PLAIN, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 
@@ -25,6 +25,12 @@ def test_who_publishes_another_type_is_named_with_it():
     ends = [End("teleop", PLAIN, "/r1"), End("patrol", PLAIN), End("servers", STAMPED)]
     found = unheard(ends, {STAMPED})
     assert list(found.items()) == [("/patrol", PLAIN), ("/r1/teleop", PLAIN)]
+
+
+def test_a_node_that_the_graph_has_not_heard_of_is_said_to_have_no_name_yet():
+    """What rmw says instead of a name is for programs."""
+    end = End("_NODE_NAME_UNKNOWN_", PLAIN, "_NODE_NAMESPACE_UNKNOWN_")
+    assert node_of(end) == "a node whose name is not known yet"
 
 
 def test_both_sides_of_a_conflict_are_named():

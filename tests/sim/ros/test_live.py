@@ -5,6 +5,8 @@ import signal
 import subprocess
 import sys
 from contextlib import ExitStack
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 import rclpy
@@ -18,7 +20,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 
 from bt_mission.core.errors import BtMissionError
-from sim.ros.live import FASTEST, SpeedError, check_speed, main
+from sim.ros.live import FASTEST, CommandWatch, SpeedError, check_speed, main
 from sim.ros.node import SimOptions
 
 LIVE = """
@@ -167,11 +169,38 @@ def test_who_commands_in_vain_is_named(beside):
         last.callback(process.kill)  # a failed assertion must not wait for it
         stderr = process.stderr
         assert stderr is not None
-        said = next(line for line in stderr if "WARN" in line)
-        assert ("world", "/") in node.get_node_names_and_namespaces()
-        executor.spin_once(timeout_sec=0.0)
+        said = next(line for line in stderr if "/beside publishes" in line)
+        while ("world", "/") not in node.get_node_names_and_namespaces():
+            assert process.poll() is None
+            executor.spin_once(timeout_sec=0.1)
     assert "[world]: /drive: /beside publishes geometry_msgs/msg/Twist, but the robot takes" in said
     assert "--cmd-vel-type plain" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "who"), [("late", "/late"), (None, "a node whose name is not known yet")]
+)
+def test_a_node_without_a_name_is_told_of_at_the_second_look(name, who):
+    """The graph may learn of a publisher before it learns of its node; each is told of once."""
+    unknown = ("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")
+    names = [unknown, *([(name, "/") if name else unknown] * 3)]
+    there: list[SimpleNamespace] = []
+    told: list[str] = []
+    node: Any = SimpleNamespace(
+        command_type="stamped",
+        robots=[SimpleNamespace(prefix="")],
+        resolve_topic_name=lambda topic: f"/{topic}",
+        get_publishers_info_by_topic=lambda _: there,
+        get_logger=lambda: SimpleNamespace(warning=told.append),
+    )
+    watch, counts = CommandWatch(node), []
+    for one, space in names:
+        kind = "geometry_msgs/msg/Twist"
+        there[:] = [SimpleNamespace(node_name=one, node_namespace=space, topic_type=kind)]
+        watch.look()
+        counts.append(len(told))
+    assert counts == [0, 1, 1, 1]
+    assert f"/cmd_vel: {who} publishes geometry_msgs/msg/Twist, but" in told[0]
 
 
 def test_commands_of_the_type_that_a_parameter_names_are_taken(beside):
