@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 LAYERS: tuple[tuple[str, ...], ...] = (
     ("bt_mission.core", "bt_mission.goals"),
+    ("bt_mission.executors",),
     ("bt_mission.language", "bt_mission.events", "bt_mission.virtual_time"),
     ("bt_mission.behaviours", "bt_mission.requirements"),
     ("bt_mission.executive", "bt_mission.btcpp"),
@@ -65,7 +66,7 @@ PARTS: Mapping[str, tuple[tuple[str, ...], ...]] = {
 }
 """Parts of one package, from the lowest; a module that is not named belongs to no layer."""
 
-SHARED = ("bt_mission.core",)
+SHARED = ("bt_mission.core", "bt_mission.executors")
 """What ``action_servers`` and ``sim`` import of bt_mission."""
 
 ASSEMBLES = (
@@ -80,6 +81,7 @@ ASSEMBLES = (
 """Packages that put ``action_servers`` and ``sim`` together with the executive."""
 
 SPEAKS_ROS = (
+    "bt_mission.executors",
     "bt_mission.virtual_time",
     "bt_mission.ros",
     "bt_mission.sessions",

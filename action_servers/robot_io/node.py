@@ -16,7 +16,7 @@ from rcl_interfaces.msg import (
 )
 from rclpy.context import Context
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
-from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.executors import Executor
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -29,6 +29,7 @@ from bt_mission.core.diagnostics import InputError, did_you_mean
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.ros_log import log_of
+from bt_mission.executors.live import LiveExecutor
 
 D = TypeVar("D", bound=Any)
 N = TypeVar("N", bound="RobotNode")
@@ -283,7 +284,7 @@ def run(
 
 
 def _serve(node: RobotNode) -> None:
-    executor = SingleThreadedExecutor()
+    executor = LiveExecutor()
     executor.add_node(node)
     node.begin()
     with InterruptSignals(most=1) as interrupts:

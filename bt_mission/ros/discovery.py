@@ -6,7 +6,6 @@ import os
 from collections.abc import Sequence
 from typing import Protocol, Self
 
-from rclpy.executors import TimeoutException
 from rclpy.node import Node
 
 from bt_mission.core.dds.discovery import RANGE
@@ -114,14 +113,8 @@ class ExecutiveDirectory:
             wait_s: How long to wait for something to come.
         """
         since = Stopwatch()
-        try:
-            while since.elapsed_s < SERVE_S + wait_s:
-                task, _, _ = self._graph.executor.wait_for_ready_callbacks(timeout_sec=wait_s)
-                task()
-                task.result()
-                wait_s = 0.0
-        except TimeoutException:
-            return
+        while since.elapsed_s < SERVE_S + wait_s and self._graph.executor.serve(wait_s):
+            wait_s = 0.0
 
     def find(self) -> tuple[FoundExecutive, ...]:
         """The executives that are there now, by name."""

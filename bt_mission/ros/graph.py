@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, Self
 import rclpy
 from rclpy.action import ActionClient, ActionServer
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -22,6 +21,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.goal_rate import MOST_WAITING
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.status import MissionStatus
+from bt_mission.executors.live import LiveExecutor
 
 if TYPE_CHECKING:
     from bt_mission.executive.executive import Executive
@@ -139,7 +139,7 @@ class GraphConnection:
                 signal_handler_options=SignalHandlerOptions.NO,
             )
             made.callback(self.context.shutdown)
-            self.executor = SingleThreadedExecutor(context=self.context)
+            self.executor = LiveExecutor(context=self.context)
             made.callback(self.executor.shutdown)
             self.has_clock = not wall_clock and self._find_clock()
             self._exit = made.pop_all()

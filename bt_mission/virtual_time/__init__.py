@@ -1,21 +1,13 @@
 """The virtual clock: real rclpy nodes, on a time that waits for them.
 
 - ``executor``: :class:`VirtualTimeExecutor`, order and time
-- ``entities``: what a node can be woken by, and which of it is ready
-- ``callbacks``: one callback of each kind
-- ``coroutines``: what was begun and has not ended
 - ``spin``: rclpy's ways to spin, and what keeps time from moving
 - ``node_clocks``: the ROS clocks of the nodes, right or wrong
-- ``taps``: :class:`Taps`, which change what passes between nodes
 - ``discovery``: are all endpoints of the process matched?
 - ``self_test``: :func:`self_test`, the proof that "nothing ready" is the truth on this machine
 """
 
-from bt_mission.virtual_time.discovery import DiscoveryError
-from bt_mission.virtual_time.executor import SteppedWorld, VirtualTimeExecutor
-from bt_mission.virtual_time.self_test import NoVirtualTimeError, self_test
-from bt_mission.virtual_time.spin import NestedStepError, NothingDueError, TimeStuckError
-from bt_mission.virtual_time.taps import (
+from bt_mission.executors.taps import (
     ACTION_PARTS,
     Answer,
     Delivery,
@@ -25,6 +17,10 @@ from bt_mission.virtual_time.taps import (
     Tap,
     Taps,
 )
+from bt_mission.virtual_time.discovery import DiscoveryError
+from bt_mission.virtual_time.executor import SteppedWorld, VirtualTimeExecutor
+from bt_mission.virtual_time.self_test import NoVirtualTimeError, self_test
+from bt_mission.virtual_time.spin import NestedStepError, NothingDueError, TimeStuckError
 
 __all__ = [
     "ACTION_PARTS",

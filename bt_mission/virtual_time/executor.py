@@ -22,22 +22,20 @@ resumed after every round of callbacks, as under rclpy's own executors.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Sequence
 from operator import itemgetter
 from typing import Any, Protocol
 
 from rclpy.context import Context
 from rclpy.node import Node
-from rclpy.task import Task
+from typing_extensions import override
 
-from bt_mission.virtual_time.arrivals import Arrivals
-from bt_mission.virtual_time.callbacks import serve, serve_timer
-from bt_mission.virtual_time.coroutines import Tasks
+from bt_mission.core.errors import BtMissionError
+from bt_mission.executors.callbacks import serve_timer
+from bt_mission.executors.entities import Entities, describe, describe_timer
 from bt_mission.virtual_time.discovery import wait_for_matching
-from bt_mission.virtual_time.entities import Entities, describe, describe_timer, exists, tells_once
 from bt_mission.virtual_time.node_clocks import Clocks
 from bt_mission.virtual_time.spin import NestedStepError, NothingDueError, Spinning, TimeStuckError
-from bt_mission.virtual_time.taps import Passing, PendingCallback, Side, Taps
 
 CALLBACKS_PER_INSTANT = 100_000
 """Callbacks after which an instant of virtual time is taken for one that never ends."""
@@ -73,26 +71,17 @@ class VirtualTimeExecutor(Spinning):
         world: SteppedWorld | None = None,
         context: Context | None = None,
     ) -> None:
-        self._structure_changed = True
         super().__init__(context=context)
         if start_ns <= 0:
             raise ValueError(
                 f"start_ns must be above 0 (ROS takes 0 for 'not set'), got {start_ns}"
             )
         self.world = world
-        self.taps = Taps()
         self.clocks = Clocks()
         self._now_ns = start_ns
-        self._served = 0
         self._steps_here = 0
         self._is_serving = False
-        self._is_over = False
-        self._ordered_nodes: list[Node] = []
-        self.arrivals = Arrivals()
-        self._entities = Entities([], self._context, self.arrivals)
         self._alarms: list[tuple[int, Callable[[], Any]]] = []
-        self._begun = Tasks()
-        self._owed: list[Any] = []
 
     # ---- nodes and time ------------------------------------------------------------------
 
@@ -101,47 +90,16 @@ class VirtualTimeExecutor(Spinning):
         """The present instant of virtual time, ns."""
         return self._now_ns
 
-    @property
-    def callbacks_served(self) -> int:
-        """Callbacks, and turns of tasks, since the start."""
-        return self._served + self._begun.turns
-
+    @override
     def add_node(self, node: Node) -> bool:
         """Serve ``node`` after all nodes added before it, on the virtual clock.
 
         Its timers start anew: each is first due one period from now.
         """
-        if node in self._ordered_nodes:
+        if not super().add_node(node):
             return False
-        self._ordered_nodes.append(node)
-        self._begun.node_comes(node)
-        node.executor = self
         self.clocks.start(node, self._now_ns)
-        self._structure_changed = True
         return True
-
-    def remove_node(self, node: Node) -> None:
-        """Stop serving ``node``; its clock stays where it is, and so do callbacks that await."""
-        if node in self._ordered_nodes:
-            self._ordered_nodes.remove(node)
-            self._begun.node_leaves(node)
-            self._structure_changed = True
-
-    def get_nodes(self) -> list[Node]:
-        """The nodes served, in order."""
-        return list(self._ordered_nodes)
-
-    def wake(self) -> None:
-        """Note that an entity was made or destroyed (rclpy calls this)."""
-        self._structure_changed = True
-
-    def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """Serve nobody any more; it never has to wait."""
-        self._ordered_nodes.clear()
-        self._owed.clear()
-        self._entities = Entities([], self._context, self.arrivals)
-        self._structure_changed = True
-        return super().shutdown(timeout_sec)
 
     def call_at(self, time_ns: int, function: Callable[[], Any]) -> None:
         """Call a function at an instant: after the world has moved there, before any callback.
@@ -153,14 +111,6 @@ class VirtualTimeExecutor(Spinning):
             raise ValueError(f"{time_ns} ns is past: it is {self._now_ns} ns")
         self._alarms.append((time_ns, function))
         self._alarms.sort(key=itemgetter(0))  # those of one instant stay in order
-
-    def create_task(
-        self, callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any, **kwargs: Any
-    ) -> Task:
-        """Run a function or coroutine within the present instant; gives its future."""
-        task = Task(callback, args, kwargs, executor=self)
-        self._begun.add(task)
-        return task
 
     # ---- stepping ------------------------------------------------------------------------
 
@@ -226,53 +176,25 @@ class VirtualTimeExecutor(Spinning):
 
     # ---- inside --------------------------------------------------------------------------
 
-    def passing(self, entity: Any, name: str, side: Side, message: Any) -> Passing:
-        """Something that an entity was sent and has taken, for its taps."""
-        return Passing(name, side, message, self._entities.owner_of(entity), self._now_ns)
-
-    def actions_of(self, end: Any) -> tuple[str, ...]:
-        """The full names of the actions that one end of an action can be of."""
-        return self._entities.actions_of(end)
-
-    def _refresh(self) -> None:
-        """Read the entities again if any was made or destroyed, and see them matched."""
-        while self._structure_changed:
-            self._structure_changed = False
-            self._is_over = self._is_shutdown or not self._context.ok()
-            # rclpy leaves destroyed nodes in their executor.
-            self._ordered_nodes = [node for node in self._ordered_nodes if exists(node)]
-            nodes = [] if self._is_over else self._ordered_nodes
-            try:
-                self._entities = Entities(nodes, self._context, self.arrivals)
-                wait_for_matching(nodes)
-            except BaseException:
-                self._structure_changed = True  # so that the next step sees it, too
-                raise
+    @override
+    def _read(self, nodes: Sequence[Node]) -> Entities:
+        """Take a snapshot, and see all matched. A timer of another clock is an error."""
+        for node in nodes:
+            for timer in node.timers:
+                if timer.clock is not node.get_clock():
+                    raise BtMissionError(
+                        f"a timer of {node.get_name()} on a {timer.clock.clock_type.name} clock "
+                        "cannot run in virtual time; create it with the clock of its node"
+                    )
+        entities = Entities(nodes, self._context, self.arrivals)
+        wait_for_matching(nodes)
+        return entities
 
     def _serve_round(self) -> list[Any]:
         """Run tasks as far as they get, then serve each ready entity once; gives those."""
         self._release()
         self._run_tasks()
-        self._refresh()
-        if self._is_over:
-            return []
-        ready = self._entities.ready(self._owed, any_held=self._begun.hold_groups)
-        # What tells only once that it is ready is owed a call until it is served, or gone.
-        self._owed = (
-            [entity for entity in ready if tells_once(entity)] if self._entities.any_asked else []
-        )
-        if self._begun.hold_groups:
-            ready = [entity for entity in ready if entity.callback_group.can_execute(entity)]
-        for entity in ready:
-            if self._begun.hold_groups and not entity.callback_group.can_execute(entity):
-                continue
-            if entity in self._owed:
-                self._owed.remove(entity)
-            self._served += 1
-            self._begin(entity, serve(entity, self))
-            if self._structure_changed:
-                break  # what is ready may be gone; the next round looks again
-        return ready
+        return self._serve_ready()
 
     def _release(self) -> None:
         """Deliver what taps have held back until now."""
@@ -281,10 +203,6 @@ class VirtualTimeExecutor(Spinning):
             if self._entities.node_of(entity) is not None:  # it may have been destroyed since
                 self._served += 1
                 self._begin(entity, deliver())
-
-    def _begin(self, entity: Any, rest: PendingCallback) -> None:
-        if rest is not None:
-            self._begun.begin(rest, entity, self._entities.node_of)
 
     def _run_tasks(self) -> None:
         """Resume suspended callbacks and tasks until none of them gets any further."""

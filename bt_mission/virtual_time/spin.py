@@ -6,11 +6,12 @@ from abc import abstractmethod
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.executors import Executor, ExternalShutdownException
+from rclpy.executors import ExternalShutdownException
 from rclpy.task import Future
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.stamps import NS
+from bt_mission.executors.serving import ServingExecutor
 
 
 class TimeStuckError(BtMissionError):
@@ -34,13 +35,8 @@ class NestedStepError(BtMissionError):
         )
 
 
-class Spinning(Executor):
+class Spinning(ServingExecutor):
     """An executor that spins by steps; no timeout waits for the wall clock."""
-
-    @property
-    @abstractmethod
-    def now_ns(self) -> int:
-        """The present instant of virtual time, ns."""
 
     @abstractmethod
     def call_at(self, time_ns: int, function: Callable[[], Any]) -> None:

@@ -11,7 +11,6 @@ from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.exceptions import ParameterException
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
@@ -21,6 +20,7 @@ from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.wall_clock import Pacer, Stopwatch
+from bt_mission.executors.live import LiveExecutor
 from sim.physics.spawn import read
 from sim.ros.node import SimNode, SimOptions
 from sim.ros.run_control import RunControl, RunState
@@ -94,7 +94,7 @@ def main(
             node.create_timer(_FRAME_S, window.look, clock=wall)
         speed = node.get_parameter("speed").value
         log_of(node).info(f"{_names(node)} in {scene.name}, seed {options.seed}, speed {speed:g}")
-        executor = SingleThreadedExecutor()
+        executor = LiveExecutor()
         executor.add_node(node)
         while not interrupts.count and control.state is not RunState.QUITTING:
             executor.spin_once(timeout_sec=LOOK_S)

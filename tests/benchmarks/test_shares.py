@@ -33,7 +33,7 @@ def shares(monkeypatch: pytest.MonkeyPatch) -> Any:
         ("action_servers/core/pilot.py", "Pilot.step", "pilot and maneuvers"),
         ("bt_mission/executive/trace.py", "Trace.record", "trace"),
         ("bt_mission/executive/executive.py", "Executive.tick", "executive's tick"),
-        ("bt_mission/virtual_time/entities.py", "Entities.ready", "checks of what is ready"),
+        ("bt_mission/executors/entities.py", "Entities.ready", "checks of what is ready"),
         ("bt_mission/ros/observable_publisher.py", "ObservablePublisher.publish", None),
         ("bt_mission/core/cdr/writer.py", "MessageTemplate.pack", None),
     ],

@@ -1,4 +1,4 @@
-"""One behaviour under two executors: ours, and rclpy's own on a simulated clock."""
+"""One behaviour under several executors: ours, and rclpy's own on a simulated clock."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.time import Time
 
+from bt_mission.executors.live import LiveExecutor
 from bt_mission.ros.graph import destroy_actions
 from bt_mission.virtual_time import NothingDueError, VirtualTimeExecutor
 from bt_mission.virtual_time.discovery import pause
@@ -102,7 +103,7 @@ class Play(ABC):
 
 
 class LockstepPlay(Play):
-    """Under our executor."""
+    """Under our executor of virtual time."""
 
     executor: VirtualTimeExecutor
 
@@ -128,18 +129,15 @@ class LockstepPlay(Play):
         _set_time(node, START_NS)
 
 
-class StockPlay(Play):
-    """Under rclpy's single-threaded executor.
+class StridingPlay(Play):
+    """Under an executor that leaves time to others.
 
     Time goes on in strides, and for all nodes at once: through ``/clock`` each would learn of it
     on its own, and hear of the others' deeds before its own clock had moved.
     """
 
-    executor: _Counting
-
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.executor = _Counting(context=context)
         self._now_ns = START_NS
 
     def settle(self) -> None:
@@ -156,8 +154,24 @@ class StockPlay(Play):
                 _set_time(node, self._now_ns)
             self.settle()
 
+    @abstractmethod
     def _pass(self) -> bool:
         """Serve all that is ready; tells whether anything came of it."""
+
+    def _start_clock(self, node: Node) -> None:
+        _set_time(node, self._now_ns)
+
+
+class StockPlay(StridingPlay):
+    """Under rclpy's single-threaded executor."""
+
+    executor: _Counting
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.executor = _Counting(context=context)
+
+    def _pass(self) -> bool:
         known = set(self.executor.handled)
         self.executor.handled.clear()
         count = -1
@@ -166,8 +180,20 @@ class StockPlay(Play):
             self._guarded(lambda: self.executor.spin_once(timeout_sec=0))
         return any(task not in known or task.done() for task in self.executor.handled)
 
-    def _start_clock(self, node: Node) -> None:
-        _set_time(node, self._now_ns)
+
+class LivePlay(StridingPlay):
+    """Under our executor of live runs."""
+
+    executor: LiveExecutor
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.executor = LiveExecutor(context=context)
+
+    def _pass(self) -> bool:
+        served: list[bool] = []
+        is_well = self._guarded(lambda: served.append(self.executor.serve(0)))
+        return not is_well or any(served)
 
 
 class _Counting(SingleThreadedExecutor):

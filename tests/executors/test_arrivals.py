@@ -11,8 +11,8 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
 
-from bt_mission.virtual_time import arrivals as module
-from bt_mission.virtual_time.arrivals import Arrivals
+from bt_mission.executors import arrivals as module
+from bt_mission.executors.arrivals import Arrivals
 
 
 @pytest.fixture

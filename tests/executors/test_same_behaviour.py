@@ -1,6 +1,6 @@
-"""Nodes behave under our executor as under rclpy's own.
+"""Nodes behave under our executors as under rclpy's own.
 
-Each behaviour is played under both, and what each who took part did and saw is compared, with
+Each behaviour is played under all, and what each who took part did and saw is compared, with
 simulated times. What an executor is free to choose (the order between nodes, and between what is
 ready of different kinds) is not; and what ours does otherwise on purpose stands at the end.
 """
@@ -27,7 +27,7 @@ from tests.support.behaviours import (
     timers,
     topics,
 )
-from tests.support.two_executors import LockstepPlay, Play, StockPlay, perform
+from tests.support.two_executors import LivePlay, LockstepPlay, Play, StockPlay, perform
 
 Behaviour = Callable[[Play], None]
 
@@ -54,6 +54,7 @@ def test_it_is_as_under_rclpys_own_executor(behaviour: Behaviour) -> None:
     expected = perform(behaviour, StockPlay)
     assert expected
     assert perform(behaviour, LockstepPlay) == expected
+    assert perform(behaviour, LivePlay) == expected
 
 
 # ---- what ours does otherwise, on purpose ------------------------------------------------

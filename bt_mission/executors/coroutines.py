@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from types import CoroutineType, GeneratorType
 from typing import Any
@@ -12,7 +12,7 @@ from weakref import WeakSet
 from rclpy.node import Node
 from rclpy.task import Future, Task
 
-from bt_mission.virtual_time.taps import PendingCallback
+from bt_mission.executors.taps import PendingCallback
 
 
 @dataclass(eq=False)
@@ -63,6 +63,23 @@ class Tasks:
     def hold_groups(self) -> bool:
         """May a callback group be held by a callback that awaits something?"""
         return bool(self._callbacks)
+
+    @property
+    def can_go_on(self) -> bool:
+        """Is there a task that was not begun, or what one of them awaits?"""
+        return bool(self._new) or any(
+            one.awaited is not None and not one.is_stuck for one in self._present()
+        )
+
+    @property
+    def await_the_unknown(self) -> bool:
+        """Does one of them await something other than a future, which nothing tells of?"""
+        return any(one.awaited is None for one in self._present())
+
+    def _present(self) -> Iterator[_Begun]:
+        for one in (*self._tasks, *self._callbacks):
+            if one.node not in self._away:
+                yield one
 
     def add(self, task: Task) -> None:
         """Run a task, from the next turn on."""

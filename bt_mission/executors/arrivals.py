@@ -9,7 +9,9 @@ whatever thread, without Python's lock; and epoll tells which counters are above
 from __future__ import annotations
 
 import ctypes
+import math
 import os
+import resource
 import select
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,6 +21,7 @@ from weakref import finalize
 
 from rclpy.action import ActionClient, ActionServer
 from rclpy.client import Client
+from rclpy.event_handler import EventHandler
 from rclpy.exceptions import InvalidHandle
 from rclpy.service import Service
 from rclpy.subscription import Subscription
@@ -48,6 +51,7 @@ _SETTERS: dict[type, tuple[str, tuple[str, ...]]] = {
             )
         ),
     ),
+    EventHandler: (_RCL, ("rcl_event_set_callback",)),
 }
 
 
@@ -111,6 +115,10 @@ class Arrivals:
             self._waiting.sort(key=_rank)
         return self._waiting
 
+    def leftovers(self) -> list[Any]:
+        """Of what there may be more than has been taken, after the last look."""
+        return [one.entity for one in self._waiting if one.count > 0]
+
     def counts(self, entity: Any) -> bool:
         """Is what arrives for an entity counted?"""
         return id(entity) in self._links
@@ -119,14 +127,20 @@ class Arrivals:
         """Note how many messages were taken.
 
         Where there was none, a subscription has none left: its queue has dropped what was counted.
-        Others may have been sent something that was not for them, such as the answer to another
-        client of the service.
+        An event tells at once of all that has happened. Others may have been sent something that
+        was not for them, such as the answer to another client of the service.
         """
         for one in self._waiting:
             if one.entity is entity:
-                is_empty = not number and isinstance(entity, Subscription)
+                is_empty = isinstance(entity, EventHandler) or (
+                    not number and isinstance(entity, Subscription)
+                )
                 one.count -= one.count if is_empty else max(number, 1)
                 return
+
+    def fileno(self) -> int:
+        """The file that can be read from while something is counted that was not waited for."""
+        return self._epoll.fileno()
 
     def close(self) -> None:
         """Count no more."""
@@ -139,7 +153,10 @@ class Arrivals:
         setters = [_setter(library, name) for name in names]
         if None in setters:
             return None
-        link = _Link(_handle_of(entity), setters)
+        file = _new_counter()
+        if file is None:
+            return None
+        link = _Link(_handle_of(entity), setters, file)
         if not link.made:
             return None
         self._epoll.register(link.file, select.EPOLLIN)
@@ -151,8 +168,8 @@ class Arrivals:
 class _Link:
     """A counter that the middleware adds to, for one entity."""
 
-    def __init__(self, handle: Any, setters: Sequence[Any]) -> None:
-        self.file = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+    def __init__(self, handle: Any, setters: Sequence[Any], file: int) -> None:
+        self.file = file
         self._handle = handle
         self._setters = setters
         self.made = self._set(_function(), self.file)
@@ -177,6 +194,25 @@ class _Link:
         os.close(self.file)
 
 
+def _new_counter() -> int | None:
+    """A counter of the kernel's; None where it would take of the files that others need."""
+    try:
+        file = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+    except OSError:
+        return None
+    if file < _most_files():
+        return file
+    os.close(file)
+    return None
+
+
+@cache
+def _most_files() -> float:
+    """From this number on, files are left to others: three quarters of those it may open."""
+    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return math.inf if soft == resource.RLIM_INFINITY else 0.75 * soft
+
+
 def _close(epoll: select.epoll, links: dict[int, _Link]) -> None:
     for link in links.values():
         link.cut(epoll)
@@ -193,6 +229,8 @@ def _handle_of(entity: Any) -> Any:
         return entity._handle
     if isinstance(entity, ActionClient):
         return entity._client_handle
+    if isinstance(entity, EventHandler):
+        return entity._EventHandler__event
     return entity.handle
 
 

@@ -19,8 +19,7 @@ from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from rclpy.waitable import Waitable
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.virtual_time.arrivals import Arrivals
+from bt_mission.executors.arrivals import Arrivals
 
 KINDS = ("subscriptions", "services", "clients", "guards", "waitables", "timers")
 COUNTS = (
@@ -33,7 +32,7 @@ COUNTS = (
 )
 
 
-TELLING_AGAIN = (Subscription, Service, Client, ActionServer, ActionClient)
+TELLING_AGAIN = (Subscription, Service, Client, ActionServer, ActionClient, EventHandler)
 _ADDED: dict[type, str] = {
     Subscription: "subscription",
     Service: "service",
@@ -53,44 +52,41 @@ class Entities:
         nodes: In the order in which they are to be served.
         context: The rclpy context of the nodes.
         arrivals: Counts what arrives; told to do so for these entities.
-
-    Raises:
-        BtMissionError: For a timer that is not on a ROS clock.
+        with_events: Take in what tells of discovery, which runs on a thread of its own, and so
+            has no virtual time.
     """
 
-    def __init__(self, nodes: Sequence[Node], context: Context, arrivals: Arrivals) -> None:
+    def __init__(
+        self,
+        nodes: Sequence[Node],
+        context: Context,
+        arrivals: Arrivals,
+        *,
+        with_events: bool = False,
+    ) -> None:
         self.subscriptions = [e for node in nodes for e in node.subscriptions]
         self.services = [e for node in nodes for e in node.services]
         self.clients = [e for node in nodes for e in node.clients]
         self.guards = [e for node in nodes for e in node.guards]
-        # Events tell of discovery, which runs on its own thread: they have no virtual time.
         self.waitables = [
-            e for node in nodes for e in node.waitables if not isinstance(e, EventHandler)
+            e
+            for node in nodes
+            for e in node.waitables
+            if with_events or not isinstance(e, EventHandler)
         ]
         self._arrivals = arrivals
-        told = [*self.subscriptions, *self.services, *self.clients]
-        told += [one for one in self.waitables if isinstance(one, ActionServer | ActionClient)]
+        messages = (*self.subscriptions, *self.services, *self.clients)
+        in_order = (*messages, *self.guards, *self.waitables)
+        told = [one for one in in_order if isinstance(one, TELLING_AGAIN)]
         untold = set(map(id, arrivals.watch(told)))
         # What has to be asked for, at each look.
         self._asked = [
             entity
-            for entity in (*told, *self.guards, *self.waitables)
+            for entity in in_order
             if id(entity) in untold or not isinstance(entity, TELLING_AGAIN)
         ]
-        self._ranks = {
-            id(entity): rank
-            for rank, entity in enumerate(
-                (*self.subscriptions, *self.services, *self.clients, *self.guards, *self.waitables)
-            )
-        }
+        self._ranks = {id(entity): rank for rank, entity in enumerate(in_order)}
         self.timers: list[Timer] = [e for node in nodes for e in node.timers]
-        for node in nodes:
-            for timer in node.timers:
-                if timer.clock is not node.get_clock():
-                    raise BtMissionError(
-                        f"a timer of {node.get_name()} on a {timer.clock.clock_type.name} clock "
-                        "cannot run in virtual time; create it with the clock of its node"
-                    )
         self._nodes = tuple(nodes)
         self._context = context
         self._owners = {
@@ -230,7 +226,7 @@ class Entities:
             timers = [timer for timer in timers if self.node_of(timer) not in stopped]
         if any_held:
             timers = [timer for timer in timers if timer.callback_group.can_execute(timer)]
-        waits = [wait for wait in map(_ns_until_due, timers) if wait is not None]
+        waits = [wait for wait in map(ns_until_due, timers) if wait is not None]
         return min(waits, default=None)
 
 
@@ -250,7 +246,8 @@ def _type_name(action_type: Any) -> str:
     return "/".join([*action_type.__module__.split(".")[:2], action_type.__name__])
 
 
-def _ns_until_due(timer: Timer) -> int | None:
+def ns_until_due(timer: Timer) -> int | None:
+    """Nanoseconds until a timer is due by its clock; None where it is canceled, or gone."""
     handle = timer.handle
     try:
         with handle:

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 from rclpy.action import ActionClient, ActionServer
 from rclpy.client import Client
+from rclpy.event_handler import EventHandler
 from rclpy.exceptions import InvalidHandle
 from rclpy.guard_condition import GuardCondition
 from rclpy.serialization import deserialize_message, serialize_message
@@ -21,8 +22,8 @@ from rclpy.timer import Timer
 from rclpy.waitable import Waitable
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.virtual_time.arrivals import Arrivals
-from bt_mission.virtual_time.taps import ACTION_PARTS, Passing, PendingCallback, Side, Taps
+from bt_mission.executors.arrivals import Arrivals
+from bt_mission.executors.taps import ACTION_PARTS, Passing, PendingCallback, Side, Taps
 
 
 class TapContext(Protocol):
@@ -180,7 +181,7 @@ def _serve_waitable(waitable: Waitable, executor: TapContext) -> PendingCallback
 def _take_parts(waitable: Waitable, arrivals: Arrivals) -> Any:
     """Take what a waitable has; of an action, one of each part."""
     if arrivals.counts(waitable):
-        kind = ActionServer if isinstance(waitable, ActionServer) else ActionClient
+        kind = next(one for one in _FLAGS if isinstance(waitable, one))
         for flag in _FLAGS[kind]:  # what a wait set would have told, which was not asked
             setattr(waitable, flag, True)
         if isinstance(waitable, ActionServer):
@@ -190,6 +191,8 @@ def _take_parts(waitable: Waitable, arrivals: Arrivals) -> Any:
     data = waitable.take_data()
     if isinstance(waitable, ActionClient | ActionServer):
         arrivals.taken(waitable, len(data.keys() & ACTION_PARTS.keys()))
+    elif isinstance(waitable, EventHandler):
+        arrivals.taken(waitable, 1)
     return data
 
 
@@ -230,6 +233,7 @@ def _catch_part(end: Any, action: str, part: str, taken: Any, executor: TapConte
 
 
 _FLAGS: dict[type, tuple[str, ...]] = {
+    EventHandler: ("_ready_to_take_data",),
     ActionServer: (
         "_is_goal_request_ready",
         "_is_cancel_request_ready",

@@ -1,0 +1,10 @@
+"""What serves the nodes of a process: what is ready for them, and one callback after the other.
+
+- ``serving``: :class:`ServingExecutor`, what the executors of live runs and of virtual time share
+- ``live``: :class:`LiveExecutor`, on the clock that the nodes have
+- ``arrivals``: what the middleware tells of having arrived
+- ``entities``: what a node can be woken by, and which of it is ready
+- ``callbacks``: one callback of each kind
+- ``coroutines``: what was begun and has not ended
+- ``taps``: :class:`Taps`, which change what passes between nodes
+"""

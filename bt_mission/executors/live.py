@@ -1,0 +1,184 @@
+"""The executor of live runs: rclpy's own behaviour, at a fraction of its processor time.
+
+rclpy's single-threaded executor makes a wait set of all entities for each callback that it serves,
+which costs more than most of the callbacks. :class:`LiveExecutor` sleeps until the middleware tells
+that something has arrived, or a timer is due. A round of it serves each entity once, then the
+timers that are due: however much arrives for one entity, no other waits for longer than a round,
+and what a queue has dropped is not waited for.
+"""
+
+from __future__ import annotations
+
+import os
+import select
+from collections.abc import Callable, Sequence
+from typing import Any
+from weakref import finalize
+
+from rclpy.clock_type import ClockType
+from rclpy.context import Context
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.task import Task
+from rclpy.timer import Timer
+from typing_extensions import override
+
+from bt_mission.core.stamps import NS
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.executors.callbacks import serve_timer
+from bt_mission.executors.entities import Entities, ns_until_due
+from bt_mission.executors.serving import ServingExecutor
+
+ASK_S = 0.005
+"""Wall time, s, between two looks at what nothing tells of: guard conditions, callbacks that await
+something other than a future, and all, under a middleware that tells of nothing."""
+
+
+class LiveExecutor(ServingExecutor):
+    """Serves nodes on the clocks that they have.
+
+    The kernel counts a wait in milliseconds, so a timer may be served that much late.
+
+    Args:
+        context: The rclpy context of the nodes; the default one without.
+    """
+
+    def __init__(self, *, context: Context | None = None) -> None:
+        self._bell = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
+        self._sleep = select.epoll()
+        self._end = finalize(self, _close, self._bell, self._sleep)
+        self._end.atexit = False
+        self._wall_timers: list[Timer] = []
+        super().__init__(context=context)
+        self._sleep.register(self._bell, select.EPOLLIN)
+        self._sleep.register(self.arrivals.fileno(), select.EPOLLIN)
+
+    @property
+    @override
+    def now_ns(self) -> int:
+        return int(self._clock.now().nanoseconds)
+
+    @override
+    def wake(self) -> None:
+        super().wake()
+        self._ring()
+
+    @override
+    def create_task(self, callback: Any, *args: Any, **kwargs: Any) -> Task:
+        task = super().create_task(callback, *args, **kwargs)
+        self._ring()
+        return task
+
+    @override
+    def shutdown(self, timeout_sec: float | None = None) -> bool:
+        has_ended = super().shutdown(timeout_sec)
+        self._ring()
+        return has_ended
+
+    @override
+    def spin_once(self, timeout_sec: float | None = None) -> None:
+        self.serve(timeout_sec)
+
+    @override
+    def spin_once_until_future_complete(self, future: Any, timeout_sec: Any = None) -> None:
+        future.add_done_callback(lambda _: self.wake())
+        self.serve(getattr(timeout_sec, "timeout", timeout_sec), future.done)
+
+    def serve(
+        self, timeout_sec: float | None = None, is_done: Callable[[], bool] = lambda: False
+    ) -> bool:
+        """Serve what is ready; where there is nothing, wait for it.
+
+        Args:
+            timeout_sec: For how long, s; None, or below 0, for as long as it takes.
+            is_done: Ends the wait, where it is true when the executor is woken.
+
+        Returns:
+            Whether anything was served.
+
+        Raises:
+            ExternalShutdownException: When the context has been shut down.
+        """
+        most_s = None if timeout_sec is None or timeout_sec < 0 else timeout_sec
+        since = Stopwatch()
+        left_s = most_s
+        while not self._is_shutdown:
+            self._wait(left_s)
+            if not self._context.ok():
+                raise ExternalShutdownException
+            if self._serve_round():
+                return True
+            if most_s is not None:
+                left_s = max(most_s - since.elapsed_s, 0.0)
+            if is_done() or left_s == 0.0:
+                return False
+        return False
+
+    # ---- inside --------------------------------------------------------------------------
+
+    def _serve_round(self) -> bool:
+        """Resume what awaits, serve each entity and timer once; tell whether any was served."""
+        has_ended = self._begun.resume()
+        ready = self._serve_ready()
+        return self._serve_timers() or bool(ready) or has_ended
+
+    def _serve_timers(self) -> bool:
+        has_fired = False
+        for timer in filter(self._can_be_served, self._entities.timers):
+            was_due, rest = serve_timer(timer)
+            if was_due:
+                has_fired = True
+                self._served += 1
+                self._begin(timer, rest)
+        return has_fired
+
+    @override
+    def _read(self, nodes: Sequence[Node]) -> Entities:
+        entities = Entities(nodes, self._context, self.arrivals, with_events=True)
+        # To set `use_sim_time` makes a subscription, or destroys one: then they are read again.
+        self._wall_timers = [timer for timer in entities.timers if not _is_simulated(timer)]
+        return entities
+
+    def _wait(self, most_s: float | None) -> None:
+        """Sleep until there is something to serve, or somebody rings."""
+        for file, _ in self._sleep.poll(0 if self._is_busy else self._until_timer_s(most_s)):
+            if file == self._bell:
+                os.eventfd_read(file)
+
+    @property
+    def _is_busy(self) -> bool:
+        """Is there something to serve that nothing tells of another time?"""
+        return (
+            self._structure_changed
+            or self._begun.can_go_on
+            or any(map(self._can_be_served, self.arrivals.leftovers()))
+        )
+
+    def _can_be_served(self, entity: Any) -> bool:
+        """Is no callback of its group in the middle of something?"""
+        return not self._begun.hold_groups or bool(entity.callback_group.can_execute(entity))
+
+    def _until_timer_s(self, most_s: float | None) -> float | None:
+        """Time until the next timer is due, s, and no more than this; None for no end."""
+        waits = [] if most_s is None else [most_s]
+        if self._entities.any_asked or self._begun.await_the_unknown:
+            waits.append(ASK_S)
+        due_ns = map(ns_until_due, filter(self._can_be_served, self._wall_timers))
+        waits += [max(wait_ns, 0) / NS for wait_ns in due_ns if wait_ns is not None]
+        return min(waits, default=None)
+
+    def _ring(self) -> None:
+        """End the sleep, from whatever thread."""
+        if self._end.alive:
+            os.eventfd_write(self._bell, 1)
+
+
+def _is_simulated(timer: Timer) -> bool:
+    """Is it due by a clock that moves with messages only, each of which ends the sleep anyway?"""
+    clock: Any = timer.clock
+    return clock.clock_type == ClockType.ROS_TIME and bool(clock.ros_time_is_active)
+
+
+def _close(bell: int, sleep: select.epoll) -> None:
+    sleep.close()
+    os.close(bell)

@@ -1,0 +1,209 @@
+"""The executor of live runs sleeps until there is something to serve."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack, closing
+
+import pytest
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.executors import ExternalShutdownException
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.task import Future
+from rosgraph_msgs.msg import Clock as ClockMessage
+from std_msgs.msg import Int64
+
+from bt_mission.core.dds.discovery import MACHINE, RANGE
+from bt_mission.executors import arrivals as module
+from bt_mission.executors.arrivals import Arrivals
+from tests.support.live_rig import LONG_S, Live, count_of, value_of
+
+
+def test_nothing_to_serve_is_told_after_the_time_that_was_given(live: Live) -> None:
+    """With an entity that was sent nothing, and without any."""
+    assert not live.executor.serve(0.01)
+    live.node("a").create_subscription(Int64, "count", lambda _: None, 10)
+    while live.executor.serve(0.01):
+        pass
+    assert not live.executor.serve(0.0)
+
+
+def test_a_message_from_another_context_ends_the_sleep(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As one from another process does: a thread of the middleware tells of it."""
+    monkeypatch.setenv(RANGE, MACHINE)
+    heard: list[int] = []
+    with ExitStack() as stack:
+        one, other = stack.enter_context(closing(Live())), stack.enter_context(closing(Live()))
+        one.node("a").create_subscription(
+            Int64, "count", lambda message: heard.append(value_of(message)), 10
+        )
+        publisher = other.node("b").create_publisher(Int64, "count", 10)
+        while not publisher.get_subscription_count():
+            one.executor.serve(0.01)
+        publisher.publish(Int64(data=3))
+        one.until(lambda: heard)
+    assert heard == [3]
+
+
+def test_timers_of_the_wall_end_the_sleep(live: Live) -> None:
+    """Whoever waits for them without an end is served at each."""
+    fired: list[int] = []
+    wall = Clock(clock_type=ClockType.STEADY_TIME)
+    live.node("a").create_timer(0.001, lambda: fired.append(0), clock=wall)
+    while len(fired) < 3:
+        live.executor.spin_once()
+
+
+def test_a_timer_of_simulated_time_waits_for_the_clock(live: Live) -> None:
+    """However long that takes; and the clock ends the sleep, also where it is used from now on."""
+    fired: list[int] = []
+    node = live.node("a")
+    node.create_timer(0.001, lambda: fired.append(node.get_clock().now().nanoseconds))
+    live.until(lambda: fired)
+    node.set_parameters([Parameter("use_sim_time", value=True)])
+    publisher = live.node("b").create_publisher(ClockMessage, "/clock", 1)
+    fired.clear()
+    while live.executor.serve(0.01):
+        pass
+    assert fired == []
+    message = ClockMessage()
+    for seconds in (5, 6):  # from the first on the timer is due, a period later
+        message.clock.sec = seconds
+        publisher.publish(message)
+        assert live.executor.serve(LONG_S)
+    live.until(lambda: fired)
+    assert fired == [6_000_000_000]
+
+
+def test_a_flood_on_one_topic_holds_nobody_up(live: Live) -> None:
+    """Each round serves a message of it, and everything else that is ready."""
+    order: list[str] = []
+    node = live.node("a")
+    flood = node.create_publisher(Int64, "flood", 1000)
+    drop = node.create_publisher(Int64, "drop", 10)
+    node.create_subscription(Int64, "flood", lambda _: order.append("flood"), 1000)
+    node.create_subscription(Int64, "drop", lambda _: order.append("drop"), 10)
+    for _ in range(500):
+        flood.publish(Int64())
+    drop.publish(Int64())
+    live.until(lambda: "drop" in order)
+    assert order == ["flood", "drop"]
+    live.until(lambda: len(order) == 501)
+    assert not live.executor.serve(0.0)
+
+
+def test_what_a_queue_has_dropped_is_not_looked_for(live: Live) -> None:
+    """A thousand came, one is there: two rounds, and the executor sleeps again."""
+    heard: list[int] = []
+    node = live.node("a")
+    publisher = node.create_publisher(Int64, "count", 10)
+    keep_one = QoSProfile(depth=1)
+    node.create_subscription(Int64, "count", lambda one: heard.append(value_of(one)), keep_one)
+    while live.executor.serve(0.0):
+        pass
+    for number in range(1000):
+        publisher.publish(Int64(data=number))
+    rounds = 0
+    while live.executor.serve(0.0):
+        rounds += 1
+    assert (heard, rounds) == ([999], 2)
+
+
+def test_a_future_ends_the_spin(live: Live) -> None:
+    """As it does under rclpy's own."""
+    done: Future = Future()
+    wall = Clock(clock_type=ClockType.STEADY_TIME)
+    live.node("a").create_timer(0.001, lambda: done.set_result(1), clock=wall)
+    live.executor.spin_until_future_complete(done)
+    live.executor.spin_until_future_complete(Future(), timeout_sec=0.01)
+    live.executor.spin_once_until_future_complete(done, timeout_sec=LONG_S)
+    assert done.result() == 1
+
+
+def test_what_a_callback_raises_comes_out(live: Live) -> None:
+    """And what came after it is served next."""
+    heard: list[int] = []
+    node = live.node("a")
+    publisher = node.create_publisher(Int64, "count", 10)
+
+    def fail(_: Int64) -> None:
+        raise ValueError("no")
+
+    node.create_subscription(Int64, "count", fail, 10)
+    node.create_subscription(Int64, "count", lambda one: heard.append(value_of(one)), 10)
+    publisher.publish(Int64(data=4))
+    with pytest.raises(ValueError, match="no"):
+        live.until(lambda: heard)
+    live.until(lambda: heard)
+    assert heard == [4]
+
+
+def test_events_of_discovery_are_served(live: Live) -> None:
+    """Once each: a publisher whose messages cannot be taken is told of."""
+    told: list[int] = []
+    events = SubscriptionEventCallbacks(incompatible_qos=lambda one: told.append(count_of(one)))
+    node = live.node("a")
+    node.create_subscription(Int64, "count", lambda _: None, 10, event_callbacks=events)
+    best = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    node.create_publisher(Int64, "count", best)
+    live.until(lambda: told)
+    while live.executor.serve(0.01):
+        pass
+    assert told == [1]
+
+
+def test_what_the_middleware_does_not_tell_of_is_asked_for(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Under one that has no such functions, all is."""
+    monkeypatch.setattr(Arrivals, "_link", lambda *_: None)
+    heard: list[int] = []
+    node = live.node("a")
+    publisher = node.create_publisher(Int64, "count", 10)
+    node.create_subscription(Int64, "count", lambda one: heard.append(value_of(one)), 10)
+    assert not live.executor.serve(0.0)
+    publisher.publish(Int64(data=2))
+    live.until(lambda: heard)
+    assert heard == [2]
+
+
+def test_files_that_others_need_are_left_to_them(
+    live: Live, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever gets none is asked, and those that have one go on to be told of."""
+    heard: list[str] = []
+    node = live.node("a")
+    publisher = node.create_publisher(Int64, "count", 10)
+    node.create_subscription(Int64, "count", lambda _: heard.append("told"), 10)
+    live.executor.serve(0.0)
+    monkeypatch.setattr(module, "_most_files", lambda: 0)
+    node.create_subscription(Int64, "count", lambda _: heard.append("asked"), 10)
+    live.executor.serve(0.0)
+    publisher.publish(Int64())
+    live.until(lambda: len(heard) == 2)
+    assert heard == ["told", "asked"]
+
+
+def test_a_guard_condition_is_asked_for(live: Live) -> None:
+    """Nothing tells of it."""
+    told: list[int] = []
+    node = live.node("a")
+    guard = node.create_guard_condition(lambda: told.append(1))
+    assert not live.executor.serve(0.0)
+    guard.trigger()
+    live.until(lambda: told)
+    assert told == [1]
+
+
+def test_a_context_that_is_shut_down_ends_it(live: Live) -> None:
+    """As rclpy's own executors say; an executor that is shut down returns at once."""
+    live.node("a")
+    live.executor.serve(0.0)
+    live.context.shutdown()
+    with pytest.raises(ExternalShutdownException):
+        live.executor.serve()
+    live.executor.shutdown()
+    assert not live.executor.serve()
+    live.executor.spin()
