@@ -23,14 +23,12 @@ from sim.physics.names import (
     GRIP,
     LOOKS,
     OBSTACLE_BIT,
-    OBSTACLES,
     ROBOT,
     SCREEN_BIT,
     SCREENS,
     SLIDE,
     SOLIMP,
     SOLREF,
-    TOUCH,
     WHEELS,
 )
 from sim.physics.scenery import yaw_quaternion
@@ -130,19 +128,6 @@ def add_screen(base: mujoco.MjsBody, robot: RobotModel, height: float, colour: s
         contype=SCREEN_BIT,
         conaffinity=0,
         group=SCREENS,
-    )
-
-
-def add_touch(spec: mujoco.MjSpec, prefix: str, other: str, *, tree: bool) -> None:
-    """Add a sensor that tells whether a robot touches `other`, or anything below it (`tree`)."""
-    spec.add_sensor(
-        name=prefix + TOUCH + other,
-        type=mujoco.mjtSensor.mjSENS_CONTACT,
-        objtype=mujoco.mjtObj.mjOBJ_XBODY,  # the base with its wheels
-        objname=prefix + BASE,
-        reftype=mujoco.mjtObj.mjOBJ_XBODY if tree else mujoco.mjtObj.mjOBJ_BODY,
-        refname=other or OBSTACLES,
-        intprm=[1, 0, 1],  # the number of contacts alone, not reduced, in one slot
     )
 
 

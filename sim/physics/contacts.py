@@ -60,10 +60,10 @@ class Contacts:
     def touched(self, data: mujoco.MjData) -> dict[str, int]:
         """Return what is being touched, and the number of a contact with it."""
         touched: dict[str, int] = {}
-        for index in range(data.ncon):
-            for geom, other in (data.contact.geom[index], data.contact.geom[index][::-1]):
-                if self._is_robot[geom] and self._is_obstacle[other]:
-                    touched.setdefault(self._names[other], index)
+        geoms = data.contact.geom
+        found = self._is_robot[geoms] & self._is_obstacle[geoms[:, ::-1]]
+        for index, side in np.argwhere(found).tolist():
+            touched.setdefault(self._names[geoms[index, 1 - side]], index)
         return touched
 
     def forget(self) -> None:

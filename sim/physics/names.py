@@ -13,7 +13,7 @@ MOVER_PREFIX = "mover/"
 PROPS = "props"
 PROP_PREFIX = "prop/"
 WHEELS = ("wheel_left", "wheel_right")
-TOUCH = "touch"
+FLOOR_CONTACTS = "floor contacts"
 ACCELEROMETER = "accelerometer"
 CAMERA = "camera"
 

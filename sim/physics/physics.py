@@ -14,10 +14,10 @@ import numpy as np
 
 from bt_mission.core.errors import BtMissionError
 from sim.physics import spawn as entrants_
-from sim.physics.body import add_robot, add_screen, add_touch
+from sim.physics.body import add_robot, add_screen
 from sim.physics.history import SimulationState
 from sim.physics.names import (
-    BASE,
+    FLOOR_CONTACTS,
     MOVER_PREFIX,
     OBSTACLE_PREFIX,
     PROP_PREFIX,
@@ -80,15 +80,10 @@ def _compile(world: World, entrants: Sequence[RobotSpawn], props: int) -> mujoco
         if several:
             colour = SCREEN_COLOURS[index % len(SCREEN_COLOURS)]
             add_screen(base, entrant.robot, lidars + _OVER, colour)
-    for entrant in entrants:
-        add_touch(spec, entrant.prefix, "", tree=bool(world.moving))
-        for other in entrants:
-            if other is not entrant:
-                add_touch(spec, entrant.prefix, other.prefix + BASE, tree=True)
     model = spec.compile()
     if not props:
         return model
-    add_bodies(spec, props, [entrant.prefix for entrant in entrants])
+    add_bodies(spec, props)
     spare = spec.compile()
     keep_figures(spare, model)
     return spare
@@ -128,11 +123,14 @@ class Movers:
 class Moved(Protocol):
     """What the physics moves and asks, at every step: a robot."""
 
-    def step_hooks(self) -> tuple[Callable[[int], None], Callable[[int], None]]:
-        """Return what is to be called before and after each step, with its beginning (ns).
+    def step_hooks(self) -> tuple[Callable[[int], None], Callable[[], None]]:
+        """Return what is to be called before and after each step; before with its beginning (ns).
 
         Asked for after every restart, and when the robot was put elsewhere.
         """
+
+    def look_for_collisions(self, now_ns: int) -> None:
+        """Note what begins to be touched; called after each step in which anything is."""
 
     def restart(self) -> None:
         """Be as at the start: time begins, or the state has been put back."""
@@ -164,9 +162,11 @@ class Physics:
             if self.model.geom(geom).name.startswith((OBSTACLE_PREFIX, PROP_PREFIX))
         )
         self.data = mujoco.MjData(self.model)
+        sensor = int(self.model.sensor(FLOOR_CONTACTS).adr[0])
+        self._on_floor = self.data.sensordata[sensor : sensor + 1]
         self._epoch_ns = start_ns
         self._robots: tuple[Moved, ...] = ()
-        self._hooks: list[tuple[Callable[[int], None], Callable[[int], None]]] = []
+        self._hooks: list[tuple[Callable[[int], None], Callable[[], None]]] = []
         self._movers = Movers(self.model, world) if world.moving else None
         self.grip = Grip(self.model, world)
         self.props = Props(self, bodies)
@@ -233,7 +233,7 @@ class Physics:
         model, data, step = self.model, self.data, mujoco.mj_step
         movers, grip = self._movers, self.grip if self.world.slippery else None
         props = self.props or None
-        robots = self._hooks
+        robots, on_floor = self._hooks, self._on_floor
         began = data.time
         for now in range(self.time_ns, time_ns, STEP_NS):
             if movers is not None:
@@ -246,18 +246,27 @@ class Physics:
                 before(now)
             step(model, data)
             for _, after in robots:
-                after(now)
+                after()
+            if data.ncon > on_floor[0]:  # what is not the floor's is of a robot
+                self._look_for_collisions(now)
         self.time_ns = time_ns
         if steps:
-            # MuJoCo has put all to its start, and its time to 0, where numbers grew out of bounds.
-            if data.time - began < (steps - 0.5) * STEP_NS / 1e9:
-                raise UnstableError(
-                    f"the physics became unstable before {time_ns / 1e9:.3f} s: forces are too"
-                    " large, or a robot is deep inside of something"
-                )
+            self._check_stable(data.time - began, steps)
             self._place()
             # What was computed within a step is that of its beginning.
             mujoco.mj_kinematics(model, data)
+
+    def _look_for_collisions(self, now_ns: int) -> None:
+        for robot in self._robots:
+            robot.look_for_collisions(now_ns)
+
+    def _check_stable(self, passed_s: float, steps: int) -> None:
+        # MuJoCo has put all to its start, and its time to 0, where numbers grew out of bounds.
+        if passed_s < (steps - 0.5) * STEP_NS / 1e9:
+            raise UnstableError(
+                f"the physics became unstable before {self.time_ns / 1e9:.3f} s: forces are too"
+                " large, or a robot is deep inside of something"
+            )
 
     def record(self) -> SimulationState:
         """Return what everything stands like now, to be looked at later (`sim.physics.history`)."""

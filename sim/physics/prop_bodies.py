@@ -18,7 +18,6 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from sim.physics.body import add_touch
 from sim.physics.contacts import geom_names
 from sim.physics.names import NOWHERE, OBSTACLE_BIT, PROP_PREFIX, PROPS, SLIDE, SOLID
 from sim.physics.scenery import add_sliding_body, yaw_quaternion
@@ -29,8 +28,8 @@ _BELOW = -1.0
 """Metres: half an edge of a spare body, and where it lies."""
 
 
-def add_bodies(spec: mujoco.MjSpec, count: int, prefixes: Sequence[str]) -> None:
-    """Add spare bodies, and for each robot a sensor that tells whether it touches any."""
+def add_bodies(spec: mujoco.MjSpec, count: int) -> None:
+    """Add spare bodies."""
     static = spec.worldbody.add_body(name=PROPS)
     for index in range(count):
         name = f"{PROP_PREFIX}{index}"
@@ -44,8 +43,6 @@ def add_bodies(spec: mujoco.MjSpec, count: int, prefixes: Sequence[str]) -> None
             friction=SLIDE,
             group=NOWHERE,
         )
-    for prefix in prefixes:
-        add_touch(spec, prefix, PROPS, tree=True)
 
 
 def keep_figures(model: mujoco.MjModel, without: mujoco.MjModel) -> None:

@@ -9,6 +9,7 @@ import mujoco
 from sim.physics.names import (
     FLOOR,
     FLOOR_BIT,
+    FLOOR_CONTACTS,
     MARKS,
     MOVER_PREFIX,
     OBSTACLE_BIT,
@@ -95,13 +96,17 @@ def _add_floor(spec: mujoco.MjSpec, size: tuple[float, float], grip: float) -> N
         solref=SOLREF,
         solimp=SOLIMP,
     )
+    spec.add_sensor(
+        name=FLOOR_CONTACTS,
+        type=mujoco.mjtSensor.mjSENS_CONTACT,
+        objtype=mujoco.mjtObj.mjOBJ_GEOM,
+        objname=FLOOR,
+        intprm=[1, 0, 1],  # the number of contacts alone, not reduced, in one slot
+    )
 
 
 def _add_obstacles(spec: mujoco.MjSpec, obstacles: tuple[Obstacle, ...]) -> None:
-    """One static body holds them all, so that one sensor tells whether any is touched.
-
-    Each that moves is a body of its own below it.
-    """
+    """One static body holds them all; each that moves is a body of its own below it."""
     static = spec.worldbody.add_body(name=OBSTACLES)
     for obstacle in obstacles:
         length, width, height = obstacle.size

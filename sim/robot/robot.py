@@ -14,7 +14,7 @@ from sim.faults import RobotFaultState
 from sim.physics.clearance import Clearance, robot_gauge
 from sim.physics.contacts import Collision, Contacts
 from sim.physics.history import Reviewer, SimulationState, pose_of, velocity_of
-from sim.physics.names import BASE, STEP_NS, TOUCH, WHEELS
+from sim.physics.names import BASE, STEP_NS, WHEELS
 from sim.physics.physics import Physics
 from sim.physics.pushes import Frame, Pushes
 from sim.physics.spawn import RobotSpawn
@@ -58,17 +58,11 @@ class SimulatedRobot:
         motor = model.actuator(prefix + WHEELS[0]).id
         self._ctrl = data.ctrl[motor : motor + 2]
         self._motor_bit = 1 << int(model.actuator_group[motor])
-        self._sensordata = data.sensordata
-        self._touches = tuple(
-            int(model.sensor_adr[index])
-            for index in range(model.nsensor)
-            if model.sensor(index).name.startswith(prefix + TOUCH)
-        )
         self._contacts = Contacts(model, physics.names, prefix)
         self._new_collisions: list[Collision] = []
         self._gauge = robot_gauge(model, physics.names, prefix)
         spawn = entrant.spawn or physics.world.spawn
-        if any(self._sensordata[touch] for touch in self._touches):
+        if self._contacts.touched(data):
             raise fit.no_room_at_start(physics, entrant, spawn)
         self._last_scan: npt.NDArray[np.float32] | None = None
         self._lidar = Lidar(model, self.robot, seed, prefix)
@@ -134,10 +128,10 @@ class SimulatedRobot:
             self._switch_motors(on=on)
         return True
 
-    def step_hooks(self) -> tuple[Callable[[int], None], Callable[[int], None]]:
+    def step_hooks(self) -> tuple[Callable[[int], None], Callable[[], None]]:
         """Return what tells the wheels, before a step of the physics, and what looks after it."""
         drive, ctrl, due = self._drive, self._ctrl, self._drive.due
-        qpos, sensordata, touches = self._qpos, self._sensordata, self._touches
+        qpos = self._qpos
         x, y = self._milestone
         pushes, acting = self._pushes, self._pushes.acting
 
@@ -147,18 +141,21 @@ class SimulatedRobot:
             if acting:
                 pushes.apply(now_ns, self.pose[2])
 
-        def after(now_ns: int) -> None:
+        def after() -> None:
             nonlocal x, y
-            for touch in touches:
-                if sensordata[touch]:
-                    self._collide(now_ns)
-                    break
             dx, dy = float(qpos[0]) - x, float(qpos[1]) - y
             if dx * dx + dy * dy > _STRIDE**2:
                 self._way += math.hypot(dx, dy)
                 x, y = self._milestone = x + dx, y + dy
 
         return before, after
+
+    def look_for_collisions(self, now_ns: int) -> None:
+        """Count what begins to be touched by now."""
+        begun = self._contacts.look(self.physics.data, now_ns)
+        self.collisions += len(begun)
+        self.collisions_with.update(one.obstacle for one in begun if one.is_robot)
+        self._new_collisions += begun
 
     # ---- from outside --------------------------------------------------------------------
 
@@ -308,12 +305,6 @@ class SimulatedRobot:
         return self._imu.measure(self.physics.data, index)
 
     # ---- inside --------------------------------------------------------------------------
-
-    def _collide(self, now_ns: int) -> None:
-        begun = self._contacts.look(self.physics.data, now_ns)
-        self.collisions += len(begun)
-        self.collisions_with.update(one.obstacle for one in begun if one.is_robot)
-        self._new_collisions += begun
 
     def _switch_motors(self, *, on: bool) -> None:
         options = self.physics.model.opt

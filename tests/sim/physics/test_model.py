@@ -1,11 +1,21 @@
 """The compiled model: masses, names, and who touches whom."""
 
 import mujoco
+import numpy as np
 import pytest
 
 from bt_mission.core.robot.model import load_robot
 from sim.physics import physics
-from sim.physics.names import BASE, MARKS, OBSTACLE_PREFIX, ROBOT, SOLID, WHEELS
+from sim.physics.names import (
+    BASE,
+    FLOOR,
+    FLOOR_CONTACTS,
+    MARKS,
+    OBSTACLE_PREFIX,
+    ROBOT,
+    SOLID,
+    WHEELS,
+)
 from sim.physics.physics import compile_model
 from sim.physics.spawn import RobotSpawn
 from sim.world.world import Spawn
@@ -39,6 +49,35 @@ def test_it_stands_on_four_points(make_world, waffle):
     touching = sorted(model.geom(geom).name for pair in data.contact.geom for geom in pair)
     assert touching == ["caster 0", "caster 1", *["floor"] * 4, "wheel_left", "wheel_right"]
     assert data.xquat[model.body(BASE).id] == pytest.approx((1, 0, 0, 0), abs=1e-4)
+
+
+def test_what_touches_and_is_not_on_the_floor_is_a_robot(make_world, waffle):
+    """So a sensor that counts the floor's contacts tells when there are others."""
+    moving = {"through": [[1.0, 0.0]], "speed": 0.1}
+    world = make_world(
+        walls=[{"name": "w", "from": [-1, 0.3], "to": [1, 0.3], "thickness": 0.1}],
+        cylinders=[{"name": "c", "x": 0.4, "y": 0, "radius": 0.1}],
+        boxes=[{"name": "b", "x": 0, "y": 0, "size": [0.2, 0.2, 0.2], "motion": moving}],
+    )
+    entrants = [RobotSpawn(waffle, "one", Spawn(x=-1)), RobotSpawn(waffle, "two", Spawn(x=1))]
+    model = compile_model(world, entrants, 2)
+    data, floor = mujoco.MjData(model), model.geom(FLOOR).id
+    sensor = int(model.sensor(FLOOR_CONTACTS).adr[0])
+    robots = [model.body(f"{name}/{BASE}").id for name in ("one", "two")]
+    is_robot = np.isin(model.body_rootid[model.geom_bodyid], robots)
+    random, on_floor, others = np.random.default_rng(1), 0, 0
+    for _ in range(300):
+        for name in ("one", "two"):
+            place = model.joint(f"{name}/{BASE}").qposadr[0]
+            data.qpos[place : place + 2] = random.uniform(-0.4, 0.4, 2)
+            data.qpos[place + 2] = random.uniform(-0.01, 0.04)
+        mujoco.mj_forward(model, data)
+        touching = data.contact.geom
+        of_floor = (touching == floor).any(axis=1)
+        assert data.sensordata[sensor] == of_floor.sum()
+        assert is_robot[touching[~of_floor]].any(axis=1).all()
+        on_floor, others = on_floor + of_floor.sum(), others + (~of_floor).sum()
+    assert min(on_floor, others) > 500
 
 
 def test_every_obstacle_is_a_geom_of_its_name(make_world, waffle):
