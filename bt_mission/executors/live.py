@@ -154,10 +154,6 @@ class LiveExecutor(ServingExecutor):
             or any(map(self._can_be_served, self.arrivals.leftovers()))
         )
 
-    def _can_be_served(self, entity: Any) -> bool:
-        """Is no callback of its group in the middle of something?"""
-        return not self._begun.hold_groups or bool(entity.callback_group.can_execute(entity))
-
     def _until_timer_s(self, most_s: float | None) -> float | None:
         """Time until the next timer is due, s, and no more than this; None for no end."""
         waits = [] if most_s is None else [most_s]

@@ -133,10 +133,10 @@ class ServingExecutor(Executor):
             [entity for entity in ready if tells_once(entity)] if self._entities.any_asked else []
         )
         if self._begun.hold_groups:
-            ready = [entity for entity in ready if entity.callback_group.can_execute(entity)]
+            ready = list(filter(self._can_be_served, ready))
         for entity in ready:
-            if self._begun.hold_groups and not entity.callback_group.can_execute(entity):
-                continue
+            if not self._can_be_served(entity):
+                continue  # since it was found ready, a callback of its group has begun to await
             if entity in self._owed:
                 self._owed.remove(entity)
             self._served += 1
@@ -144,6 +144,10 @@ class ServingExecutor(Executor):
             if self._structure_changed:
                 break  # what is ready may be gone; the next round looks again
         return ready
+
+    def _can_be_served(self, entity: Any) -> bool:
+        """Is no callback of its group in the middle of something?"""
+        return not self._begun.hold_groups or bool(entity.callback_group.can_execute(entity))
 
     def _begin(self, entity: Any, rest: PendingCallback) -> None:
         if rest is not None:

@@ -223,7 +223,7 @@ class VirtualTimeExecutor(Spinning):
         """Call a timer if it is due, and become quiet again."""
         if self._entities.node_of(timer) is None:
             return  # destroyed since the instant began, or its node has left
-        if self._begun.hold_groups and not timer.callback_group.can_execute(timer):
+        if not self._can_be_served(timer):
             return
         self._is_serving = True
         try:
