@@ -13,8 +13,9 @@ What is random about one depends on the robot's seed and the number of the measu
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
+from types import MappingProxyType
 from typing import Any
 
 from bt_mission.core.diagnostics import did_you_mean, listed
@@ -171,11 +172,17 @@ _NONE: dict[str, PartFaults] = {
 class RobotFaultState:
     """What is wrong with one robot at present, part by part. Nothing, at the start.
 
-    `on_wheels` is called with every change of the wheels' faults.
+    `on_wheels` is called with every change of the wheels' faults. `lacks` says why parts that
+    others have cannot break here.
     """
 
-    def __init__(self, on_wheels: Callable[[WheelFaults], None]) -> None:
+    def __init__(
+        self,
+        on_wheels: Callable[[WheelFaults], None],
+        lacks: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
         self._on_wheels = on_wheels
+        self.lacks = lacks
         self.lidar = NO_LIDAR_FAULTS
         self.odometry = NO_ODOMETRY_FAULTS
         self.imu = ImuFaults()
@@ -188,6 +195,8 @@ class RobotFaultState:
 
         Raises FaultError where part, fault or value is not one of its.
         """
+        if part in self.lacks:
+            raise FaultError(self.lacks[part])
         now = self._of(part)
         known = [each.name for each in fields(now)]
         for name in changes:

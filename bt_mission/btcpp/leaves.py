@@ -271,7 +271,8 @@ def _attributes(
     if leaf.whole is not None:
         yield "whole", leaf.whole, value
     for attribute, key in leaf.settings.items():
-        yield "settings", attribute, value[key]
+        if key in value:  # else it is as by default, in XML, too
+            yield "settings", attribute, value[key]
     if leaf.fields is not None:
         yield from _fields(leaf, value, (*path, leaf.kind), refuse)
     if leaf.named:

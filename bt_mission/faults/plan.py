@@ -13,6 +13,7 @@ from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.fault import Fault, FaultInstance, FaultTarget
 from bt_mission.faults.faults import Faults
 from bt_mission.faults.planned import AfterStep, AtTime, PlannedFault, WhenTrue
+from bt_mission.faults.robot import Breakage
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.requirements import MissionNames
 from bt_mission.language.requirements.formula import Condition
@@ -78,7 +79,7 @@ class FaultPlan:
             stage.step_listeners.append(self._after_step)
 
     def problems(self) -> Iterator[FaultProblem]:
-        """Yield what planned faults name, and what is not there as the run begins."""
+        """Yield what planned faults name or break, and what is not there as the run begins."""
         for number, one in enumerate(self.planned):
             finders = self._finders(self._faults[number])
             for parameter in one.kind.parameters.values():
@@ -89,6 +90,10 @@ class FaultPlan:
                     finders[parameter.names](name)
                 except ScenarioError as error:
                     yield FaultProblem(number, str(error), name)
+            begin = self._faults[number].begin
+            lacks = self._stage.sim.simulation.faults.lacks
+            if isinstance(begin, Breakage) and begin.part in lacks:
+                yield FaultProblem(number, lacks[begin.part], one.kind.name)
             if isinstance(one.begins, WhenTrue):
                 yield from self._unknown(number, one.begins.condition)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -204,33 +204,32 @@ class RobotFaults(Maker):
         return _at_once(lambda robot: robot.shove((ahead, left), turn=turn))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Breakage:
-    """What is wrong with a part of the robot."""
+    """Breaks a part of the robot; where it ends, what earlier and later faults say counts again."""
 
     part: str
-    changes: dict[str, Any]
+    changes: Mapping[str, Any]
 
-
-def _broken(part: str, **changes: Any) -> Begin:
-    """Give what breaks a part; where it ends, what earlier and later faults say counts again."""
-
-    def begin(fault: FaultInstance) -> None:
+    def __call__(self, fault: FaultInstance) -> None:
+        """Begin."""
         faults = _robot(fault).faults
         with mistakes_of_test(fault.fault.what):
-            faults.set(part, **changes)
-        fault.made = made = Breakage(part, changes)
+            faults.set(self.part, **self.changes)
+        fault.made = self
 
         def mend() -> None:
-            faults.clear(part)
+            faults.clear(self.part)
             others = (one.made for one in fault.run.faults if one.ended_ns is None)
             for other in others:
-                if isinstance(other, Breakage) and other.part == part and other is not made:
-                    faults.set(part, **other.changes)
+                if isinstance(other, Breakage) and other.part == self.part and other is not self:
+                    faults.set(self.part, **other.changes)
 
         fault.undo(mend)
 
-    return begin
+
+def _broken(part: str, **changes: Any) -> Begin:
+    return Breakage(part, changes)
 
 
 def _at_once(act: Callable[[Any], None]) -> Begin:

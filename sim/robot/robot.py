@@ -53,7 +53,8 @@ class SimulatedRobot:
         self._qvel = data.qvel[joint.dofadr[0] : joint.dofadr[0] + 8]
         self._wheels = Wheels(model, physics.grip, prefix)
         self._pushes = Pushes(model, data, prefix)
-        self.faults = RobotFaultState(self._wheels.suffer)
+        lacks = {} if self.robot.camera else {"camera": f"a {self.robot.name} has no camera"}
+        self.faults = RobotFaultState(self._wheels.suffer, lacks)
         """What is broken."""
         motor = model.actuator(prefix + WHEELS[0]).id
         self._ctrl = data.ctrl[motor : motor + 2]

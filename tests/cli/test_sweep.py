@@ -117,7 +117,7 @@ def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(
     words = ("poison.yaml", "--vary", "bad=0,-1,-2,1", "--record-worst", "0")
     code, told, error = sweep(tmp_path, *words)
     assert code == 1
-    assert (told["succeeded"], told["errors"]) == (3, 1)
+    assert (told["succeeded"], told["errors"]) == (3, 1), error
     assert [one["reason"] for one in told["failures"]] == [
         "it has killed its worker 3 times, alone there"
     ]

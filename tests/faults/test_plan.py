@@ -109,6 +109,15 @@ def test_names_that_are_not_there_are_found_before_the_start(stage: Any) -> None
     assert problems[5].message.startswith("no node is named 'bak'")
 
 
+def test_a_part_that_the_robot_has_not_is_found_before_the_start(stage: Any) -> None:
+    """It cannot break, so the run does not say that it did."""
+    mission = TURNS.replace("tree:", "robot: burger\ntree:", 1)
+    _, plan = planned(stage, "at 1: imu_dead", "at 1: camera_dead lasting 1", mission=mission)
+    (problem,) = plan.problems()
+    assert (problem.number, problem.part) == (1, "camera_dead")
+    assert problem.message == "a burger has no camera"
+
+
 def test_looking_for_names_changes_nothing(stage: Any) -> None:
     """Not even of actions that are offered only when somebody asks for them."""
     run, plan = planned(stage, "at 100: kill_server spin")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from bt_mission.faults import FAULTS, Faults
-from bt_mission.testing.generators.faults import DRAWN, IN_LEAVES
+from bt_mission.faults.values import UNITS
+from bt_mission.search.kinds import GROUPS
+from bt_mission.testing.generators.faults import DRAWN, IN_LEAVES, OF_A_BOX
 
 
 def test_every_fault_of_tests_is_in_the_table() -> None:
-    """All 55, in the order of their areas; `clear` is none."""
+    """`clear` is none."""
     public = {
         name
         for base in Faults.__mro__
@@ -16,7 +18,6 @@ def test_every_fault_of_tests_is_in_the_table() -> None:
     }
     assert set(FAULTS) == public
     assert set(FAULTS) >= {*DRAWN, *IN_LEAVES}
-    assert len(FAULTS) == 55
 
 
 def test_every_fault_and_every_number_says_what_it_is() -> None:
@@ -28,6 +29,14 @@ def test_every_fault_and_every_number_says_what_it_is() -> None:
         for one in kind.parameters.values():
             if one.form in ("number", "integer", "numbers") and not one.unit:
                 assert one.name in bare | relative or kind.name == "camera_noise", one
+
+
+def test_every_unit_can_be_written_behind_its_number() -> None:
+    """And a search has a group for each fault that it may draw."""
+    units = {one.unit for kind in FAULTS.values() for one in kind.parameters.values()}
+    assert units - {""} <= set(UNITS)
+    grouped = {name for group in GROUPS.values() for name in group}
+    assert {*DRAWN, *IN_LEAVES} - {*OF_A_BOX, "spawn_box", "spawn_cylinder"} == grouped
 
 
 def test_how_a_fault_is_written_shows_units_and_choices() -> None:

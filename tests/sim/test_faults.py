@@ -33,6 +33,15 @@ def test_at_the_start_nothing_is_wrong(faults):
     assert faults.lidar is NO_LIDAR_FAULTS
 
 
+def test_a_part_that_is_not_there_cannot_break(wheels):
+    """But all is mended as ever."""
+    faults = RobotFaultState(wheels.append, {"camera": "a cart has no camera"})
+    with pytest.raises(FaultError, match=r"^a cart has no camera$"):
+        faults.set("camera", dead=True)
+    faults.clear()
+    assert faults.present == {}
+
+
 def test_what_is_not_named_stays_as_it_is(faults):
     """Noise is set, then death; one is taken away again."""
     faults.set("lidar", noise=0.1)

@@ -32,6 +32,7 @@ from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.base import (
     Path,
 )
+from bt_mission.language.nodes.decorators import TimeoutNode
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.permissions import ANYTHING, Permissions
@@ -194,9 +195,11 @@ def _tree_warnings(tree: Tree) -> Iterator[Diagnostic]:
     yield from cut_texts(document, tree.body)
     yield from unmoved_loops(document, tree)
     yield from unsure_cleanups(document, tree.body)
+    timeouts = (node for node in tree.body.walk() if isinstance(node, TimeoutNode))
+    bounded = {id(inner) for node in timeouts for inner in node.walk()}
     for node in tree.body.walk():
         endless = node.endless()
-        if endless is not None:
+        if endless is not None and id(node) not in bounded:
             message = f"{endless} has no timeout: it may take for ever"
             hint = "add 'timeout: SECONDS'"
             yield document.fault(node.path, message, hint, severity="warning")

@@ -241,7 +241,7 @@ class NodeModel(InFile, Written):
         return self.always
 
     def endless(self) -> str | None:
-        """What of it may take for ever, in words; None where nothing may."""
+        """What of it may take for ever without its `timeout`, in words; None where nothing may."""
         return None
 
     @property

@@ -28,6 +28,12 @@ def test_a_mission_without_oddities_has_no_warnings():
     assert load_text(text).warnings == ()
 
 
+def test_what_is_in_a_timeout_does_not_take_for_ever():
+    """Whatever is between them."""
+    tree = "  timeout: 9\n  do: {sequence: [{turn: {angle: 90}}, {spin: {target_yaw: 1.0}}]}\n"
+    assert load_text(f"mission: m\ntree:\n{tree}").warnings == ()
+
+
 def test_a_wait_for_a_message_without_a_limit_is_warned_of():
     """A call of a service has one of its own."""
     mission = load_text(

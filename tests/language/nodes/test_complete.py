@@ -72,7 +72,8 @@ def corpus(tmp_path: Path) -> Path:
 def test_a_kind_lacks_nothing(key: str, corpus: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its class tells the rest: form, values, variables, ends, label and details."""
     page = PAGE.read_text(encoding="utf-8")
-    assert list(lacking(key, corpus, page, capsys)) == ([XML] if key in ONLY_YAML else [])
+    found = list(lacking(key, corpus, page, capsys))
+    assert found == ([XML] if key in ONLY_YAML else []), "\n".join(found)
 
 
 def test_every_behaviour_has_hooks(corpus: Path) -> None:
