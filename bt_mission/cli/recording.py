@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from bt_mission.views.video.recorder import VideoRecorder
 
 
+PAGES = (".html", ".htm")
+
+
 class Summary(Protocol):
     """What a run came to."""
 
@@ -82,6 +85,9 @@ def refuse_recording(options: argparse.Namespace) -> None:
         raise BtMissionError(
             f"--record: recordings are MCAP files, call it {options.record.stem}.mcap"
         )
+    page = options.report
+    if page is not None and page.suffix.lower() not in PAGES and not _is_device(page):
+        raise BtMissionError(f"--report: a report is a page of HTML, call it {page.stem}.html")
     for path in filter(None, (options.report, options.video)):
         _refuse_folder(path)
     refuse_existing(options, options.record, options.report, options.video, options.trace)
@@ -89,7 +95,11 @@ def refuse_recording(options: argparse.Namespace) -> None:
 
 def is_recording_name(path: Path) -> bool:
     """Is this what a recording may be called? A device is no file, and may have any name."""
-    return path.suffix.lower() == ".mcap" or (path.exists() and not path.is_file())
+    return path.suffix.lower() == ".mcap" or _is_device(path)
+
+
+def _is_device(path: Path) -> bool:
+    return path.exists() and not path.is_file()
 
 
 def _refuse_folder(path: Path) -> None:

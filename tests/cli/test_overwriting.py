@@ -95,6 +95,17 @@ def test_a_recording_is_called_mcap(
     assert not path.exists()
 
 
+@pytest.mark.parametrize("name", ["x.txt", "x", "x.mcap"])
+def test_a_report_is_called_html(
+    name: str, mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No browser would take it for what it is; nothing is run."""
+    path = tmp_path / name
+    assert main(["run", mission, "--report", str(path)]) == 2
+    assert capsys.readouterr().err == "--report: a report is a page of HTML, call it x.html\n"
+    assert not path.exists()
+
+
 def test_a_recording_may_go_to_a_device(mission: str) -> None:
     """Which is no file, and has a name of its own."""
     assert main(["run", mission, "--json", "--record", "/dev/null"]) == 0
