@@ -226,24 +226,24 @@ class Monitors:
         source: SignalSource,
         on_violation: Callable[[Requirement, RequirementResult], None] = lambda *_: None,
     ) -> None:
-        self.monitors = [Monitor(one, source) for one in requirements]
+        self._monitors = [Monitor(one, source) for one in requirements]
         self._on_violation = on_violation
         self._watches = WatchedRoots(
-            {n: one.root for n, one in enumerate(self.monitors) if one.root is not None}
+            {n: one.root for n, one in enumerate(self._monitors) if one.root is not None}
         )
 
     def step(self, since_start_ns: int) -> None:
         """Take the next instant; all see the same, whatever is done about a violation."""
         violated = self._watches.step(since_start_ns)
         for number in violated:
-            self.monitors[number].violated_ns = since_start_ns
+            self._monitors[number].violated_ns = since_start_ns
         for number in violated:
-            self._tell(self.monitors[number])
+            self._tell(self._monitors[number])
 
     def finish(self, *, is_complete: bool = True) -> None:
         """End the run; what is violated only by its end is told now."""
         self._watches.clear()
-        for monitor in self.monitors:
+        for monitor in self._monitors:
             monitor.finish(is_complete=is_complete)
             if monitor.result.verdict == "violated":
                 self._tell(monitor)
@@ -252,6 +252,12 @@ class Monitors:
         if not monitor.is_told:
             monitor.is_told = True
             self._on_violation(monitor.requirement, monitor.result)
+
+    @property
+    def monitors(self) -> Sequence[Monitor]:
+        """Each requirement by itself, as it is now."""
+        self._watches.catch_up()
+        return self._monitors
 
     @property
     def results(self) -> tuple[RequirementResult, ...]:

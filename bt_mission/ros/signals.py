@@ -87,6 +87,7 @@ class TopicSignal:
 
     Attributes:
         is_read: Does anybody want more of it than its arrival? Set before the first look.
+        is_heard: Was it subscribed to, or found to be of a type that cannot be?
     """
 
     is_read = False
@@ -97,14 +98,14 @@ class TopicSignal:
         self.problem = ""
         self._runner = runner
         self._topic = topic
-        self._is_heard = False
+        self.is_heard = False
         self._waits = 0
         self.listeners: list[Callable[[Any], object]] = []
         """Called with each message."""
 
     def look(self, again_after: int = LOOK_EVERY) -> None:
         """Subscribe as soon as somebody publishes the topic; else look again after some calls."""
-        if self._is_heard:
+        if self.is_heard:
             return
         self._waits -= 1
         if self._waits > 0:
@@ -115,7 +116,7 @@ class TopicSignal:
         types = {one.topic_type for one in node.get_publishers_info_by_topic(name)}
         if not types:
             return
-        self._is_heard = True
+        self.is_heard = True
         try:
             kind = LatestMessageSubscriber if self.is_read else SerializedSubscriber
             self._runner.subscriber(self._topic, min(types), kind).listen(self._take)
@@ -139,6 +140,7 @@ class LiveSignals:
         self._runner = runner
         self._executive = runner.executive
         self._topics: dict[str, TopicSignal] = {}
+        self._unheard: list[TopicSignal] = []
         self._readers: dict[str, Reader | str] = {}
         self._status: dict[Behaviour, Status] = {one: one.status for one in self._executive.nodes}
         self._seen: defaultdict[Behaviour, set[Status]] = defaultdict(set)
@@ -190,13 +192,15 @@ class LiveSignals:
 
     def listen(self) -> None:
         """Subscribe to the topics that are there, so that the first control step has heard them."""
-        for topic in self._topics.values():
+        for topic in self._unheard:
             topic.look(again_after=0)
 
     def step(self) -> None:
         """Look for topics that are not there yet; called before each control step."""
-        for topic in self._topics.values():
-            topic.look()
+        if self._unheard:
+            for topic in self._unheard:
+                topic.look()
+            self._unheard = [topic for topic in self._unheard if not topic.is_heard]
 
     def forget(self) -> None:
         """Forget what nodes went through; called after each control step."""
@@ -261,6 +265,7 @@ class LiveSignals:
         """Return the newest message of a topic; it is subscribed to once."""
         if name not in self._topics:
             self._topics[name] = TopicSignal(self._runner, name)
+            self._unheard.append(self._topics[name])
         return self._topics[name]
 
     def _age(self, topic: str) -> Reader:

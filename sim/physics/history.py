@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import copy
 import math
+import struct
 from dataclasses import dataclass
 
 import mujoco
@@ -105,9 +106,13 @@ class Reviewer:
             self._shown = state
 
 
+_FREE_POSE, _FREE_VELOCITY = struct.Struct("7d"), struct.Struct("6d")
+"""Coordinates of a free joint; read so, they take half the time of an array's slice."""
+
+
 def pose_of(qpos: npt.NDArray[np.float64]) -> tuple[float, float, float]:
     """Return the pose of a robot whose coordinates these are: x m, y m, yaw rad."""
-    x, y, _, qw, qx, qy, qz = qpos[:7].tolist()
+    x, y, _, qw, qx, qy, qz = _FREE_POSE.unpack_from(qpos.data)
     return x, y, math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
 
 
@@ -115,6 +120,8 @@ def velocity_of(
     qpos: npt.NDArray[np.float64], qvel: npt.NDArray[np.float64]
 ) -> tuple[float, float]:
     """Return the velocity of a robot whose coordinates these are: ahead m/s, left turn rad/s."""
-    vx, vy, *_, turn = qvel[:6].tolist()
-    _, _, yaw = pose_of(qpos)
-    return vx * math.cos(yaw) + vy * math.sin(yaw), turn
+    _, _, _, qw, qx, qy, qz = _FREE_POSE.unpack_from(qpos.data)
+    vx, vy, _, _, _, turn = _FREE_VELOCITY.unpack_from(qvel.data)
+    # Along and across the heading, with the length of (cos yaw, sin yaw) still in them.
+    ahead, across = 1 - 2 * (qy * qy + qz * qz), 2 * (qw * qz + qx * qy)
+    return (vx * ahead + vy * across) / (math.hypot(ahead, across) or 1.0), turn

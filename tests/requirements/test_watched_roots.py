@@ -19,6 +19,7 @@ SETS = 150
 SIMPLE = (
     "always x < {}",
     "never x > {}",
+    "always y > {}",
     "eventually y > {}",
     "eventually within 0.3 s: x > {}",
     "always for 0.3 s: y >= {}",
@@ -68,13 +69,24 @@ def drawn_set(draw: random.Random) -> list[Requirement]:
 
 
 def drawn_values(draw: random.Random) -> list[dict[str, float | bool | None]]:
-    """Signals at every control step: noise, plain numbers of which many are equal, and gaps."""
-    is_noisy, has_gaps = draw.random() < 0.5, draw.random() < 0.3
+    """Signals at every control step: noise, plain numbers of which many are equal, and gaps.
+
+    Some creep, by steps that a margin may be too coarse to show.
+    """
+    kind = draw.choice(("noise", "noise", "plain", "plain", "creeping"))
+    has_gaps = draw.random() < 0.3
+    place, ahead = draw.uniform(-0.1, 0.1), draw.choice((-1, 1))
 
     def number() -> float | None:
+        nonlocal place
         if has_gaps and draw.random() < 0.2:
             return None
-        return draw.gauss(0, 1) if is_noisy else draw.randint(-2, 2) / 2
+        if kind == "creeping":
+            place += draw.choice((0, 1e-18, 1e-17, 3e-10, 1e-3)) * draw.choice(
+                (ahead, ahead, -ahead)
+            )
+            return place
+        return draw.gauss(0, 1) if kind == "noise" else draw.randint(-2, 2) / 2
 
     return [
         {"x": number(), "y": number(), "running('a')": draw.random() < 0.5}
@@ -88,10 +100,11 @@ def _teller(told: list[str]) -> Callable[[Requirement, RequirementResult], None]
 
 @pytest.mark.parametrize("batch", range(BATCHES))
 def test_together_they_come_to_what_each_comes_to_alone(batch: int) -> None:
-    """Verdicts, margins and instants are the same at every step, and are told in the same order."""
+    """Verdicts, margins and instants are the same at any step, and are told in the same order."""
     draw = random.Random(f"together {batch}")
     for _ in range(SETS):
         wanted, signals = drawn_set(draw), SharedSignals()
+        looks_often = draw.random() < 0.5
         alone = [Monitor(one, signals) for one in wanted]
         told: list[str] = []
         together = Monitors(wanted, signals, _teller(told))
@@ -107,8 +120,9 @@ def test_together_they_come_to_what_each_comes_to_alone(batch: int) -> None:
                 for one, was_ns in zip(alone, before, strict=True)
                 if one.violated_ns != was_ns
             ]
-            assert together.results == tuple(one.result for one in alone)
             assert told == expected
+            if looks_often or draw.random() < 0.1:  # what nobody asks for may be left for later
+                assert together.results == tuple(one.result for one in alone)
         is_complete = draw.random() < 0.5
         for monitor in alone:
             monitor.finish(is_complete=is_complete)
