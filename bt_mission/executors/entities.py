@@ -136,6 +136,14 @@ class Entities:
             return (node.resolve_topic_name(end._action_name),)
         return self._offered[node.get_fully_qualified_name(), end._action_type]
 
+    def offers(self, action: str) -> bool:
+        """Does one of the nodes serve the action of this full name?"""
+        return action in self._actions
+
+    @cached_property
+    def _actions(self) -> frozenset[str]:
+        return frozenset(name for names in self._offered.values() for name in names)
+
     @cached_property
     def _offered(self) -> dict[tuple[str, Any], tuple[str, ...]]:
         found: dict[tuple[str, Any], tuple[str, ...]] = {}

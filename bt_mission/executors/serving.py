@@ -103,6 +103,14 @@ class ServingExecutor(Executor):
         """The full names of the actions that one end of an action can be of."""
         return self._entities.actions_of(end)
 
+    def offers(self, action: str) -> bool:
+        """Is the action of this full name surely served by one of the nodes?
+
+        Where it is not known at the moment, as after a change, the answer is no. To ask the graph
+        takes the longer the more there is in it.
+        """
+        return not self._structure_changed and self._entities.offers(action)
+
     # ---- inside --------------------------------------------------------------------------
 
     @abstractmethod

@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
+from bt_mission.executors.serving import ServingExecutor
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.ros.clients import RosClient
 from bt_mission.ros.graph import REQUESTS
@@ -108,6 +109,9 @@ class RosGoalClient(RosClient):
 
     def is_ready(self) -> bool:
         """Is a server in the graph, with all its services and topics matched?"""
+        executor = self._node.executor
+        if isinstance(executor, ServingExecutor) and executor.offers(self.name):
+            return True
         return bool(self._client.server_is_ready())
 
     def send(self, goal: Goal, request: Any) -> None:

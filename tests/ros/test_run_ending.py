@@ -32,6 +32,9 @@ try:
                 is_said = True
 except (KeyboardInterrupt, ExternalShutdownException):
     pass
+except TypeError as error:  # what rclpy makes of an interrupt while it converts a message
+    if not isinstance(error.__cause__, KeyboardInterrupt):
+        raise
 phases = {str(goal.phase) for goal in goals}
 print(runner.status, phases, runner.report().reason, sep="; ", flush=True)
 """

@@ -1,0 +1,30 @@
+"""Which actions an executor knows to be served, without asking the graph."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bt_mission_interfaces.action import Turn
+from rclpy.action import ActionServer
+
+
+def test_an_action_of_a_node_that_is_served_is_offered(rig: Any) -> None:
+    """By its full name, until its server or its node is gone; a change is not known at once."""
+    node = rig.node("server")
+    server = ActionServer(node, Turn, "turn", lambda _: Turn.Result())
+    assert not rig.executor.offers("/turn")
+    rig.executor.run_until_quiet()
+    assert [rig.executor.offers(name) for name in ("/turn", "turn", "/spin")] == [
+        True,
+        False,
+        False,
+    ]
+    server.destroy()
+    assert not rig.executor.offers("/turn")
+    rig.executor.run_until_quiet()
+    assert not rig.executor.offers("/turn")
+    ActionServer(node, Turn, "turn", lambda _: Turn.Result())
+    rig.executor.run_until_quiet()
+    rig.executor.remove_node(node)
+    rig.executor.run_until_quiet()
+    assert not rig.executor.offers("/turn")
