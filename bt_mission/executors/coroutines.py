@@ -20,7 +20,7 @@ _PENDING = getattr(getattr(rclpy_task, "FutureState", None), "PENDING", None)
 
 
 def _is_pending(future: Future) -> bool:
-    """Has it neither come nor been canceled? To ask rclpy for both takes five times as long."""
+    """Has it neither come nor been canceled? To ask rclpy takes two calls."""
     if _PENDING is None:
         return not (future.done() or future.cancelled())
     return future._state is _PENDING

@@ -91,9 +91,10 @@ class FaultPlan:
                 except ScenarioError as error:
                     yield FaultProblem(number, str(error), name)
             begin = self._faults[number].begin
-            lacks = self._stage.sim.simulation.faults.lacks
-            if isinstance(begin, Breakage) and begin.part in lacks:
-                yield FaultProblem(number, lacks[begin.part], one.kind.name)
+            if isinstance(begin, Breakage):
+                why = self._stage.sim.simulation.faults.lacks.get(begin.part)
+                if why:
+                    yield FaultProblem(number, why, one.kind.name)
             if isinstance(one.begins, WhenTrue):
                 yield from self._unknown(number, one.begins.condition)
 

@@ -120,19 +120,20 @@ class CommandWatch:
         """
         taken = COMMAND_TYPES[self._node.command_type]
         other = "plain" if self._node.command_type == "stamped" else "stamped"
+        found: set[tuple[str, str, str]] = set()
         for robot in self._node.robots:
             topic = self._node.resolve_topic_name(f"{robot.prefix}cmd_vel")
             publishers = self._node.get_publishers_info_by_topic(topic)
-            lost = {(topic, *one) for one in unheard(publishers, {taken}).items()}
-            unnamed = {one for one in lost if UNNAMED in one}
-            lost -= unnamed - self._unnamed
-            self._unnamed |= unnamed
-            for _, who, sent in sorted(lost - self._told):
-                log_of(self._node).warning(
-                    f"{topic}: {who} publishes {sent}, but the robot takes {taken}, so it does not "
-                    f"hear; have {who} publish that, or start with --cmd-vel-type {other}"
-                )
-            self._told |= lost
+            found |= {(topic, *one) for one in unheard(publishers, {taken}).items()}
+        unnamed = {one for one in found if UNNAMED in one}
+        lost = found - (unnamed - self._unnamed) - self._told
+        for topic, who, sent in sorted(lost):
+            log_of(self._node).warning(
+                f"{topic}: {who} publishes {sent}, but the robot takes {taken}, so it does not "
+                f"hear; have {who} publish that, or start with --cmd-vel-type {other}"
+            )
+        self._told |= lost
+        self._unnamed = unnamed
 
 
 def _names(node: SimNode) -> str:

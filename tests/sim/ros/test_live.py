@@ -177,13 +177,8 @@ def test_who_commands_in_vain_is_named(beside):
     assert "--cmd-vel-type plain" in said
 
 
-@pytest.mark.parametrize(
-    ("name", "who"), [("late", "/late"), (None, "a node whose name is not known yet")]
-)
-def test_a_node_without_a_name_is_told_of_at_the_second_look(name, who):
-    """The graph may learn of a publisher before it learns of its node; each is told of once."""
-    unknown = ("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")
-    names = [unknown, *([(name, "/") if name else unknown] * 3)]
+def said_at_each_look(names: list[tuple[str, str]]) -> tuple[list[int], list[str]]:
+    """How many warnings there were after each look at a publisher of this name, and they."""
     there: list[SimpleNamespace] = []
     told: list[str] = []
     node: Any = SimpleNamespace(
@@ -199,8 +194,24 @@ def test_a_node_without_a_name_is_told_of_at_the_second_look(name, who):
         there[:] = [SimpleNamespace(node_name=one, node_namespace=space, topic_type=kind)]
         watch.look()
         counts.append(len(told))
+    return counts, told
+
+
+@pytest.mark.parametrize(
+    ("name", "who"), [("late", "/late"), (None, "a node whose name is not known yet")]
+)
+def test_a_node_without_a_name_is_told_of_at_the_second_look(name, who):
+    """The graph may learn of a publisher before it learns of its node; each is told of once."""
+    unknown = ("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")
+    counts, told = said_at_each_look([unknown, *([(name, "/") if name else unknown] * 3)])
     assert counts == [0, 1, 1, 1]
     assert f"/cmd_vel: {who} publishes geometry_msgs/msg/Twist, but" in told[0]
+
+
+def test_another_node_without_a_name_has_a_second_look_of_its_own():
+    """Though one before it had none, either, for a while."""
+    unknown = ("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")
+    assert said_at_each_look([unknown, ("one", "/"), unknown, ("two", "/")])[0] == [0, 1, 1, 2]
 
 
 def test_commands_of_the_type_that_a_parameter_names_are_taken(beside):
