@@ -19,6 +19,7 @@ from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Goal, GoalClient
 from bt_mission.goals.outcome import AttemptResult, Outcome
+from bt_mission.goals.progress_bounds import ProgressBounds
 from bt_mission.language.expressions.expression import is_constant
 from bt_mission.language.nodes.action import GoalNode
 
@@ -52,6 +53,7 @@ class ActionLeaf(ClientLeaf):
         super().__init__(node, values)
         self.attempt: Attempt | None = None
         self._target: tuple[str, float] | None = None
+        self._progress_bounds: ProgressBounds | None = None
         self._limits = Limits()
         self._lasting: _Lasting | None = None
         self._started_ns = 0
@@ -80,6 +82,7 @@ class ActionLeaf(ClientLeaf):
             if is_constant(sent):
                 self._lasting = _Lasting(node, client, request, limits if are_lasting else None)
         self._target = self._values.target(node.cancel_when)
+        self._progress_bounds = None
         self._started_ns = self._runtime.now_ns
         self.attempt = Attempt(
             client,
@@ -193,7 +196,10 @@ class ActionLeaf(ClientLeaf):
 
     @property
     def progress(self) -> LeafProgress | None:
-        """Towards the bound of the condition, else towards the timeout; None without either."""
+        """Towards the condition's bound, else by the goal's own measure, else towards the timeout.
+
+        The goal's own measure is what :class:`ProgressBounds` finds, such as the angle turned.
+        """
         if self.status is not Status.RUNNING or self.attempt is None:
             return None
         feedback = self.attempt.feedback
@@ -201,6 +207,12 @@ class ActionLeaf(ClientLeaf):
             label, limit = self._target
             value = float(read_field(feedback, label))
             return LeafProgress(label, value, limit) if math.isfinite(value) else None
+        if feedback is not None and (goal := self.attempt.goal) is not None:
+            if self._progress_bounds is None:
+                self._progress_bounds = ProgressBounds(scalars(goal.request))
+            measure = self._progress_bounds.measure(scalars(feedback))
+            if measure is not None:
+                return LeafProgress(*measure)
         if self._limits.goal is not None:
             elapsed_s = (self._runtime.now_ns - self._started_ns) / 1e9
             return LeafProgress("s", elapsed_s, self._limits.goal)

@@ -9,8 +9,8 @@ from rich.table import Table
 from rich.text import Text
 
 from bt_mission.core.text import can_encode
+from bt_mission.goals.progress_bounds import ProgressBounds
 from bt_mission.graph_tools.interface_description import InterfaceDescription
-from bt_mission.graph_tools.progress_bounds import ProgressBounds
 from bt_mission.graph_tools.values import SHOWN_ITEMS, flat, plain, short
 
 BAR_WIDTH = 20

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from bt_mission_interfaces.action import Turn
 
+from bt_mission.behaviours.leaves import LeafProgress
 from bt_mission.ros.interface_types import fill
 
 
@@ -228,6 +229,17 @@ def test_progress_is_measured_towards_the_conditions_bound(play: Any) -> None:
         15.0,
         45.0,
     )
+
+
+def test_progress_without_a_condition_is_the_goals_own_measure(play: Any) -> None:
+    """The angle turned of the angle to turn, rather than the time of the timeout."""
+    story = play("  turn: {angle: -90}\n  timeout: 10")
+    story.tick()
+    story.turn.goal.request = Turn.Goal(angle=-90.0)
+    story.turn.accept()
+    story.turn.feed(feedback(-15.0, -75.0))
+    story.tick()
+    assert story.root.progress == LeafProgress("current_angle", 15.0, 90.0)
 
 
 def after_turning(play: Any, angle: float, *node: str) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bt_mission.graph_tools.progress_bounds import ProgressBounds
+from bt_mission.goals.progress_bounds import ProgressBounds
 
 
 def test_a_twin_that_says_what_is_left_gives_the_sum() -> None:
@@ -47,3 +47,17 @@ def test_texts_truths_and_what_is_not_finite_have_no_bar() -> None:
     gauges = ProgressBounds({"angle": 0.0}, {}, {})
     read = {"state": "x", "angle": 1.0, "remaining": float("inf"), "left": True}
     assert gauges.read(read) == {}
+
+
+def test_a_goals_own_measure_grows() -> None:
+    """The number that is done, before the one that is left, whatever comes first."""
+    turn = ProgressBounds({"angle": -90.0})
+    assert turn.measure({"remaining_angle": -60.0, "current_angle": -30.0}) == (
+        "current_angle",
+        30.0,
+        90.0,
+    )
+    drive = ProgressBounds({})
+    assert drive.measure({"distance_remaining": 4.0}) == ("distance", 0.0, 4.0)
+    assert drive.measure({"distance_remaining": 1.0}) == ("distance", 3.0, 4.0)
+    assert drive.measure({"closest_obstacle": 1.0}) is None

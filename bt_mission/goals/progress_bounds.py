@@ -1,4 +1,4 @@
-"""How far feedback has come: the bound of a number, where the goal or the feedback tells it."""
+"""The progress of a goal: the bound of a number of its feedback, from the goal or the feedback."""
 
 from __future__ import annotations
 
@@ -19,18 +19,20 @@ class ProgressBounds:
     and unit; what it was at most, for what is left. Else there is none.
 
     Args:
-        goal: The goal's numbers by dotted name; :param units: of goal and feedback.
+        goal: The goal's fields by dotted name; those that are no numbers do not count.
+        goal_units: Units of the goal's fields, where they are known.
+        feedback_units: Units of the feedback's fields, where they are known.
     """
 
     def __init__(
         self,
         goal: Mapping[str, Any],
-        goal_units: Mapping[str, str],
-        feedback_units: Mapping[str, str],
+        goal_units: Mapping[str, str] | None = None,
+        feedback_units: Mapping[str, str] | None = None,
     ) -> None:
         self._goal = {name: value for name, value in goal.items() if is_number(value)}
-        self._goal_units = goal_units
-        self._units = feedback_units
+        self._goal_units = goal_units or {}
+        self._units = feedback_units or {}
         self._most: dict[str, float] = {}
 
     def read(self, feedback: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
@@ -43,6 +45,20 @@ class ProgressBounds:
             if bound > 0:
                 found[name] = (value, bound)
         return found
+
+    def measure(self, feedback: Mapping[str, Any]) -> tuple[str, float, float] | None:
+        """The goal's own measure: a field, how much of it is done, and the whole; None without.
+
+        Of several numbers with a bound, the first one that grows. A number that says what is left
+        counts as the part of its largest value that is done, under its name without that word:
+        ``distance_remaining`` gives ``distance``.
+        """
+        left = None
+        for name, (value, bound) in self.read(feedback).items():
+            if not _words(name) & LEFT_WORDS:
+                return name, abs(value), bound
+            left = left or (_without_left(name), bound - abs(value), bound)
+        return left
 
     def _bound(self, name: str, numbers: Mapping[str, float]) -> float:
         twin = _twin(name, numbers)
@@ -77,6 +93,13 @@ def _twin(name: str, numbers: Mapping[str, float]) -> str | None:
         if other != name and theirs & other_words and theirs - DONE_WORDS - LEFT_WORDS == core:
             return other
     return None
+
+
+def _without_left(name: str) -> str:
+    """A field's name without the words for what is left."""
+    path, dot, last = name.rpartition(".")
+    kept = [word for word in last.split("_") if word.lower() not in LEFT_WORDS]
+    return f"{path}{dot}{'_'.join(kept)}" if kept else name
 
 
 def _words(name: str) -> frozenset[str]:
