@@ -8,7 +8,7 @@ from typing import Any
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import escape_control
 from bt_mission.events.events import GoalChanged, MissionStarted
-from bt_mission.events.messages import Map
+from bt_mission.events.messages import Changes, Map, NodeStatus, Statuses, Told
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.watched_mission import targets
 from bt_mission.views.web import encoding
@@ -17,6 +17,9 @@ from bt_mission.views.web.revisions import RevisedValues
 
 SERIES_VALUES = 2_000
 """Values of a variable that are kept against time; beyond it every second one is dropped."""
+
+MOST_CHANGES = 20_000
+"""Changes of nodes that are kept for pages that open late; beyond it, the last of each node."""
 
 Series = list[tuple[float, float]]
 """Values of a variable with their times, s since the mission's start."""
@@ -37,6 +40,8 @@ class Board:
         self._variables: RevisedValues[str] = RevisedValues()
         self._robot: RevisedValues[str] = RevisedValues()
         self._log = LogLines()
+        self._changes: list[list[Any]] = []
+        self._changes_begin: float | None = None
         self._tree: MissionStarted | None = None
         self._told_tree: dict[str, Any] | None = None
         self._tree_revision = self._values_revision = 1
@@ -71,6 +76,23 @@ class Board:
         self._advance(self._log.show(mission.log, start_ns, self._next))
         self.put("requirements", [encoding.requirement(one) for one in mission.requirements])
 
+    def remember(self, mission: MissionState, messages: Iterable[Told]) -> None:
+        """Keep the changes of nodes in these messages, for pages that open later.
+
+        Args:
+            mission: The mission after these messages, which :meth:`show` has shown.
+        """
+        if (tree := mission.tree) is None:
+            return
+        for message in messages:
+            match message:
+                case Changes(time_ns, run, sequence, rows) if run == tree.run:
+                    self._add_changes(tree, time_ns, rows, is_first=sequence == 1)
+                case Statuses(run, _, rows) if run == tree.run:
+                    self._add_changes(tree, mission.now_ns, rows, is_first=False)
+        if len(self._changes) > MOST_CHANGES:
+            self._forget_changes()
+
     def show_robot(self, mission: MissionState, *, has_moved: bool = True) -> None:
         """Show the robot and its map, for pages that have the map open.
 
@@ -103,6 +125,7 @@ class Board:
         told: dict[str, Any] = self._parts.since(revision) | self._log.since(revision)
         if self._tree_revision > revision:
             told["tree"] = self._told_tree
+            told["past"] = {"begin": self._changes_begin, "changes": self._changes}
         if self._values_revision > revision:
             told["values_are_new"] = True
         if nodes := self._nodes.since(revision):
@@ -130,10 +153,29 @@ class Board:
         self._tree, self._tree_revision = tree, self._next
         self._told_tree = None if tree is None else encoding.tree(tree)
         self._nodes.clear()
+        self._changes, self._changes_begin = [], None
         if not self._has_series:
             self._series.clear()
         self._forget_values()
         self.revision += 1
+
+    def _add_changes(
+        self, tree: MissionStarted, time_ns: int, rows: Iterable[NodeStatus], *, is_first: bool
+    ) -> None:
+        time_s = (time_ns - tree.time_ns) / NS
+        if self._changes_begin is None:
+            self._changes_begin = 0.0 if is_first else time_s
+        self._changes += (
+            [time_s, row.node, encoding.STATUS_CODES[row.status], escape_control(row.message)]
+            for row in rows
+        )
+
+    def _forget_changes(self) -> None:
+        """Join the older half of the changes into one for each node, at the time of the last."""
+        old, kept = self._changes[: MOST_CHANGES // 2], self._changes[MOST_CHANGES // 2 :]
+        self._changes_begin = begin = old[-1][0]
+        last = {index: [begin, index, status, message] for _, index, status, message in old}
+        self._changes = [*last.values(), *kept]
 
     def _forget_values(self) -> None:
         self._values_revision = self._next

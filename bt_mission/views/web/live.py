@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import messages
@@ -81,16 +81,19 @@ class LiveMission:
         self._look_round()
         source, watched = self._attachment.source, self._watched
         touched: Iterable[int] | None = ()
+        received: Sequence[messages.Told] = ()
         if source is not None:
             source.watch_camera(is_on=panels.camera)
             heard = source.take(needs_statuses=watched.mission.needs_statuses)
             watched.take(heard, self._wall.elapsed_s)
             for answer in heard.answers:
                 self._notices.say(watched.with_names(answer.text))
-            touched = touched_by(heard.messages)
+            received = heard.messages
+            touched = touched_by(received)
             self._has_moved |= bool(heard.robot)
             self._show_image(heard.image)
         self.board.show(watched.mission, touched)
+        self.board.remember(watched.mission, received)
         if panels.map:
             self.board.show_robot(watched.mission, has_moved=self._has_moved)
             self._has_moved = False

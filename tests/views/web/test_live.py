@@ -9,6 +9,7 @@ import pytest
 
 from bt_mission.events import messages
 from bt_mission.events.events import GoalChanged
+from bt_mission.views.web import board
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.shown_mission import OpenPanels
 from tests.support.watched import S, ScriptedExecutive, ScriptedGraph
@@ -60,3 +61,26 @@ def test_what_is_no_place_is_left_out_of_the_map() -> None:
     )
     shown.look(OpenPanels(map=True))
     assert shown.board.robot_since(0)["scan"] == []
+
+
+def test_the_changes_of_nodes_are_kept_for_pages_that_open_late(
+    executive: ScriptedExecutive, shown: LiveMission, monkeypatch: pytest.MonkeyPatch
+):
+    """All of them since the start; of older ones beyond a bound, the last of each node."""
+    monkeypatch.setattr(board, "MOST_CHANGES", 4)
+    executive.change(1.0, drive="running")
+    executive.change(1.0, drive="failure: blocked", turn_away="running")
+    shown.look(OpenPanels())
+    past = shown.board.since(0)["past"]
+    drive, turn = [3, 1, ""], [4, 1, ""]
+    assert past == {
+        "begin": 0.0,
+        "changes": [[1.0, *drive], [2.0, 3, 3, "blocked"], [2.0, *turn]],
+    }
+    executive.change(1.0, drive="running")
+    executive.change(1.0, drive="success")
+    shown.look(OpenPanels())
+    assert shown.board.since(0)["past"] == {
+        "begin": 2.0,
+        "changes": [[2.0, 3, 3, "blocked"], [2.0, *turn], [3.0, *drive], [4.0, 3, 2, ""]],
+    }

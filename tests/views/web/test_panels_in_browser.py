@@ -8,8 +8,12 @@ import pytest
 
 from bt_mission.events import messages
 from bt_mission.events.events import GoalChanged
-from tests.support.browser import BROWSER
+from bt_mission.views.web.live import LiveMission
+from bt_mission.views.web.server import WebServer
+from bt_mission.views.web.shown_mission import OpenPanels
+from tests.support.browser import BROWSER, Page
 from tests.support.watched import S, ScriptedExecutive
+from tests.support.web_pages import serve
 from tests.support.web_screen import Screen
 
 pytestmark = [
@@ -39,7 +43,7 @@ def test_the_history_since_the_page_was_opened_can_be_looked_at(
         )
         await screen.until("document.getElementById('node-3').dataset.status === 'running'")
         assert await screen.look("document.getElementById('node-4').dataset.status") == "idle"
-        await screen.shows("at", "the past; the mission goes on")
+        await screen.shows("at", "the past; the mission is running")
         executive.change(1.0, turn_away="failure: no room")
         await screen.click("live")
         await screen.until("document.getElementById('node-4').dataset.status === 'failure'")
@@ -47,8 +51,38 @@ def test_the_history_since_the_page_was_opened_can_be_looked_at(
     on_page(scene)
 
 
+def test_a_page_opened_after_the_end_goes_back_through_the_run(
+    chromium: Page, shown: LiveMission, executive: ScriptedExecutive
+):
+    """The server sends it the changes of nodes since the mission's start."""
+    executive.change(1.0, look_around="running")
+    executive.change(2.0, look_around="success", drive="running")
+    executive.change(1.0, drive="failure: blocked", explore="failure")
+    executive.stand("failure", "blocked")
+    shown.look(OpenPanels())
+
+    async def scene(server: WebServer) -> None:
+        screen = Screen(chromium)
+        await screen.visit(server.link)
+        await screen.until("document.getElementById('node-3')?.dataset.status === 'failure'")
+        await screen.shows("at", "the end")
+        await screen.look(
+            "(() => { const range = document.getElementById('time'); range.value = 2;"
+            " range.dispatchEvent(new Event('input')); })()"
+        )
+        statuses = "[...document.querySelectorAll('.row')].map((row) => row.dataset.status)"
+        await screen.until(f"{statuses}[1] === 'running'")
+        assert await screen.look(statuses) == ["idle", "running", "idle", "idle", "idle"]
+        assert await screen.look("document.getElementById('time').min") == "0"
+        await screen.shows("at", "the past")
+
+    serve(shown, scene)
+    assert chromium.problems == []
+    chromium.visit("about:blank", width=800, height=600)
+
+
 def test_values_goals_requirements_and_the_map(on_page: Any, executive: ScriptedExecutive):
-    """A variable against time; a map only while it is open."""
+    """A variable against time; the map, which is open where there is room."""
 
     async def scene(screen: Screen) -> None:
         goal = GoalChanged("0123456789", "/drive", "drive", S, S, "active", ((1.0, 1.0),))
@@ -68,7 +102,6 @@ def test_values_goals_requirements_and_the_map(on_page: Any, executive: Scripted
             (messages.FrameTransform("map", "base_link", 1.5, 0.25, 0.0),),
             messages.Map(1.0, 3, 2, 0.0, 0.0, 0.0, bytes([0, 100, 0, 255, 0, 0])),
         )
-        await screen.click("map-toggle")
         await screen.shows("map-title", "Map: x 1.50  y 0.25 m")
         painted = (
             "(() => { const map = document.getElementById('map');"
@@ -88,7 +121,6 @@ def test_zones_and_waypoints_are_on_the_map(on_page: Any, executive: ScriptedExe
             messages.Map(1.0, 4, 4, 0.0, 0.0, 0.0, bytes(16)),
             messages.Zones((messages.ZoneDisc(HOSTILE, 1.0, 1.0, 0.5, "#00c000"),)),
         )
-        await screen.click("map-toggle")
         share = (
             "(() => { const map = document.getElementById('map');"
             " const copy = new OffscreenCanvas(map.width, map.height);"
@@ -192,3 +224,25 @@ def test_no_text_is_ever_markup(on_page: Any, executive: ScriptedExecutive):
         assert "owned" not in await screen.look("document.title.replace(/<.*>/g, '')")
 
     on_page(scene)
+
+
+def test_where_there_is_no_room_the_map_is_closed_and_the_tree_comes_before_the_buttons(
+    chromium: Page, shown: LiveMission, executive: ScriptedExecutive
+):
+    """On a phone; the buttons keep their names for screen readers."""
+    executive.show((messages.FrameTransform("map", "base_link", 1.5, 0.25, 0.0),))
+
+    async def scene(server: WebServer) -> None:
+        screen = Screen(chromium)
+        await screen.visit(server.link, width=390, height=800)
+        await screen.until("document.querySelectorAll('.row').length === 5")
+        top = "document.getElementById({!r}).getBoundingClientRect().top"
+        assert await screen.look(f"{top.format('tree')} < {top.format('pause')}")
+        assert await screen.look("document.getElementById('pause').textContent") == "Pause"
+        assert await screen.look("document.getElementById('map').hidden")
+        await screen.click("map-toggle")
+        await screen.shows("map-title", "Map: x 1.50  y 0.25 m")
+
+    serve(shown, scene)
+    assert chromium.problems == []
+    chromium.visit("about:blank", width=800, height=600)

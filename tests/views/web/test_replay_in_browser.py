@@ -69,7 +69,7 @@ def test_it_is_moved_in_by_buttons_and_keys(chromium: Page):
         await screen.key("p")
         await screen.shows("play", "Pause")
         await screen.key("p")
-        await screen.until("document.getElementById('play').textContent === 'Play'")
+        await screen.until("document.getElementById('play').innerText.trim() === 'Play'")
 
     play(chromium, scene, None)
 

@@ -116,7 +116,7 @@ function draw() {
     if ("grid" in store.robot && store.robot.grid !== map.grid) { map.grid = store.robot.grid; map.takeGrid(); }
     map.draw();
   }
-  if (has("tick", "replay", "marks", "tree")) timeline.draw();
+  if (has("tick", "replay", "marks", "tree", "state")) timeline.draw();
   if (has("replay", "fork")) fork.draw();
   document.documentElement.dataset.drawn = Number(document.documentElement.dataset.drawn ?? 0) + 1;
 }
@@ -131,7 +131,7 @@ function drawState() {
   const violated = (parts.requirements ?? []).filter((one) => one.verdict === "violated").length;
   byId("figures").textContent = [
     store.tree ? seconds(parts.clock?.elapsed) : "",
-    parts.factor && !isOver(state.status) ? `${parts.factor.toFixed(1)} x real time` : "",
+    parts.factor && !store.isOver ? `${parts.factor.toFixed(1)} x real time` : "",
     state.charge === null || state.charge === undefined ? "" : `battery ${state.charge.toFixed(0)} %`,
     violated ? `${violated} of ${parts.requirements.length} requirements violated` : "",
     replay ? `recording ${state.source}` : state.is_there === false && state.source ? `${state.source} is not there` : "",
@@ -141,13 +141,19 @@ function drawState() {
   byId("live-keys").hidden = byId("live-controls").hidden = Boolean(replay) || Boolean(parts.is_read_only);
   byId("replay-keys").hidden = byId("replay-controls").hidden = !replay || Boolean(parts.is_read_only);
   for (const name of Object.values(LIVE_KEYS)) byId(name).disabled = !(state.can ?? []).includes(name);
-  if (replay) byId("play").textContent = replay.is_playing ? "Pause" : "Play";
+  if (replay) label("play", replay.is_playing ? "Pause" : "Play", replay.is_playing ? "pause" : "play");
   byId("time").disabled = Boolean(replay) && Boolean(parts.is_read_only);
   byId("camera-panel").hidden = Boolean(replay);
   const idle = state.status === "idle" ? "No mission runs: the next one that is sent is shown here." : "";
   byId("hint").textContent = store.tree ? "" : parts.hint || idle;
   byId("hint").hidden = !byId("hint").textContent;
   drawChoices(parts.choices ?? [], state.source);
+}
+
+function label(name, text, icon = "") {
+  const button = byId(name);
+  button.lastElementChild.textContent = text;
+  if (icon) button.querySelector("use").setAttribute("href", `#icon-${icon}`);
 }
 
 // Buttons are made anew only for other names, or a press of one would be lost in between.
@@ -169,8 +175,6 @@ function drawChoices(choices, shown) {
     box.children[number].firstChild.setAttribute("aria-pressed", name === shown);
   });
 }
-
-const isOver = (status) => ["success", "failure", "interrupted"].includes(status);
 
 function chart(name) {
   charted = charted === name ? null : name;
@@ -198,7 +202,7 @@ byId("stop").addEventListener("click", () => {
     return;
   }
   button.classList.add("armed");
-  button.textContent = "Stop: press again";
+  label("stop", "Stop: press again");
   say("Stop again stops the mission; anything else does not");
   armedTimer = setTimeout(disarm, ARMED_MS);
 });
@@ -206,11 +210,11 @@ byId("stop").addEventListener("click", () => {
 function disarm() {
   clearTimeout(armedTimer);
   byId("stop").classList.remove("armed");
-  byId("stop").textContent = "Stop";
+  label("stop", "Stop");
 }
 
 document.addEventListener("click", (event) => {
-  if (event.target !== byId("stop")) disarm();
+  if (!byId("stop").contains(event.target)) disarm();
 });
 const replayActs = {
   play: { do: "play" }, reverse: { do: "reverse" },
@@ -257,3 +261,4 @@ function setTheme(theme) {
 prefersDark.addEventListener("change", () => setTheme(prefersDark.matches ? "dark" : "light"));
 byId("theme").addEventListener("click", () => setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 setTheme(prefersDark.matches ? "dark" : "light");
+if (matchMedia("(min-width: 1000px) and (min-height: 640px)").matches) byId("map-toggle").click();

@@ -1,4 +1,4 @@
-// What is known of the mission, and how its nodes have changed since the page was opened.
+// The state of the mission, and how its nodes have changed.
 
 const MOST_CHANGES = 100000;
 const LOG_LINES = 2000;
@@ -14,10 +14,11 @@ export class Store {
     this.past = null; // the time that is looked at, s; null is now
     this.fresh = new Set(); // kinds of news that have not been drawn
     this.touched = new Set(); // nodes that have changed and not been drawn
-    this.begin(null);
+    this.begin(null, null);
   }
 
-  begin(tree) {
+  // past: { begin, changes } with the changes of nodes since the mission's start; not for recordings.
+  begin(tree, past) {
     const before = this.tree;
     const isSame = before && tree && before.run === tree.run && before.nodes.length === tree.nodes.length;
     this.tree = tree;
@@ -29,10 +30,11 @@ export class Store {
     this.progress = new Array(count).fill(null);
     this.goals = new Map();
     this.variables = new Map();
+    this.changes = past?.changes ?? [];
+    this.base = { status: this.status.slice(), message: this.message.slice() };
+    this.baseTime = past?.begin ?? 0;
+    this.pastView = null;
     if (!isSame) {
-      this.changes = [];
-      this.base = { status: this.status.slice(), message: this.message.slice() };
-      this.hasBase = false;
       this.past = null;
       this.isNewTree = true;
       this.series.clear();
@@ -41,23 +43,24 @@ export class Store {
   }
 
   get state() { return this.parts.state ?? {}; }
+  get isOver() { return ["success", "failure", "interrupted"].includes(this.state.status); }
   get replay() { return this.parts.replay ?? null; }
   get now() { return this.parts.clock?.now ?? 0; }
 
   take(told) {
-    if ("tree" in told) { this.begin(told.tree); this.fresh.add("tree"); }
+    if ("tree" in told) { this.begin(told.tree, told.past); this.fresh.add("tree"); }
     if (told.values_are_new) {
       this.goals.clear(); this.variables.clear(); this.fresh.add("goals"); this.fresh.add("variables");
     }
     for (const [name, value] of Object.entries(told)) {
       switch (name) {
-        case "tree": case "values_are_new": case "log_is_new": break;
+        case "tree": case "past": case "values_are_new": case "log_is_new": break;
         case "nodes": case "goals": case "variables": case "log": case "robot": case "node": case "series": break;
         default: this.parts[name] = value;
       }
       this.fresh.add(name);
     }
-    if (told.nodes) this.takeNodes(told.nodes);
+    if (told.nodes) this.takeNodes(told.nodes, !this.replay && !("tree" in told));
     for (const goal of told.goals ?? []) this.goals.set(goal[0], goal);
     for (const [name, value] of told.variables ?? []) this.takeVariable(name, value);
     if (told.log_is_new) this.log = [];
@@ -71,8 +74,8 @@ export class Store {
     if (told.series) this.series.set(told.series[0], told.series[1]);
   }
 
-  takeNodes(rows) {
-    const keeps = !this.replay && this.hasBase;
+  // keeps: add what is new to the changes; those that came with the tree are in them.
+  takeNodes(rows, keeps) {
     for (const [index, status, message, since, ran, progress] of rows) {
       if (keeps && (this.status[index] !== status || this.message[index] !== message)) {
         this.changes.push([status === 1 && since !== null && status !== this.status[index] ? since : this.now, index, status, message]);
@@ -83,11 +86,6 @@ export class Store {
       this.ran[index] = ran;
       this.progress[index] = progress;
       this.touched.add(index);
-    }
-    if (!this.hasBase && this.tree) {
-      this.base = { status: this.status.slice(), message: this.message.slice() };
-      this.hasBase = true;
-      this.baseTime = this.now;
     }
     if (this.changes.length > MOST_CHANGES) this.forget(MOST_CHANGES / 2);
   }

@@ -1,4 +1,4 @@
-// The line of time: of a recording all of it, of a mission that runs what this page has seen.
+// The timeline of a recording, or of a mission since its start.
 
 import { byId } from "./words.js";
 
@@ -39,7 +39,7 @@ export class Timeline {
   draw() {
     const { store, range } = this;
     const replay = store.replay;
-    const begin = replay ? 0 : (store.baseTime ?? 0);
+    const begin = replay ? 0 : store.baseTime;
     const end = replay ? replay.duration : Math.max(store.now, begin);
     const at = replay ? replay.at : (store.past ?? end);
     range.min = begin;
@@ -47,7 +47,7 @@ export class Timeline {
     if (!this.isHeld && this.pending === null) range.value = at;
     range.setAttribute("aria-valuetext", `${at.toFixed(1)} seconds`);
     byId("live").hidden = replay !== null || store.past === null;
-    const how = replay ? describe(replay) : store.past === null ? "now" : "the past; the mission goes on";
+    const how = replay ? describe(replay) : store.past === null ? (store.isOver ? "the end" : "now") : store.isOver ? "the past" : "the past; the mission is running";
     byId("at").textContent = `${at.toFixed(2)} of ${end.toFixed(2)} s  ${how}`;
     this.drawMarks();
   }

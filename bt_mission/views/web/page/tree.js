@@ -125,6 +125,7 @@ export class Tree {
       element("span", `sign ${STATUSES[status]}`, SIGNS[status]),
       element("span", STATUSES[status], name),
     );
+    if (this.hasChildren(index) && kind.toLowerCase() !== name.toLowerCase()) row.append(element("span", "kind", kind.toLowerCase()));
     if (isFolded) row.append(element("span", "took", `+${this.end[index] - index - 1}`));
     if (store.past === null) this.addFigures(row, index, status);
     const words = view.message[index];
