@@ -35,11 +35,11 @@ def build_tree(mission: Mission, scope: Scope) -> Behaviour:
 
     The scope takes note of what follows a topic.
 
-    A root with children takes the mission's name where it has none. Nothing of ROS is needed to
-    build it. Give each node its `setup(runtime=...)` before the first tick.
+    Nothing of ROS is needed to build it. Give each node its `setup(runtime=...)` before the first
+    tick.
     """
     scope.followed = mission.follow
-    return _build(Evaluator(_root(mission), "0", BuildContext(mission, mission.file, scope)))
+    return _build(Evaluator(mission.root, "0", BuildContext(mission, mission.file, scope)))
 
 
 def revise_tree(mission: Mission, scope: Scope) -> None:
@@ -51,7 +51,7 @@ def revise_tree(mission: Mission, scope: Scope) -> None:
         mission: Each of its nodes has the frame of the one before.
         scope: With which the tree was built.
     """
-    waiting: list[tuple[str, NodeModel, str]] = [("0", _root(mission), mission.file)]
+    waiting: list[tuple[str, NodeModel, str]] = [("0", mission.root, mission.file)]
     while waiting:
         path, node, file = waiting.pop()
         scope.evaluators[path].revise(node, file)
@@ -60,12 +60,6 @@ def revise_tree(mission: Mission, scope: Scope) -> None:
             tree = mission.trees[node.tree]
             below = [(tree.body, tree.document.file)]
         waiting += [(f"{path}.{index}", *one) for index, one in enumerate(below)]
-
-
-def _root(mission: Mission) -> NodeModel:
-    root = mission.tree
-    is_named = root.name or not root.below
-    return root if is_named else root.model_copy(update={"name": mission.name})
 
 
 def node_details(mission: Mission) -> dict[str, tuple[str, ...]]:

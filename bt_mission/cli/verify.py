@@ -137,11 +137,16 @@ def _requirements(
     options: argparse.Namespace, recorded: RecordedRequirements
 ) -> tuple[Requirement, ...]:
     """Return the requirements to evaluate. Raises BtMissionError where there are none."""
-    from bt_mission.language.checks.requirements import read_requirements
+    from bt_mission.core.diagnostics import InputError
+    from bt_mission.language.checks.requirements import faults_of_names, read_requirements
     from bt_mission.sessions.load import load
 
     if options.mission:
-        own = load(mission_file(argparse.Namespace(file=options.mission))).requirements
+        mission = load(mission_file(argparse.Namespace(file=options.mission)))
+        assert mission.document is not None, "it comes from a file"
+        if wrong := [*faults_of_names(mission.document, recorded.names)]:
+            raise InputError(wrong)
+        own = mission.requirements
     else:
         own = recorded.own()
     more = read_requirements(options.require, recorded.names)

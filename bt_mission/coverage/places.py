@@ -85,15 +85,10 @@ def places(mission: Mission) -> Iterator[CoveragePlace]:
                 step,
                 name,
                 path,
-                _name_of(step, mission),
+                step.label,
                 tuple(_outcomes(step, ends, can_halt=can_halt)),
                 tuple(branches(step)),
             )
-
-
-def _name_of(step: NodeModel, mission: Mission) -> str:
-    """As the tree that is built has it."""
-    return mission.name if step is mission.tree and step.below and not step.name else step.label
 
 
 def branches(step: NodeModel) -> list[str]:
@@ -226,7 +221,7 @@ class Built:
 
 def built(mission: Mission, root: Behaviour) -> Iterator[Built]:
     """Every node of a mission's tree, beside its step."""
-    waiting = [Built(root, mission.tree, mission.main.document, None, 0)]
+    waiting = [Built(root, mission.root, mission.main.document, None, 0)]
     while waiting:
         one = waiting.pop()
         yield one

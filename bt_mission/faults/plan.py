@@ -100,11 +100,12 @@ class FaultPlan:
 
     def _unknown(self, number: int, condition: Condition) -> Iterator[FaultProblem]:
         """Yield the names in a condition that nobody knows, and signals that no value comes of."""
-        for error in MissionNames(self._target.mission).unknown_in(condition.root):
+        errors = [*MissionNames(self._target.mission).unknown_in(condition.root)]
+        for error in errors:
             offset = error.column - 1
             yield FaultProblem(number, error.message, condition.text, offset, error.hint)
         why = self._conditions[number].why_unknown
-        if why:
+        if why and not errors:
             yield FaultProblem(number, why, condition.text)
 
     def outcomes(self) -> tuple[FaultOutcome, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -13,6 +14,7 @@ from bt_mission.core.yaml.document import Document
 from bt_mission.language.expressions.values import Plain, Type, type_of
 from bt_mission.language.follow import Follow
 from bt_mission.language.nodes.base import Key, NodeModel
+from bt_mission.language.nodes.subtree import TreeNode
 from bt_mission.language.requirements.formula import Requirement
 
 
@@ -80,13 +82,32 @@ class Mission:
             return file
         return os.path.relpath(file, Path(self.file).parent)
 
+    @cached_property
+    def root(self) -> NodeModel:
+        """Its tree as it is built: a root with children has the mission's name if it has no own."""
+        tree = self.tree
+        is_named = tree.name or not tree.below
+        return tree if is_named else tree.model_copy(update={"name": self.name})
+
+    def node_at(self, place: str) -> NodeModel | None:
+        """Return the node at a place such as ``0.1``, in used trees, too; None without one."""
+        first, *rest = place.split(".")
+        node = self.root if first == "0" else None
+        for part in rest:
+            if node is None:
+                return None
+            tree = self.trees.get(node.tree) if isinstance(node, TreeNode) else None
+            below = node.below if tree is None else (tree.body,)
+            node = below[int(part)] if int(part) < len(below) else None
+        return node
+
     @property
     def main(self) -> Tree:
         """The mission's own tree."""
         assert self.document is not None, "a mission comes from a file or a string"
         return Tree(
             name=self.name,
-            body=self.tree,
+            body=self.root,
             document=self.document,
             path=("tree",),
             inputs=self.inputs,

@@ -94,7 +94,10 @@ class RecordedRequirements:
             return KnownNames()
         nodes = self.survey.tree.nodes
         goals = {one.name for one in nodes if one.kind == ActionLeaf.__name__}
-        return KnownNames({one.name for one in nodes}, goals)
+        return KnownNames(
+            {one.name: one.name in goals for one in nodes},
+            {one.path: one.kind == ActionLeaf.__name__ for one in nodes},
+        )
 
     def own(self) -> tuple[Requirement, ...]:
         """Return the requirements that the run had.

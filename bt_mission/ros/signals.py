@@ -12,6 +12,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.core.diagnostics import quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.geometry import yaw_of
 from bt_mission.core.stamps import NS
@@ -162,6 +163,8 @@ class LiveSignals:
 
     def _make_reader(self, signal: SignalValue) -> Reader | str:
         name, arguments = signal.name, signal.arguments
+        if name in SIGNALS and "node" in SIGNALS[name].arguments and not self._named[arguments[0]]:
+            return f"the mission has no node {quoted(arguments[0])}"
         if name in OF_ODOMETRY:
             return self._of_topic(ODOMETRY, OF_ODOMETRY[name])
         if name in STATUSES:

@@ -138,3 +138,18 @@ def test_bad_input_is_told_with_what_to_do(
     assert "more.yaml:2" in told
     assert "no node is named 'drve'" in told
     assert "drive" in told
+
+
+def test_requirements_of_another_mission_file_name_nodes_of_the_recording(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Else the error has the line of that file."""
+    other = tmp_path / "other.yaml"
+    other.write_text(
+        "mission: other\nrequirements:\n  it: never failed('rest')\n"
+        "tree:\n  sequence:\n    - wait: 1\n      name: rest\n"
+    )
+    assert main(["verify", str(recording()), "--mission", str(other)]) == 2
+    told = capsys.readouterr().err
+    assert "other.yaml:3" in told
+    assert "no node is named 'rest'" in told

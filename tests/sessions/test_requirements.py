@@ -207,3 +207,18 @@ TOLERANCES = {
     "comes far": 0.2,
 }
 """By odometry, m/s and m; what both know from the same source is equal."""
+
+
+def test_the_root_is_known_by_the_name_of_the_mission(stage: Stages) -> None:
+    """Its success and its failure are seen by requirements."""
+    text = (
+        "mission: plain\nrequirements:\n  ends well: eventually succeeded('plain')\n"
+        "  never fails: never failed('plain')\ntree:\n  sequence:\n    - {}\n"
+    )
+    good = stage.run(text.format("wait: 0.2"))
+    good.until_done()
+    assert {one.verdict for one in good.requirements.values()} == {"holds"}
+    bad = stage.run(text.format("check: 'false'"))
+    bad.expect_violation("ends well", "never fails")
+    bad.until_done()
+    assert {one.verdict for one in bad.requirements.values()} == {"violated"}

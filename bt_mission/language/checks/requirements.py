@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+
+from typing_extensions import override
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import Document, Key, read
@@ -19,6 +21,7 @@ from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.requirements.formula import Clause, Requirement, signals_in
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.written import RequirementsFile, requirements_of
+from bt_mission.language.trees import used
 
 _PLACE = re.compile(r"[0-9]+(\.[0-9]+)*")
 """The place of a node in its tree, which may stand instead of its name."""
@@ -88,23 +91,23 @@ class KnownNames:
     """The nodes and variables that formulas and conditions may name.
 
     Args:
-        nodes: None where they are not known, and anything may be named; likewise the others.
-        acting: Those of them that have goals.
+        nodes: Names of nodes, each with whether such a node has a goal. None where they are not
+            known, and anything may be named; likewise the others.
+        places: The same of the places of nodes in their tree, such as ``0.1``.
         variables: Without their `$`.
     """
 
     def __init__(
         self,
-        nodes: Collection[str] | None = None,
-        acting: Collection[str] | None = None,
+        nodes: Mapping[str, bool] | None = None,
+        places: Mapping[str, bool] | None = None,
         variables: Collection[str] | None = None,
     ) -> None:
-        self._nodes, self._acting, self._variables = nodes, acting, variables
+        self._nodes, self._places, self._variables = nodes, places or {}, variables
 
     def lacks(self, node: str) -> bool:
         """Return whether no node has this name, or stands at this place."""
-        known = self._nodes
-        return known is not None and node not in known and not _PLACE.fullmatch(node)
+        return self._nodes is not None and self._has_goal(node) is None
 
     def near(self, node: str) -> str | None:
         """Return "did you mean 'x'?" for the nearest name of a node."""
@@ -117,30 +120,59 @@ class KnownNames:
             if signal.name == "$" and defined is not None and name not in defined:
                 message = f"'${name}' is an undefined variable (defined: {listed(defined)})"
                 yield ExpressionError(message, signal.column, did_you_mean(name, defined))
-            if signal.name not in SIGNALS or "node" not in SIGNALS[signal.name].arguments:
-                continue
-            wanted = self._acting if signal.name == "feedback" else self._nodes
-            if wanted is None or name in wanted or _PLACE.fullmatch(name):
-                continue
-            what = "node has a goal and is" if name in (self._nodes or ()) else "node is"
-            message = f"no {what} named {quoted(name)} (named: {listed(sorted(wanted), 12)})"
-            yield ExpressionError(message, signal.column, did_you_mean(name, wanted))
+            known = SIGNALS.get(signal.name)
+            if known is not None and "node" in known.arguments and self._nodes is not None:
+                yield from self._unknown_node(name, signal.column, needs_goal=known.is_of_goal)
+
+    def _unknown_node(
+        self, name: str, column: int, *, needs_goal: bool
+    ) -> Iterator[ExpressionError]:
+        has_goal = self._has_goal(name)
+        if has_goal or (has_goal is not None and not needs_goal):
+            return
+        nodes = self._nodes or {}
+        wanted = sorted(one for one, acts in nodes.items() if acts or not needs_goal)
+        what = "node is" if has_goal is None else "node has a goal and is"
+        message = f"no {what} named {quoted(name)} (named: {listed(wanted, 12)})"
+        yield ExpressionError(message, column, self._hint(name) or did_you_mean(name, wanted))
+
+    def _has_goal(self, node: str) -> bool | None:
+        """Return whether a node has a goal; None where there is no such node."""
+        return (self._nodes or {}).get(node, self._places.get(node))
+
+    def _hint(self, _node: str) -> str | None:
+        return None
 
 
 class MissionNames(KnownNames):
-    """The nodes and variables of a mission."""
+    """The nodes of a mission's run, and its variables."""
 
     def __init__(self, mission: Mission, lost: Collection[str] = ()) -> None:
-        nodes = [node for tree in mission.all_trees for node in tree.body.walk()]
-        super().__init__(
-            {*lost, *(node.label for node in nodes)},
-            {*lost, *(node.label for node in nodes if isinstance(node, GoalNode))},
-            {
-                *mission.inputs,
-                *(one.variable for one in mission.follow),
-                *(name for node in mission.tree.walk() for name in written_by(node)),
-            },
-        )
+        self._mission = mission
+        nodes = dict.fromkeys(lost, True)
+        for body in (mission.root, *(mission.trees[name].body for name in used(mission))):
+            for node in body.walk():
+                nodes[node.label] = nodes.get(node.label, False) or isinstance(node, GoalNode)
+        variables = {
+            *mission.inputs,
+            *(one.variable for one in mission.follow),
+            *(name for node in mission.tree.walk() for name in written_by(node)),
+        }
+        super().__init__(nodes, variables=variables)
+
+    @override
+    def _has_goal(self, node: str) -> bool | None:
+        known = super()._has_goal(node)
+        if known is None and _PLACE.fullmatch(node):
+            at = self._mission.node_at(node)
+            return None if at is None else isinstance(at, GoalNode)
+        return known
+
+    @override
+    def _hint(self, node: str) -> str | None:
+        mission = self._mission
+        is_renamed = mission.root is not mission.tree and node == mission.tree.label
+        return f"the root has the mission's name: {quoted(mission.name)}" if is_renamed else None
 
 
 def _formulas(document: Document) -> Iterator[tuple[tuple[Key, ...], SyntaxNode]]:

@@ -28,6 +28,7 @@ class Signal:
         range: From where to where its number can go.
         known_by: Who knows it.
         arguments: What stands in its parentheses; without any it is written without them.
+        is_of_goal: Does it need a node that sends goals?
     """
 
     text: str
@@ -36,6 +37,7 @@ class Signal:
     range: tuple[float, float] = (-math.inf, math.inf)
     known_by: Knows = "simulator"
     arguments: tuple[str, ...] = ()
+    is_of_goal: bool = False
 
 
 _M, _S, _RAD, _MPS, _RADPS = (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, -1, 0), (0, -1, 1)
@@ -88,6 +90,7 @@ SIGNALS: Mapping[str, Signal] = {
         unit=None,
         known_by="mission",
         arguments=("node", "field"),
+        is_of_goal=True,
     ),
     "open_goals": Signal(
         "goals that were sent and have not ended", "integer", range=_POSITIVE, known_by="mission"

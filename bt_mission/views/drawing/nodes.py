@@ -84,9 +84,7 @@ class DrawnNode:
 
 def drawn(mission: Mission) -> DrawnNode:
     """The tree of a mission, with the trees that it uses in their places."""
-    root = _node(mission.tree, mission)
-    named = not mission.tree.name and bool(mission.tree.below)
-    return DrawnNode(root.kind, mission.name, root.details, root.children) if named else root
+    return _node(mission.root, mission)
 
 
 def heading(mission: Mission) -> str:
