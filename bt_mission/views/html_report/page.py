@@ -86,8 +86,14 @@ def page_of(run: RecordedRun) -> str:
     )
 
 
+LONG_TABLE = 40
+"""Rows; a longer table is folded."""
+
+
 def _section(title: str, content: str) -> str:
     name = title.lower().replace(" ", "-")
+    if (count := content.count("<tr>") - 1) > LONG_TABLE:
+        content = element("details", element("summary", f"{count} rows") + content)
     return element("section", element("h2", title) + content, id=name)
 
 
@@ -108,6 +114,7 @@ def script_data(run: RecordedRun) -> str:
         "rows": [
             {
                 "name": run.tree[row.node].name,
+                "depth": run.tree[row.node].depth,
                 "bars": [
                     [_s(run, span.start_ns), _s(run, span.end_ns), span.status, span.message]
                     for span, _ in row.bars

@@ -24,6 +24,59 @@
 
   const short = (value, digits = 2) => String(+value.toFixed(digits));
 
+  // ---- rows that are folded away
+
+  const FOLDS_ABOVE = 60;
+  const names = [...timeline.querySelectorAll(".name")];
+  const marks = run.rows.map(() => []);
+  for (const bar of bars.querySelectorAll(".bar")) {
+    marks[Math.floor((bar.getAttribute("y") ?? bar.getAttribute("y1")) / ROW)].push(bar);
+  }
+  const stripes = [...bars.querySelectorAll(".stripe")];
+  const folded = new Set();
+  let shown = run.rows.map((_, index) => index);
+
+  const hasRowsBelow = (index) => run.rows[index + 1]?.depth > run.rows[index].depth;
+
+  function arrange() {
+    shown = [];
+    let open = Infinity;
+    run.rows.forEach(({ depth }, index) => {
+      const isShown = depth <= open;
+      if (isShown) open = folded.has(index) ? depth : Infinity;
+      names[index].hidden = !isShown;
+      for (const mark of marks[index]) {
+        mark.style.display = isShown ? "" : "none";
+        mark.setAttribute("transform", `translate(0 ${(shown.length - index) * ROW})`);
+      }
+      if (isShown) shown.push(index);
+    });
+    stripes.forEach((stripe, number) => { stripe.style.display = 2 * number < shown.length ? "" : "none"; });
+    bars.style.height = `${shown.length * ROW}px`;
+    bars.setAttribute("viewBox", `${from} 0 ${to - from} ${shown.length * ROW}`);
+  }
+
+  function fold(index, isFolded) {
+    if (isFolded) folded.add(index);
+    else folded.delete(index);
+    const button = names[index].querySelector("button");
+    button.textContent = isFolded ? "▸" : "▾";
+    button.setAttribute("aria-expanded", !isFolded);
+  }
+
+  names.forEach((name, index) => {
+    if (!hasRowsBelow(index)) return;
+    const button = document.createElement("button");
+    button.type = "button";
+    button.setAttribute("aria-label", `Rows below ${run.rows[index].name}`);
+    button.addEventListener("click", () => { fold(index, !folded.has(index)); arrange(); });
+    name.prepend(button);
+    // A long report begins with what has succeeded folded away.
+    const isOpen = run.rows.length <= FOLDS_ABOVE || !run.rows[index].depth
+      || run.rows[index].bars.at(-1)[2] !== "success";
+    fold(index, !isOpen);
+  });
+
   // ---- the window of time
 
   function show(begin, end) {
@@ -135,6 +188,12 @@
     seen.setAttribute("d", points);
   }
 
+  function move(step, at) {
+    const place = shown.indexOf(row) + step;
+    row = shown[Math.min(Math.max(place, 0), shown.length - 1)];
+    look(at);
+  }
+
   // ---- mouse, fingers, keys
 
   function timeAt(drawing, x) {
@@ -169,7 +228,7 @@
         if (to - from < run.duration) show(from - shift, to - shift);
       }
       row = drawing === bars
-        ? Math.floor((event.clientY - drawing.getBoundingClientRect().top) / ROW) : -1;
+        ? shown[Math.floor((event.clientY - drawing.getBoundingClientRect().top) / ROW)] ?? -1 : -1;
       look(timeAt(drawing, event.clientX));
     });
     const release = (event) => fingers.delete(event.pointerId);
@@ -195,8 +254,8 @@
     const keys = {
       ArrowLeft: () => look(at - step),
       ArrowRight: () => look(at + step),
-      ArrowUp: () => { row = Math.max(0, row - 1); look(at); },
-      ArrowDown: () => { row = Math.min(run.rows.length - 1, row + 1); look(at); },
+      ArrowUp: () => move(-1, at),
+      ArrowDown: () => move(1, at),
       "+": () => zoom(0.7, at),
       "=": () => zoom(0.7, at),
       "-": () => zoom(1 / 0.7, at),
@@ -205,12 +264,13 @@
       End: () => look(run.duration),
       Escape: () => look(null),
     };
-    if (!(event.key in keys) || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (event.target !== timeline || !(event.key in keys) || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
     keys[event.key]();
     if (now !== null && (now < from || now > to)) show(now - length / 2, now + length / 2);
   });
 
   addEventListener("resize", () => axes.forEach(mark));
+  arrange();
   show(0, run.duration);
 })();

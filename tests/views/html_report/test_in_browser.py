@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from bt_mission.events.events import NodeInfo
 from bt_mission.recording.model import RecordedRun
 from bt_mission.views.html_report.page import page_of
 from tests.support.browser import BROWSER, Page, browser
@@ -70,6 +72,49 @@ def test_the_timeline_tells_what_is_pointed_at(page: Page) -> None:
     page.mouse("mouseMoved", x, y)
     assert "check: failure" in reading(page)
     assert "1 > 2 does not hold" in reading(page)
+
+
+def test_what_lies_below_a_node_can_be_folded_away(page: Page) -> None:
+    """Its rows and bars go, and those further down move up."""
+    rows = "[...document.querySelectorAll('.name:not([hidden])')].map((one) => one.title)"
+    before = page.look(rows)
+    bottom = "document.querySelector('.bars').getBoundingClientRect().height"
+    assert page.look(bottom) == 22 * len(before)
+    inner = page.look("document.querySelectorAll('.name button').length")
+    assert inner == 1, "the root"
+    page.look("[...document.querySelectorAll('.name button')].at(-1).click()")
+    after = page.look(rows)
+    assert set(after) < set(before)
+    assert page.look(bottom) == 22 * len(after)
+    page.look("[...document.querySelectorAll('.name button')].at(-1).click()")
+    assert page.look(rows) == before
+
+
+def test_a_long_report_begins_folded(
+    chromium: Page, a_run: Callable[..., RecordedRun], tmp_path: Path
+) -> None:
+    """What has succeeded is folded away; the way to what has not is open."""
+    run = a_run()
+    count, first = 200, run.tree[0]
+    leaf = next(
+        spans for node, spans in zip(run.tree, run.spans, strict=True) if spans and node.depth
+    )
+    ended = tuple(replace(span, status="success") for span in leaf)
+    tree, spans = [first], [run.spans[0]]
+    for index in range(count):
+        path = f"0.{index // 2}" + ".0" * (index % 2)
+        tree.append(NodeInfo(f"n{index}", "Sequence", path, index if index % 2 else 0))
+        spans.append(ended)
+    spans[99] = spans[100] = tuple(replace(span, status="failure") for span in leaf)
+    long = replace(run, tree=tuple(tree), spans=tuple(spans))
+    (tmp_path / "long.html").write_text(page_of(long), encoding="utf-8")
+    chromium.open(tmp_path / "long.html", width=1200, height=900)
+    rows = chromium.look(
+        "[...document.querySelectorAll('.name:not([hidden])')].map((one) => one.title)"
+    )
+    assert len(rows) == 1 + count // 2 + 1
+    assert any(title.startswith("n99 ") for title in rows), "below the one that failed"
+    assert chromium.problems == []
 
 
 def test_wheel_drag_and_double_click_move_through_time(page: Page) -> None:
