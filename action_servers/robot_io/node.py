@@ -26,7 +26,7 @@ from action_servers.core.parameters import ParameterSpec, specs
 from action_servers.robot_io.parameter_file import ParameterFile, read_parameters
 from bt_mission.core.clock_messages import ValidClock
 from bt_mission.core.diagnostics import InputError, did_you_mean
-from bt_mission.core.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError, cause_of
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.ros_log import log_of
 from bt_mission.executors.live import LiveExecutor
@@ -288,8 +288,12 @@ def _serve(node: RobotNode) -> None:
     executor.add_node(node)
     node.begin()
     with InterruptSignals(most=1) as interrupts:
-        while not interrupts.count:
-            executor.spin_once(timeout_sec=LOOK_S)
-            node.look()
+        try:
+            while not interrupts.count:
+                executor.spin_once(timeout_sec=LOOK_S)
+                node.look()
+        except Exception as error:
+            node.end(cause_of(error), executor)
+            raise
         node.end(interrupts.signal, executor)
     executor.shutdown()

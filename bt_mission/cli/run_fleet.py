@@ -75,14 +75,14 @@ def _print(options: argparse.Namespace, report: FleetReport, kept: recording.Kep
 def _run(options: argparse.Namespace, plan: FleetPlan) -> FleetReport:
     from bt_mission.cli.run_shown import ending, pace
     from bt_mission.cli.watch import is_drawable
-    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
     from bt_mission.core.memory import settle_memory
     from bt_mission.fleets.run import driving_fleet
     from bt_mission.sessions.session import finish
 
     on_screen = options.tui and is_drawable()
     view = _view(options, plan, on_screen=on_screen)
-    interrupts = InterruptSignals()
+    interrupts = InterruptSignals(TWO_WISHES)
     with ExitStack() as stack:
         if options.web:  # also while it starts, and while the page stays
             stack.enter_context(interrupts)

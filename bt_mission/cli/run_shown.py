@@ -61,7 +61,7 @@ def run_on_screen(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, r
     """Carry the mission out on a full screen, in real time unless another speed is asked for."""
     from contextlib import closing
 
-    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
     from bt_mission.core.memory import settle_memory
     from bt_mission.ros.discovery import LocalExecutive
     from bt_mission.sessions.session import driving
@@ -77,7 +77,7 @@ def run_on_screen(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, r
         foxglove_on(options, session),
         recording.recorder_for(options, session) as keeping,
     ):
-        interrupts = InterruptSignals()
+        interrupts = InterruptSignals(TWO_WISHES)
         steps = driving(session, Quiet(), interrupts, speed=pace(options), trace_file=options.trace)
         marks = marks_for(sys.stdout.encoding)
         settle_memory()
@@ -90,7 +90,7 @@ def run_on_page(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, rec
     """Carry the mission out in the simulation, shown to browsers."""
     from contextlib import closing
 
-    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
     from bt_mission.ros.discovery import LocalExecutive
     from bt_mission.sessions.session import StepDriver, driving
     from bt_mission.views.web.live import LiveMission
@@ -98,7 +98,8 @@ def run_on_page(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, rec
 
     view = _view(options, plain=True)
     with (
-        InterruptSignals() as interrupts,  # also while it starts, and while the page stays
+        # Also while it starts, and while the page stays.
+        InterruptSignals(TWO_WISHES) as interrupts,
         _open_session(options, plan, view.say) as session,
         plan.faults_in(session) as with_outcomes,
         closing(LocalExecutive(session)) as graph,

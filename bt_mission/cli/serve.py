@@ -18,6 +18,9 @@ from bt_mission.cli.ros_arguments import TAKEN, checked, of_node
 from bt_mission.cli.web import add_web_options, refuse_web, watching_process
 
 if TYPE_CHECKING:
+    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.ros.graph import GraphConnection
+    from bt_mission.sessions.mission_server import MissionServer
     from bt_mission.sessions.served_missions import ServedMissions
 
 EPILOG = """\
@@ -117,7 +120,7 @@ def serve(options: argparse.Namespace) -> int:
 
 
 def _serve(options: argparse.Namespace) -> int:
-    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
     from bt_mission.recording.served import ServedRecordings
     from bt_mission.ros.graph import GraphConnection, NodeOptions
     from bt_mission.sessions.mission_server import MissionServer, MissionServerOptions
@@ -172,18 +175,43 @@ def _serve(options: argparse.Namespace) -> int:
         say(f"{name} waits for missions ({'/clock' if graph.has_clock else 'wall clock'})")
         say(_offered(missions))
         page = watching_process(options, node.get_fully_qualified_name())
-        with InterruptSignals() as interrupts, page, foxglove_process(options):
-            while not (interrupts.count and not node.is_busy):
-                if interrupts.count == 1:
-                    node.close(f"interrupted by {interrupts.name}")
-                elif interrupts.count > 1:
-                    node.abandon(f"left at once after a second {interrupts.name}")
-                    return INTERRUPTED
-                graph.step(node.executive, node.mission_node)
-                node.look()
+        with InterruptSignals(TWO_WISHES) as interrupts, page, foxglove_process(options):
+            if not _serve_missions(graph, node, interrupts):
+                return INTERRUPTED
         graph.drain()
         graph.drop(node)
     finally:
         recordings.close()
         graph.close()
     return SUCCESS
+
+
+def _serve_missions(
+    graph: GraphConnection, node: MissionServer, interrupts: InterruptSignals
+) -> bool:
+    """Serve until a signal; return whether every goal has ended.
+
+    An exception ends the mission that runs, with its goals, before it is raised.
+    """
+    from bt_mission.core.errors import cause_of
+
+    fault: Exception | None = None
+    while node.is_busy or not (interrupts.count or fault):
+        if interrupts.count == 1:
+            node.close(f"interrupted by {interrupts.name}")
+        elif interrupts.count > 1:
+            node.abandon(f"left at once after a second {interrupts.name}")
+            return False
+        try:
+            graph.step(node.executive, node.mission_node)
+            node.look()
+        except Exception as error:
+            reason = f"a callback failed: {cause_of(error)}"
+            if fault is not None:
+                node.abandon(reason)
+                raise
+            fault = error
+            node.close(reason)
+    if fault is not None:
+        raise fault
+    return True

@@ -15,6 +15,11 @@ SAME_WISH_S = 0.5
 twice where what started it (`ros2 launch` without a terminal, `timeout`, `uv run`) passes it on."""
 
 
+TWO_WISHES = 2
+"""Of a mission: the first signal ends it in order, the second leaves at once. Both are looked at
+between two steps; a third one raises KeyboardInterrupt in the middle of a callback that hangs."""
+
+
 class InterruptSignals:
     """Note the signals that come while this is entered, which may be more than once at a time.
 
@@ -51,7 +56,7 @@ class InterruptSignals:
         if self._is_repeated(name):
             return
         self._since_last = Stopwatch()
-        if self.count == self._most:
+        if self._most is not None and self.count >= self._most:
             raise KeyboardInterrupt
         self.signal = name
         self.note("Ctrl-C" if number == signal.SIGINT else self.signal)

@@ -13,7 +13,7 @@ breakpoint pauses it in the middle of a tick, just before a node starts.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ParamSpec
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -22,6 +22,7 @@ from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.follow import FollowedVariables
 from bt_mission.behaviours.runtime import Runtime
 from bt_mission.core.errors import BtMissionError, cause_of
+from bt_mission.core.listeners import Listeners
 from bt_mission.executive.breakpoints import Breakpoints
 from bt_mission.executive.cleanups import Cleanups
 from bt_mission.executive.node_states import NodeStates
@@ -35,9 +36,13 @@ if TYPE_CHECKING:
 
 FINAL = (MissionStatus.SUCCESS, MissionStatus.FAILURE, MissionStatus.INTERRUPTED)
 
+P = ParamSpec("P")
+
 
 class Executive:
     """Ticks one tree to its end.
+
+    A listener that raises an exception is called no more, and the mission fails with the cause.
 
     Args:
         root: The tree; its nodes' ``setup`` is called here.
@@ -65,15 +70,16 @@ class Executive:
         self.steps = 0
         """How often :meth:`step` was called."""
         self.node_states = NodeStates(root, lambda: self.status is MissionStatus.RUNNING)
-        self.listeners: list[Callable[[Change], None]] = [self.node_states.on_change]
-        self.goal_listeners: list[Callable[[str, Goal], None]] = []
+        self.listeners: Listeners[[Change]] = Listeners([self.node_states.on_change])
+        self.goal_listeners: Listeners[[str, Goal]] = Listeners()
         runtime.ledger.on_event = self._on_goal
-        self.after_tick: list[Callable[[], None]] = []
+        self.after_tick: Listeners[[]] = Listeners()
         self.tick_wrappers: list[Callable[[Iterator[Behaviour]], Iterator[Behaviour]]] = []
         """Put around each tick's walk, by who wants to see every node that it visits."""
         self._runtime = runtime
         self._trace = trace
         self._verdict = MissionStatus.FAILURE
+        self._raised = trace.raised
         self._paths = node_paths(root)
         self._known = dict.fromkeys(self._paths, Status.INVALID)
         self._running: dict[Behaviour, None] = {}
@@ -114,8 +120,9 @@ class Executive:
         self.cycles += 1
         self._followed.update()
         self._beat()
-        for listener in tuple(self.after_tick):  # one of them may leave
-            listener()
+        self._notify(self.after_tick)
+        if self._raised:
+            self._end_by_listeners()
 
     def _beat(self) -> None:
         if self._recovery is not None:
@@ -232,8 +239,24 @@ class Executive:
 
     def _on_goal(self, time_ns: int, what: str, goal: Goal) -> None:
         self._trace.record_goal(time_ns, what, goal)
-        for listener in self.goal_listeners:
-            listener(what, goal)
+        self._notify(self.goal_listeners, what, goal)
+
+    def _end_by_listeners(self) -> None:
+        """Fail because of listeners that raised; once the mission has ended, only name them."""
+        if self.status is MissionStatus.ENDING:
+            return  # `_finish` names them
+        broken = "; ".join(self._take_raised())
+        if self.is_done:
+            self.reason = "; ".join(filter(None, (self.reason, broken)))
+        self.fail(broken)
+
+    def _take_raised(self) -> list[str]:
+        raised = [f"a callback failed: {cause_of(error)}" for error in self._raised]
+        self._raised.clear()
+        return raised
+
+    def _notify(self, listeners: Listeners[P], *arguments: P.args, **named: P.kwargs) -> None:
+        self._raised += listeners.notify(*arguments, **named)
 
     @property
     def _goal_leaves(self) -> list[ActionLeaf]:
@@ -318,8 +341,7 @@ class Executive:
         self._trace.record_status(
             change.time_ns, node.name, change.path, node.status.value, change.message
         )
-        for listener in self.listeners:
-            listener(change)
+        self._notify(self.listeners, change)
 
     def _end(self, verdict: MissionStatus, reason: str) -> None:
         """Stop what runs, and wait from now on for the goals that are still open."""
@@ -331,7 +353,7 @@ class Executive:
     def _finish(self) -> None:
         left = self.goals_left_behind
         orphans = [f"orphaned goals: {', '.join(left)}"] if left else []
-        wrong = [*self.cleanups.failures, *orphans]
+        wrong = [*self.cleanups.failures, *self._take_raised(), *orphans]
         if wrong:
             self.reason = "; ".join(filter(None, (self.reason, *wrong)))
             if self._verdict is MissionStatus.SUCCESS:

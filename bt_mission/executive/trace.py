@@ -12,13 +12,14 @@ import hashlib
 import json
 import math
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.listeners import Listeners
 from bt_mission.goals.goal import Goal
 
 VERSION = 2
@@ -40,7 +41,9 @@ class Trace:
         self._hide = {json.dumps(text)[1:-1]: shown for text, shown in (hide or {}).items()}
         self._hash = hashlib.sha256()
         self.newest: deque[str] = deque(maxlen=keep)
-        self.listeners: list[Callable[[str], None]] = []
+        self.listeners: Listeners[[str]] = Listeners()
+        self.raised: list[Exception] = []
+        """By listeners, and not yet taken by the executive."""
         self._add(json.dumps({"trace_version": VERSION}))
 
     @property
@@ -106,5 +109,4 @@ class Trace:
             line = line.replace(text, shown)
         self._hash.update(line.encode() + b"\n")
         self.newest.append(line)
-        for listener in self.listeners:
-            listener(line)
+        self.raised += self.listeners.notify(line)

@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Protocol, Self
 
-from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
 from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.executive import Executive
@@ -128,7 +128,7 @@ def run_fleet(fleet: str | Path | FleetPlan, *, seed: int | None = None) -> Flee
         TemporaryDirectory(prefix="bt_mission_") as images,
         Stage(robots=plan.robots, image_folder=Path(images), options=plan.stage_options) as stage,
     ):
-        return finish(driving_fleet(stage, plan, QuietFleet(), InterruptSignals()))
+        return finish(driving_fleet(stage, plan, QuietFleet(), InterruptSignals(TWO_WISHES)))
 
 
 def trace_of_robot(path: Path, robot: str) -> Path:

@@ -17,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.type_hash import TypeHash
 
 from bt_mission.core.dds.publishers import CLOCK, ODOMETRY, duplicate_publishers
-from bt_mission.core.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError, cause_of
 from bt_mission.core.goal_rate import MOST_WAITING
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.status import MissionStatus
@@ -212,7 +212,7 @@ class GraphConnection:
         except Exception as error:
             if executive is None:
                 raise
-            executive.fail(f"a callback failed: {type(error).__name__}: {error}")
+            executive.fail(f"a callback failed: {cause_of(error)}")
         if executive is None:
             self._since_last_time = Stopwatch()
             return

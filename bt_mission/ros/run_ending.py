@@ -13,7 +13,7 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
-from bt_mission.core.errors import described
+from bt_mission.core.errors import cause_of
 from bt_mission.core.wall_clock import Stopwatch, rest
 from bt_mission.ros.goal_client import RosGoalClient
 from bt_mission.ros.graph import END_WAIT_S, WAIT_S, quiet_node
@@ -93,7 +93,7 @@ def _spin(runner: HaltedRun, executor: Executor, watch: Stopwatch) -> None:
         except ExternalShutdownException:
             return
         except Exception as error:  # noqa: BLE001 - what the caller does on its node
-            runner.executive.abandon(f"a callback failed: {described(error)}")
+            runner.executive.abandon(f"a callback failed: {cause_of(error)}")
         else:
             runner.tick()  # also where ROS time, and with it the timer, stands still
 

@@ -8,13 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, Protocol, Self, TypeAlias, TypeVar
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.core.errors import BtMissionError, cause_of
+from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
 from bt_mission.core.wall_clock import Pacer, Stopwatch, rest
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafStatistics
 from bt_mission.executive.report import Report, report_on
-from bt_mission.executive.status import Change
+from bt_mission.executive.status import Change, MissionStatus
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
 
@@ -201,7 +201,9 @@ def drive(
     session: Session, view: View, *, speed: float | None = None, trace_file: Path | None = None
 ) -> Report:
     """Step a session to its end, paced and shown; gives the report: see :func:`driving`."""
-    return finish(driving(session, view, InterruptSignals(), speed=speed, trace_file=trace_file))
+    return finish(
+        driving(session, view, InterruptSignals(TWO_WISHES), speed=speed, trace_file=trace_file)
+    )
 
 
 def finish(steps: Steps[R]) -> R:
@@ -224,21 +226,40 @@ class StepDriver(Generic[R]):
     def __init__(self, steps: Steps[R]) -> None:
         self.report: R | None = None
         """Once the session has ended."""
+        self.fault: Exception | None = None
+        """What a step has raised; no step follows it."""
         self._steps = steps
 
+    @property
+    def is_over(self) -> bool:
+        """Is there no further step?"""
+        return self.report is not None or self.fault is not None
+
     def advance(self) -> float:
-        """Take the steps that are due, for :data:`TURN_S`; gives the wall time to the next, s."""
+        """Take the steps that are due, for :data:`TURN_S`; gives the wall time to the next, s.
+
+        An event loop reports an exception of its callbacks and continues. So none leaves this
+        method: :meth:`finish` raises it.
+        """
         since = Stopwatch()
         wait_s = 0.0
-        while self.report is None and wait_s <= 0 and since.elapsed_s < TURN_S:
+        while not self.is_over and wait_s <= 0 and since.elapsed_s < TURN_S:
             try:
                 wait_s = next(self._steps)
             except StopIteration as end:
                 self.report = end.value
+            except Exception as error:  # noqa: BLE001 - raised again by `finish`
+                self.fault = error
         return max(wait_s, SHORTEST_REST_S)
 
     def finish(self) -> R:
-        """Take all steps that are left, each when it is due; gives the report."""
+        """Take all steps that are left, each when it is due; gives the report.
+
+        Raises:
+            Exception: What a step has raised.
+        """
+        if self.fault is not None:
+            raise self.fault
         if self.report is None:
             self.report = finish(self._steps)
         return self.report
@@ -289,7 +310,11 @@ def take_steps(
     interrupts: InterruptSignals,
     speed: float | None,
 ) -> Steps[None]:
-    """Step missions to their end, as :func:`driving` does one."""
+    """Step missions to their end, as :func:`driving` does one.
+
+    An exception of a step ends them as failed with the cause, with every goal seen to its end; a
+    second one, or one after which the session cannot continue, leaves at once.
+    """
     pacer = Pacer(speed, session.start_ns)
     while not session.is_done:
         if audience.has_left:
@@ -303,6 +328,8 @@ def take_steps(
             session.step()
         except BtMissionError as error:
             _abandon(executives, str(error))
+        except Exception as error:  # noqa: BLE001 - whatever takes part may raise anything
+            _fail(executives, f"a callback failed: {cause_of(error)}")
         while (ahead_s := pacer.ahead_s(session.now_ns)) > 0:
             if interrupts.count > 0 and not session.is_done:
                 break
@@ -314,6 +341,14 @@ def take_steps(
 def _interrupt(executives: Iterable[Executive], reason: str) -> None:
     for executive in executives:
         executive.interrupt(reason)
+
+
+def _fail(executives: Iterable[Executive], reason: str) -> None:
+    for executive in executives:
+        if executive.status is MissionStatus.RUNNING:
+            executive.fail(reason)
+        else:
+            executive.abandon(reason)
 
 
 def _abandon(executives: Iterable[Executive], reason: str) -> None:

@@ -19,9 +19,9 @@ from rclpy.node import Node
 from action_servers.mapping.node import MapperNode
 from action_servers.server.node import ServersNode
 from bt_mission.core.dds.discovery import isolate
-from bt_mission.core.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError, cause_of
+from bt_mission.core.listeners import Listeners
 from bt_mission.core.robot.model import RobotModel, load_robot
-from bt_mission.executive.status import MissionStatus
 from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.observable_publisher import ObservableNode
@@ -35,6 +35,8 @@ from sim.ros.node import SimNode, SimOptions
 from sim.world.world import Spawn, World
 
 START_NS = 1_000_000_000
+MOST_RAISED = 200
+"""Exceptions of callbacks after which a stage is left, since its time may stand still."""
 
 
 class StageError(BtMissionError):
@@ -130,9 +132,10 @@ class Stage:
         }
         self.files = files.texts
         self._observers: list[SessionObserver] = []
-        self.step_listeners: list[Callable[[], None]] = []
+        self.step_listeners: Listeners[[]] = Listeners()
         """Called after each step, once the observers have looked."""
         self.is_stepping = False
+        self._raised = 0
         self.guests: list[str] = []
         """Names of the nodes that others have added."""
         for run, model in zip(self.runs, models, strict=True):
@@ -269,19 +272,18 @@ class Stage:
     def step(self) -> None:
         """Jump to the next instant at which anything is due, and serve it.
 
-        An exception in a callback ends every mission that runs as failed with the cause; a second
-        one, while goals are seen to their end, is raised as :class:`StageError`.
+        An exception in a callback ends every mission that runs as failed with the cause. Further
+        ones do not keep goals from their end.
+
+        Raises:
+            StageError: After :data:`MOST_RAISED` exceptions, for one when all missions have ended,
+                and for a simulation that became unstable.
         """
         self.is_stepping = True
         try:
             self.clock.step()
-        except Exception as error:
-            failing = f"{type(error).__name__}: {error}"
-            running = [one for one in self.runs if one.runner.status is MissionStatus.RUNNING]
-            if not running:
-                raise StageError(f"the stage broke while the mission ended: {failing}") from error
-            for run in running:
-                run.executive.fail(f"a callback failed: {failing}")
+        except Exception as error:  # noqa: BLE001 - callbacks are others', too
+            self._end_by(error)
         finally:
             self.is_stepping = False
         for run in self.runs:
@@ -289,8 +291,19 @@ class Stage:
                 raise StageError("the simulation became unstable: the robot's pose is not finite")
         for observer in self._observers:
             observer.look()
-        for listener in self.step_listeners:
-            listener()
+        for raised in self.step_listeners.notify():
+            self._end_by(raised)
+
+    def _end_by(self, error: Exception) -> None:
+        if self.is_done:
+            raise StageError(f"a callback failed after the mission: {cause_of(error)}") from error
+        self._raised += 1
+        if self._raised > MOST_RAISED:
+            raise StageError(
+                f"{self._raised} callbacks failed, the last one with {cause_of(error)}"
+            ) from error
+        for run in self.runs:
+            run.executive.fail(f"a callback failed: {cause_of(error)}")
 
     def inside(self) -> Iterator[ProcessNode]:
         """The nodes of the stage."""

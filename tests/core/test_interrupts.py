@@ -7,7 +7,7 @@ import signal
 import pytest
 
 from bt_mission.core import interrupts as module
-from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
 
 
 @pytest.fixture
@@ -60,3 +60,13 @@ def test_one_that_is_entered_again_notes_on_until_it_is_left_as_often():
         signal.raise_signal(signal.SIGTERM)
         assert interrupts.count == 2
     assert signal.getsignal(signal.SIGINT) is before
+
+
+@pytest.mark.usefixtures("apart")
+def test_a_third_signal_interrupts_what_hangs():
+    """Whether the wishes before it were signals or keys."""
+    with InterruptSignals(TWO_WISHES) as interrupts:
+        for _ in range(3):
+            interrupts.note("the user")
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)

@@ -11,7 +11,7 @@ import pytest
 
 from bt_mission.core import interrupts
 from bt_mission.executive.status import Change
-from bt_mission.sessions.session import drive
+from bt_mission.sessions.session import StepDriver, drive
 from bt_mission.views.terminal.quiet import Quiet
 
 DRIVE = """\
@@ -101,3 +101,79 @@ def test_the_trace_file_holds_the_whole_run(stage: Any, tmp_path: Path) -> None:
         "status",
         "mission",
     ]
+
+
+def broken(*_: Any) -> None:
+    """Raise whenever it is called."""
+    raise RuntimeError("broken for good")
+
+
+@pytest.mark.parametrize(
+    "listeners",
+    [
+        lambda stage: stage.executive.listeners,
+        lambda stage: stage.executive.goal_listeners,
+        lambda stage: stage.executive.after_tick,
+        lambda stage: stage.trace.listeners,
+        lambda stage: stage.step_listeners,
+    ],
+    ids=["changes", "goals", "ticks", "trace", "steps"],
+)
+def test_a_callback_that_raises_ends_the_mission_in_good_order(stage: Any, listeners: Any) -> None:
+    """Whoever calls it: the goal is cancelled and confirmed, and the reason says what it was."""
+    run = stage.run(DRIVE)
+    while run.t < 1:
+        run.stage.step()
+    listeners(run.stage).append(broken)
+    run.stage.executive.pause("so that a node changes")
+    run.stage.executive.resume()
+    report = drive(run.stage, Quiet())
+    assert report.status == "failure"
+    assert "RuntimeError: broken for good (test_session.py:" in report.reason
+    assert report.goals_sent >= 1
+    assert report.goals_left_behind == 0
+
+
+def test_an_exception_of_a_step_ends_the_mission_in_good_order(
+    stage: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where it comes from beside the callbacks; a second one leaves at once."""
+    run = stage.run(DRIVE)
+    while run.t < 1:
+        run.stage.step()
+    step = run.stage.step
+    raised: list[float] = []
+
+    def step_once_broken() -> None:
+        step()
+        if len(raised) < 1:
+            raised.append(run.t)
+            raise KeyError("a defect")
+
+    monkeypatch.setattr(run.stage, "step", step_once_broken)
+    report = drive(run.stage, Quiet())
+    assert report.reason.startswith("a callback failed: KeyError: 'a defect' (test_session.py:")
+    assert report.goals_left_behind == 0
+    run = stage.run(DRIVE)
+    while run.t < 1:
+        run.stage.step()
+    monkeypatch.setattr(run.stage, "step", broken)
+    report = drive(run.stage, Quiet())
+    assert "broken for good" in report.reason
+    assert report.goals_left_behind == 1
+    run.close()
+
+
+def test_a_driver_keeps_what_its_steps_raise() -> None:
+    """An event loop would only report it, and wait for a step that never comes."""
+
+    def steps() -> Any:
+        yield 0.0
+        raise ValueError("a defect")
+
+    driver = StepDriver[None](steps())
+    driver.advance()
+    assert driver.is_over
+    driver.advance()
+    with pytest.raises(ValueError, match="a defect"):
+        driver.finish()

@@ -39,8 +39,11 @@ class RunApp(WatchApp, Generic[R]):
     def advance(self) -> None:
         """Take the steps that are due."""
         wait_s = self._step_driver.advance()
-        if self.report is None:
+        if not self._step_driver.is_over:
             self.set_timer(wait_s, self.advance)
+            return
+        if self.report is None:  # a step has raised an exception, which `run_to_the_end` raises
+            self.exit()
             return
         self.look()
         self.tell("the mission has ended: q leaves")

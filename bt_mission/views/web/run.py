@@ -58,15 +58,16 @@ class ShownRun(Generic[R]):
             asyncio.run(self._run())
         except Exception as error:  # noqa: BLE001 - what shows a mission must not break it
             self._say(f"the page failed, the mission goes on: {type(error).__name__}: {error}")
+        # Raises what the session has raised.
         return self._driver.finish()
 
     async def _run(self) -> None:
         asyncio.get_running_loop().call_soon(self._advance)
-        await self._server.serve(self._is_left)
+        await self._server.serve(lambda: self._driver.fault is not None or self._is_left())
 
     def _advance(self) -> None:
         wait_s = self._driver.advance()
-        if self._driver.report is None:
+        if not self._driver.is_over:
             asyncio.get_running_loop().call_later(wait_s, self._advance)
-        elif not self._is_left():
+        elif self._driver.report is not None and not self._is_left():
             self._say(page_stays(self._driver.report.status))

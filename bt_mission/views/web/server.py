@@ -116,14 +116,14 @@ class WebServer:
 
         def frame() -> None:
             nonlocal since_look
-            if until():
-                self._uvicorn.should_exit = True
-                return
-            loop.call_later(self._frame_s, frame)
-            if since_look and not self.pages.are_open and since_look.elapsed_s < IDLE_S:
-                return
-            since_look = Stopwatch()
             try:
+                if until():
+                    self._uvicorn.should_exit = True
+                    return
+                loop.call_later(self._frame_s, frame)
+                if since_look and not self.pages.are_open and since_look.elapsed_s < IDLE_S:
+                    return
+                since_look = Stopwatch()
                 self._shown.look(self.pages.panels)
                 self.pages.tell()
             except Exception as error:  # noqa: BLE001 - raised again where it can be seen

@@ -114,3 +114,24 @@ def test_a_view_that_breaks_ends_the_mission_in_good_order(monkeypatch: pytest.M
     app = RunApp(graph, SIGNS, executive.name, drive.steps(), drive.interrupts)
     monkeypatch.setattr(app, "run", lambda: None)
     assert app.run_to_the_end().reason == "the end of the view"
+
+
+def test_an_exception_of_the_session_closes_the_view(monkeypatch: pytest.MonkeyPatch):
+    """It is raised for the command, once the terminal is as before."""
+    executive = ScriptedExecutive()
+    drive = Drive(executive, 5)
+
+    def broken() -> Generator[float, None, Report]:
+        yield from drive.steps()
+        raise ValueError("a defect")
+
+    app = RunApp(ScriptedGraph(executive), SIGNS, executive.name, broken(), drive.interrupts)
+
+    async def scene() -> None:
+        async with app.run_test(size=(80, 24)) as pilot:
+            while not app._exit:
+                await pilot.pause(0.001)
+
+    monkeypatch.setattr(app, "run", lambda: asyncio.run(scene()))
+    with pytest.raises(ValueError, match="a defect"):
+        app.run_to_the_end()

@@ -78,3 +78,19 @@ def test_a_page_that_fails_ends_nothing(monkeypatch: pytest.MonkeyPatch):
     assert run.carry_out().reason == "ended"
     assert run.taken == 500
     assert run.said == ["the page failed, the mission goes on: ValueError: a defect"]
+
+
+def test_an_exception_of_the_session_closes_the_page():
+    """It is raised for the command, which ends with it; no signal is needed."""
+    run = Run(50)
+
+    def broken() -> Generator[float, None, Report]:
+        yield from run.steps()
+        raise ValueError("a defect")
+
+    with closing(WebServer(LiveMission(run.graph), ANY_PORT)) as server:
+        shown = ShownRun(server, StepDriver(broken()), lambda: False, run.say)
+        with pytest.raises(ValueError, match="a defect"):
+            shown.run_to_the_end()
+    assert run.taken == 50
+    assert run.said == []
