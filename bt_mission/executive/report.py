@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -73,6 +75,8 @@ class Report:
         goals_left_behind: Goals whose end no server confirmed.
         distance_travelled_m: True path length of the robot, m.
         trace_sha256: Equal for two runs in which the same things happened at the same times.
+        sample: Equal for two runs with the same outcome and signals, whatever their seeds: these
+            are one sample in every statistic.
         leaves: What each leaf came to, where they were counted.
         failure: What made the tree fail; None where that did not.
         requirements: What each requirement came to.
@@ -94,6 +98,7 @@ class Report:
     collisions: int | None
     distance_travelled_m: float | None
     trace_sha256: str
+    sample: str = ""
     leaves: tuple[LeafSummary, ...] = ()
     failure: FailurePath | None = None
     requirements: tuple[RequirementResult, ...] = ()
@@ -169,9 +174,20 @@ def report_on(
         collisions=None,
         distance_travelled_m=None,
         trace_sha256=trace.sha256,
+        sample=sample_of(trace, requirements),
         failure=_failure_of(executive, virtual_s),
         requirements=requirements,
     )
+
+
+def sample_of(trace: Trace, requirements: Iterable[RequirementResult]) -> str:
+    """Return 16 hexadecimal digits that are equal for two runs with the same outcome and signals.
+
+    What happened, the robot's true poses and the requirements count; the seed does not.
+    """
+    results = [(one.name, one.verdict, one.margin, one.at) for one in requirements]
+    content = f"{trace.seedless_sha256} {results!r}"
+    return hashlib.sha256(content.encode()).hexdigest()[:16]
 
 
 def _failure_of(executive: Executive, virtual_s: float) -> FailurePath | None:

@@ -40,6 +40,8 @@ class Trace:
     def __init__(self, keep: int = KEPT_EVENTS, hide: Mapping[str, str] | None = None) -> None:
         self._hide = {json.dumps(text)[1:-1]: shown for text, shown in (hide or {}).items()}
         self._hash = hashlib.sha256()
+        self._seedless_hash = hashlib.sha256()
+        self._goal_numbers: dict[bytes, int] = {}
         self.newest: deque[str] = deque(maxlen=keep)
         self.listeners: Listeners[[str]] = Listeners()
         self.raised: list[Exception] = []
@@ -51,9 +53,22 @@ class Trace:
         """The hash over everything recorded so far, in hexadecimal."""
         return self._hash.hexdigest()
 
+    @property
+    def seedless_sha256(self) -> str:
+        """The same hash without the seed, and with the number of each goal in place of its id.
+
+        It is equal for two runs in which the same things happened, whatever their seeds.
+        """
+        return self._seedless_hash.hexdigest()
+
     def record(self, time_ns: int, event: str, **fields: Any) -> None:
         """Add an event at a time of the ROS clock."""
-        self._add(_ENCODER.encode({"t": time_ns, "event": event, **fields}))
+        line = _ENCODER.encode({"t": time_ns, "event": event, **fields})
+        if "seed" in fields:
+            del fields["seed"]
+            self._add(line, _ENCODER.encode({"t": time_ns, "event": event, **fields}))
+        else:
+            self._add(line)
 
     # The two events of which there are many, put together by hand as `record` would write them.
 
@@ -67,11 +82,13 @@ class Trace:
     def record_goal(self, time_ns: int, what: str, goal: Goal) -> None:
         """Add what has happened to a goal."""
         status = "null" if goal.status is None else f"{goal.status:d}"
-        self._add(
-            f'{{"action": {_json(goal.goal_client.name)}, "event": {_json(f"goal {what}")},'
-            f' "goal": "{goal.id.hex()}", "owner": {_json(goal.owner)},'
-            f' "phase": {_json(goal.phase)}, "status": {status}, "t": {time_ns}}}'
+        start = f'{{"action": {_json(goal.goal_client.name)}, "event": {_json(f"goal {what}")},'
+        end = (
+            f' "owner": {_json(goal.owner)}, "phase": {_json(goal.phase)}, "status": {status},'
+            f' "t": {time_ns}}}'
         )
+        number = self._goal_numbers.setdefault(goal.id, len(self._goal_numbers))
+        self._add(f'{start} "goal": "{goal.id.hex()}",{end}', f'{start} "goal": {number},{end}')
 
     def record_pose(self, time_ns: int, pose: tuple[float, float, float], collisions: int) -> None:
         """Add where the robot truly is (m, m, rad), and how often it has run into something."""
@@ -104,9 +121,17 @@ class Trace:
             finally:
                 self.listeners.remove(write)
 
-    def _add(self, line: str) -> None:
+    def _add(self, line: str, seedless: str | None = None) -> None:
+        """Add a line.
+
+        Args:
+            seedless: The same without what the seed alone decides; None where that is the line.
+        """
         for text, shown in self._hide.items():
             line = line.replace(text, shown)
-        self._hash.update(line.encode() + b"\n")
+            seedless = seedless and seedless.replace(text, shown)
+        written = line.encode() + b"\n"
+        self._hash.update(written)
+        self._seedless_hash.update(written if seedless is None else seedless.encode() + b"\n")
         self.newest.append(line)
         self.raised += self.listeners.notify(line)

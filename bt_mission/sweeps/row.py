@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from bt_mission.scenarios.cause import Cause, CauseKind, kind_of, masked
 from bt_mission.scenarios.scenario import ScenarioResult
 from bt_mission.sweeps.concrete import ConcreteScenario
 
@@ -42,7 +44,9 @@ class ScenarioRow:
         outcome: How the mission ended; ``error`` where it could not run, or killed its worker.
         passed: Did everything come out as it must? For a mission that is success with no
             requirement violated and no goal orphaned, for a scenario what it expects.
-        reason: Why the mission ended so; for one that has not passed, what else came out.
+        cause_kind: The kind of :attr:`cause`; empty where it has passed.
+        reason: Why the mission ended so; where its end is not why the scenario has not passed, what
+            differs from what is expected.
         failed_node: The node whose failure came last; empty where none made the tree fail.
         failed_path: The names from the root to it, with `` > `` between them.
         virtual_s: ROS time from start to end, s.
@@ -52,6 +56,8 @@ class ScenarioRow:
         requirements: What each came to, by name.
         coverage: What of the tree was reached, as hexadecimal digits (`bt_mission.coverage`).
         trace_sha256: Equal for two runs in which the same things happened at the same times.
+        sample: Equal for two runs with the same outcome and signals, whatever their seeds; those
+            are one sample. Empty where it could not run.
         versions: First digits of the digest of all versions; the store has them in full.
         worker: The process that carried it out.
         attempts: How often it was begun, as far as is known.
@@ -67,6 +73,7 @@ class ScenarioRow:
     faults: tuple[str, ...] = ()
     outcome: RowOutcome = "error"
     passed: bool = False
+    cause_kind: CauseKind | Literal[""] = ""
     reason: str = ""
     failed_node: str = ""
     failed_path: str = ""
@@ -81,6 +88,7 @@ class ScenarioRow:
     requirements: Mapping[str, RequirementMargin] = field(default_factory=dict)
     coverage: str = ""
     trace_sha256: str = ""
+    sample: str = ""
     versions: str = ""
     worker: str = ""
     attempts: int = 1
@@ -92,13 +100,30 @@ class ScenarioRow:
 
     @property
     def why_failed(self) -> str:
-        """Why it has not passed, in a line that is equal for equal failures; empty if it has."""
-        if self.passed:
+        """Why it has not passed, in one line; empty if it has."""
+        if self.cause_kind == "":
             return ""
-        violated = [name for name, one in self.requirements.items() if one.verdict == "violated"]
-        if self.outcome != "success" or not violated:
-            return self.reason.splitlines()[0] if self.reason else self.outcome
-        return f"requirement violated: {', '.join(violated)}"
+        if self.cause_kind == "violated":
+            return f"requirement violated: {self._first_violated}"
+        return self.reason.splitlines()[0] if self.reason else self.outcome
+
+    @property
+    def cause(self) -> Cause | None:
+        """Why it has not passed, equal for rows with the same cause; None if it has."""
+        if self.cause_kind == "":
+            return None
+        if self.cause_kind == "violated":
+            return Cause("violated", self._first_violated)
+        place = self.failed_path if self.cause_kind in ("failed", "interrupted") else ""
+        return Cause(self.cause_kind, place, masked(self.why_failed))
+
+    @property
+    def _first_violated(self) -> str:
+        """Name the requirement that was violated first."""
+        violated = [
+            (name, one) for name, one in self.requirements.items() if one.verdict == "violated"
+        ]
+        return min(violated, key=lambda pair: math.inf if pair[1].at is None else pair[1].at)[0]
 
 
 def row_of(scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float) -> ScenarioRow:
@@ -109,8 +134,10 @@ def row_of(scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float)
         for one in report.requirements
     }
     failure = report.failure
-    told = [one.message for one in result.differences]
-    reason = report.reason or "; ".join(told)
+    kind = kind_of(result)
+    reason = report.reason
+    if kind in ("violated", "unexpected"):
+        reason = "; ".join(one.message for one in result.differences)
     known = [one.margin for one in report.requirements if one.margin is not None]
     return ScenarioRow(
         id=scenario.id,
@@ -123,6 +150,7 @@ def row_of(scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float)
         faults=tuple(one.planned.text for one in result.scenario.faults),
         outcome=report.status,  # type: ignore[arg-type] # a mission that has ended has one of these
         passed=result.passed,
+        cause_kind=kind or "",
         reason=reason,
         failed_node=failure.nodes[-1] if failure else "",
         failed_path=" > ".join(failure.nodes) if failure else "",
@@ -137,6 +165,7 @@ def row_of(scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float)
         requirements=margins,
         coverage=result.coverage.as_hex() if result.coverage else "",
         trace_sha256=report.trace_sha256,
+        sample=report.sample,
     )
 
 
@@ -148,6 +177,7 @@ def row_of_error(scenario: ConcreteScenario, reason: str, *, attempts: int = 1) 
         seed=int(scenario.data.get("seed", 0)),
         parameters=scenario.parameters,
         plan=scenario.plan,
+        cause_kind="error",
         reason=reason,
         attempts=attempts,
     )

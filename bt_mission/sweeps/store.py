@@ -21,7 +21,7 @@ from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
 
 FILE = "results.sqlite"
 LOCK = "lock"
-FORMAT = 1
+FORMAT = 2
 """Version of the tables."""
 
 _NAMES = tuple(one.name for one in fields(ScenarioRow))

@@ -1,15 +1,15 @@
-"""What the rows of a sweep come to, added up one by one."""
+"""The totals of a sweep, added up row by row."""
 
 from __future__ import annotations
 
 import json
-import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bt_mission.core.statistics import wilson
+from bt_mission.core.statistics import told_samples, wilson
+from bt_mission.scenarios.cause import KINDS, Cause, CauseKind
 from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
 
 MOST_GROUPS = 500
@@ -17,8 +17,7 @@ MOST_GROUPS = 500
 MOST_VALUES = 200
 """Values of a parameter for which the summary has a line each."""
 OTHER_REASONS = "other reasons"
-
-_DECIMAL = re.compile(r"[-+]?\d+\.\d+(?:e[-+]?\d+)?")
+MASK = 2**64 - 1
 
 
 @dataclass
@@ -29,14 +28,19 @@ class OutcomeCount:
         succeeded: Those that have passed.
         failed: Those that ran and have not.
         errors: Those that could not run; they count as not succeeded.
+        varied: What differs between them, in words.
+        known_samples: The samples; runs with the same outcome and signals are one.
     """
 
     succeeded: int = 0
     failed: int = 0
     errors: int = 0
+    varied: str = "the seed"
+    known_samples: set[int] = field(default_factory=set, repr=False)
 
     def add(self, row: ScenarioRow) -> None:
         """Count a row."""
+        self.known_samples.add(sample_of(row))
         if row.is_error:
             self.errors += 1
         elif row.passed:
@@ -55,14 +59,27 @@ class OutcomeCount:
         return self.succeeded / self.scenarios if self.scenarios else None
 
     @property
+    def samples(self) -> int:
+        """How many of the scenarios are distinct."""
+        return len(self.known_samples)
+
+    @property
     def interval(self) -> tuple[float, float] | None:
-        """The Wilson interval that holds the true rate with a certainty of 95 %; None of none."""
-        return wilson(self.succeeded, self.scenarios) if self.scenarios else None
+        """The 95 % Wilson interval of the rate, by the distinct scenarios; None of none."""
+        if not self.scenarios:
+            return None
+        return wilson(self.succeeded, self.scenarios, self.samples)
+
+    @property
+    def samples_in_words(self) -> str:
+        """How many of the scenarios are distinct, in words; empty where all are."""
+        return told_samples(self.scenarios, self.samples, self.varied)
 
     def as_dict(self) -> dict[str, Any]:
         """As JSON has it."""
         return {
             "scenarios": self.scenarios,
+            "samples": self.samples,
             "succeeded": self.succeeded,
             "failed": self.failed,
             "errors": self.errors,
@@ -74,8 +91,15 @@ class OutcomeCount:
         told = f"{self.succeeded:,} of {self.scenarios:,} succeeded"
         if self.interval is None or self.success_rate is None:
             return told
-        low, high = self.interval
-        return f"{told} ({percent(self.success_rate)}; with a certainty of 95 %, {span(low, high)})"
+        told += f" ({percent(self.success_rate)}; 95 % confidence interval {span(*self.interval)})"
+        return f"{told}; {self.samples_in_words}" if self.samples_in_words else told
+
+
+def sample_of(row: ScenarioRow) -> int:
+    """Return a number that is equal for rows that count as one sample."""
+    if row.sample:
+        return int(row.sample, 16)
+    return hash(row.reason if row.is_error else row.id) & MASK
 
 
 def percent(share: float) -> str:
@@ -95,17 +119,14 @@ def span(low: float, high: float) -> str:
 
 @dataclass
 class FailureGroup:
-    """Scenarios that have not passed for the same reason.
+    """Scenarios that have not passed for the same cause.
 
     Attributes:
-        path: The names from the root to the leaf that failed; empty where none made it fail.
-        pattern: The reason, with ``…`` for each decimal number.
-        reason: That of the example.
+        cause: None for those of further causes, which are counted together.
         example: The row with the smallest number.
     """
 
-    path: str
-    pattern: str
+    cause: Cause | None
     example: ScenarioRow
     count: int = 0
     is_exact: bool = True
@@ -123,14 +144,27 @@ class FailureGroup:
         return self.example.failed_node
 
     @property
+    def kind(self) -> CauseKind:
+        """The kind of the cause."""
+        return self.cause.kind if self.cause else "unexpected"
+
+    @property
+    def path(self) -> str:
+        """The names from the root to the leaf that failed; empty where none made the run fail."""
+        return self.cause.place if self.cause and self.kind in ("failed", "interrupted") else ""
+
+    @property
     def reason(self) -> str:
-        """Of all in the group."""
-        return self.example.why_failed if self.is_exact else self.pattern
+        """That of all in the group, with ``…`` for numbers that differ."""
+        if self.cause is None:
+            return OTHER_REASONS
+        return self.example.why_failed if self.is_exact else self.cause.reason
 
     def as_dict(self) -> dict[str, Any]:
         """As JSON has it."""
         return {
             "count": self.count,
+            "kind": self.kind,
             "outcome": self.example.outcome,
             "failed_node": self.node,
             "failed_path": self.path,
@@ -205,9 +239,7 @@ class SweepTally:
     requirements: dict[str, RequirementTally] = field(
         default_factory=lambda: defaultdict(RequirementTally)
     )
-    _groups: dict[tuple[str, str, str], FailureGroup] = field(
-        default_factory=dict, init=False, repr=False
-    )
+    _groups: dict[Cause | None, FailureGroup] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(cls, rows: Iterable[ScenarioRow]) -> SweepTally:
@@ -229,23 +261,31 @@ class SweepTally:
             self.parameters[name][json.dumps(value)].add(row)
         if row.plan:
             self.plans[row.plan].add(row)
+        if row.parameters or row.plan:
+            self.count.varied = "what was varied"
         for name, one in row.requirements.items():
             self.requirements[name].add(row, one)
         if not row.passed:
             self._group_of(row).add(row)
 
     def _group_of(self, row: ScenarioRow) -> FailureGroup:
-        key = group_key(row)
-        if key not in self._groups and len(self._groups) >= MOST_GROUPS:
-            key = ("", "", OTHER_REASONS)
-        if key not in self._groups:
-            self._groups[key] = FailureGroup(key[1], key[2], row)
-        return self._groups[key]
+        cause = row.cause
+        if cause not in self._groups and len(self._groups) >= MOST_GROUPS:
+            cause = None
+        if cause not in self._groups:
+            self._groups[cause] = FailureGroup(cause, row)
+        return self._groups[cause]
 
     @property
     def failures(self) -> list[FailureGroup]:
-        """What has not passed, by leaf and reason; the most frequent first."""
-        return sorted(self._groups.values(), key=lambda one: (-one.count, one.path, one.pattern))
+        """The groups by kind, within each the most frequent first."""
+        kinds = list(KINDS)
+
+        def place(one: FailureGroup) -> tuple[bool, int, int, Cause]:
+            cause = one.cause or Cause("unexpected")
+            return one.cause is None, kinds.index(one.kind), -one.count, cause
+
+        return sorted(self._groups.values(), key=place)
 
     def as_dict(self) -> dict[str, Any]:
         """What ``--json`` prints."""
@@ -261,11 +301,6 @@ class SweepTally:
             "plans": {name: one.as_dict() for name, one in sorted(self.plans.items())},
             "requirements": {name: one.as_dict() for name, one in self.requirements.items()},
         }
-
-
-def group_key(row: ScenarioRow) -> tuple[str, str, str]:
-    """Return what rows that have failed alike have in common: outcome, path and reason."""
-    return row.outcome, row.failed_path, _DECIMAL.sub("…", row.why_failed)
 
 
 def _by_value(known: Mapping[str, OutcomeCount]) -> list[dict[str, Any]]:
@@ -294,4 +329,5 @@ def _sum(several: Iterable[OutcomeCount]) -> OutcomeCount:
         total.succeeded += one.succeeded
         total.failed += one.failed
         total.errors += one.errors
+        total.known_samples |= one.known_samples
     return total

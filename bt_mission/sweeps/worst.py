@@ -8,9 +8,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from bt_mission.scenarios.cause import Cause
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.store import ResultStore
-from bt_mission.sweeps.summary import group_key
 
 WORST = 20
 
@@ -45,22 +45,21 @@ def margins_of(row: ScenarioRow) -> Iterator[tuple[str, float]]:
 
 
 _Ranked: TypeAlias = tuple[int, str, bool, int, tuple[tuple[str, float], ...]]
-"""Number, id, has it passed, kind of failure, margins by requirement."""
+"""Number, id, has it passed, number of its cause, margins by requirement."""
 
 
 class WorstRows:
     """Finds the worst rows; rows are added one by one, and only ids are kept.
 
-    Failed ones are taken first, of each kind of failure in turn the one with the smallest margin,
-    so that a frequent failure does not hide the others; then those that have passed with the
-    smallest margins. A margin counts as a multiple of the requirement's mean one. What could not
-    run has no margin and is left out.
+    Failed ones come first: of each cause the one with the smallest margin, then the second of each,
+    and so on. Then come those that have passed, with the smallest margins first. A margin counts as
+    a multiple of the requirement's mean one. What could not run has no margin and is left out.
     """
 
     def __init__(self) -> None:
         self._scales: dict[str, MarginScale] = defaultdict(MarginScale)
         self._rows: list[_Ranked] = []
-        self._kinds: dict[tuple[str, str, str], int] = {}
+        self._causes: dict[Cause | None, int] = {}
 
     def add(self, row: ScenarioRow) -> None:
         """Add a row."""
@@ -69,23 +68,22 @@ class WorstRows:
         margins = tuple(margins_of(row))
         for name, margin in margins:
             self._scales[name].add(margin)
-        kind = -1 if row.passed else self._kinds.setdefault(group_key(row), len(self._kinds))
-        self._rows.append((row.number, row.id, row.passed, kind, margins))
+        cause = -1 if row.passed else self._causes.setdefault(row.cause, len(self._causes))
+        self._rows.append((row.number, row.id, row.passed, cause, margins))
 
     def ids(self, most: int = WORST) -> list[str]:
         """Return the ids of the worst, the worst first."""
         ranked = sorted(
-            (passed, self._least(margins), number, kind, id_)
-            for number, id_, passed, kind, margins in self._rows
+            (passed, self._least(margins), number, cause, id_)
+            for number, id_, passed, cause, margins in self._rows
         )
         turns: dict[int, int] = defaultdict(int)
         order = []
-        for passed, least, number, kind, id_ in ranked:
-            turn = 0 if passed else turns[kind]
-            turns[kind] += 1
+        for passed, least, number, cause, id_ in ranked:
+            turn = 0 if passed else turns[cause]
+            turns[cause] += 1
             order.append((passed, turn, least, number, id_))
-        chosen = sorted(order)[:most]
-        return [id_ for *_, id_ in sorted((one[0], *one[2:]) for one in chosen)]
+        return [id_ for *_, id_ in sorted(order)[:most]]
 
     def nearest(self, row: ScenarioRow) -> str | None:
         """Name the requirement by whose margin a row counts; None where it has none."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.statistics import wilson
+from bt_mission.core.statistics import told_samples, wilson
 
 SHOWN_IN_FULL = 3
 SHOWN_IN_LINES = 10
@@ -33,7 +33,7 @@ class Failure:
 
 @dataclass
 class PassRate:
-    """What became of the seeds of one test."""
+    """The results of one test with several seeds."""
 
     test: str
     function: str
@@ -41,6 +41,8 @@ class PassRate:
     location: tuple[str, int | None, str]
     passed: set[int] = field(default_factory=set)
     failed: dict[int, Failure] = field(default_factory=dict)
+    samples: dict[int, str] = field(default_factory=dict)
+    """By seed, a text that is equal for seeds whose runs have the same outcomes and signals."""
 
     @property
     def total(self) -> int:
@@ -54,18 +56,26 @@ class PassRate:
         return len(self.passed) >= wanted * self.total - 1e-9
 
     @property
+    def distinct(self) -> int:
+        """How many of the seeds gave runs that differ; seeds without a run count each."""
+        return len({self.samples.get(seed) or seed for seed in (*self.passed, *self.failed)})
+
+    @property
     def line(self) -> str:
-        """The rate, its interval, and what was wanted."""
-        low, high = wilson(len(self.passed), self.total)
+        """The rate, its interval, how many runs are distinct, and the rate that is required."""
+        low, high = wilson(len(self.passed), self.total, self.distinct)
         wanted = "" if self.at_least is None else f", at least {self.at_least:.4g} wanted"
+        distinct = told_samples(self.total, self.distinct)
         return (
             f"{len(self.passed)} of {self.total} passed: {len(self.passed) / self.total:.3f} "
-            f"({low:.3f} to {high:.3f}){wanted}"
+            f"({low:.3f} to {high:.3f}){wanted}{distinct and '; '}{distinct}"
         )
 
     def add(self, report: pytest.TestReport, told: dict[str, Any]) -> None:
         """Count what one phase of one seed's test came to."""
         seed = told["seed"]
+        if told["sample"]:
+            self.samples[seed] = told["sample"]
         if told["failed"]:
             self.passed.discard(seed)
             text = _text(report) if report.when == "call" else ""

@@ -215,6 +215,14 @@ def _runs_of(item: pytest.Item) -> list[Run]:
     return [run for made in item.stash.get(STAGES, []) for run in made.runs][-MOST_RUNS:]
 
 
+def sample_of_runs(item: pytest.Item) -> str:
+    """Return a text that is equal for tests whose runs have the same outcomes and signals.
+
+    Empty for a test without a run on the stage.
+    """
+    return " ".join(run.report.sample for run in _runs_of(item))
+
+
 def what_to_record(config: pytest.Config) -> str:
     """One of :data:`RECORD`.
 

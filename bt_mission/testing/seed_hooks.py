@@ -54,13 +54,18 @@ class SeedHooks:
         report = yield
         if item.get_closest_marker(MARKER) is None:
             return report
+        from bt_mission.testing.results import sample_of_runs
         from bt_mission.testing.seeds import line_to_repeat, seeded
 
         one = seeded(item)
         if one is None or hasattr(report, "wasxfail"):
             return report
         repeat = line_to_repeat(self._config, item.nodeid)
-        report.__dict__["scenario"] = asdict(one) | {"repeat": repeat, "failed": report.failed}
+        report.__dict__["scenario"] = asdict(one) | {
+            "repeat": repeat,
+            "failed": report.failed,
+            "sample": sample_of_runs(item) if report.when == "call" else "",
+        }
         if report.failed:
             report.sections.append(("to repeat it", repeat))
             if one.at_least is not None and report.when == "call":

@@ -39,8 +39,8 @@ def test_a_table_for_people_and_the_page(folder, capsys):
     assert report(folder) == 0
     assert report(folder) == 0
     out = capsys.readouterr().out
-    assert "go: 58 of 80 succeeded (72.5 %; with a certainty of 95 %, 61.9 to 81.1 %)" in out
-    assert "  hall          40         29  72.5 %  57.2 to 83.9 %" in out
+    assert "go: 58 of 80 succeeded (72.5 %; 95 % confidence interval 61.9 to 81.1 %)" in out
+    assert "  hall          40        40         29  72.5 %  57.2 to 83.9 %" in out
     assert "22 times 'look around' aborted" in out
     assert f"the page: {folder / 'sweep.html'}" in out
     assert "72.5 %" in (folder / "sweep.html").read_text()

@@ -25,7 +25,16 @@ def row(number: int = 0, **changes: Any) -> ScenarioRow:
         "collisions": 0,
         **changes,
     }
+    if not given["passed"]:
+        given.setdefault("cause_kind", _kind(given))
     return ScenarioRow(**given)
+
+
+def _kind(given: dict[str, Any]) -> str:
+    """The kind of the cause of a row of a mission."""
+    if given["outcome"] == "success":
+        return "violated" if given.get("requirements") else "unexpected"
+    return "error" if given["outcome"] == "error" else "failed"
 
 
 def failed(number: int = 0, **changes: Any) -> ScenarioRow:

@@ -99,7 +99,7 @@ def test_results_of_a_later_version_are_refused(tmp_path: Path):
     ResultStore.create(tmp_path, {}).close()
     with sqlite3.connect(tmp_path / FILE) as connection:
         connection.execute("UPDATE about SET value = '9' WHERE key = 'format'")
-    with pytest.raises(StoreError, match="results of version 9; this bt-mission has 1"):
+    with pytest.raises(StoreError, match="results of version 9; this bt-mission has 2"):
         ResultStore.read(tmp_path)
 
 

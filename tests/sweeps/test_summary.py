@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from random import Random
 
 import pytest
@@ -85,22 +86,52 @@ def test_failures_are_grouped_by_leaf_and_reason():
     assert groups[0].reason == LOST
 
 
-def test_decimal_numbers_in_a_reason_make_no_group_of_their_own():
-    """What was measured differs from run to run; codes and whole numbers tell reasons apart."""
-    reasons = ["1.05 s old (code 902)", "1.10 s old (code 902)", "1.05 s old (code 903)"]
+def test_numbers_in_a_reason_make_no_group_of_their_own():
+    """A measured value differs from run to run, whole or not; an error code is a name."""
+    reasons = ["108 deg were left (code 902)", "1.5 deg were left (code 902)", "3 deg (code 903)"]
     groups = SweepTally.of(failed(n, reason=text) for n, text in enumerate(reasons)).failures
     assert [(one.count, one.reason) for one in groups] == [
-        (2, "… s old (code 902)"),
-        (1, "1.05 s old (code 903)"),
+        (2, "… deg were left (code 902)"),
+        (1, "3 deg (code 903)"),
     ]
+
+
+def test_failed_missions_and_violated_requirements_are_apart():
+    """Each group has a kind; a violation is named by the requirement that was violated first."""
+    late = replace(margin(-1), at=5.0)
+    violations = {"slow": late, "clear": margin(-0.1), "held": margin(0.2)}
+    rows = [row(0, passed=False, requirements=violations), failed(1, requirements=violations)]
+    groups = SweepTally.of(rows).failures
+    assert [(one.kind, one.path, one.reason) for one in groups] == [
+        ("failed", "explore > look around", LOST),
+        ("violated", "", "requirement violated: clear"),
+    ]
+
+
+def test_runs_that_are_identical_count_as_one_sample():
+    """In words and in the interval; the rate is that of all runs."""
+    count = SweepTally.of(row(n, sample="00000000000000ab") for n in range(4)).count
+    assert (count.scenarios, count.samples) == (4, 1)
+    assert count.interval == wilson(1, 1)
+    assert str(count) == (
+        "4 of 4 succeeded (100.0 %; 95 % confidence interval 20.7 to 100.0 %); "
+        "4 runs, 1 distinct: the seed changes nothing"
+    )
+
+
+def test_what_was_varied_is_said_to_change_nothing():
+    """Where parameters differ, too, it is not the seed alone."""
+    rows = [row(n, sample="ab", parameters={"speed": n}) for n in range(3)]
+    told = "3 runs, 1 distinct: what was varied changes nothing"
+    assert SweepTally.of(rows).count.samples_in_words == told
 
 
 def test_kinds_of_failures_are_bounded():
     """Reasons that all differ do not fill the memory; each failure is still counted."""
-    rows = [failed(n, reason=f"goal {n} lost") for n in range(MOST_GROUPS + 20)]
+    rows = [failed(n, reason=f"goal g{n} lost") for n in range(MOST_GROUPS + 20)]
     groups = SweepTally.of(rows).failures
     assert len(groups) == MOST_GROUPS + 1
-    assert (groups[0].count, groups[0].reason) == (20, "other reasons")
+    assert (groups[-1].count, groups[-1].reason) == (20, "other reasons")
 
 
 def test_the_smallest_margin_of_each_requirement_is_kept():
@@ -152,4 +183,4 @@ def test_a_rare_failure_does_not_vanish_by_rounding(share, text):
 def test_the_count_as_text():
     """In a line: the count, the rate and its interval."""
     text = str(SweepTally.of([row(n, passed=n > 12) for n in range(1000)]).count)
-    assert text == ("987 of 1,000 succeeded (98.7 %; with a certainty of 95 %, 97.8 to 99.2 %)")
+    assert text == ("987 of 1,000 succeeded (98.7 %; 95 % confidence interval 97.8 to 99.2 %)")

@@ -5,7 +5,9 @@ import pytest
 from bt_mission.testing.pass_rates import PassRates
 
 
-def reported(seed: int, *, failed: bool = False, at_least: float | None = None, when="call"):
+def reported(
+    seed: int, *, failed: bool = False, at_least: float | None = None, when="call", sample=""
+):
     """A report as ``scenarios`` leaves it; gives it with what was told."""
     tolerated = failed and at_least is not None
     report = pytest.TestReport(
@@ -24,6 +26,7 @@ def reported(seed: int, *, failed: bool = False, at_least: float | None = None, 
         "at_least": at_least,
         "repeat": f"pytest 'a.py::test[seed{seed}]'",
         "failed": failed,
+        "sample": sample,
     }
     return report, told
 
@@ -42,6 +45,18 @@ def test_a_rate_is_told_with_its_interval_and_how_to_repeat_what_failed():
         "a.py::test  19 of 20 passed: 0.950 (0.764 to 0.991)",
         "  pytest 'a.py::test[seed3]'  it broke",
     ]
+
+
+def test_seeds_with_identical_runs_count_as_one():
+    """The interval is as wide as for the distinct runs, and the line says so."""
+    rates = PassRates()
+    for seed in range(4):
+        rates.add(*reported(seed, at_least=0.9, sample="ab"))
+    (line,) = rates.summary()
+    assert line == (
+        "a.py::test  4 of 4 passed: 1.000 (0.207 to 1.000), at least 0.9 wanted; "
+        "4 runs, 1 distinct: the seed changes nothing"
+    )
 
 
 def test_many_failures_are_cut_short():

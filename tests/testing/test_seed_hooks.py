@@ -173,3 +173,34 @@ def test_the_stage_takes_the_seed(pytester):
     """Unless the test gives one; missions that are made before take it, too."""
     pytester.makepyfile(MISSION)
     pytester.runpytest().assert_outcomes(passed=4)
+
+
+IDENTICAL = '''
+import pytest
+
+@pytest.mark.scenario(seeds=3)
+def test_waits(stage):
+    stage.run("""
+        mission: waits
+        tree: {wait: 1}
+        """).until_done()
+
+@pytest.mark.scenario(seeds=2)
+def test_chooses(stage):
+    stage.run("""
+        mission: chooses
+        tree: {wait: "uniform(1, 2)"}
+        """).until_done()
+'''
+
+
+def test_seeds_that_change_nothing_are_one_sample(pytester):
+    """What the seed decides alone, such as ids of goals, does not make runs distinct."""
+    pytester.makepyfile(IDENTICAL)
+    result = pytester.runpytest()
+    result.stdout.fnmatch_lines(
+        [
+            "*::test_chooses  2 of 2 passed: 1.000 (0.342 to 1.000)",
+            "*::test_waits * 3 of 3 passed: 1.000 (0.207 to 1.000); 3 runs, 1 distinct: *",
+        ]
+    )

@@ -148,7 +148,8 @@ def _told_cell(pair: Pair, row: int, column: int) -> str:
     )
     if not total:
         return f"{where}<br>no scenario"
-    return f"{where}<br>{_told_count(Level('', 0.0, passed, total))}"
+    samples = int(pair.samples[row, column])
+    return f"{where}<br>{_told_count(Level('', 0.0, passed, total, samples))}"
 
 
 def histogram_figure(
@@ -260,8 +261,9 @@ def _told(level: Level) -> str:
 
 
 def _told_count(level: Level) -> str:
+    distinct = "" if level.samples in (None, level.total) else f", {level.samples:,} distinct"
     return (
-        f"{level.passed:,} of {level.total:,}: {percent(level.rate)}<br>"
+        f"{level.passed:,} of {level.total:,}{distinct}: {percent(level.rate)}<br>"
         f"({span(*level.interval)} at 95 %)"
     )
 

@@ -12,11 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.summary import SweepTally
+from bt_mission.sweeps.summary import SweepTally, sample_of
 from bt_mission.sweeps.worst import WorstRows, margins_of
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
+Counts: TypeAlias = npt.NDArray[np.int64]
 
 PLAN = "plan of faults"
 """What the plans of faults are called among the parameters."""
@@ -44,6 +45,7 @@ class SweepColumns:
         self._passed = bytearray()
         self._is_error = bytearray()
         self._seconds = array("d")
+        self._samples = array("Q")
         self._margins: dict[str, array[float]] = defaultdict(lambda: array("d"))
 
     @classmethod
@@ -71,6 +73,7 @@ class SweepColumns:
         self._passed.append(row.passed)
         self._is_error.append(row.is_error)
         self._seconds.append(row.virtual_s)
+        self._samples.append(sample_of(row))
         self.coverage[row.coverage] += 1
         self.versions[row.versions] += 1
         self._count += 1
@@ -85,6 +88,12 @@ class SweepColumns:
     def passed(self) -> Flags:
         """Did each pass?"""
         return np.frombuffer(self._passed, np.uint8).astype(bool)
+
+    @property
+    def samples(self) -> Counts:
+        """The number of the sample of each: equal for runs that count as one."""
+        numbers = np.frombuffer(self._samples, np.uint64)
+        return np.unique(numbers, return_inverse=True)[1].astype(np.int64)
 
     @property
     def ran(self) -> Flags:

@@ -6,15 +6,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from bt_mission.core.statistics import wilson
-from bt_mission.sweeps.report.columns import Flags, Floats, SweepColumns
-
-Counts: TypeAlias = npt.NDArray[np.int64]
+from bt_mission.sweeps.report.columns import Counts, Flags, Floats, SweepColumns
 
 MOST_LEVELS = 16
 """Numbers of which each has a level; of more, stretches are the levels."""
@@ -28,12 +25,17 @@ MOST_MAPS = 6
 
 @dataclass(frozen=True)
 class Level:
-    """One value of a parameter, or a stretch of them, with what the runs there came to."""
+    """One value of a parameter, or a range of them, with the results of the runs there.
+
+    Attributes:
+        samples: How many of the runs are distinct; None is all.
+    """
 
     label: str
     at: float
     passed: int
     total: int
+    samples: int | None = None
 
     @property
     def rate(self) -> float:
@@ -43,7 +45,7 @@ class Level:
     @property
     def interval(self) -> tuple[float, float]:
         """The Wilson interval of the share."""
-        return wilson(self.passed, self.total)
+        return wilson(self.passed, self.total, self.samples)
 
 
 @dataclass(frozen=True)
@@ -70,23 +72,40 @@ class Factor:
         return float(np.average((rates - np.average(rates, weights=totals)) ** 2, weights=totals))
 
 
+@dataclass(frozen=True)
+class Results:
+    """The result of each row.
+
+    Attributes:
+        passed: Did it pass?
+        samples: The number of its sample, from 0: equal for rows that count as one.
+    """
+
+    passed: Flags
+    samples: Counts
+
+    @classmethod
+    def of(cls, columns: SweepColumns) -> Results:
+        """Return those of a sweep."""
+        return cls(columns.passed, columns.samples)
+
+
 def factor(
-    name: str, values: Sequence[Any], passed: Flags, most_levels: int = MOST_LEVELS
+    name: str, values: Sequence[Any], results: Results, most_levels: int = MOST_LEVELS
 ) -> Factor:
     """Return a parameter's levels.
 
     Args:
         values: One for each row; None where a row has none.
-        passed: Did each row pass?
         most_levels: Numbers that have a level each.
     """
     known = [one for one in values if one is not None]
     if known and all(isinstance(one, int | float) and not isinstance(one, bool) for one in known):
-        return _of_numbers(name, values, passed, most_levels)
-    return _of_names(name, values, passed)
+        return _of_numbers(name, values, results, most_levels)
+    return _of_names(name, values, results)
 
 
-def _of_numbers(name: str, values: Sequence[Any], passed: Flags, most_levels: int) -> Factor:
+def _of_numbers(name: str, values: Sequence[Any], results: Results, most_levels: int) -> Factor:
     numbers = np.array([np.nan if one is None else one for one in values], np.float64)
     is_known = np.isfinite(numbers)
     distinct, indices = np.unique(numbers[is_known], return_inverse=True)
@@ -100,16 +119,16 @@ def _of_numbers(name: str, values: Sequence[Any], passed: Flags, most_levels: in
         labels = [f"{short(low)}{dash}{short(high)}" for low, high in pairwise(edges)]
     everywhere = np.full(len(numbers), -1, np.int64)
     everywhere[is_known] = indices
-    return _factor(name, (labels, list(at)), everywhere, passed, is_number=True)
+    return _factor(name, (labels, list(at)), everywhere, results, is_number=True)
 
 
-def _of_names(name: str, values: Sequence[Any], passed: Flags) -> Factor:
+def _of_names(name: str, values: Sequence[Any], results: Results) -> Factor:
     names: dict[str, int] = {}
     indices = np.array(
         [-1 if one is None else names.setdefault(_label(one), len(names)) for one in values],
         np.int64,
     )
-    made = _factor(name, (list(names), list(range(len(names)))), indices, passed, is_number=False)
+    made = _factor(name, (list(names), list(range(len(names)))), indices, results, is_number=False)
     if len(made.levels) <= MOST_NAMES:
         return made
     worst = sorted(made.levels, key=lambda one: (one.rate, one.label))[:MOST_NAMES]
@@ -120,34 +139,46 @@ def _factor(
     name: str,
     levels: tuple[list[str], list[Any]],
     indices: Counts,
-    passed: Flags,
+    results: Results,
     *,
     is_number: bool,
 ) -> Factor:
     """Count the rows of each level, and leave out stretches without any."""
     labels, at = levels
-    total = np.bincount(indices[indices >= 0], minlength=len(labels))
-    good = np.bincount(indices[(indices >= 0) & passed], minlength=len(labels))
+    is_known = indices >= 0
+    total = np.bincount(indices[is_known], minlength=len(labels))
+    good = np.bincount(indices[is_known & results.passed], minlength=len(labels))
+    distinct = _distinct(indices, results.samples, len(labels))
     kept = np.flatnonzero(total)
     renumbered = np.full(len(labels) + 1, -1, np.int64)
     renumbered[kept] = np.arange(len(kept))
-    found = tuple(Level(labels[n], float(at[n]), int(good[n]), int(total[n])) for n in kept)
+    found = tuple(
+        Level(labels[n], float(at[n]), int(good[n]), int(total[n]), int(distinct[n])) for n in kept
+    )
     return Factor(name, is_number, found, renumbered[indices])
+
+
+def _distinct(indices: Counts, samples: Counts, count: int) -> Counts:
+    """Count the samples at each index from 0 to below `count`."""
+    pairs = np.unique(np.stack([indices, samples])[:, indices >= 0], axis=1)
+    return np.bincount(pairs[0], minlength=count)
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Two parameters, and what the runs at each pair of levels came to.
+    """Two parameters, and the results of the runs at each pair of levels.
 
     Attributes:
         passed: Rows are levels of the second, columns of the first.
         total: Likewise.
+        samples: Likewise, the distinct runs.
     """
 
     first: Factor
     second: Factor
     passed: Counts
     total: Counts
+    samples: Counts
 
     @property
     def spread(self) -> float:
@@ -163,29 +194,31 @@ class Pair:
 
 def factors_of(columns: SweepColumns) -> list[Factor]:
     """Return what was varied, as curves and bars have it; what has one level only is left out."""
-    passed = columns.passed
-    made = (factor(name, values, passed) for name, values in columns.values.items())
+    results = Results.of(columns)
+    made = (factor(name, values, results) for name, values in columns.values.items())
     return [one for one in made if len(one.levels) > 1]
 
 
 def pairs_of(columns: SweepColumns, most: int = MOST_MAPS) -> tuple[list[Pair], int]:
     """Return the pairs of parameters that tell most, and how many are left out."""
-    passed = columns.passed
-    made = [factor(name, values, passed, MOST_CELLS) for name, values in columns.values.items()]
+    results = Results.of(columns)
+    made = [factor(name, values, results, MOST_CELLS) for name, values in columns.values.items()]
     shown = [one for one in made if len(one.levels) > 1 and not one.is_cut]
-    pairs = [_pair(first, second, passed) for first, second in combinations(shown, 2)]
+    pairs = [_pair(first, second, results) for first, second in combinations(shown, 2)]
     pairs.sort(key=lambda one: -round(one.spread, 9))
     return pairs[:most], max(0, len(pairs) - most)
 
 
-def _pair(first: Factor, second: Factor, passed: Flags) -> Pair:
+def _pair(first: Factor, second: Factor, results: Results) -> Pair:
     shape = (len(second.levels), len(first.levels))
     is_known = (first.indices >= 0) & (second.indices >= 0)
     cells = second.indices * shape[1] + first.indices
     size = shape[0] * shape[1]
     total = np.bincount(cells[is_known], minlength=size)
-    good = np.bincount(cells[is_known & passed], minlength=size)
-    return Pair(first, second, good.reshape(shape), total.reshape(shape))
+    good = np.bincount(cells[is_known & results.passed], minlength=size)
+    samples = _distinct(np.where(is_known, cells, -1), results.samples, size)
+    made = (one.reshape(shape) for one in (good, total, samples))
+    return Pair(first, second, *made)
 
 
 def round_edges(low: float, high: float, most: int) -> Floats:

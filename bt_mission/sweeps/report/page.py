@@ -153,9 +153,11 @@ class SweepPage:
         parts = [element("h1", escape_markup(self._title()))]
         if count.interval is not None and count.success_rate is not None:
             told = (
-                f"Success rate <b>{percent(count.success_rate)}</b>; with a certainty of 95 % "
-                f"between {span(*count.interval).replace(' to ', ' and ')} (Wilson)."
+                f"Success rate <b>{percent(count.success_rate)}</b>; 95 % confidence interval "
+                f"{span(*count.interval)} (Wilson)."
             )
+            if count.samples_in_words:
+                told += f" <b>{escape_markup(count.samples_in_words)}</b>."
             parts.append(element("p", told, class_="rate"))
         planned = self._about.get("scenarios", 0)
         if planned > count.scenarios:
@@ -210,7 +212,7 @@ class SweepPage:
         ]
         more = f"{left_out} more pairs of parameters tell less, and are left out."
         return (
-            hint("Bands and whiskers hold the true rate with a certainty of 95 %.")
+            hint("Bands and whiskers are 95 % confidence intervals.")
             + element("div", rows(parts), class_="figures")
             + (hint(more) if left_out else "")
         )

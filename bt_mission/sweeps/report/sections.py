@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -11,6 +12,7 @@ from urllib.parse import quote
 import numpy as np
 
 from bt_mission.core.text import escape_markup
+from bt_mission.scenarios.cause import KINDS
 from bt_mission.sweeps.origin import SweepOrigin, resume_command
 from bt_mission.sweeps.repeat import Repeater, told_parameters
 from bt_mission.sweeps.report.columns import SweepColumns
@@ -24,12 +26,6 @@ from bt_mission.views.html_report.markup import element, hint, number, rows, tab
 MOST_GROUPS = 50
 MOST_PATH = 6
 ARROW = " \u203a "
-ENDS = {
-    "success": "the mission succeeded",
-    "failure": "the mission failed",
-    "interrupted": "interrupted",
-    "error": "could not run",
-}
 RECORDINGS = "recordings"
 """The folder of the results for recordings of single scenarios, named by their ids."""
 
@@ -91,12 +87,13 @@ def _cell(text: str) -> str:
 def levels_table(name: str, levels: Sequence[Level]) -> str:
     """Return the figures of a chart of success, folded up."""
     content = table(
-        (escape_markup(name), "succeeded", "share", "95 %"),
+        (escape_markup(name), "succeeded", "distinct", "share", "95 %"),
         (
             line(
                 (
                     escape_markup(one.label),
                     f"{one.passed:,} of {one.total:,}",
+                    f"{one.total if one.samples is None else one.samples:,}",
                     percent(one.rate),
                     span(*one.interval),
                 )
@@ -108,24 +105,26 @@ def levels_table(name: str, levels: Sequence[Level]) -> str:
 
 
 def failures(columns: SweepColumns, repeater: Repeater) -> str:
-    """Return what has not passed, by leaf and reason, with an example of each."""
+    """Return the causes of what has not passed, each with an example, under their kinds."""
     groups = columns.tally.failures
     if not groups:
         return hint("Every scenario has succeeded.")
-    shown = groups[:MOST_GROUPS]
-    missing = len(groups) - len(shown)
-    more = f"{missing} more kinds are in the output of sweep-report --json." if missing else ""
     total = columns.tally.count.scenarios
-    return element(
-        "ol", rows(_failure(one, total, repeater) for one in shown), class_="failures"
-    ) + hint(more)
+    parts: list[str] = []
+    for kind, several in groupby(groups, lambda one: one.kind):
+        of_kind = list(several)
+        shown = rows(_failure(one, total, repeater) for one in of_kind[:MOST_GROUPS])
+        left = len(of_kind) - MOST_GROUPS
+        more = f"{left} more causes are in the output of sweep-report --json." if left > 0 else ""
+        heading = element("h3", KINDS[kind].capitalize())
+        parts += [heading, element("ol", shown, class_="failures") + hint(more)]
+    return rows(parts)
 
 
 def _failure(one: FailureGroup, total: int, repeater: Repeater) -> str:
-    leaf = one.node or ENDS[one.example.outcome]
-    head = (
-        element("b", f"{one.count:,}") + " " + element("span", escape_markup(leaf), class_="leaf")
-    )
+    head = element("b", f"{one.count:,}") + " "
+    if one.path:
+        head += element("span", escape_markup(one.node), class_="leaf")
     head += element("small", f"{percent(one.count / total)} of all")
     example = (
         f"For example scenario {one.example.number}: {told_parameters(one.example)}, "

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby
 
 from rich.console import RenderableType
 from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from bt_mission.scenarios.cause import KINDS
 from bt_mission.sweeps.repeat import Repeater, told_parameters
 from bt_mission.sweeps.report.columns import SweepColumns
 from bt_mission.sweeps.report.factors import Factor, factors_of
@@ -39,7 +41,7 @@ def told(
     if tally.requirements:
         yield from _section("requirements", _requirements(columns))
     if tally.failures:
-        yield from _section("failures", *_failures(tally.failures, repeater))
+        yield from _failures(tally.failures, repeater)
     if worst:
         yield from _section("the worst", _worst(worst))
 
@@ -60,11 +62,12 @@ def _table(columns: Iterable[str], right: str = "") -> Table:
 
 
 def _levels(factor: Factor) -> Table:
-    table = _table((factor.name, "scenarios", "succeeded", "share", "95 %"), " >>> ")
+    table = _table((factor.name, "scenarios", "distinct", "succeeded", "share", "95 %"), " >>>> ")
     for one in factor.levels:
         table.add_row(
             Text(one.label),
             f"{one.total:,}",
+            f"{one.total if one.samples is None else one.samples:,}",
             f"{one.passed:,}",
             percent(one.rate),
             span(*one.interval),
@@ -82,11 +85,17 @@ def _requirements(columns: SweepColumns) -> Table:
 
 
 def _failures(groups: Sequence[FailureGroup], repeater: Repeater) -> Iterator[RenderableType]:
-    for one in groups[:MOST_GROUPS]:
-        yield Text.assemble((f"  {one.count:,} times ", "bold"), one.reason)
-        yield Text(f"    {repeater.command(one.example)}", style="dim")
-    if len(groups) > MOST_GROUPS:
-        yield Text(f"  and {len(groups) - MOST_GROUPS:,} other kinds: see --json or the page")
+    """Yield the most frequent causes of each kind under its heading."""
+    for kind, several in groupby(groups, lambda one: one.kind):
+        of_kind = list(several)
+        parts = []
+        for one in of_kind[:MOST_GROUPS]:
+            parts.append(Text.assemble((f"  {one.count:,} times ", "bold"), one.reason))
+            parts.append(Text(f"    {repeater.command(one.example)}", style="dim"))
+        if len(of_kind) > MOST_GROUPS:
+            left = len(of_kind) - MOST_GROUPS
+            parts.append(Text(f"  and {left:,} other causes: see --json or the page"))
+        yield from _section(KINDS[kind], *parts)
 
 
 def _worst(rows: Sequence[ScenarioRow]) -> Table:

@@ -14,10 +14,10 @@ from bt_mission.sweeps.report.charts import (
     success_figure,
 )
 from bt_mission.sweeps.report.columns import SweepColumns
-from bt_mission.sweeps.report.factors import factor, factors_of, pairs_of
+from bt_mission.sweeps.report.factors import Results, factor, factors_of, pairs_of
 from tests.sweeps.conftest import some_rows
 
-PASSED = np.array([True, False, True, True])
+PASSED = Results(np.array([True, False, True, True]), np.arange(4))
 
 
 def check(figure):

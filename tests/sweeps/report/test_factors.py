@@ -10,6 +10,7 @@ from bt_mission.sweeps.report.columns import SweepColumns
 from bt_mission.sweeps.report.factors import (
     MOST_LEVELS,
     MOST_NAMES,
+    Results,
     factor,
     factors_of,
     pairs_of,
@@ -19,8 +20,8 @@ from tests.sweeps.rows import row
 
 
 def passes(*values):
-    """Whether each row has passed."""
-    return np.array(values, bool)
+    """Results of rows that all differ: whether each has passed."""
+    return Results(np.array(values, bool), np.arange(len(values)))
 
 
 def test_each_number_is_a_level():
@@ -33,6 +34,14 @@ def test_each_number_is_a_level():
     ]
     assert made.levels[1].interval == wilson(2, 3)
     assert made.indices.tolist() == [1, 0, 1, 1]
+
+
+def test_identical_rows_of_a_level_are_one_sample():
+    """The rate is that of all rows, the interval as wide as for the distinct ones."""
+    results = Results(np.array([1, 1, 1, 0], bool), np.array([5, 5, 6, 5]))
+    first, second = factor("speed", [0.1, 0.1, 0.1, 0.2], results).levels
+    assert (first.total, first.samples, second.samples) == (3, 2, 1)
+    assert first.interval == wilson(3, 3, 2)
 
 
 def test_of_many_numbers_stretches_are_levels():
