@@ -27,7 +27,7 @@ from bt_mission.language.loader import draft
 
 FORMAT = "4"
 AT_REQUIREMENT = (REQUIREMENT, "formula", "on_violation")
-METADATA = ("mission", "world", "robot", "seed", "map")
+METADATA = ("mission", "world", "robot", "seed", "map", "nodes")
 """What the head of a mission says in `Metadata` of its tree."""
 
 _AT_ROOT = ("BTCPP_format", "main_tree_to_execute")
@@ -181,6 +181,9 @@ class _FileReader:
                 value = number(attribute.value)
                 seed = located(attribute.value if value is None else value, attribute.value_at)
                 head.append(("seed", attribute.at, seed))
+            elif attribute.name == "nodes":
+                targets = [one.strip() for one in attribute.value.split(",")]
+                head.append(("nodes", attribute.at, located(targets, attribute.value_at)))
             elif attribute.name != "mission":
                 head.append(entry(attribute))
         needs, inputs, outputs = ports.entries()

@@ -111,7 +111,9 @@ class _Writer:
 
     def _main_model(self, main: str) -> Tag:
         data = self._document.data
-        said = {key: str(data[key]) for key in METADATA if data.get(key) not in (None, "")}
+        said = {key: str(data[key]) for key in METADATA if data.get(key) not in (None, "", [])}
+        if "nodes" in said:
+            said["nodes"] = ", ".join(data["nodes"])
         if main == data["mission"]:
             del said["mission"]
         types = self._mission.main.types

@@ -46,7 +46,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--import-python",
         action="store_true",
-        help="import the missions' Python leaves, which runs their code, and check their inputs "
+        help="import the missions' Python leaves and nodes, which runs their code, and check them "
         "(default: only name them)",
     )
     add_python_option(parser)

@@ -97,7 +97,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--import-python",
         action="store_true",
-        help="import the mission's Python leaves from this folder, which runs their code",
+        help="import the mission's Python leaves and nodes from this folder, which runs their code",
     )
     parser.add_argument(
         "--trace", type=Path, help="write what happened to this file, as JSON lines"

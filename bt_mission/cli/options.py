@@ -102,7 +102,7 @@ def add_python_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-python",
         action="store_true",
-        help="refuse a mission with Python leaves: code of its author's that runs as you",
+        help="refuse a mission with Python leaves or nodes: code of its author that runs as you",
     )
 
 

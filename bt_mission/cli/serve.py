@@ -68,7 +68,8 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--allow-python",
         action="store_true",
-        help="import the Python leaves of these missions, from files of these folders and plug-ins",
+        help="accept missions with Python leaves, which are imported, and nodes, which are not: "
+        "files of these folders, and leaves that are plug-ins",
     )
     parser.add_argument(
         "--allow-text",

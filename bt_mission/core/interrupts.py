@@ -1,8 +1,10 @@
-"""SIGINT and SIGTERM as wishes to look at between two steps."""
+"""SIGINT and SIGTERM as wishes to look at between two steps; a limit for code that may block."""
 
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import Any, Self
 
@@ -64,3 +66,34 @@ class InterruptSignals:
     def _is_repeated(self, name: str) -> bool:
         last = self._since_last
         return last is not None and name == self.signal and last.elapsed_s < SAME_WISH_S
+
+
+class TookTooLong(BaseException):
+    """Code has used up its wall time."""
+
+
+@contextmanager
+def interrupted_after(seconds: float) -> Iterator[None]:
+    """Limit the wall time of a block of Python code, s.
+
+    Only the main thread gets signals, so elsewhere there is no limit; nor is there one for what
+    blocks outside of Python.
+
+    Raises:
+        TookTooLong: In the block, once the time is over.
+    """
+
+    def stop(*_: object) -> None:
+        raise TookTooLong
+
+    try:
+        former = signal.signal(signal.SIGALRM, stop)
+    except ValueError:  # not the main thread
+        yield
+        return
+    left, interval = signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, left, interval)
+        signal.signal(signal.SIGALRM, former)

@@ -13,7 +13,8 @@ from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.fleets.file import FleetFile, FleetRobotForm
 from bt_mission.fleets.plan import FleetPlan
-from bt_mission.language.mission import Mission
+from bt_mission.language.checks.python_code import factory_faults
+from bt_mission.language.mission import Mission, node_factories
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.sessions.named_files import NamedFiles
@@ -97,6 +98,8 @@ class _Loader:
             world = load_world(self._changes.world, near=document.file)
         elif written.world is None:
             world = _world_of(missions)
+        nodes = node_factories(document, written.nodes)
+        self._faults += factory_faults(nodes, self._changes.permissions)
         if world is None or self._has_errors():
             return None, in_order(self._faults)
         robots = [
@@ -108,7 +111,13 @@ class _Loader:
         if self._has_errors():
             return None, in_order(self._faults)
         plan = FleetPlan(
-            written.fleet, world, seed, tuple(robots), written.description, document=document
+            written.fleet,
+            world,
+            seed,
+            tuple(robots),
+            written.description,
+            nodes,
+            document=document,
         )
         return plan, in_order(self._faults)
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from bt_mission.core.yaml.document import Document
+from bt_mission.language.mission import NodeFactory
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 from sim.world.world import World
 
@@ -17,6 +18,7 @@ class FleetPlan:
     Attributes:
         seed: Of all sensor noise.
         robots: In the order of the file.
+        nodes: The user's nodes that all robots share.
     """
 
     name: str
@@ -24,6 +26,7 @@ class FleetPlan:
     seed: int
     robots: tuple[FleetRobot, ...]
     description: str = ""
+    nodes: tuple[NodeFactory, ...] = ()
     document: Document = field(repr=False, compare=False, kw_only=True)
 
     @property
@@ -39,4 +42,4 @@ class FleetPlan:
     @property
     def stage_options(self) -> StageOptions:
         """How its stage is set up."""
-        return StageOptions(world=self.world, seed=self.seed)
+        return StageOptions(world=self.world, seed=self.seed, nodes=self.nodes)

@@ -35,6 +35,7 @@ class MissionFile(Written):
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
     map: Literal["known", "unknown"] = "known"
     include: list[fields.Line] = []
+    nodes: fields.NodeFactories = []
     inputs: dict[fields.Variable, fields.InputValue] = {}
     follow: Follows = []
     limits: GoalLimits = GoalLimits()

@@ -17,7 +17,7 @@ from bt_mission.language.expressions.values import Plain
 from bt_mission.language.file import MissionFile
 from bt_mission.language.goal_limits import GoalLimitsTable, rename_limits, server_faults
 from bt_mission.language.inputs import overridden
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, node_factories
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.permissions import ANYTHING, Permissions
@@ -96,6 +96,7 @@ def draft(
         robot=robot or written.robot,
         seed=written.seed if seed is None else seed,
         map=written.map,
+        nodes=node_factories(document, written.nodes),
         inputs=inputs,
         trees=trees,
         follow=follow,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -44,11 +44,41 @@ class Tree:
         return self.inputs if self.is_main else {}
 
 
+@dataclass(frozen=True)
+class NodeFactory:
+    """What makes a node of the user's in a simulation, and where a file names it.
+
+    Attributes:
+        target: ``module:name``, or ``file.py:name`` for a file beside the document or below it.
+        document: The file that names it.
+        path: Where in the document.
+    """
+
+    target: str
+    document: Document = field(repr=False, compare=False)
+    path: tuple[Key, ...] = field(repr=False, compare=False)
+
+    @property
+    def file(self) -> str:
+        """The file that names it."""
+        return self.document.file
+
+    def fault(self, message: str, hint: str | None = None) -> Diagnostic:
+        """Return an error at its place."""
+        return self.document.fault(self.path, message, hint)
+
+
+def node_factories(document: Document, targets: Sequence[str]) -> tuple[NodeFactory, ...]:
+    """Return what stands under ``nodes`` at the head of a file."""
+    return tuple(NodeFactory(one, document, ("nodes", n)) for n, one in enumerate(targets))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Mission:
     """A mission file, loaded. `trees` are those with names, in the file and in what it includes.
 
-    `inputs` holds the values after `--set`, `follow` the variables that follow topics.
+    `inputs` holds the values after `--set`, `follow` the variables that follow topics, `nodes` what
+    makes the nodes of the user that join a simulation.
 
     `map` tells whether the robot is given the map of its world or has to make one.
     """
@@ -62,6 +92,7 @@ class Mission:
     map: Literal["known", "unknown"] = "known"
     inputs: Mapping[str, Plain] = field(default_factory=dict)
     trees: Mapping[str, Tree] = field(default_factory=dict)
+    nodes: tuple[NodeFactory, ...] = ()
     follow: tuple[Follow, ...] = ()
     requirements: tuple[Requirement, ...] = ()
     lost: frozenset[str] = field(default=frozenset(), repr=False)

@@ -1,4 +1,4 @@
-"""Behaviours that users write in Python, found by the name that a mission gives."""
+"""Behaviours and nodes that users write in Python, found by the name that a mission gives."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import importlib
 import importlib.util
 import inspect
 import sys
+from collections.abc import Callable
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
@@ -22,11 +23,11 @@ GROUP = "bt_mission.leaves"
 
 
 class PythonError(HintedError):
-    """A behaviour of a user's that is not there, or cannot be used."""
+    """A user's Python code that is not there, or cannot be used."""
 
 
 def find_class(target: str, file: str) -> type[Behaviour]:
-    """The class that a mission in ``file`` names; its module is imported.
+    """The class of a behaviour that a mission in ``file`` names; its module is imported.
 
     Args:
         target: ``module:Class``, ``file.py:Class`` (a file in the mission's folder or below), or
@@ -39,13 +40,40 @@ def find_class(target: str, file: str) -> type[Behaviour]:
     where, _, name = target.partition(":")
     if not name:
         return _behaviour(_plugged(where), target)
+    return _behaviour(_member(where, name, file, _is_behaviour, "behaviours"), target)
+
+
+def find_factory(target: str, file: str) -> Callable[..., Any]:
+    """The function or class that a file names as a factory of nodes; its module is imported.
+
+    Args:
+        target: ``module:name`` or ``file.py:name`` (a file in the folder of `file` or below).
+        file: The file that names it.
+
+    Raises:
+        PythonError: When it is not there, cannot be called, or its module cannot be imported.
+    """
+    where, _, name = target.partition(":")
+    found: Callable[..., Any] | object = _member(
+        where, name, file, callable, "functions or classes"
+    )
+    if not callable(found):
+        raise PythonError(f"{target} is no function and no class", "it has to return an rclpy node")
+    return found
+
+
+def _member(where: str, name: str, file: str, is_wanted: Callable[[Any], bool], wanted: str) -> Any:
     is_file = where.endswith(".py")
     module = _from_file(where, _leaf_file(where, file)) if is_file else _imported(where)
     if not hasattr(module, name):
-        known = [key for key, value in vars(module).items() if _is_behaviour(value)]
-        has = f"behaviours: {listed(known)}" if known else "it has no behaviours"
+        known = [
+            key
+            for key, value in vars(module).items()
+            if is_wanted(value) and not key.startswith("_")
+        ]
+        has = f"{wanted}: {listed(known)}" if known else f"it has no {wanted}"
         raise PythonError(f"no '{name}' in {where} ({has})", did_you_mean(name, known))
-    return _behaviour(getattr(module, name), target)
+    return getattr(module, name)
 
 
 def locate(target: str, file: str, folders: tuple[Path, ...] | None) -> None:
@@ -68,7 +96,7 @@ def locate(target: str, file: str, folders: tuple[Path, ...] | None) -> None:
         if folders is not None and not is_within(path, folders):
             raise PythonError(f"{where} lies outside of the folders that missions come from")
     elif folders is not None:
-        hint = "put the class into a file beside the mission, and write 'file.py:Class'"
+        hint = f"put it into a file beside the mission, and write 'file.py:{name}'"
         raise PythonError(f"the module {quoted(where)} may not be imported here", hint)
 
 

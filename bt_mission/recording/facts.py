@@ -62,6 +62,10 @@ def _is_requirements(value: Any) -> bool:
     return _is_list(value) and all(map(_is_mapping, value))
 
 
+def _is_pair_of_texts(value: Any) -> bool:
+    return _is_list(value) and len(value) == 2 and all(isinstance(one, str) for one in value)
+
+
 _STAGE: Mapping[str, IsValid] = {
     "sensor_seed": _is_count,
     "start": lambda value: value is None or _is_hull(value),
@@ -70,6 +74,7 @@ _STAGE: Mapping[str, IsValid] = {
     "has_tools": lambda value: isinstance(value, bool),
     "is_visible": lambda value: isinstance(value, bool),
     "robots": _is_list,
+    "nodes": lambda value: _is_list(value) and all(map(_is_pair_of_texts, value)),
 }
 
 

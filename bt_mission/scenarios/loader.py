@@ -9,9 +9,10 @@ from pathlib import Path
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, in_order, quoted
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.faults.planned import WhenTrue
+from bt_mission.language.checks.python_code import factory_faults
 from bt_mission.language.checks.requirements import MissionNames, faults_of_names
 from bt_mission.language.expressions.values import Plain
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, node_factories
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.requirements.written import requirements_of
@@ -87,6 +88,9 @@ class _Loader:
         mission = self._mission(written)
         if mission is not None:
             mission = self._with_requirements(mission, written)
+            nodes = node_factories(document, written.nodes)
+            self._faults += factory_faults(nodes, self._changes.permissions)
+            mission = replace(mission, nodes=(*mission.nodes, *nodes))
             self._check_names(mission, written, made)
         if mission is None or any(one.severity == "error" for one in self._faults):
             return None, in_order(self._faults)

@@ -19,6 +19,7 @@ from bt_mission.faults.text import parse_fault
 from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.mission import Mission
 from bt_mission.scenarios.scenario import TIME_IS_UP
+from bt_mission.sessions.own_nodes import name_of
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from sim.world.world import World
@@ -176,6 +177,8 @@ def _unusual(run: TestedRun) -> Iterator[str]:
     played = {f"scripted_{name}".replace("/", "_") for name in options.without}
     if guests - played:
         yield f"nodes of the test's own: {', '.join(sorted(guests - played))}"
+    if options.nodes:
+        yield f"nodes of the test's own: {', '.join(map(name_of, options.nodes))}"
     if options.props != MOST_OBSTACLES:
         yield f"props={options.props}"
     if options.seed is not None or options.visible:
@@ -224,8 +227,8 @@ def _refuse_files(head: Mapping[str, Any]) -> None:
     """Refuse a mission as text that reads files beside the test."""
     if head.get("include"):
         raise CannotTellError(["the mission is a text that includes files"])
-    if "python" in str(head):
-        raise CannotTellError(["the mission is a text with Python leaves"])
+    if "python" in str(head) or head.get("nodes"):
+        raise CannotTellError(["the mission is a text with Python code"])
 
 
 def _world(mission: Mission, folder: Path) -> Any:

@@ -27,7 +27,8 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.language.checks.mission import python_leaf_faults, type_faults, warnings
+from bt_mission.language.checks.mission import type_faults, warnings
+from bt_mission.language.checks.python_code import code_faults
 from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.inputs import SET_OPTION
@@ -173,7 +174,7 @@ def _faults(
     document = mission.document
     assert document is not None, "a mission to check comes from a file or a string"
     faults = [
-        *python_leaf_faults(mission, permissions),
+        *code_faults(mission, permissions, has_stage=servers is not None),
         *_place_faults(document, mission, permissions),
         *_base_faults(mission),
         *_camera_faults(mission, permissions),

@@ -6,7 +6,7 @@ rclpy and DDS, as between processes; only time is ours.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack
 from itertools import chain, count
 from pathlib import Path
@@ -25,6 +25,7 @@ from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.observable_publisher import ObservableNode
+from bt_mission.sessions.own_nodes import OwnNodes
 from bt_mission.sessions.session import SessionObserver
 from bt_mission.sessions.stage_files import StageFiles, stage_facts
 from bt_mission.sessions.stage_nodes import StageSimNode
@@ -111,7 +112,8 @@ class Stage:
                 made.callback(self.context.shutdown)
             self.sim = self._make_sim(world, members, models)
             made.callback(self.sim.destroy_node)
-            self.runs = tuple(self._make_runs(members, say, made))
+            own = OwnNodes(self._options.nodes, members, self.context, made)
+            self.runs = tuple(self._make_runs(members, say, own.actions, made))
             for run in self.runs:
                 run.executive.started_ns = START_NS
             self.clock = VirtualTimeExecutor(
@@ -119,7 +121,10 @@ class Stage:
             )
             made.callback(self.clock.shutdown)
             self.clock.add_node(self.sim)
-            for node in (*chain(*(run.nodes for run in self.runs)), *(r.node for r in self.runs)):
+            servers = [*chain(*(run.nodes for run in self.runs))]
+            executives = [run.node for run in self.runs]
+            own.refuse_names_of((self.sim, *servers, *executives))
+            for node in (*servers, *own.nodes, *executives):
                 self.clock.add_node(node)
             self._exit = made.pop_all()
         first = self.runs[0]
@@ -171,12 +176,16 @@ class Stage:
         )
 
     def _make_runs(
-        self, members: Sequence[FleetRobot], say: Callable[[str], None] | None, made: ExitStack
+        self,
+        members: Sequence[FleetRobot],
+        say: Callable[[str], None] | None,
+        offered: Collection[str],
+        made: ExitStack,
     ) -> list[FleetRun]:
         """Make the servers of every robot, then every executive."""
         runs = []
         for member, robot in zip(members, self.sim.robots, strict=True):
-            run = FleetRun(member, robot, self.context, self.image_folder, self._options)
+            run = FleetRun(member, robot, self.context, self.image_folder, self._options, offered)
             made.callback(run.destroy)
             runs.append(run)
         for run in runs:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from bt_mission.core.files import find
 from bt_mission.core.yaml.document import Document, read, read_text
+from bt_mission.language.mission import Mission
+from bt_mission.sessions.own_nodes import name_of
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 from sim.world.loader import load_world
 from sim.world.world import World
@@ -61,5 +63,18 @@ def stage_facts(members: Sequence[FleetRobot], options: StageOptions) -> Mapping
         "has_tools": options.has_tools,
         "is_visible": options.visible,
         "robots": [one.name for one in members],
+        "nodes": [*_further_nodes(members[0].mission, options)],
     }
     return {"stage": json.dumps(known)}
+
+
+def _further_nodes(mission: Mission, options: StageOptions) -> Iterator[tuple[str, str]]:
+    """Yield file and target of the user's nodes that the mission's own file does not name.
+
+    The file is empty for those that were given in Python.
+    """
+    for one in mission.nodes:
+        if one.document is not mission.document:
+            yield mission.portable_name(one.file), one.target
+    for given in options.nodes:
+        yield "", name_of(given)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -16,7 +16,7 @@ from action_servers.mapping.node import MapperNode, MapperOptions
 from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.yaml.document import Document
 from bt_mission.executive.trace import Trace
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.trees import all_steps
@@ -44,6 +44,9 @@ class StageOptions:
         network: With `visible`, may those of other machines?
         watched: Offer the topics and services for tools also where nobody else may look on.
         without: Actions that the servers leave to others, by their relative names.
+        nodes: Make nodes of the user, besides those that missions name; called with ``context=``.
+            The nodes join the stage on its clock. Actions that they offer replace those of the
+            servers.
         context: The rclpy context of all nodes, which stays; None makes one for the run.
         props: How many obstacles can appear while it runs.
     """
@@ -56,6 +59,7 @@ class StageOptions:
     network: bool = False
     watched: bool = False
     without: Collection[str] = ()
+    nodes: Sequence[NodeFactory | Callable[..., Node]] = ()
     context: Context | None = None
     props: int = 0
 
@@ -69,6 +73,12 @@ def _portable_names(mission: Mission) -> dict[str, str]:
     """Name the files of a mission in its trace as on every machine; failures name their place."""
     names = {one.file: mission.portable_name(one.file) for one in mission.documents}
     return {file: name for file, name in names.items() if file != name}
+
+
+def _relative(names: Collection[str], namespace: str) -> Iterator[str]:
+    """Yield those of the full names that lie in a namespace, without it."""
+    prefix = f"/{namespace}/" if namespace else "/"
+    return (name.removeprefix(prefix) for name in names if name.startswith(prefix))
 
 
 @dataclass(frozen=True)
@@ -99,6 +109,7 @@ class FleetRun:
         context: The rclpy context of its nodes.
         images: The folder of the stage's pictures; a robot with a name has one of its own in it.
         options: Of the stage.
+        offered: Actions that nodes of the user offer, by their full names.
     """
 
     def __init__(
@@ -108,6 +119,7 @@ class FleetRun:
         context: Context,
         images: Path,
         options: StageOptions,
+        offered: Collection[str],
     ) -> None:
         self.member = member
         self.robot = robot
@@ -123,12 +135,13 @@ class FleetRun:
             has_parameters=options.visible,
             context=context,
             namespace=member.name or None,
-            without=options.without,
+            without={*options.without, *_relative(offered, member.name)},
         )
-        # A Python node may ask for actions that only its author knows.
+        # Python code may ask for actions that only its author knows.
         steps = all_steps(member.mission)
         has_python = any(isinstance(step, PythonNode) for step in steps)
-        self._offers_all = options.has_tools or bool(member.name) or has_python
+        has_nodes = bool(member.mission.nodes or options.nodes)
+        self._offers_all = options.has_tools or bool(member.name) or has_python or has_nodes
         self.servers = self._make_servers()
         self.has_servers = True
         self.mapper: MapperNode | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -76,8 +76,11 @@ def bundle_of(mission: Mission, worlds: Iterable[str] = (), robots: Iterable[str
         is_below = path.is_relative_to(folder)
         name = path.relative_to(folder).as_posix() if is_below else f"{SHIPPED}/{path.name}"
         files[f"{MISSION_FOLDER}/{name}"] = document.text
-    for name in _python_files(mission):
-        files[f"{MISSION_FOLDER}/{name}"] = _read(folder / name)
+    for path, name in _python_files(mission):
+        text = _read(path)
+        if files.setdefault(f"{MISSION_FOLDER}/{name}", text) != text:
+            message = f"{path}: mission and scenario have a file {name} each; rename one"
+            raise BtMissionError(message)
     known: dict[str, dict[str, str]] = {"worlds": {}, "robots": {}}
     wanted_worlds = {*worlds, *([mission.world] if mission.world else [])}
     for kind, wanted in (("worlds", wanted_worlds), ("robots", {*robots, mission.robot})):
@@ -95,10 +98,18 @@ def bundle_of(mission: Mission, worlds: Iterable[str] = (), robots: Iterable[str
     return Bundle(files, main, known["worlds"], known["robots"])
 
 
-def _python_files(mission: Mission) -> set[str]:
-    """Name the Python files of a mission's leaves; modules and plug-ins are installed."""
-    targets = (one.target for one in all_steps(mission) if isinstance(one, PythonNode))
-    return {one.rpartition(":")[0] for one in targets if ".py:" in one}
+def _python_files(mission: Mission) -> Iterator[tuple[Path, str]]:
+    """Yield the Python files of leaves and nodes, each with the name by which it is written.
+
+    Modules and plug-ins are installed.
+    """
+    leaves = [one.target for one in all_steps(mission) if isinstance(one, PythonNode)]
+    written = [(mission.file, one) for one in leaves]
+    written += [(one.file, one.target) for one in mission.nodes]
+    for file, target in written:
+        name, _, _ = target.rpartition(":")
+        if name.endswith(".py"):
+            yield Path(file).resolve().parent / name, name
 
 
 def _read(path: Path) -> str:

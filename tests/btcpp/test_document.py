@@ -193,7 +193,9 @@ def test_all_faults_are_found_at_once():
         ),
         (
             '<MetadataFields><Metadata wrld="x"/></MetadataFields>',
-            ["no attribute 'wrld' for Metadata (it takes: mission, world, robot, seed, map)"],
+            [
+                "no attribute 'wrld' for Metadata (it takes: mission, world, robot, seed, map, nodes)"
+            ],
         ),
     ],
 )

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from bt_mission.core.diagnostics import Diagnostic, quoted
+from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.comments import cut_texts
 from bt_mission.language.checks.conditions import constant_conditions
+from bt_mission.language.checks.python_code import leaf_faults
 from bt_mission.language.checks.reachability import (
     expected_failures,
     restarted,
@@ -36,7 +37,6 @@ from bt_mission.language.nodes.decorators import TimeoutNode
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.permissions import ANYTHING, Permissions
-from bt_mission.language.plugins import PythonError, locate
 from bt_mission.language.trees import used
 
 
@@ -80,32 +80,8 @@ def type_faults(
                 continue
             if isinstance(node, InterfaceNode):
                 yield from checker.faults(tree.document, node, variables)
-            elif isinstance(node, PythonNode) and not any(_leaf_faults(tree, node, permissions)):
+            elif isinstance(node, PythonNode) and not any(leaf_faults(tree, node, permissions)):
                 yield from python_faults(tree, node, variables)
-
-
-def python_leaf_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
-    """Yield the Python leaves that may not be used, are not there, or are only named."""
-    for tree in mission.all_trees:
-        for node in tree.body.walk():
-            if isinstance(node, PythonNode):
-                yield from _leaf_faults(tree, node, permissions)
-
-
-def _leaf_faults(tree: Tree, node: PythonNode, permissions: Permissions) -> Iterator[Diagnostic]:
-    document, place = tree.document, (*node.path, "python")
-    if permissions.python == "refuse":
-        message = f"the Python leaf {quoted(node.target)} is refused"
-        yield document.fault(place, message, permissions.hint)
-        return
-    try:
-        locate(node.target, document.file, permissions.folders)
-    except PythonError as error:
-        yield document.fault(place, error.message, error.hint)
-        return
-    if permissions.python == "name":
-        message = f"Python code, which was not imported: {quoted(node.target)}"
-        yield document.fault(place, message, permissions.hint, severity="warning")
 
 
 def _promise_faults(tree: Tree, variables: Variables) -> Iterator[Diagnostic]:

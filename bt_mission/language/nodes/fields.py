@@ -18,7 +18,8 @@ from bt_mission.language.expressions.values import ExpressionError, LooseText, T
 
 VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _ROS_NAME = re.compile(r"(~/|/)?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
-_TARGET = re.compile(r"[\w./-]+\.py:[A-Za-z_]\w*|[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*|[A-Za-z_][\w-]*")
+_FACTORY = re.compile(r"[\w./-]+\.py:[A-Za-z_]\w*|[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
+_TARGET = re.compile(rf"{_FACTORY.pattern}|[A-Za-z_][\w-]*")
 _TREE_NAME = re.compile(r"[A-Za-z_][\w-]*")
 _FIELD = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*")
 
@@ -236,6 +237,7 @@ result_field = text_rule(_FIELD, "the name of a result field")
 python_target = text_rule(
     _TARGET, "'my_package.leaves:Approach', 'leaves.py:Approach' or the name of a plug-in"
 )
+node_factory = text_rule(_FACTORY, "'my_package.server:make' or 'server.py:make'")
 action_name = text_rule(_ROS_NAME, "the name of an action such as /turn")
 action_type = _type_rule("action", "nav2_msgs/action/Spin")
 service_name = text_rule(_ROS_NAME, "the name of a service such as /stop")
@@ -278,6 +280,8 @@ ActionNameField = Annotated[str, PlainValidator(action_name), TEXT_SCHEMA]
 Variable = Annotated[str, PlainValidator(variable), TEXT_SCHEMA]
 TreeName = Annotated[str, PlainValidator(tree_name), TEXT_SCHEMA]
 ResultField = Annotated[str, PlainValidator(result_field), TEXT_SCHEMA]
+NodeFactories = list[Annotated[str, PlainValidator(node_factory), TEXT_SCHEMA]]
+"""What makes the user's own nodes in a simulation."""
 InputValue = Annotated[Any, PlainValidator(plain), WithJsonSchema({})]
 GoalPart = Annotated[Any, PlainValidator(goal_part), WithJsonSchema({})]
 Goal = dict[str, GoalPart]

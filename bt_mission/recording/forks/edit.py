@@ -14,7 +14,7 @@ from bt_mission.recording.forks.change import ForkChange
 from bt_mission.recording.forks.source import ForkSource
 from bt_mission.sessions.check import examine
 
-FIXED = ("world", "robot", "seed", "map")
+FIXED = ("world", "robot", "seed", "map", "nodes")
 """What stands at the head of a mission, and is settled when a run begins."""
 
 
@@ -44,6 +44,7 @@ def edited(source: ForkSource, path: Path, permissions: Permissions) -> ForkChan
         world=recorded.world,
         robot=recorded.robot,
         seed=recorded.seed,
+        nodes=recorded.nodes,
         inputs={**found.inputs, **kept},
         requirements=(*found.requirements, *added),
     )
@@ -55,8 +56,14 @@ def edited(source: ForkSource, path: Path, permissions: Permissions) -> ForkChan
 
 def _other_heads(before: Mission, after: Mission) -> Iterator[Diagnostic]:
     for name in FIXED:
-        one, other = getattr(before, name), getattr(after, name)
+        one, other = _head(before, name), _head(after, name)
         if one != other:
             assert after.document is not None, "it was read from a file"
             message = f"'{name}' is settled when a run begins: it was {one}, and is {other} here"
             yield after.document.fault((name,), message)
+
+
+def _head(mission: Mission, name: str) -> str:
+    if name == "nodes":
+        return ", ".join(one.target for one in mission.nodes) or "none"
+    return str(getattr(mission, name))

@@ -14,9 +14,9 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.stamps import NS
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.executive.trace import VERSION
-from bt_mission.language.checks.mission import python_leaf_faults
+from bt_mission.language.checks.python_code import code_faults
 from bt_mission.language.loader import draft, finished
-from bt_mission.language.mission import Mission
+from bt_mission.language.mission import Mission, NodeFactory, node_factories
 from bt_mission.language.permissions import Permissions
 from bt_mission.recording.contents import versions
 from bt_mission.recording.expected_types import TEXT, expect
@@ -245,6 +245,8 @@ def _stage_of(path: Path, facts: RunFacts, why_cut: str) -> Mapping[str, Any]:
     if stage["without"]:
         names = ", ".join(map(str, stage["without"]))
         raise ForkError(f"{path}: a test played the servers of {names}, which are not in it")
+    if made := [target for name, target in stage["nodes"] if not name]:
+        raise ForkError(f"{path}: it needs nodes that a program made: {', '.join(made)}")
     if facts.changes:
         raise ForkError(
             f"{path}: it is itself a fork, of the run in {facts.texts.get('forked_from', '?')}: "
@@ -284,10 +286,23 @@ def _missions_of(
             texts,
         )
     )
-    faults = [one for one in python_leaf_faults(mission, permissions) if one.severity == "error"]
+    mission = replace(
+        mission,
+        nodes=(*mission.nodes, *_nodes_of(facts)),
+        requirements=requirements_in(file),
+    )
+    faults = [one for one in code_faults(mission, permissions) if one.severity == "error"]
     if faults:
         raise InputError(faults)
-    return written, replace(mission, requirements=requirements_in(file))
+    return written, mission
+
+
+def _nodes_of(facts: RunFacts) -> Iterator[NodeFactory]:
+    """Yield what makes the user's nodes that the mission's file does not name."""
+    stage = facts.stage
+    assert stage is not None, "it was refused"
+    for name, target in stage["nodes"]:
+        yield from node_factories(read_text(json.dumps({"nodes": [target]}), name), [target])
 
 
 def _text_of(file: RecordedFile, what: str, prefix: str) -> Document:

@@ -1,0 +1,134 @@
+"""The user's own nodes on a stage, made by what `nodes` of missions, scenarios and fleets name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from rclpy.action import get_action_server_names_and_types_by_node
+from rclpy.context import Context
+from rclpy.node import Node
+
+from bt_mission.core.diagnostics import InputError, quoted
+from bt_mission.core.errors import BtMissionError, described
+from bt_mission.core.interrupts import TookTooLong, interrupted_after
+from bt_mission.language.mission import NodeFactory
+from bt_mission.language.plugins import PythonError, find_factory
+
+if TYPE_CHECKING:
+    from bt_mission.sessions.stage_robot import FleetRobot
+
+LONGEST_S = 10.0
+"""Wall time after which a factory of a node is stopped, s."""
+
+KEYWORDS = "take **options, and pass them on to rclpy's Node"
+
+Factory = NodeFactory | Callable[..., Node]
+
+
+class OwnNodes:
+    """Makes nodes of the user, and destroys them with the stage.
+
+    Args:
+        shared: What makes nodes of no single robot.
+        robots: Their missions may name further ones, which are made in the namespace of the robot.
+        context: The rclpy context of the stage.
+        made: Destroys them.
+
+    Raises:
+        InputError: For what makes no node, with its place; BtMissionError, where it was given in
+            Python.
+    """
+
+    def __init__(
+        self,
+        shared: Sequence[Factory],
+        robots: Sequence[FleetRobot],
+        context: Context,
+        made: ExitStack,
+    ) -> None:
+        self._context = context
+        self._made: list[tuple[Factory, Node]] = []
+        wanted: list[tuple[Factory, str]] = [(one, "") for one in shared]
+        wanted += [(one, robot.name) for robot in robots for one in robot.mission.nodes]
+        for factory, namespace in wanted:
+            node = self._make(factory, namespace)
+            made.callback(_destroy, factory, node)
+            self._made.append((factory, node))
+
+    @property
+    def nodes(self) -> list[Node]:
+        """In the order in which they were made."""
+        return [node for _, node in self._made]
+
+    @property
+    def actions(self) -> frozenset[str]:
+        """The full names of the actions that they offer."""
+        return frozenset(
+            name
+            for node in self.nodes
+            for name, _ in get_action_server_names_and_types_by_node(
+                node, node.get_name(), node.get_namespace()
+            )
+        )
+
+    def refuse_names_of(self, others: Iterable[Node]) -> None:
+        """Refuse nodes that are called like one of the others, or like each other."""
+        taken = {one.get_fully_qualified_name() for one in others}
+        for factory, node in self._made:
+            name = node.get_fully_qualified_name()
+            if name in taken:
+                hint = "give the node another name"
+                _refuse(factory, f"there is a node {quoted(name)} on the stage already", hint)
+            taken.add(name)
+
+    def _make(self, factory: Factory, namespace: str) -> Node:
+        function = factory if callable(factory) else _imported(factory)
+        options: dict[str, Any] = {"context": self._context}
+        if namespace:
+            options["namespace"] = namespace
+        try:
+            with interrupted_after(LONGEST_S):
+                made = function(**options)
+        except TookTooLong:
+            message = f"{name_of(factory)} did not return within {LONGEST_S:g} s"
+            _refuse(factory, message, "it makes the node and returns it, without spinning it")
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a user's code raises
+            hint = KEYWORDS if isinstance(error, TypeError) else None
+            _refuse(factory, f"{name_of(factory)} raised {described(error)}", hint)
+        if not isinstance(made, Node):
+            message = f"{name_of(factory)} returned {type(made).__name__}; expected an rclpy Node"
+            _refuse(factory, message)
+        if made.context is not self._context:
+            made.destroy_node()
+            message = f"{name_of(factory)} made its node in another rclpy context"
+            _refuse(factory, message, KEYWORDS)
+        return made
+
+
+def _imported(factory: NodeFactory) -> Callable[..., Any]:
+    try:
+        return find_factory(factory.target, factory.file)
+    except PythonError as error:
+        _refuse(factory, error.message, error.hint)
+
+
+def _destroy(factory: Factory, node: Node) -> None:
+    try:
+        node.destroy_node()
+    except Exception as error:  # noqa: BLE001 - whatever a user's code raises
+        _refuse(factory, f"destroy_node() of {name_of(factory)} raised {described(error)}")
+
+
+def name_of(factory: Factory) -> str:
+    """Return what a factory is called, for people."""
+    if isinstance(factory, NodeFactory):
+        return factory.target
+    return str(getattr(factory, "__qualname__", factory))
+
+
+def _refuse(factory: Factory, message: str, hint: str | None = None) -> NoReturn:
+    if isinstance(factory, NodeFactory):
+        raise InputError([factory.fault(message, hint)]) from None
+    raise BtMissionError(f"{message}; {hint}" if hint else message) from None

@@ -1,0 +1,347 @@
+"""The user's own nodes on the stage: `nodes` of missions, scenarios and fleets, and in Python."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from bt_mission_interfaces.action import ExecuteMission, Turn
+from rclpy.action import ActionServer
+from rclpy.node import Node
+from std_msgs.msg import String
+
+from bt_mission.cli import main
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.errors import BtMissionError
+from bt_mission.executive.report import Report
+from bt_mission.fleets.loader import load_fleet
+from bt_mission.fleets.run import run_fleet
+from bt_mission.language.loader import load_text
+from bt_mission.language.plugins import find_factory
+from bt_mission.recording.writer import RunRecorder
+from bt_mission.scenarios.loader import load_scenario
+from bt_mission.scenarios.run import run_scenario
+from bt_mission.sessions.check import examine
+from bt_mission.sessions.load import convert, load
+from bt_mission.sessions.served_missions import ServedMissions
+from bt_mission.sessions.session import summarise
+from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage_robot import StageOptions
+from bt_mission.sweeps.base import BaseChanges, load_base
+from bt_mission.sweeps.work import ScenarioWorker
+from bt_mission.testing.run import Run
+from tests.support.project import ROOT
+
+CODE = ROOT / "docs" / "tutorials" / "code"
+WITH_NODES = "numbers_in_simulation.yaml"
+
+TURN_SERVER = """\
+from bt_mission_interfaces.action import Turn
+from rclpy.action import ActionServer
+from rclpy.node import Node
+
+MADE = []
+
+class TurnServer(Node):
+    def __init__(self, **options):
+        super().__init__("own_turn", **options)
+        MADE.append(self.get_fully_qualified_name())
+        self.server = ActionServer(self, Turn, "turn", self.turn)
+
+    def turn(self, goal):
+        goal.succeed()
+        return Turn.Result(angle_turned=1234.0)
+"""
+TURNS = """\
+mission: turns
+world: empty_arena
+{nodes}
+tree:
+  sequence:
+    - turn: {{angle: 90}}
+      timeout: 20
+      outputs: {{angle_turned: turned}}
+    - check: turned == 1234
+"""
+
+
+def written(folder: Path, nodes: str = "", code: str = TURN_SERVER) -> Path:
+    """Write a server and a mission; gives the mission."""
+    (folder / "server.py").write_text(code, encoding="utf-8")
+    path = folder / "turns.yaml"
+    path.write_text(TURNS.format(nodes=f"nodes: [{nodes}]" if nodes else ""), encoding="utf-8")
+    return path
+
+
+def ran(mission: Any, folder: Path, **options: Any) -> Report:
+    """Run a mission on a stage."""
+    with Stage(mission, image_folder=folder, options=StageOptions(**options)) as stage:
+        while not stage.is_done:
+            stage.step()
+        return summarise(stage, 0.0)
+
+
+def refused(call: Callable[[], Any]) -> str:
+    """Gives the error, as people see it."""
+    with pytest.raises(BtMissionError) as caught:
+        call()
+    return str(caught.value)
+
+
+def test_the_example_calls_its_own_servers(tmp_path: Path) -> None:
+    """The servers are those of the tutorial; each run has the same trace."""
+    mission = load(CODE / WITH_NODES)
+    first = ran(mission, tmp_path)
+    assert (first.status, first.goals_left_behind) == ("success", 0)
+    assert first.virtual_s == 6.35
+    assert ran(mission, tmp_path).trace_sha256 == first.trace_sha256
+
+
+def test_an_own_server_replaces_ours(tmp_path: Path) -> None:
+    """There is one server of the action: the mission gets its result."""
+    assert ran(load(written(tmp_path, "server.py:TurnServer")), tmp_path).status == "success"
+    assert ran(load(written(tmp_path)), tmp_path).status == "failure"
+
+
+def test_timers_of_an_own_node_are_on_the_clock_of_the_stage(tmp_path: Path) -> None:
+    """Whatever its parameter `use_sim_time` says."""
+    times = []
+
+    class Clock(Node):
+        def __init__(self, **options: Any) -> None:
+            super().__init__("own_clock", **options)
+            self.create_timer(0.5, lambda: times.append(self.get_clock().now().nanoseconds))
+
+    mission = load_text("mission: m\nworld: empty_arena\ntree: {wait: 2}\n")
+    assert ran(mission, tmp_path, nodes=[Clock]).status == "success"
+    assert times[:3] == [1_500_000_000, 2_000_000_000, 2_500_000_000]
+
+
+def test_a_scenario_names_further_nodes(tmp_path: Path) -> None:
+    """Beside the scenario, which need not lie beside the mission."""
+    written(tmp_path)
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "server.py").rename(tmp_path / "deep" / "server.py")
+    path = tmp_path / "deep" / "it.scenario.yaml"
+    text = "scenario: it\nmission: ../turns.yaml\nnodes: [server.py:TurnServer]\n"
+    path.write_text(text, encoding="utf-8")
+    assert run_scenario(load_scenario(path)).passed
+    base = load_base(path, BaseChanges())
+    with ScenarioWorker(base.bundle) as worker:
+        row = worker.carry_out(base.concrete({}))
+    assert row.outcome == "success", row.reason
+
+
+def test_a_sweep_takes_the_files_of_nodes_along(tmp_path: Path) -> None:
+    """Each worker has a folder of its own."""
+    base = load_base(written(tmp_path, "server.py:TurnServer"), BaseChanges())
+    with ScenarioWorker(base.bundle) as worker:
+        row = worker.carry_out(base.concrete({}, seed=4))
+    assert row.outcome == "success", row.reason
+
+
+def test_each_robot_of_a_fleet_has_the_nodes_of_its_mission(tmp_path: Path) -> None:
+    """In its namespace; those that the fleet names are there once."""
+    written(tmp_path, "server.py:TurnServer")
+    common = "\n\ndef common(**options):\n    node = Node('common', **options)\n"
+    common += "    MADE.append(node.get_fully_qualified_name())\n    return node\n"
+    (tmp_path / "server.py").write_text(TURN_SERVER + common, encoding="utf-8")
+    path = tmp_path / "two.fleet.yaml"
+    path.write_text(
+        "fleet: two\nnodes: [server.py:common]\nrobots:\n"
+        "  robot1: {mission: turns.yaml, start: {x: 1}}\n"
+        "  robot2: {mission: turns.yaml, start: {x: -1}}\n",
+        encoding="utf-8",
+    )
+    assert run_fleet(load_fleet(path)).status == "success"
+    module = sys.modules[find_factory("server.py:common", str(path)).__module__]
+    assert module.MADE == ["/common", "/robot1/own_turn", "/robot2/own_turn"]
+
+
+def test_a_fork_makes_them_again_where_it_may(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As Python leaves: the code on this machine is run only where that was asked for."""
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path)
+    Path("it.scenario.yaml").write_text(
+        "scenario: it\nmission: turns.yaml\nnodes: [server.py:TurnServer]\n", encoding="utf-8"
+    )
+    assert main(["run", "it.scenario.yaml", "--plain", "--record", "run.mcap"]) == 0
+    assert main(["fork", "run.mcap", "--at", "0"]) == 2
+    assert "the Python node 'server.py:TurnServer' is refused" in capsys.readouterr().err
+    assert main(["fork", "run.mcap", "--at", "0", "--import-python", "--json"]) == 0
+    assert '"is_identical": true' in capsys.readouterr().out
+
+
+def test_a_run_with_nodes_of_a_program_cannot_be_forked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They are not in the recording."""
+    mission = load_text("mission: m\nworld: empty_arena\ntree: {wait: 0.5}\n")
+    path, options = tmp_path / "run.mcap", StageOptions(nodes=[lambda **o: Node("mine", **o)])
+    with (
+        Stage(mission, image_folder=tmp_path, options=options) as stage,
+        RunRecorder(stage, path) as recorder,
+    ):
+        while not stage.is_done:
+            stage.step()
+        recorder.finish(summarise(stage, 0.0).as_dict())
+    assert main(["fork", str(path), "--at", "0"]) == 2
+    assert "it needs nodes that a program made" in capsys.readouterr().err
+
+
+def test_xml_keeps_them(tmp_path: Path) -> None:
+    """In the metadata of the main tree."""
+    shutil.copytree(CODE, tmp_path / "code")
+    path = tmp_path / "code" / WITH_NODES
+    xml = path.with_suffix(".xml")
+    xml.write_text(convert(path), encoding="utf-8")
+    assert load(xml).nodes == load(path).nodes
+
+
+# ---- trust -----------------------------------------------------------------------------------
+
+
+def test_served_missions_need_leave_for_them(tmp_path: Path) -> None:
+    """The same as for Python leaves, and never a file from elsewhere."""
+    path = written(tmp_path, "server.py:TurnServer", "raise RuntimeError('was run')\n")
+    goal = ExecuteMission.Goal(path=str(path), seed=-1)
+    said = refused(lambda: ServedMissions((tmp_path,)).load(goal))
+    assert "turns.yaml:3:9: error: the Python node 'server.py:TurnServer' is refused" in said
+    assert "--allow-python" in said
+    # Served missions run on a graph, which has its own servers: nothing is imported.
+    assert ServedMissions((tmp_path,), allow_python=True).load(goal).name == "turns"
+    outside = ExecuteMission.Goal(path=str(written(tmp_path, "os:getcwd")), seed=-1)
+    said = refused(lambda: ServedMissions((tmp_path,), allow_python=True).load(outside))
+    assert "the module 'os' may not be imported here" in said
+
+
+def test_check_only_names_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Unless it is told to import them."""
+    path = written(tmp_path, "server.py:TurnServer", "raise RuntimeError('was run')\n")
+    assert main(["check", str(path)]) == 0
+    assert "was not imported: 'server.py:TurnServer'" in capsys.readouterr().err
+    assert main(["check", str(path), "--import-python"]) == 2
+    assert "was run" in capsys.readouterr().err
+
+
+OTHER_CONTEXT = """\
+from rclpy.context import Context
+from rclpy.node import Node
+
+def make(**_):
+    other = Context()
+    other.init()
+    return Node("x", context=other)
+"""
+OUR_NAME = """\
+from rclpy.node import Node
+
+def make(**options):
+    return Node("bt_mission_sim", **options)
+"""
+
+
+# ---- factories that make no node -------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("target", "words"),
+    [
+        ("server.py:Turnserver", "no 'Turnserver' in server.py (functions or classes: "),
+        ("nowhere.py:make", "no such file: nowhere.py"),
+        ("no_such_package.server:make", "the module no_such_package.server cannot be imported"),
+        ("server.py:MADE", "server.py:MADE is no function and no class"),
+        ("countdown", "expected 'my_package.server:make' or 'server.py:make'"),
+    ],
+)
+def test_factories_that_are_not_there(tmp_path: Path, target: str, words: str) -> None:
+    """Found before anything moves, at their place."""
+    mission, found = examine(written(tmp_path, f"{target}"))
+    assert mission is None
+    assert [(one.line, one.column) for one in found] == [(3, 9)]
+    assert words in found[0].message
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        ("def make(**_):\n    return 1\n", "server.py:make returned int; expected an rclpy Node"),
+        ("def make():\n    pass\n", "raised TypeError: make() got an unexpected keyword argument"),
+        ("def make(**_):\n    {}['x']\n", "server.py:make raised KeyError: 'x' (server.py:2)"),
+        ("def make(**_):\n    raise SystemExit(3)\n", "server.py:make raised SystemExit: 3"),
+        (
+            "import signal\ndef make(**_):\n    signal.raise_signal(signal.SIGALRM)\n",
+            "server.py:make did not return within 10 s",
+        ),
+        (
+            OTHER_CONTEXT,
+            "server.py:make made its node in another rclpy context",
+        ),
+        (
+            OUR_NAME,
+            "there is a node '/bt_mission_sim' on the stage already",
+        ),
+    ],
+)
+def test_factories_that_make_no_node(tmp_path: Path, code: str, words: str) -> None:
+    """An error at its place in the file, and no traceback."""
+    mission = load(written(tmp_path, "server.py:make", code))
+    with pytest.raises(InputError) as caught:
+        ran(mission, tmp_path)
+    (fault,) = caught.value.faults
+    assert (Path(fault.file).name, fault.line, fault.column) == ("turns.yaml", 3, 9)
+    assert words in fault.message
+
+
+def test_a_callable_that_makes_no_node(tmp_path: Path) -> None:
+    """In Python it has no place, and the same words."""
+    mission = load_text("mission: m\nworld: empty_arena\ntree: {wait: 1}\n")
+
+    def make(**_: Any) -> Any:
+        return None
+
+    said = refused(lambda: ran(mission, tmp_path, nodes=[make]))
+    assert said.endswith("make returned NoneType; expected an rclpy Node")
+
+
+def test_a_callback_that_raises_ends_the_mission(tmp_path: Path) -> None:
+    """As one of any other node on the stage."""
+
+    class Broken(Node):
+        def __init__(self, **options: Any) -> None:
+            super().__init__("broken", **options)
+            self.create_timer(0.2, self.fail)
+            self.create_publisher(String, "said", 1)
+
+        def fail(self) -> None:
+            raise ValueError("worn out")
+
+    mission = load_text("mission: m\nworld: empty_arena\ntree: {wait: 1}\n")
+    report = ran(mission, tmp_path, nodes=[Broken])
+    assert (report.status, report.virtual_s) == ("failure", 0.2)
+    assert "worn out" in report.reason
+
+
+def test_a_test_of_pytest_adds_nodes(tmp_path: Path) -> None:
+    """An option of the run, which takes anything that makes a node."""
+
+    def make(**options: Any) -> Node:
+        node = Node("own_turn", **options)
+
+        def turn(goal: Any) -> Any:
+            goal.succeed()
+            return Turn.Result(angle_turned=1234.0)
+
+        ActionServer(node, Turn, "turn", turn)
+        return node
+
+    run = Run(load(written(tmp_path)), tmp_path, nodes=[make])
+    run.until_done()
+    assert run.report.status == "success"
+    run.close()
