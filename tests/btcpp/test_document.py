@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.btcpp.document import document_of
+from bt_mission.btcpp.document import METADATA, document_of
 from bt_mission.core.diagnostics import InputError
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import load
@@ -193,9 +193,7 @@ def test_all_faults_are_found_at_once():
         ),
         (
             '<MetadataFields><Metadata wrld="x"/></MetadataFields>',
-            [
-                "no attribute 'wrld' for Metadata (it takes: mission, world, robot, seed, map, nodes)"
-            ],
+            [f"no attribute 'wrld' for Metadata (it takes: {', '.join(METADATA)})"],
         ),
     ],
 )
