@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.core import deprecated_paths
 from bt_mission.core.lazy import lazy_names
 
 if TYPE_CHECKING:
@@ -135,6 +134,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
-
-
-deprecated_paths.install()

@@ -15,7 +15,6 @@ import pytest
 
 import bt_mission
 import bt_mission.testing
-from bt_mission.core.deprecated_paths import MOVED
 from bt_mission.core.lazy import lazy_names
 
 PACKAGES = {"bt_mission": bt_mission, "bt_mission.testing": bt_mission.testing}
@@ -110,23 +109,3 @@ def test_a_run_on_the_stage_is_recorded_and_read(tmp_path: Path):
         recorder.finish(stage.runner.report().as_dict())
     run = bt_mission.read_recording(tmp_path / "run.mcap")
     assert run.summary["status"] == "success"
-
-
-@pytest.mark.parametrize(
-    ("old", "name", "new"),
-    [(old, name, new) for old, names in MOVED.items() for name, new in names.items()],
-)
-def test_paths_of_earlier_releases_warn_and_work(old: str, name: str, new: str):
-    """The warning says what to write instead."""
-    with pytest.warns(DeprecationWarning, match=rf"{old}\.{name} is deprecated .* use {new}"):
-        found = getattr(importlib.import_module(old), name)
-    place, _, now = new.rpartition(".")
-    assert found is getattr(importlib.import_module(place), now)
-
-
-def test_other_old_names_are_not_there():
-    """Only what the documentation named."""
-    with pytest.raises(AttributeError, match="has no attribute 'StageError'"):
-        importlib.import_module("bt_mission.stage").StageError  # noqa: B018 - reading it raises
-    with pytest.raises(ModuleNotFoundError):
-        importlib.import_module("bt_mission.courier")

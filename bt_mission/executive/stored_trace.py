@@ -20,9 +20,6 @@ class TraceError(BtMissionError):
 LARGEST_NS = 2**63 - 1
 """Times of ROS are no larger, ns."""
 
-RENAMED = {"goal handed over": "goal released", "goal given up": "goal abandoned"}
-"""Events as version 1 calls them."""
-
 
 @dataclass(frozen=True)
 class StoredTrace:
@@ -31,7 +28,6 @@ class StoredTrace:
     Args:
         events: In order, as `docs/reference/trace.md` describes them.
         sha256: The hash over its lines; the one that the run's report tells, if it is whole.
-        version: Of the format.
         is_cut: Its last line is torn, as when the process was killed; it is left out.
     """
 
@@ -39,7 +35,6 @@ class StoredTrace:
     events: tuple[dict[str, Any], ...]
     sha256: str
     is_cut: bool
-    version: int = VERSION
 
     @property
     def start(self) -> dict[str, Any]:
@@ -85,17 +80,17 @@ def trace_of(file: str, lines: Iterable[str]) -> StoredTrace:
 
 def _stored(file: str, lines: list[bytes], *, is_cut: bool) -> StoredTrace:
     digest = hashlib.sha256()
-    events, version = [], VERSION
+    events: list[dict[str, Any]] = []
     for number, line in enumerate(lines, 1):
         digest.update(line + b"\n")
         data = _parsed(line, f"{file}:{number}")
         if number == 1:
-            version = _version(data, f"{file}:1")
+            _check_version(data, f"{file}:1")
         elif _is_time(data.get("t")) and isinstance(data.get("event"), str):
-            events.append({**data, "event": RENAMED.get(data["event"], data["event"])})
+            events.append(data)
         else:
             raise TraceError(f"{file}:{number}: no event: expected 't' in ns and 'event'")
-    return StoredTrace(file, tuple(events), digest.hexdigest(), is_cut, version)
+    return StoredTrace(file, tuple(events), digest.hexdigest(), is_cut)
 
 
 def _is_time(value: Any) -> bool:
@@ -112,11 +107,9 @@ def _parsed(line: bytes, place: str) -> dict[str, Any]:
     return data
 
 
-def _version(data: dict[str, Any], place: str) -> int:
+def _check_version(data: dict[str, Any], place: str) -> None:
     version = data.get("trace_version")
     if version is None:
         raise TraceError(f"{place}: no trace: the first line does not name its version")
-    if version not in range(1, VERSION + 1):
-        known = f"this bt-mission reads 1 to {VERSION}"
-        raise TraceError(f"{place}: a trace of version {version}; {known}")
-    return int(version)
+    if version != VERSION:
+        raise TraceError(f"{place}: a trace of version {version}; this bt-mission reads {VERSION}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -62,7 +62,7 @@ def first_difference(first: StoredTrace, second: StoredTrace) -> Difference | No
     Runs that were set up differently are compared in what followed. Goal ids are made from the
     seed, and do not count where that differs.
     """
-    setting = (*_versions(first, second), *_fields(first.start, second.start))
+    setting = _fields(first.start, second.start)
     ignored = {"goal"} if first.start.get("seed") != second.start.get("seed") else set()
     events, others = (
         [event for event in trace.events if event is not trace.start] if setting else trace.events
@@ -86,11 +86,6 @@ def first_difference(first: StoredTrace, second: StoredTrace) -> Difference | No
                 setting,
             )
     return Difference(len(events), 0.0, (), None, None, (), setting) if setting else None
-
-
-def _versions(first: StoredTrace, second: StoredTrace) -> Iterator[str]:
-    if first.version != second.version:
-        yield _field("trace_version", first.version, second.version)
 
 
 def _without(event: Event | None, ignored: AbstractSet[str]) -> Event | None:

@@ -11,9 +11,6 @@ from bt_mission.core.yaml.document import Document
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.file import GoalLimits, MissionFile
 
-RENAMED_LIMITS = {"answer_timeout": "acceptance_timeout", "silence_timeout": "feedback_timeout"}
-"""New names of limits, by the old ones, which are read for one release."""
-
 DEFAULTS: Mapping[str, float] = {
     "server_timeout": 5.0,
     "acceptance_timeout": 2.0,
@@ -44,20 +41,6 @@ class GoalLimitsTable:
     def of(self, action: str) -> Mapping[str, Any]:
         """Return the limits of goals of an action, by the names of their modifiers."""
         return {**DEFAULTS, **self.mission, **self.servers.get(plain_name(action), {})}
-
-
-def rename_limits(document: Document) -> None:
-    """Give limits at the head of a mission that have their old names the new ones."""
-    data = document.data if isinstance(document.data, dict) else {}
-    servers = data.get("servers")
-    paths: list[tuple[str, ...]] = [("limits",)]
-    paths += [("servers", name) for name in servers] if isinstance(servers, dict) else []
-    for path in paths:
-        found: Any = data
-        for key in path:
-            found = found.get(key, {}) if isinstance(found, dict) else {}
-        if isinstance(found, dict):
-            document.rename_keys(path, found, RENAMED_LIMITS)
 
 
 def server_faults(

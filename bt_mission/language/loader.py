@@ -15,7 +15,7 @@ from bt_mission.language.checks.mission import scope_faults, warnings
 from bt_mission.language.checks.requirements import requirement_faults
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.file import MissionFile
-from bt_mission.language.goal_limits import GoalLimitsTable, rename_limits, server_faults
+from bt_mission.language.goal_limits import GoalLimitsTable, server_faults
 from bt_mission.language.inputs import overridden
 from bt_mission.language.mission import Mission, node_factories
 from bt_mission.language.node_reader import NodeReader
@@ -69,7 +69,6 @@ def draft(
         if isinstance(document.data, dict) and kind in document.data:
             message = f"expected a mission, got a {kind}"
             return Draft(document, None, (document.fault((kind,), message, hint, key=True),))
-    rename_limits(document)
     reader = NodeReader(document)
     written = reader.written(MissionFile, (), document.data)
     if written is None and isinstance(document.data, dict):

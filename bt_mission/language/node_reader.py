@@ -26,7 +26,7 @@ from bt_mission.language.action_names import BROKEN
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.file import TreeDefinition
 from bt_mission.language.follow import Follow, FollowSettings
-from bt_mission.language.goal_limits import RENAMED_LIMITS, GoalLimitsTable
+from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.nodes import remedies
 from bt_mission.language.nodes.base import CompositeNode, Key, NodeModel, NodePlace, Written
 from bt_mission.language.nodes.composites import SequenceNode
@@ -159,8 +159,6 @@ class NodeReader:
         """Return a node of a known kind."""
         model = KINDS[kind]
         known = model.keys
-        if "acceptance_timeout" in known:
-            self.document.rename_keys(path, data, RENAMED_LIMITS)
         modifiers = [name for name in known if name != kind]
         for key in data:
             if key not in known and not self.is_full:

@@ -133,7 +133,7 @@ def test_there_must_be_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]
 def test_a_trace_has_no_tree_to_print(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """It says what has."""
     path = tmp_path / "trace.jsonl"
-    path.write_text('{"trace_version": 1}\n', encoding="utf-8")
+    path.write_text('{"trace_version": 2}\n', encoding="utf-8")
     assert "--once takes a recording" in refused(capsys, path, "--once")
 
 

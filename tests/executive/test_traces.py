@@ -68,9 +68,9 @@ def test_a_trace_that_was_cut_is_read_up_to_there(path: Path) -> None:
         ("x\n", ":1: no line of a trace: expected a JSON object"),
         ("[1]\n", ":1: no line of a trace: expected a JSON object"),
         ("{}\n", ":1: no trace: the first line does not name its version"),
-        ('{"trace_version": 99}\n', ":1: a trace of version 99; this bt-mission reads 1 to 2"),
-        ('{"trace_version": 1}\n{"t": "x"}\n', ":2: no event: expected 't' in ns and 'event'"),
-        ('{"trace_version": 1}\n\xff\n', ":2: no line of a trace: expected a JSON object"),
+        ('{"trace_version": 99}\n', ":1: a trace of version 99; this bt-mission reads 2"),
+        ('{"trace_version": 2}\n{"t": "x"}\n', ":2: no event: expected 't' in ns and 'event'"),
+        ('{"trace_version": 2}\n\xff\n', ":2: no line of a trace: expected a JSON object"),
         ("[" * 100_000 + "\n", ":1: no line of a trace: expected a JSON object"),
     ],
 )
@@ -185,30 +185,6 @@ def test_replay_on_the_command_line(path: Path, capsys: Any) -> None:
     ]
     assert main(["replay", str(path), "--poses", "--speed", "1000"]) == 0
     assert len(capsys.readouterr().out.splitlines()) == 6
-
-
-def test_a_trace_of_version_1_is_read_in_the_words_of_today(path: Path) -> None:
-    """Its events have the names of version 2, and a difference names both versions."""
-    lines = [
-        '{"trace_version": 1}',
-        '{"event": "goal handed over", "goal": "ab", "action": "/turn", "owner": "t", "t": 1}',
-        '{"event": "goal given up", "goal": "ab", "action": "/turn", "owner": "t", "t": 2}',
-    ]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    old = read_trace(path)
-    path.write_text(
-        path.read_text("utf-8")
-        .replace('_version": 1', '_version": 2')
-        .replace("handed over", "released")
-        .replace("given up", "abandoned"),
-        encoding="utf-8",
-    )
-    new = read_trace(path)
-    assert (old.version, new.version) == (1, 2)
-    assert [event["event"] for event in old.events] == ["goal released", "goal abandoned"]
-    assert old.events == new.events
-    difference = str(first_difference(old, new))
-    assert "set up differently: trace_version: 1 in the first, 2 in the second" in difference
 
 
 @pytest.mark.parametrize("text", ["", "turn", 'a "quoted" \\ one', "ä → \u202e\x1b\n", "\ud800"])

@@ -88,7 +88,7 @@ def test_an_action_by_its_short_name():
     """Name and type follow from the kind; texts in the goal wait for their fields."""
     found = tree(
         "turn: {angle: $legs * 30}\nname: around\ntimeout: 30\ncancel_when: current_angle > 9\n"
-        "on_cancel: success\noutputs: {angle_turned: turned}\nsilence_timeout: 1"
+        "on_cancel: success\noutputs: {angle_turned: turned}\nfeedback_timeout: 1"
     )
     assert isinstance(found, GoalNode)
     assert (found.kind, found.name, found.line, found.column) == ("action", "around", 4, 3)

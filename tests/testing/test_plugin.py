@@ -81,7 +81,6 @@ def test_the_plugin_costs_next_to_nothing_where_there_is_no_mission() -> None:
     assert ours.split() == [
         "bt_mission",
         "bt_mission.core",
-        "bt_mission.core.deprecated_paths",
         "bt_mission.core.lazy",
         "bt_mission.core.text",
         "bt_mission.testing",

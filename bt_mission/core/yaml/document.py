@@ -5,8 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +27,6 @@ class Document:
     data: Any
     place: Place
     lines: tuple[str, ...]
-    deprecated: list[Diagnostic] = field(default_factory=list, repr=False, compare=False)
-    """Warnings about keys that were found under their old names."""
 
     @property
     def text(self) -> str:
@@ -38,24 +36,6 @@ class Document:
     def under(self, key: str) -> Document:
         """Return the part under a key as a document of its own, with its places in this file."""
         return Document(self.file, self.data[key], self.find((key,)), self.lines)
-
-    def rename_keys(
-        self, path: Sequence[Key], data: dict[str, Any], names: Mapping[str, str]
-    ) -> None:
-        """Give old keys of the mapping at `path` their new names, with a warning for each."""
-        for old, new in names.items():
-            if old not in data or new in data:
-                continue
-            message = f"'{old}' is deprecated; write '{new}'"
-            self.deprecated.append(self.fault((*path, old), message, key=True, severity="warning"))
-            renamed = {new if key == old else key: value for key, value in data.items()}
-            data.clear()
-            data.update(renamed)
-            place = self.find(path)
-            if place.keys is not None and old in place.keys:
-                place.keys[new] = place.keys[old]
-            if isinstance(place.parts, dict) and old in place.parts:
-                place.parts[new] = place.parts[old]
 
     def find(self, path: Sequence[Key]) -> Place:
         """Return the place of the value at `path`, or of the deepest part of it that exists."""

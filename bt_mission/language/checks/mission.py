@@ -140,8 +140,6 @@ def warnings(mission: Mission) -> Iterator[Diagnostic]:
     Of named trees only those are looked at that the mission uses.
     """
     names = used(mission)
-    for document in {id(tree.document): tree.document for tree in mission.all_trees}.values():
-        yield from document.deprecated
     for tree in mission.all_trees:
         if tree.is_main or tree.name in names:
             yield from _tree_warnings(tree)
