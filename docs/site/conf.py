@@ -33,9 +33,13 @@ version = release = PROJECT["version"]
 root_doc = "README"
 include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**.md"]
 exclude_patterns = [".*", "build", "runs", "found", "missions", "tests", "interfaces"]
-extensions = ["myst_parser"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+autodoc_typehints_format = "short"
+autodoc_member_order = "bysource"
+python_maximum_signature_line_length = 88
 myst_heading_anchors = 6
 nitpicky = True
+nitpick_ignore_regex = [("py:.*", ".*")]  # docstrings name what has no page, too
 highlight_language = "text"  # of blocks that name none: what terminals show
 show_warning_types = True
 

@@ -1,5 +1,7 @@
 """Hypothesis strategies for worlds and missions; what fails is shrunk to the simplest.
 
+Example::
+
     @given(scenarios())
     def test_it_never_touches_anything(stage, scenario):
         run = scenario.on(stage)
