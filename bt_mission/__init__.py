@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from bt_mission.scenarios.run import run_scenario
     from bt_mission.scenarios.scenario import Scenario, ScenarioResult
     from bt_mission.sessions.check import check
-    from bt_mission.sessions.load import convert, load, port_leaves
+    from bt_mission.sessions.load import convert, load
     from bt_mission.sessions.stage import Stage
     from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 
@@ -79,7 +79,6 @@ __all__ = [
     "load_fleet",
     "load_scenario",
     "load_text",
-    "port_leaves",
     "read_recording",
     "record",
     "run_fleet",
@@ -115,7 +114,6 @@ _load = lazy_names(
         "load_fleet": "bt_mission.fleets.loader",
         "load_scenario": "bt_mission.scenarios.loader",
         "load_text": "bt_mission.language.loader",
-        "port_leaves": "bt_mission.sessions.load",
         "read_recording": "bt_mission.recording.reader:read_run",
         "record": "bt_mission.recording.writer",
         "run_fleet": "bt_mission.fleets.run",

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import SUFFIXES
@@ -16,9 +15,6 @@ from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.loader import draft, finished
 from bt_mission.language.mission import Mission
-
-if TYPE_CHECKING:
-    from bt_mission.btcpp.py_trees_leaves import PortLeaf
 
 XML = ".xml"
 
@@ -79,19 +75,6 @@ def palette(path: str | Path | None = None) -> str:
 
     shapes = installed_shapes()
     return palette_xml(shapes) if path is None else mission_palette(read_mission(path), shapes)
-
-
-def port_leaves(shapes: FindShapes | None = None, seed: int = 0) -> dict[str, type[PortLeaf]]:
-    """Return our leaves for py_trees' loader: hand them over as its ``node_registry``.
-
-    Args:
-        shapes: Tells what ROS types hold (default: what is installed). Where ROS is not, fields of
-            goals take constants only, and there are no outputs.
-        seed: Everything random follows from it, and from the order of the leaves in the file.
-    """
-    from bt_mission.btcpp.py_trees_leaves import leaf_classes  # noqa: PLC0415 - few need it
-
-    return leaf_classes(shapes or installed_shapes(), seed)
 
 
 def installed_shapes() -> FindShapes | None:
