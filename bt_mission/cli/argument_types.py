@@ -7,6 +7,9 @@ import math
 
 LAST_PORT = 65535
 
+LONGEST_SEED = 18
+"""Digits of a seed where there are many: their count fits in 64 bits."""
+
 
 def seconds(text: str, expected: str = "seconds, 0 or more") -> float:
     """Read a time, s."""
@@ -62,6 +65,10 @@ def seeds(text: str) -> range | tuple[int, ...]:
     if not all(one.strip().isdecimal() for one in parts):
         raise argparse.ArgumentTypeError(
             f"expected a number of seeds, A..B, or a list such as 3,5,8; got '{text}'"
+        )
+    if any(len(one.strip()) > LONGEST_SEED for one in parts):
+        raise argparse.ArgumentTypeError(
+            f"a seed has at most {LONGEST_SEED} digits here, got '{text}'"
         )
     values = [int(one) for one in parts]
     if dots:

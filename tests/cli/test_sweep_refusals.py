@@ -78,6 +78,7 @@ def test_bad_input_is_told_in_words(
         ("--seeds 0", "'0' is no seed at all"),
         ("--seeds 3..1", "'3..1' is no seed at all"),
         ("--seeds 1,1", "a seed stands twice"),
+        (f"--seeds {'9' * 400}", "a seed has at most 18 digits here"),
         ("--seeds many", "expected a number of seeds, A..B, or a list"),
         ("--sample 0", "expected an integer from 1"),
         ("--fail-below 95", "expected a share from 0 to 1, got '95'"),

@@ -122,7 +122,7 @@ def test_facts_that_are_none_are_left_out_and_named(edited, capsys, tmp_path):
     def spoil(recording: Recording) -> None:
         recording.notes["bt_mission"] |= {
             "start_ns": "9" * 5_000,
-            "robot_hull": "[1, 2]",
+            "robot_hull": f"[1, 2, {'9' * 400}]",
             "versions": "[",
             "inputs": "7",
         }

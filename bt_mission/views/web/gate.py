@@ -11,6 +11,7 @@ import ipaddress
 import re
 import secrets
 from collections.abc import Awaitable, Callable, MutableMapping
+from contextlib import AbstractContextManager
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -22,6 +23,8 @@ App = Callable[[Scope, Receive, Send], Awaitable[None]]
 OLD_LINK = (
     "This link is wrong, or of an earlier start: open the one that the command has printed.\n"
 )
+
+NO_PATH = "This server serves a page, by its path.\n"
 
 AUTHORITY = re.compile(r"[A-Za-z0-9.\-\[\]:]+")
 """An address or a name with a port, and nothing that would be more in a header."""
@@ -46,18 +49,29 @@ class Gate:
         app: Sees paths without the token.
         token: The first part of each path.
         host: Where the server listens; a name by which it may be called.
+        admitted: What a request that is passed on is served in.
     """
 
-    def __init__(self, app: App, token: str, host: str) -> None:
+    def __init__(
+        self,
+        app: App,
+        token: str,
+        host: str,
+        admitted: Callable[[Scope], AbstractContextManager[None]],
+    ) -> None:
         self._app = app
         self._token = token
         self._host = host
+        self._admitted = admitted
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request, or have the application do so."""
+        if not scope["path"].startswith("/"):
+            await _refuse(scope, send, 400, NO_PATH)
+            return
         why = self._refusal(scope)
         if why:
-            await _refuse(scope, send, why)
+            await _refuse(scope, send, 403, why)
             return
         path = scope["path"].removeprefix(f"/{self._token}")
         named = _header(scope, "host")
@@ -71,7 +85,9 @@ class Gate:
                 message = {**message, "headers": [*message.get("headers", ()), *more]}
             await send(message)
 
-        await self._app({**scope, "path": path, "raw_path": path.encode()}, receive, send_guarded)
+        inner = {**scope, "path": path, "raw_path": path.encode()}
+        with self._admitted(scope):
+            await self._app(inner, receive, send_guarded)
 
     def _refusal(self, scope: Scope) -> str:
         """Why a request is refused; empty where it is not."""
@@ -116,13 +132,13 @@ def _header(scope: Scope, name: str) -> str:
     return values[0].decode("latin-1") if len(values) == 1 else ""
 
 
-async def _refuse(scope: Scope, send: Send, why: str) -> None:
+async def _refuse(scope: Scope, send: Send, status: int, why: str) -> None:
     if scope["type"] == "websocket":
         await send({"type": "websocket.close", "code": 1008, "reason": why.strip()})
         return
-    headers = [(b"content-type", b"text/plain; charset=utf-8")]
+    headers = [(b"content-type", b"text/plain; charset=utf-8"), (b"connection", b"close")]
     headers += [
         (name.encode(), value.encode()) for name, value in HEADERS.items() if "{" not in value
     ]
-    await send({"type": "http.response.start", "status": 403, "headers": headers})
+    await send({"type": "http.response.start", "status": status, "headers": headers})
     await send({"type": "http.response.body", "body": why.encode()})

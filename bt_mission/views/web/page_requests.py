@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -93,7 +92,7 @@ def _checked(key: str, value: Any) -> Any:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if key == "node" and is_number and isinstance(value, int) and 0 <= value < 1 << 31:
         return value
-    if key == "number" and is_number and math.isfinite(value) and abs(value) < 1e9:
+    if key == "number" and is_number and -1e9 < value < 1e9:
         return float(value)
     if (key == "name" and isinstance(value, str)) or (key == "is_on" and isinstance(value, bool)):
         return value

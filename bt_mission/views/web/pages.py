@@ -8,38 +8,17 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
-from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.views.web import encoding
 from bt_mission.views.web.page_requests import PageRequest, PageRequestError, read_request
 from bt_mission.views.web.shown_mission import OpenPanels, ShownMission
 
 MOST_PAGES = 16
 
-REQUESTS_S = 20.0
-"""Requests a second that a page may make in the long run."""
-
-MOST_REQUESTS = 60.0
-"""Requests that it may make at once."""
-
-NONSENSE, TOO_MUCH, FAILED, TRY_LATER = 1003, 1008, 1011, 1013
+NONSENSE, FAILED, TRY_LATER = 1003, 1011, 1013
 """Codes with which a WebSocket is closed."""
 
 LONGEST_REASON = 100
 """Characters of the reason for which a WebSocket is closed: it takes 123 bytes."""
-
-
-class RequestAllowance:
-    """How many requests a page may still make: it grows with time."""
-
-    def __init__(self) -> None:
-        self._left = MOST_REQUESTS
-        self._since = Stopwatch()
-
-    def take(self) -> bool:
-        """Take one; gives whether there was one."""
-        self._left = min(self._left + self._since.elapsed_s * REQUESTS_S, MOST_REQUESTS) - 1.0
-        self._since = Stopwatch()
-        return self._left >= 0.0
 
 
 class OpenPage:
@@ -64,7 +43,6 @@ class OpenPage:
         self._told_node: dict[str, Any] | None = None
         self._told_picture = 0
         self._answers: dict[str, Any] = {}
-        self._allowance = RequestAllowance()
 
     async def serve(self) -> None:
         """Tell and listen until the page is closed, or is not one of ours."""
@@ -86,11 +64,7 @@ class OpenPage:
 
     async def _listen(self) -> None:
         while True:
-            text = await self._received()
-            if not self._allowance.take():
-                await self._close(TOO_MUCH, f"more than {REQUESTS_S:g} requests a second")
-                return
-            self._take(read_request(text))
+            self._take(read_request(await self._received()))
             self.news.set()
 
     async def _received(self) -> str:

@@ -6,18 +6,19 @@ import asyncio
 import errno
 import secrets
 import socket
-from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
+from importlib.resources.abc import Traversable
 
-import uvicorn
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.guarded_server import Connections, GuardedServer
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.views.web.gate import Gate
 from bt_mission.views.web.page_requests import LONGEST
@@ -87,22 +88,9 @@ class WebServer:
                 WebSocketRoute("/live", self.pages.open),
             ]
         )
-        config = uvicorn.Config(
-            Gate(app, self.token, options.host),
-            lifespan="off",
-            http="h11",
-            ws="websockets-sansio",
-            ws_max_size=4 * LONGEST,
-            ws_per_message_deflate=False,
-            log_config=None,
-            log_level="critical",
-            access_log=False,
-            server_header=False,
-            limit_concurrency=64,
-            timeout_graceful_shutdown=1,
-        )
-        config.load()  # imports, too, which would be taken from the mission's time later
-        self._uvicorn = QuietServer(config)
+        connections = Connections()
+        gate = Gate(app, self.token, options.host, connections.admitted)
+        self._server = GuardedServer(gate, connections, most_bytes=4 * LONGEST)
 
     async def serve(self, until: Callable[[], bool]) -> None:
         """Serve, and look at what is new many times a second, until a condition holds.
@@ -118,7 +106,7 @@ class WebServer:
             nonlocal since_look
             try:
                 if until():
-                    self._uvicorn.should_exit = True
+                    self._server.should_exit = True
                     return
                 loop.call_later(self._frame_s, frame)
                 if since_look and not self.pages.are_open and since_look.elapsed_s < IDLE_S:
@@ -128,10 +116,10 @@ class WebServer:
                 self.pages.tell()
             except Exception as error:  # noqa: BLE001 - raised again where it can be seen
                 faults.append(error)
-                self._uvicorn.should_exit = True
+                self._server.should_exit = True
 
         loop.call_soon(frame)
-        await self._uvicorn.serve([self._socket])
+        await self._server.serve([self._socket])
         if faults:
             raise faults[0]
 
@@ -140,23 +128,20 @@ class WebServer:
         self._socket.close()
 
 
-class QuietServer(uvicorn.Server):
-    """Leaves signals to whoever runs the process."""
-
-    @contextmanager
-    def capture_signals(self) -> Generator[None, None, None]:
-        """Capture none."""
-        yield
-
-
 async def page_file(request: Request) -> Response:
     """Return a file of the page."""
     name = request.path_params.get("name", "index.html")
-    suffix = name.rpartition(".")[2]
-    file = resources.files("bt_mission.views.web") / "page" / name
-    if suffix not in TYPES or not file.is_file():
+    file = _page_files().get(name)
+    if file is None:
         return Response("There is no such file.\n", 404, media_type="text/plain")
-    return Response(file.read_bytes(), headers={"content-type": TYPES[suffix]})
+    return Response(file.read_bytes(), headers={"content-type": TYPES[name.rpartition(".")[2]]})
+
+
+@cache
+def _page_files() -> dict[str, Traversable]:
+    """Files of the page by name: what a request names is looked up, never opened."""
+    folder = resources.files("bt_mission.views.web") / "page"
+    return {one.name: one for one in folder.iterdir() if one.name.rpartition(".")[2] in TYPES}
 
 
 def listening_socket(host: str, port: int) -> socket.socket:

@@ -125,6 +125,8 @@ def test_a_read_only_page_controls_nothing(executive: ScriptedExecutive, shown: 
         ('{"do": "breakpoint", "node": true}', "'node' is none"),
         ('{"do": "go", "number": NaN}', "'number' is none"),
         ('{"do": "go", "number": 1e400}', "'number' is none"),
+        (f'{{"do": "speed", "number": {"9" * 400}}}', "'number' is none"),
+        (f'{{"do": "breakpoint", "node": {"9" * 400}}}', "'node' is none"),
         (
             f'{{"do": "attach", "name": "{"x" * 1000}"}}',
             "a message of 1028 characters, at most 1000",
@@ -161,7 +163,7 @@ def test_a_million_messages_are_cut_short(executive: ScriptedExecutive, shown: L
                     await flood.send('{"do": "step"}')
 
             sending = asyncio.create_task(send())
-            assert await ended(flood) == (1008, "more than 20 requests a second")
+            assert await ended(flood) == (1008, "more than 20 messages a second")
             await asyncio.gather(sending, return_exceptions=True)
         assert 0 < len(executive.commands) < 200
 

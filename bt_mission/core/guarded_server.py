@@ -1,0 +1,277 @@
+"""A web server for a process that must not notice how many connect, nor what they send.
+
+The number of connections is bounded where they are accepted. A connection without a valid request
+is closed after two seconds, or for a newer one where there is no room. Malformed requests get an
+answer of 4xx, and no line in the log.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import resource
+import socket
+from collections.abc import Generator, Iterator, MutableMapping
+from contextlib import contextmanager
+from typing import Any
+
+import uvicorn
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+
+from bt_mission.core.wall_clock import Stopwatch
+
+MOST_CONNECTIONS = 64
+"""Connections that are open at once, where the limit of open files allows for them."""
+
+FILES_SHARE = 4
+"""Connections take at most the process's limit of open files divided by this."""
+
+REQUEST_S = 2.0
+"""Wall time after which a connection without a valid request is closed."""
+
+KEEP_ALIVE_S = 5.0
+"""Wall time after an answer until a connection is closed without another request."""
+
+ACCEPTS = 16
+"""Connections accepted in a row, before whatever else is due."""
+
+NO_FILES_S = 0.5
+"""Wall time until the next connection is accepted where the process has no open files left."""
+
+LONGEST_HEAD = 8_000
+"""Bytes of a request that wait for the end of its headers."""
+
+MESSAGES_S = 20.0
+"""Frames a second that a client may send in the long run: messages, fragments, pings and pongs."""
+
+MOST_MESSAGES = 60.0
+"""Frames that it may send at once."""
+
+TOO_MUCH = 1008
+"""The code (policy violation) with which a WebSocket is closed that sends more."""
+
+LINGER_S = 1.0
+"""Wall time for which frames are passed over until such a client has left."""
+
+BAD_REQUEST = b"HTTP/1.1 400 Bad Request\r\nConnection: close\r\nContent-Length: 0\r\n\r\n"
+
+Scope = MutableMapping[str, Any]
+
+
+class Connection:
+    """One that was accepted: open until its socket is closed."""
+
+    def __init__(self, accepted: socket.socket, peer: tuple[str, int]) -> None:
+        self.socket, self.peer = accepted, peer
+        self.transport: asyncio.Transport | None = None
+        self.is_admitted = False
+        """Has it sent a valid request?"""
+        self._deadline: asyncio.TimerHandle | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """Does it take a file of the process?"""
+        return self.socket.fileno() >= 0
+
+    def close_after(self, wait_s: float) -> None:
+        """Close it then, unless a request of it is served until then."""
+        self.stay()
+        self._deadline = asyncio.get_running_loop().call_later(wait_s, self.abort)
+
+    def stay(self) -> None:
+        """Leave it open for now."""
+        if self._deadline is not None:
+            self._deadline.cancel()
+
+    def abort(self) -> None:
+        """Close it, without sending what has not been sent."""
+        self.stay()
+        if self.transport is not None:
+            self.transport.abort()
+
+
+class Connections:
+    """Those that are open, the oldest first.
+
+    Attributes:
+        most: How many there may be.
+    """
+
+    def __init__(self) -> None:
+        files, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+        is_bounded = files != resource.RLIM_INFINITY
+        self.most = min(MOST_CONNECTIONS, files // FILES_SHARE) if is_bounded else MOST_CONNECTIONS
+        self._open: list[Connection] = []
+
+    def __len__(self) -> int:
+        return sum(one.is_open for one in self._open)
+
+    def take(self, accepted: socket.socket, peer: tuple[str, int]) -> Connection | None:
+        """Return a new connection.
+
+        Where there is no room, the oldest without a valid request is closed for it. Where all have
+        sent one, the new one is closed, and None returned.
+        """
+        self._open = [one for one in self._open if one.is_open]
+        if len(self._open) >= self.most and not self._make_room():
+            accepted.close()
+            return None
+        connection = Connection(accepted, peer)
+        self._open.append(connection)
+        return connection
+
+    def _make_room(self) -> bool:
+        for one in self._open:
+            if not one.is_admitted and one.transport is not None:
+                one.abort()
+                self._open.remove(one)
+                return True
+        return False
+
+    @contextmanager
+    def admitted(self, scope: Scope) -> Iterator[None]:
+        """Keep the connection of a valid request open while it is served, and a while longer."""
+        found = [one for one in self._open if one.peer == tuple(scope["client"] or ())]
+        for one in found:
+            one.is_admitted = True
+            one.stay()
+        try:
+            yield
+        finally:
+            for one in found:
+                one.close_after(KEEP_ALIVE_S)
+
+
+class GuardedServer(uvicorn.Server):
+    """Serves an ASGI application on a socket; signals are left to whoever runs the process.
+
+    Args:
+        app: Calls :meth:`Connections.admitted` for each request that it serves.
+        connections: Those that it is served to.
+        most_bytes: Of a message of a WebSocket.
+    """
+
+    def __init__(self, app: Any, connections: Connections, *, most_bytes: int) -> None:
+        config = uvicorn.Config(
+            app,
+            lifespan="off",
+            http=_Http,
+            ws=_WebSocket,
+            ws_max_size=most_bytes,
+            ws_per_message_deflate=False,
+            h11_max_incomplete_event_size=LONGEST_HEAD,
+            timeout_keep_alive=int(KEEP_ALIVE_S),
+            log_config=None,
+            log_level=logging.CRITICAL + 1,
+            access_log=False,
+            server_header=False,
+            timeout_graceful_shutdown=1,
+        )
+        config.load()  # imports, too, which would be taken from the mission's time later
+        super().__init__(config)
+        self._connections = connections
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Accept connections, and no more than there is room for."""
+        assert sockets, "it serves the socket of its caller"
+        (self._listener,) = sockets
+        self._listener.setblocking(False)
+        await self.lifespan.startup()
+        self.servers: list[asyncio.Server] = []
+        self._listen()
+        self.started = True
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Accept no more, and end what is open."""
+        asyncio.get_running_loop().remove_reader(self._listener)
+        await super().shutdown(sockets)
+
+    @contextmanager
+    def capture_signals(self) -> Generator[None, None, None]:
+        """Capture none."""
+        yield
+
+    def _listen(self) -> None:
+        if not self.should_exit:
+            asyncio.get_running_loop().add_reader(self._listener, self._accept)
+
+    def _accept(self) -> None:
+        loop = asyncio.get_running_loop()
+        for _ in range(ACCEPTS):
+            try:
+                accepted, address = self._listener.accept()
+            except (BlockingIOError, InterruptedError, ConnectionAbortedError):
+                return
+            except OSError:
+                loop.remove_reader(self._listener)
+                loop.call_later(NO_FILES_S, self._listen)
+                return
+            connection = self._connections.take(accepted, address[:2])
+            if connection is not None:
+                connection.close_after(REQUEST_S)
+                task = loop.create_task(self._serve_on(connection))
+                self._tasks.add(task)
+                task.add_done_callback(self._tasks.discard)
+
+    async def _serve_on(self, connection: Connection) -> None:
+        try:
+            connection.transport, _ = await asyncio.get_running_loop().connect_accepted_socket(
+                lambda: _Http(self.config, self.server_state, self.lifespan.state),
+                connection.socket,
+            )
+        except OSError:
+            connection.socket.close()
+
+
+class _Http(H11Protocol):
+    """HTTP, and the beginning of each WebSocket."""
+
+    def data_received(self, data: bytes) -> None:
+        """Take what has come; what the libraries fail on closes the connection."""
+        try:
+            super().data_received(data)
+        except Exception:  # noqa: BLE001 - the event loop would log it, once for each connection
+            self.transport.abort()
+
+
+class _WebSocket(WebSocketsSansIOProtocol):
+    """A WebSocket on which frames are counted, whatever is in them."""
+
+    def __init__(self, *args: Any, **named: Any) -> None:
+        super().__init__(*args, **named)
+        self._left = MOST_MESSAGES
+        self._since = Stopwatch()
+
+    def data_received(self, data: bytes) -> None:
+        """Take what has come; a request that cannot be read is answered with 4xx."""
+        try:
+            super().data_received(data)
+        except Exception:  # noqa: BLE001 - as for HTTP
+            self.transport.abort()
+        if self.conn.handshake_exc is not None and not self.handshake_initiated:
+            self.transport.write(b"".join(self.conn.data_to_send()) or BAD_REQUEST)
+            self.transport.close()
+
+    def handle_events(self) -> None:
+        """Take frames, as many as are permitted."""
+        events = self.conn.events
+        count = len(events)
+        self._left = min(self._left + self._since.elapsed_s * MESSAGES_S, MOST_MESSAGES)
+        self._since = Stopwatch()
+        del events[int(self._left) :]
+        self._left -= len(events)
+        is_too_much = len(events) < count
+        super().handle_events()
+        if is_too_much and not self.transport.is_closing():
+            reason = f"more than {MESSAGES_S:g} messages a second"
+            self.queue.put_nowait(
+                {"type": "websocket.disconnect", "code": TOO_MUCH, "reason": reason}
+            )
+            self.conn.fail(TOO_MUCH, reason)
+            self.transport.write(b"".join(self.conn.data_to_send()))
+            self.close_sent = True
+            # Closed at once, with frames that have not been read, TCP would take the reason back.
+            self.transport.write_eof()
+            self.close_timer = self.loop.call_later(LINGER_S, self.transport.close)
