@@ -213,11 +213,25 @@ def _check_file(options: argparse.Namespace) -> int:
         return SUCCESS
     if kind == "scenario":
         print(f"{mission.file}: scenario '{mission.name}' is valid ({_told(mission)})")
+        _explain_windows(mission.mission)
         return SUCCESS
     count = sum(1 for _ in mission.tree.walk())
     nodes = "1 node" if count == 1 else f"{count} nodes"
     print(f"{mission.file}: mission '{mission.name}' is valid ({nodes})")
+    _explain_windows(mission)
     return _check_against(mission, options) if options.against else SUCCESS
+
+
+def _explain_windows(mission: Any) -> None:
+    """Print which requirements decide nothing at first, since they look back further than that."""
+    from bt_mission.language.requirements.formula import full_after
+
+    for one in mission.requirements:
+        if full_s := full_after(one.root):
+            print(
+                f"  requirement {one.name}: its window that looks back is full at {full_s:g} s and "
+                "decides nothing until then; with 'so far' it counts from the start on"
+            )
 
 
 def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:

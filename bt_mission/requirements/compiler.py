@@ -7,7 +7,7 @@ from bt_mission.language.expressions.syntax import (
     Not,
     SyntaxNode,
 )
-from bt_mission.language.requirements.formula import walk
+from bt_mission.language.requirements.formula import filling, full_after, walk
 from bt_mission.language.requirements.syntax import (
     FUTURE,
     Chain,
@@ -21,6 +21,7 @@ from bt_mission.requirements.looking_back import (
     Combinator,
     Combined,
     Ever,
+    Filled,
     Historically,
     Joint,
     Past,
@@ -150,10 +151,13 @@ def _combinator(node: SyntaxNode, *, positive: bool) -> Combinator:
         case Logic(symbol=symbol):
             return Joint(all_of=(symbol == "and") is positive)
         case Temporal(word=word, window=window):
-            return Historically(_ns(window), all_of=(word == "historically") is positive)
+            past: Combinator
+            past = Historically(_ns(window), all_of=(word == "historically") is positive)
         case Chain(window=window):
-            return Since(_ns(window), dual=not positive)
-    raise AssertionError("what joins formulas is one of these")
+            past = Since(_ns(window), dual=not positive)
+        case _:
+            raise AssertionError("what joins formulas is one of these")
+    return Filled(past, round(full_after(node) * 1e9)) if filling(node) else past
 
 
 def _ns(window: WrittenWindow) -> tuple[int, int | None]:

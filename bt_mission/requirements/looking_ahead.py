@@ -87,7 +87,8 @@ class LateCombined(Future):
         self._aligned = Aligned(parts)
         self._combinator = combinator
         self._times: deque[int] = deque()
-        self.is_settled_by_end = all(part.is_settled_by_end for part in parts)
+        is_settled = all(part.is_settled_by_end for part in parts)
+        self.is_settled_by_end = is_settled and not combinator.moves
 
     @override
     def step(self, now_ns: int) -> Iterable[Sample]:
@@ -139,6 +140,8 @@ class Ahead(Future):
             if not self._all_of:
                 is_settled = self.is_settled_by_end
                 found = cut_off(found, then_ns, hope, is_settled_by_end=is_settled)
+            elif hope is Hope.WORST:
+                found = refuted(found, then_ns)
             final.append(found)
         self._pending.clear()
         return final
@@ -189,9 +192,15 @@ class Until(Future):
             is_open = hope.reaches(is_settled_by_end=self.is_settled_by_end) and not self._dual
             if is_open and (found is None or not found[1]) and self._is_kept():
                 found = holds(then_ns)
+            if hope is Hope.WORST and self._dual and not self._is_released():
+                found = refuted(found, then_ns)
             final.append(found)
         self._pending.clear()
         return final
+
+    def _is_released(self) -> bool:
+        """Of the dual: has the left side held, so that it no longer depends on the right one?"""
+        return any(left is not None and left[1] for _, left, _ in self._seen)
 
     def _is_kept(self) -> bool:
         """Has the left side held up to the end, so that the right one might still come?"""
@@ -215,6 +224,11 @@ def until(
     if not found:
         return holds(then_ns) if dual else fails(then_ns)
     return extreme(found, all_of=dual)
+
+
+def refuted(found: Sample, then_ns: int) -> Sample:
+    """Return the value of `always` where what comes after the end is the worst."""
+    return fails(then_ns) if found is None or found[1] else found
 
 
 def cut_off(found: Sample, then_ns: int, hope: Hope, *, is_settled_by_end: bool) -> Sample:

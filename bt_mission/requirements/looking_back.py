@@ -123,6 +123,10 @@ class Combinator(Protocol):
     def remembers(self) -> bool:
         """Must it see every instant?"""
 
+    @property
+    def moves(self) -> bool:
+        """Can its value change while those of its parts stay as they are?"""
+
 
 class Combined(Past):
     """A formula over parts that all look back."""
@@ -130,7 +134,8 @@ class Combined(Past):
     def __init__(self, parts: Sequence[Past], combinator: Combinator) -> None:
         self._parts = parts
         self._combinator = combinator
-        self.is_settled_by_end = all(part.is_settled_by_end for part in parts)
+        is_settled = all(part.is_settled_by_end for part in parts)
+        self.is_settled_by_end = is_settled and not combinator.moves
         self.remembers = combinator.remembers or any(part.remembers for part in parts)
 
     @override
@@ -149,6 +154,7 @@ class Joint:
     """`and` or `or`."""
 
     remembers = False
+    moves = False
 
     def __init__(self, *, all_of: bool) -> None:
         self.all_of = all_of
@@ -217,6 +223,7 @@ class Historically:
 
     def __init__(self, window: Window, *, all_of: bool) -> None:
         self._from, self._to = window
+        self.moves = window != (0, None)
         self._all_of = all_of
         self._pick = least if all_of else most
         self._extreme = Extreme(all_of=all_of)
@@ -241,6 +248,27 @@ class Historically:
         return self._so_far if self._to is None else self._extreme.pick(now_ns - self._to)
 
 
+class Filled:
+    """A word that looks back, without a value until its window is full.
+
+    Args:
+        combinator: What gives its value.
+        full_ns: When the window, and those of its parts, are full, since the start.
+    """
+
+    remembers = True
+    moves = True
+
+    def __init__(self, combinator: Combinator, full_ns: int) -> None:
+        self._combinator = combinator
+        self._full_ns = full_ns
+
+    def take(self, now_ns: int, /, *samples: Sample) -> Sample:
+        """Return the value at the next instant, at which the parts have these."""
+        value = self._combinator.take(now_ns, *samples)
+        return value if now_ns >= self._full_ns else None
+
+
 class Since:
     """`left since right`, or, with `dual`, what holds where `not left since not right` fails."""
 
@@ -248,6 +276,7 @@ class Since:
 
     def __init__(self, window: Window, *, dual: bool) -> None:
         self._from, self._to = window
+        self.moves = window != (0, None)
         self._inner = most if dual else least
         self._dual = dual
         self._starts: deque[tuple[int, Sample]] = deque()

@@ -9,7 +9,12 @@ from dataclasses import dataclass
 from typing import Literal, Protocol, TypeAlias, runtime_checkable
 
 from bt_mission.core.stamps import NS
-from bt_mission.language.requirements.formula import OnViolation, Requirement, signals_in
+from bt_mission.language.requirements.formula import (
+    OnViolation,
+    Requirement,
+    full_after,
+    signals_in,
+)
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.language.requirements.units import shown_unit
 from bt_mission.requirements.comparisons import Reader
@@ -95,6 +100,7 @@ class Monitor:
         self.violated_ns: int | None = None
         self.is_told = False
         """Was it said that it is violated?"""
+        self._last_ns = 0
         self._end: tuple[Verdict, Sample] | None = None
         readers: dict[str, Reader] = {}
         bounds: dict[str, Callable[[], float | None]] = {}
@@ -124,6 +130,7 @@ class Monitor:
     def step(self, since_start_ns: int) -> None:
         """Take the next instant."""
         root = self.root
+        self._last_ns = since_start_ns
         if root is not None:
             root.step(since_start_ns)
             if root.decided is False and self.violated_ns is None:
@@ -142,15 +149,17 @@ class Monitor:
         root.step(0)
         return root.value
 
-    def finish(self, *, is_complete: bool = True) -> None:
+    def finish(self, *, is_complete: bool = True, last_ns: int | None = None) -> None:
         """End the run.
 
         Args:
-            is_complete: Did the mission come to its own end? Windows of a run that was cut are
-                open.
+            is_complete: Did the mission come to its own end? After a run that was cut, anything
+                could have followed.
+            last_ns: The last instant, since the start; None is that of the last step.
         """
         if self._root is None or self._end is not None:
             return
+        self._last_ns = self._last_ns if last_ns is None else last_ns
         best = copy.deepcopy(self._root).finish(Hope.ROBOT if is_complete else Hope.ANYTHING)
         least = copy.deepcopy(self._root).finish(Hope.NOTHING)
         if self.violated_ns is not None:
@@ -158,13 +167,24 @@ class Monitor:
         elif self._root.decided is True:
             self._end = ("holds", least)
         elif least is None or best is None:
-            self._end = ("unknown", None)
+            self._end = ("open" if self._never_full else "unknown", None)
         elif not best[1]:
             self._end = ("violated", best)
-        elif not least[1] or not is_complete:
+        elif not least[1] or not (is_complete or self._holds_at_worst):
             self._end = ("open", best if not least[1] else least)
         else:
             self._end = ("holds", least)
+
+    @property
+    def _holds_at_worst(self) -> bool:
+        """Does it hold whatever could have followed?"""
+        worst = copy.deepcopy(self._root).finish(Hope.WORST) if self._root else None
+        return worst is not None and worst[1]
+
+    @property
+    def _never_full(self) -> bool:
+        """Did the run end before its windows that look back were full?"""
+        return self._last_ns < round(full_after(self.requirement.root) * NS)
 
     @property
     def result(self) -> RequirementResult:
@@ -200,6 +220,9 @@ class Monitor:
             problem = "; ".join(self._compiler.problems)
             return self._missing or problem or "its signals never had a value"
         if verdict == "open" and self._end is not None:
+            if self._end[1] is None:
+                full_s = full_after(self.requirement.root)
+                return f"the run ended before its window that looks back was full, at {full_s:g} s"
             return "the run ended before it could be told"
         return ""
 
@@ -228,12 +251,14 @@ class Monitors:
     ) -> None:
         self._monitors = [Monitor(one, source) for one in requirements]
         self._on_violation = on_violation
+        self._last_ns = 0
         self._watches = WatchedRoots(
             {n: one.root for n, one in enumerate(self._monitors) if one.root is not None}
         )
 
     def step(self, since_start_ns: int) -> None:
         """Take the next instant; all see the same, whatever is done about a violation."""
+        self._last_ns = since_start_ns
         violated = self._watches.step(since_start_ns)
         for number in violated:
             self._monitors[number].violated_ns = since_start_ns
@@ -244,7 +269,7 @@ class Monitors:
         """End the run; what is violated only by its end is told now."""
         self._watches.clear()
         for monitor in self._monitors:
-            monitor.finish(is_complete=is_complete)
+            monitor.finish(is_complete=is_complete, last_ns=self._last_ns)
             if monitor.result.verdict == "violated":
                 self._tell(monitor)
 

@@ -121,6 +121,8 @@ class Throughout(Root):
     def finish(self, hope: Hope) -> Sample:
         rest = self._operand.finish(hope)
         self._take(rest if self._is_everything else self._inside(rest))
+        if hope is Hope.WORST and self._all_of and self.decided is None:
+            return fails(0)
         if self._all_of or self.decided is not None:
             return self.value
         # A window without an end ends with the mission, whatever the robot does then.
@@ -171,7 +173,8 @@ class Up(Root):
             if self.value is not None and self.value[1] is not self._dual:
                 self.decided = not self._dual
             elif self._is_over or self._kept[1] is self._dual:
-                self.decided = self._dual
+                has_value = self.value is not None or self._is_empty
+                self.decided = self._dual if has_value else None
 
     @override
     def finish(self, hope: Hope) -> Sample:
@@ -179,6 +182,8 @@ class Up(Root):
         is_settled = self._end is None or self._is_settled_by_end
         if self.decided is None and not self._dual and hope.reaches(is_settled_by_end=is_settled):
             return holds(0)
+        if self.decided is None and self._dual and hope is Hope.WORST:
+            return fails(0)
         if self._is_empty:
             return holds(0) if self._dual else fails(0)
         return self.value

@@ -23,6 +23,8 @@ class Hope(Enum):
     """What the robot does; the mission has ended, and nothing in it changes any more."""
     ANYTHING = "anything"
     """The run was cut: the mission might have gone on, too."""
+    WORST = "worst"
+    """The run was cut, and whatever can go wrong then does."""
 
     def reaches(self, *, is_settled_by_end: bool) -> bool:
         """Is it taken for granted, for a formula of the mission alone, or another one?"""

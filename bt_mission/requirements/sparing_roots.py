@@ -11,7 +11,7 @@ from typing_extensions import override
 from bt_mission.requirements.looking_ahead import Present, cut_off
 from bt_mission.requirements.looking_back import Atom, Extreme, Past
 from bt_mission.requirements.roots import NEVER, Throughout
-from bt_mission.requirements.samples import Hope, Sample, joined
+from bt_mission.requirements.samples import Hope, Sample, fails, joined
 
 
 class Sparing(Throughout):
@@ -183,4 +183,4 @@ class Answered(Sparing):
             is_settled = self._answer.is_settled_by_end
             answer = cut_off(found, then_ns, hope, is_settled_by_end=is_settled)
             self._take((joined((sample, answer), all_of=False),))
-        return self.value
+        return fails(0) if hope is Hope.WORST and self.decided is None else self.value

@@ -196,3 +196,58 @@ def test_the_value_of_an_instant_by_itself() -> None:
     assert [round(one[0], 9) for one in alone if one] == [0.4, 0.2, 0.3]
     assert monitor.now is not None
     assert round(monitor.now[0], 9) == 0.2
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "never historically for 8 s (speed > 0)",
+        "always previously within 8 s speed > 1",
+        "always (speed > 0 since speed > 1 within 8 s)",
+        "never historically for 1 s (previously within 7.5 s speed > 0)",
+    ],
+)
+def test_a_window_that_looks_back_decides_nothing_until_it_is_full(text: str) -> None:
+    """A run that ends before leaves it open, and says when the window would have been full."""
+    result = watched(text, speed=[0.5] * 60)
+    assert (result.verdict, result.margin, result.violated_at) == ("open", None, None)
+    assert "before its window that looks back was full, at 8" in result.why
+
+
+def test_a_full_window_decides() -> None:
+    """From the first instant at which it lies within the run."""
+    result = watched("never historically for 0.2 s (speed > 0)", speed=[0.5] * 60)
+    assert (result.verdict, result.margin, result.violated_at) == ("violated", -0.5, 0.2)
+
+
+def test_so_far_counts_from_the_start_on() -> None:
+    """Then a window is what of it lies within the run."""
+    result = watched("never historically for 8 s so far (speed > 0)", speed=[0.5] * 60)
+    assert (result.verdict, result.violated_at) == ("violated", 0.0)
+    text = "always (speed > 0 since speed > 1 within 8 s so far)"
+    assert watched(text, speed=[2, 0.5, 0.5]).verdict == "holds"
+
+
+@pytest.mark.parametrize(
+    ("text", "verdict"),
+    [
+        ("eventually not (always for 1 s: x <= 2)", "holds"),
+        ("eventually (eventually within 1 s: x > 2)", "holds"),
+        ("eventually (always for 1 s: x > 2)", "open"),
+        ("eventually not ((x > 0) until (x < 0) within 1 s)", "open"),
+        ("eventually not ((x < 0) until (x < 2) within 1 s)", "holds"),
+        ("always (always for 1 s: x <= 2)", "violated"),
+        ("always for 0.1 s (eventually within 1 s: x > 2)", "holds"),
+        ("always for 0.1 s (eventually within 1 s: x > 3)", "open"),
+        ("always for 1 s x > 2", "open"),
+    ],
+)
+def test_a_run_that_was_cut_tells_what_nothing_later_can_change(text: str, verdict: str) -> None:
+    """A window that is not over yet decides as soon as its rest cannot change it."""
+    assert watched(text, x=[3, 3, 3], is_complete=False).verdict == verdict
+
+
+def test_what_a_node_did_lately_is_open_after_the_mission() -> None:
+    """A window that moves on can still change, though the node cannot."""
+    text = "eventually within 60 s: historically for 5 s so far: not running('a')"
+    assert watched(text, running_of_a=[True, True, False]).verdict == "open"

@@ -91,7 +91,7 @@ def by_us(formula: Formula, columns: dict[str, list[float]]) -> float | None:
 def _compared(draw: random.Random) -> Formula:
     """Return a random formula over numbers whose window at the start ends."""
     while True:
-        text = drawn_formula(draw, depth=2)
+        text = drawn_formula(draw, depth=2, so_far=1.0)
         formula = None if "running" in text else checked_formula(text)
         if formula is not None:
             root = formula.root

@@ -1,14 +1,16 @@
 """Signal temporal logic by its definition: slow, over a whole run, sample by sample.
 
 Quantitative semantics of Donzé and Maler (2010) over the samples that there are, with the negation
-pushed down to the comparisons, and with windows that the end of the run cuts off.
+pushed down to the comparisons, and with windows that the end of the run cuts off. A window that
+looks back has no value until it is full, unless it is one of `so far`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeGuard
 
 from bt_mission.language.expressions.syntax import (
     Comparison,
@@ -39,7 +41,8 @@ class Definition:
         """Return what a formula is worth at an instant; None where its window has no sample."""
         key = (id(node), at, positive)
         if key not in self.rated:
-            self.rated[key] = self._rate(node, at, positive=positive)
+            is_early = _has_to_fill(node) and self.times[at] < needs(node) - 1e-9
+            self.rated[key] = None if is_early else self._rate(node, at, positive=positive)
         return self.rated[key]
 
     def _rate(self, node: SyntaxNode, at: int, *, positive: bool) -> Rated | None:
@@ -79,8 +82,14 @@ class Definition:
         return self.times[at] + node.window.end > self.times[-1] + 1e-9
 
     def _may_come(self, node: Temporal | Chain, at: int) -> bool:
-        settled = all("running" in name for name in _names(node)) or not node.window.is_bounded
+        is_moving = any(_looks_back(part) and part.window.is_bounded for part in _walk(node))
+        settled = all("running" in name for name in _names(node)) and not is_moving
+        settled = settled or not node.window.is_bounded
         return self._is_cut(node, at) and self.hope.reaches(is_settled_by_end=settled)
+
+    def _may_be_refuted(self, node: Temporal | Chain, at: int, found: Rated | None) -> bool:
+        is_refuted = found is not None and not found[1]
+        return self.hope is Hope.WORST and self._is_cut(node, at) and not is_refuted
 
     def _ahead(
         self, node: Temporal, operand: SyntaxNode, at: int, *, all_of: bool, positive: bool
@@ -89,6 +98,8 @@ class Definition:
         found = _over_time(
             [self.rate(operand, k, positive=positive) for k in inside], all_of=all_of
         )
+        if all_of and self._may_be_refuted(node, at, found):
+            return _vacuous(holds=False)
         if all_of or not self._is_cut(node, at) or (found is not None and found[1]):
             return found
         if self._may_come(node, at):
@@ -113,6 +124,8 @@ class Definition:
         fails = value is None or not value[1]
         if positive and fails and kept[1] and self._may_come(node, at):
             return _vacuous(holds=True)
+        if not positive and not kept[1] and self._may_be_refuted(node, at, value):
+            return _vacuous(holds=False)
         return value
 
     def _since_value(self, node: Chain, at: int, *, positive: bool) -> Rated | None:
@@ -153,11 +166,35 @@ def verdict(root: SyntaxNode, run: Definition, *, is_complete: bool) -> tuple[Ve
     hope = Hope.ROBOT if is_complete else Hope.ANYTHING
     least = Definition(run.times, run.signals, Hope.NOTHING).rate(root)
     best = Definition(run.times, run.signals, hope).rate(root)
+    worst = least if is_complete else Definition(run.times, run.signals, Hope.WORST).rate(root)
     if least is None or best is None:
-        return "unknown", math.nan
+        return "open" if run.times[-1] < needs(root) - 1e-9 else "unknown", math.nan
     if not best[1]:
         return "violated", best[0]
-    return ("open", best[0]) if not least[1] else ("holds", least[0])
+    return ("holds", least[0]) if worst is not None and worst[1] else ("open", best[0])
+
+
+def needs(node: SyntaxNode) -> float:
+    """For how long a run must have gone on until the windows that look back are full, s."""
+    below = max(map(needs, node.parts), default=0.0)
+    return below + node.window.end if _has_to_fill(node) else below
+
+
+def _has_to_fill(node: SyntaxNode) -> TypeGuard[Temporal | Chain]:
+    return _looks_back(node) and node.window.is_bounded and not node.window.so_far
+
+
+def _looks_back(node: SyntaxNode) -> TypeGuard[Temporal | Chain]:
+    words = ("previously", "historically", "since")
+    return (isinstance(node, Temporal) and node.word in words) or (
+        isinstance(node, Chain) and node.symbol in words
+    )
+
+
+def _walk(node: SyntaxNode) -> Iterator[SyntaxNode]:
+    yield node
+    for part in node.parts:
+        yield from _walk(part)
 
 
 def _names(node: SyntaxNode) -> list[str]:

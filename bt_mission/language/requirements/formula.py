@@ -146,6 +146,24 @@ def signals_in(root: SyntaxNode) -> Iterator[SignalValue]:
             yield node
 
 
+def full_after(root: SyntaxNode) -> float:
+    """Return when the windows of a formula that look back are full at the latest, s.
+
+    Windows with `so far`, and those without an end, count from the start on.
+    """
+    below = max(map(full_after, root.parts), default=0.0)
+    return below + filling(root)
+
+
+def filling(node: SyntaxNode) -> float:
+    """Return how long the window of a part takes to be full, s; 0 for one that need not be."""
+    match node:
+        case Temporal(word=word, window=window) | Chain(symbol=word, window=window):
+            has_to = word not in FUTURE and window.is_bounded and not window.so_far
+            return window.end if has_to else 0.0
+    return 0.0
+
+
 def _check_times(node: SyntaxNode, outer: str | None) -> None:
     """Refuse words of time where they cannot stand; `outer` is the one around this part."""
     match node:

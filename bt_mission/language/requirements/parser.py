@@ -1,21 +1,22 @@
 """The grammar of requirements: expressions over signals, and the words of temporal logic.
 
 formula   = joint ("implies" formula)?
-joint     = either (("until" | "since") either within?)?
+joint     = either ("until" either within? | "since" either (within sofar?)?)?
 either    as in expressions, down to an atom, which can also be
-temporal  = word window? ":"? formula            as far to the right as it goes
+temporal  = word (window sofar?)? ":"? formula   as far to the right as it goes
 whenever  = "whenever" formula (":" | "then") formula within?
 signal    = name | name "(" text ("," text)* ")"
 quantity  = number unit
 word      = "always" | "never" | "eventually" | "previously" | "historically"
 window    = within | "for" time | "between" time "and" time
 within    = "within" time
+sofar     = "so" "far"                           of windows that look back
 time      = number ("s" | "ms" | "min")?
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from typing_extensions import override
 
@@ -45,7 +46,8 @@ _WORDS: dict[str, UnaryWord] = {
     "historically": "historically",
 }
 _SOME = frozenset(("eventually", "previously"))
-JOINING = frozenset(("until", "since", "implies", "within", "then", "for", "between"))
+LOOKING_BACK = frozenset(("previously", "historically", "since"))
+JOINING = frozenset(("until", "since", "implies", "within", "then", "for", "between", "so"))
 INSTEAD = {
     "globally": "always",
     "finally": "eventually",
@@ -89,7 +91,7 @@ class RequirementParser(ExpressionParser):
         if token := self.takes("until", "since"):
             self.deeper()
             right = super().either()
-            window = self.within() or EVERYTHING
+            window = self.so_far(token, self.within() or EVERYTHING)
             word: BinaryWord = "until" if token.text == "until" else "since"
             node = Chain(token.column, word, node, right, window)
             self.depth -= 1
@@ -117,7 +119,7 @@ class RequirementParser(ExpressionParser):
     def temporal(self) -> SyntaxNode:
         """Take a word of temporal logic with its window and what it speaks of."""
         token = self.take()
-        window = self.window(token)
+        window = self.so_far(token, self.window(token))
         self.takes(":")
         operand = self.either()
         if token.text == "never":
@@ -171,6 +173,19 @@ class RequirementParser(ExpressionParser):
     def within(self) -> TimeWindow | None:
         """Take `within 5 s`, if it stands here."""
         return TimeWindow(0.0, self.time()) if self.takes("within") else None
+
+    def so_far(self, word: Token, window: TimeWindow) -> TimeWindow:
+        """Take `so far` behind the window of a word that looks back, if it stands here."""
+        token = self.takes("so")
+        if token is None:
+            return window
+        if not self.takes("far"):
+            raise ExpressionError(f"expected 'far' after 'so', got {self.got}", self.next.column)
+        if word.text not in LOOKING_BACK or not window.is_bounded:
+            message = "'so far' belongs behind a window that looks back"
+            hint = "such as 'historically for 5 s so far'"
+            raise ExpressionError(message, token.column, hint)
+        return replace(window, so_far=True)
 
     def time(self) -> float:
         """Take a time, s."""

@@ -22,10 +22,15 @@ from bt_mission.language.requirements.signals import SIGNALS, Unit
 
 @dataclass(frozen=True)
 class TimeWindow:
-    """An interval of time, s, after or before the present instant; both ends belong to it."""
+    """An interval of time, s, after or before the present instant; both ends belong to it.
+
+    Attributes:
+        so_far: Has one that looks back a value before it is full: of the part within the run?
+    """
 
     start: float = 0.0
     end: float = math.inf
+    so_far: bool = False
 
     @property
     def is_bounded(self) -> bool:

@@ -72,6 +72,9 @@ def test_a_requirement_that_reads_aloud_is_one(text: str) -> None:
         ("when speed > 1: speed < 2", "unknown word 'when'; write 'whenever'"),
         ("whenever speed > 1, speed < 2", "expected ':' or 'then' after 'whenever ...'"),
         ("always speed < (1 if always speed > 2 else 3)", "cannot stand inside a calculation"),
+        ("always for 5 s so far speed > 0", "'so far' belongs behind a window that looks back"),
+        ("always previously so far speed > 0", "'so far' belongs behind a window that looks back"),
+        ("always previously within 1 s so speed > 0", "expected 'far' after 'so', got 'speed'"),
         ("always speed < 0,5", "decimals are written with a point: 0.5"),
     ],
 )
