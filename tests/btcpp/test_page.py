@@ -2,14 +2,11 @@
 
 import re
 
-import py_trees
-
 from bt_mission.btcpp.built_in import BUILT_IN
 from bt_mission.btcpp.document import METADATA, document_of
 from bt_mission.btcpp.leaves import LEAVES
 from bt_mission.btcpp.mission_writer import mission_xml
 from bt_mission.btcpp.ports import LABELS
-from bt_mission.cli import main
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.loader import draft, load_text
 from bt_mission.ros.interface_types import shapes
@@ -22,9 +19,6 @@ TEXT = PAGE.read_text(encoding="utf-8")
 ((YAML,), (XML,)) = (
     re.findall(rf"```{kind}\n(.*?)```", TEXT, re.DOTALL) for kind in ("yaml", "xml")
 )
-
-
-FILES = re.findall(r"```\w+ (\S+)\n(.*?)```", TEXT, re.DOTALL)
 
 
 def test_the_examples_are_one_mission():
@@ -49,21 +43,3 @@ def test_every_element_and_attribute_is_described():
     attributes |= {leaf.whole for leaf in LEAVES.values() if leaf.whole}
     ours = {kind for kind, leaf in LEAVES.items() if not leaf.is_short}
     assert {*BUILT_IN, *attributes, *ours, *METADATA, *LABELS.values()} <= words
-
-
-def test_a_tree_that_py_trees_has_loaded_runs_in_a_mission(tmp_path, capsys):
-    """The files of the page, run on the stage; every goal is seen to its end."""
-    assert [name for name, _ in FILES] == ["two_turns.xml", "two_turns.py", "two_turns.yaml"]
-    for name, text in FILES:
-        (tmp_path / name).write_text(text, encoding="utf-8")
-    try:
-        assert main(["run", str(tmp_path / "two_turns.yaml")]) == 0
-    finally:
-        py_trees.blackboard.Blackboard.clear()
-    lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[2:5] for line in lines if "▶" in line] == [
-        ["▶", "two", "turns.there"],
-        ["▶", "two", "turns.as"],
-    ]
-    assert "two_turns: success" in lines
-    assert lines[-1] == "  2 goals sent, 0 orphaned, 0.00 m driven, 0 collisions"
