@@ -25,6 +25,7 @@ from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.loader import draft
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.node_reader import Signature
+from bt_mission.language.nodes.fields import input_value
 from bt_mission.language.nodes.leaves import PythonNode
 
 _RESERVED = ("name", "ID")
@@ -152,7 +153,7 @@ class _Writer:
     ) -> list[Tag]:
         ports = []
         for name, value in values.items():
-            said = written_port_value(value, types[name])
+            said = written_port_value(input_value(value), types[name])
             label = {"type": LABELS[types[name]], "default": said or ""}
             ports.append(self._port("input_port", document, (*path, name), label))
             if said is None or is_illegal(said):

@@ -25,6 +25,7 @@ from bt_mission.btcpp.elements import Attribute, Element, Tag
 from bt_mission.btcpp.leaves import Path
 from bt_mission.btcpp.scripts import ScriptError, literal, to_script
 from bt_mission.core.diagnostics import quoted
+from bt_mission.language.nodes.fields import SECONDS, is_quantity
 
 _THOUSANDTH = re.compile(r"\$([A-Za-z_][A-Za-z0-9_]*) / 1000")
 _LARGEST_MSEC = 2**31 - 1
@@ -222,7 +223,12 @@ class NodeData:
         found = _THOUSANDTH.fullmatch(value) if isinstance(value, str) else None
         if found:
             return VARIABLE.write(found[1])
-        if isinstance(value, str) or value * 1000 > _LARGEST_MSEC:
+        if isinstance(value, str):
+            if not is_quantity(value):
+                return None
+            value = SECONDS.parse(value)
+            assert isinstance(value, int | float)
+        if value * 1000 > _LARGEST_MSEC:
             return None
         whole = round(value * 1000)
         return str(whole) if whole / 1000 == value else None

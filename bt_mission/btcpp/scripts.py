@@ -13,6 +13,7 @@ from typing import Any
 from bt_mission.core.diagnostics import quoted
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.parser import RESERVED, Token
+from bt_mission.language.expressions.units import quantities
 from bt_mission.language.expressions.values import ExpressionError
 
 _TOKEN = re.compile(
@@ -56,9 +57,11 @@ def from_script(code: str) -> str:
             text += f"{_blank(text) if _LOGIC.search(text) else ''}{token.text}"
     text = text.strip()
     try:
-        Expression(text)
+        expression = Expression(text)
     except ExpressionError as error:
         raise ScriptError(error.message, 1, error.hint) from None
+    if any(quantities(expression.root)):
+        raise ScriptError("a script has no units", 1, "write the number in metres or seconds")
     return text
 
 

@@ -86,7 +86,10 @@ def _written_faults(options: argparse.Namespace) -> tuple[WrittenFault, ...]:
         raise BtMissionError("--fault: faults are made in a simulation, not in a running graph")
     from bt_mission.faults.located import faults_in_texts
 
-    return faults_in_texts(options.fault)
+    found = faults_in_texts(options.fault)
+    for doubt in (doubt for one in found for doubt in one.doubts()):
+        print(doubt, file=sys.stderr)
+    return found
 
 
 def _obstacles() -> int:

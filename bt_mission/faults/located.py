@@ -19,6 +19,12 @@ from bt_mission.sessions.stage import Stage
 
 OPTION = "--fault"
 
+_DELAYS = frozenset(("delay", "delay_feedback", "delay_service"))
+"""Faults whose delays are usually milliseconds; results and answers may be late by minutes."""
+
+_LONG_DELAY_S = 20.0
+"""A number without a unit is taken for milliseconds from here: no network delays by so long."""
+
 
 @dataclass(frozen=True)
 class WrittenFault:
@@ -27,6 +33,17 @@ class WrittenFault:
     planned: PlannedFault
     locate: Callable[[str, str | None, str, int], Diagnostic]
     """Makes an error of a message, a hint, a part of the text and an offset in it."""
+
+    def doubts(self) -> Iterator[Diagnostic]:
+        """Yield a warning for each delay without a unit that looks as if in milliseconds."""
+        if self.planned.name not in _DELAYS:
+            return
+        for name in sorted(self.planned.bare & {"by", "jitter"}):
+            value = self.planned.arguments.get(name)
+            if isinstance(value, int | float) and value >= _LONG_DELAY_S:
+                message = f"'{name}' is in seconds: {value:g} s; {value:g} ms?"
+                hint = f"write '{value:g} ms' or '{value:g} s'"
+                yield replace(self.locate(message, hint, f"{value:g}", 0), severity="warning")
 
     def diagnostic(self, problem: FaultProblem) -> Diagnostic:
         """Return a problem with its place."""

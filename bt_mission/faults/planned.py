@@ -64,12 +64,14 @@ class PlannedFault:
         name: Of the fault.
         arguments: By the names of the parameters; those that repeat have a tuple of values.
         lasting: S of virtual time; None is to the end of the run.
+        bare: The arguments that were written as numbers without a unit.
     """
 
     begins: Beginning
     name: str
     arguments: Mapping[str, Value] = field(default_factory=dict)
     lasting: float | None = None
+    bare: frozenset[str] = field(default=frozenset(), compare=False)
 
     def __repr__(self) -> str:
         return f"<{self.text}>"

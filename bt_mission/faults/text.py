@@ -14,8 +14,9 @@ import re
 from dataclasses import dataclass
 
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.core.units import UNITS
 from bt_mission.faults.planned import WORD, AfterStep, AtTime, Beginning, PlannedFault, WhenTrue
-from bt_mission.faults.values import UNITS, ArgumentReader, Given, WrittenQuantity, read_time
+from bt_mission.faults.values import ArgumentReader, Given, WrittenQuantity, read_time
 from bt_mission.language.expressions.parser import tokenized
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.formula import CONTROL_STEP_S, Condition

@@ -4,37 +4,17 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
+from bt_mission.core.units import UNITS, converted
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.faults.faults import FAULTS, Faults
 from bt_mission.faults.planned import Beginning, PlannedFault, Value
 from bt_mission.faults.table import LASTING, FaultParameter
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.formula import CONTROL_STEP_S
-
-_DEG = math.pi / 180
-UNITS: Mapping[str, tuple[float, str]] = {
-    "s": (1.0, "s"),
-    "ms": (1e-3, "s"),
-    "min": (60.0, "s"),
-    "m": (1.0, "m"),
-    "cm": (1e-2, "m"),
-    "mm": (1e-3, "m"),
-    "m/s": (1.0, "m/s"),
-    "cm/s": (1e-2, "m/s"),
-    "deg": (_DEG, "rad"),
-    "rad": (1.0, "rad"),
-    "deg/s": (_DEG, "rad/s"),
-    "rad/s": (1.0, "rad/s"),
-    "N": (1.0, "N"),
-    "Nm": (1.0, "Nm"),
-}
-"""Units behind numbers, each by how much of which basic one it is."""
-
 
 _TIME = FaultParameter("time", "number", unit="s")
 
@@ -102,6 +82,7 @@ class ArgumentReader:
         self._column = column
         self._found: dict[str, Value] = {}
         self._lasting: float | None = None
+        self._bare: set[str] = set()
         self._free = [one for one in self._kind.parameters.values() if one.by_position]
 
     def knows(self, name: str) -> bool:
@@ -144,6 +125,7 @@ class ArgumentReader:
             near = did_you_mean(str(given.value), (*self._kind.parameters, "lasting"))
             raise ExpressionError(message, given.column, near or f"write '{self._kind.usage}'")
         value = _value(one, given.value, given.column)
+        self._note_bare(one.name, given)
         if one.repeats:
             before = self._found.get(one.name, ())
             assert isinstance(before, tuple)
@@ -156,6 +138,7 @@ class ArgumentReader:
         kind = self._kind
         if name in self._found or (name == "lasting" and self._lasting is not None):
             raise ExpressionError(f"'{name}' is given twice", column)
+        self._note_bare(name, given)
         if name == "lasting":
             self._lasting = self._read_lasting(given, column)
         elif name in kind.parameters:
@@ -181,12 +164,17 @@ class ArgumentReader:
         if missing:
             message = f"{self._kind.name} needs {' and '.join(missing)}"
             raise ExpressionError(message, self._column, f"write '{self._kind.usage}'")
-        planned = PlannedFault(begins, self._kind.name, self._found, self._lasting)
+        bare = frozenset(self._bare)
+        planned = PlannedFault(begins, self._kind.name, self._found, self._lasting, bare)
         try:
             planned.make(Faults.alone())
         except ScenarioError as error:
             raise ExpressionError(str(error), self._column) from None
         return planned
+
+    def _note_bare(self, name: str, given: Given) -> None:
+        if isinstance(given.value, int | float):
+            self._bare.add(name)
 
     def _unset(self) -> list[FaultParameter]:
         return [one for one in self._free if one.repeats or one.name not in self._found]
@@ -288,9 +276,7 @@ def _in_unit(one: FaultParameter, value: Any, column: int) -> float:
             else f"'{one.name}' has no unit, got {quoted(value.unit)}"
         )
         raise ExpressionError(message, value.column, did_you_mean(value.unit, fitting))
-    if value.unit == one.unit:
-        return value.number
-    return value.number * UNITS[value.unit][0] / UNITS[one.unit][0]
+    return converted(value.number, value.unit, one.unit)
 
 
 def _base(unit: str) -> str:

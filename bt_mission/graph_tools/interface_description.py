@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 from bt_mission.core.cdr.definitions import file_text, share_folders
-from bt_mission.graph_tools.interface_comments import InterfaceText, Section, read_interface
+from bt_mission.core.interface_comments import InterfaceText, Section, read_interface
 from bt_mission.graph_tools.values import flat, plain
 from bt_mission.language.message_types import MessageShape, Scalar, Shape, field_at
 from bt_mission.ros.interface_types import action_type, message_type, service_type, shape_of

@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from pydantic_core import PydanticCustomError
+
 from bt_mission.core.diagnostics import (
     Diagnostic,
     InputError,
@@ -14,8 +16,11 @@ from bt_mission.core.diagnostics import (
     listed,
     quoted,
 )
+from bt_mission.core.units import UNITS, converted
 from bt_mission.core.yaml.document import read_text
+from bt_mission.language.expressions.units import Measured, is_angle
 from bt_mission.language.expressions.values import WORDS, Plain, Type, type_of
+from bt_mission.language.nodes.fields import input_value, refusal
 
 SET_OPTION = "--set"
 """What is named instead of a file where a value from outside is wrong."""
@@ -40,6 +45,13 @@ def overridden(
             continue
         wanted = _type_of(inputs[name])
         taken = _read(value) if isinstance(value, str) and wanted != "text" else value
+        try:
+            taken = _in_unit(inputs[name], taken)
+        except PydanticCustomError as error:
+            hint = (error.context or {}).get("hint")
+            at = (1, len(name) + 2)
+            faults.append(Diagnostic(error.message(), SET_OPTION, *at, source, hint))
+            continue
         if _is_plain(taken) and _type_of(taken) == wanted:
             values[name] = taken
             continue
@@ -54,6 +66,27 @@ def _read(text: str) -> Any:
         return read_text(text).data
     except InputError:
         return text
+
+
+def _in_unit(default: Plain, value: Any) -> Any:
+    """Return a value in the unit of the input that it is for.
+
+    Raises:
+        PydanticCustomError: Where the units do not fit.
+    """
+    if not isinstance(default, str) and isinstance(value, str | list) and _is_plain(value):
+        value = input_value(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return value
+    unit = value.unit if isinstance(value, Measured) else ""
+    if not isinstance(default, Measured):
+        if unit and is_angle(unit):
+            message = f"the default of the input has no unit, got {unit}"
+            raise refusal(message, "write the number without a unit")
+        return value
+    if unit and UNITS[unit][1] != UNITS[default.unit][1]:
+        raise refusal(f"the input is in {default.unit}, got {unit}")
+    return Measured(converted(value, unit or default.unit, default.unit), default.unit)
 
 
 def _is_plain(value: Any) -> bool:

@@ -66,10 +66,16 @@ class NodeReader:
     lost_nodes: set[str] = field(default_factory=set)
 
     def fault(
-        self, path: tuple[Key, ...], message: str, hint: str | None = None, *, key: bool = False
+        self,
+        path: tuple[Key, ...],
+        message: str,
+        hint: str | None = None,
+        *,
+        key: bool = False,
+        offset: int | None = None,
     ) -> None:
-        """Note a fault at a value or at its key."""
-        self.faults.append(self.document.fault(path, message, hint, key=key))
+        """Note a fault at a value, at an offset in its text, or at its key."""
+        self.faults.append(self.document.fault(path, message, hint, key=key, offset=offset))
 
     @property
     def is_full(self) -> bool:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias, cast
 
+from bt_mission.core.units import Dimension
 from bt_mission.language.expressions.syntax import (
     Arithmetic,
     Comparison,
@@ -18,7 +19,7 @@ from bt_mission.language.expressions.syntax import (
 )
 from bt_mission.language.expressions.values import ExpressionError, Plain
 from bt_mission.language.requirements.formula import signals_in
-from bt_mission.language.requirements.signals import ENDS_WITH_MISSION, SIGNALS, Unit
+from bt_mission.language.requirements.signals import ENDS_WITH_MISSION, SIGNALS
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.language.requirements.units import unit_of
 from bt_mission.requirements.looking_back import Atom, Monotone
@@ -40,7 +41,7 @@ class ComparisonCompiler:
 
     readers: Mapping[str, Reader]
     bounds: Mapping[str, Number] = field(default_factory=dict)
-    units: list[Unit | None] = field(default_factory=list)
+    units: list[Dimension | None] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     """Why a condition could not be evaluated: the first reason."""
 

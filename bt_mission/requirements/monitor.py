@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Literal, Protocol, TypeAlias, runtime_checkable
 
 from bt_mission.core.stamps import NS
+from bt_mission.core.units import shown_unit
 from bt_mission.language.requirements.formula import (
     OnViolation,
     Requirement,
@@ -16,7 +17,6 @@ from bt_mission.language.requirements.formula import (
     signals_in,
 )
 from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.language.requirements.units import shown_unit
 from bt_mission.requirements.comparisons import Reader
 from bt_mission.requirements.compiler import Compiler
 from bt_mission.requirements.roots import Root

@@ -31,8 +31,9 @@ def _name_or_mapping(value: Any) -> Any:
 
 NAMED = WithJsonSchema({"type": ["string", "object"]})
 NameOrMapping = Annotated[Any, PlainValidator(_name_or_mapping), NAMED]
-Time = Annotated[float, Field(ge=0)]
-Coordinate = Annotated[float, Field(ge=-1000, le=1000)]
+Time = Annotated[float, fields.in_unit("s"), Field(ge=0)]
+Coordinate = Annotated[float, fields.in_unit("m"), Field(ge=-1000, le=1000)]
+Angle = Annotated[float, fields.in_unit("deg"), Field(ge=-1000, le=1000)]
 Count = Annotated[int, Field(ge=0)]
 
 FAULT_MARK, OBSTACLE_MARK = "x-fault", "x-obstacle"
@@ -46,7 +47,7 @@ class StartForm(Written):
 
     x: Coordinate = 0.0
     y: Coordinate = 0.0
-    yaw: Coordinate = 0.0
+    yaw: Angle = 0.0
 
 
 class ExpectForm(Written):
@@ -79,5 +80,5 @@ class ScenarioFile(Written):
     obstacles: WrittenObstacles = []
     faults: WrittenFaults = []
     requirements: Requirements = {}
-    limit: Annotated[float, Field(gt=0, le=100_000)] = LIMIT_S
+    limit: Annotated[float, fields.in_unit("s"), Field(gt=0, le=100_000)] = LIMIT_S
     expect: ExpectForm = ExpectForm()

@@ -81,6 +81,7 @@ class _Loader:
                 for number, one in enumerate(several if isinstance(several, list) else ()):
                     take(one, (key, number))
         self._faults += made.wrong
+        self._faults += (doubt for fault in made.faults for doubt in fault.doubts())
         if written is None:
             return None, in_order(self._faults)
         has_world = self._changes.world is None and written.world is not None

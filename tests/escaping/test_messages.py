@@ -14,12 +14,12 @@ from typing import Any
 
 import pytest
 
+from bt_mission.core.interface_comments import read_interface
 from bt_mission.core.text import columns
 from bt_mission.graph_tools import goal_events, listing
 from bt_mission.graph_tools.form import GoalForm
 from bt_mission.graph_tools.goal_views import goal_view_for, one_line
 from bt_mission.graph_tools.graph_query import GraphEntry
-from bt_mission.graph_tools.interface_comments import read_interface
 from bt_mission.graph_tools.interface_description import (
     InterfaceDescription,
     InterfacePart,

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from bt_mission.core.units import UNITS
 from bt_mission.faults import FAULTS, Faults
-from bt_mission.faults.values import UNITS
 from bt_mission.search.kinds import GROUPS
 from bt_mission.testing.generators.faults import DRAWN, IN_LEAVES, OF_A_BOX
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from bt_mission.faults import FAULTS, Faults, PlannedFault, parse_fault
 from bt_mission.faults.errors import ScenarioError
+from bt_mission.faults.located import fault_in_text
 from bt_mission.faults.planned import AfterStep, AtTime, Beginning, Value, WhenTrue
 from bt_mission.faults.table import FaultParameter
 from bt_mission.language.expressions.values import ExpressionError
@@ -198,3 +199,21 @@ def test_what_is_written_of_a_fault_is_read_as_the_same(fault: PlannedFault) -> 
             parse_fault(fault.text)
     else:
         assert parse_fault(fault.text) == fault
+
+
+@pytest.mark.parametrize(
+    ("text", "doubts"),
+    [
+        ("at 1.0: delay odom 200", ["'by' is in seconds: 200 s; 200 ms?"]),
+        ("at 1.0: delay odom 0.2 jitter 50", ["'jitter' is in seconds: 50 s; 50 ms?"]),
+        ("at 1.0: delay odom 200 s", []),
+        ("at 1.0: delay odom 200 ms", []),
+        ("at 1.0: delay odom 2", []),
+        ("at 1.0: drop odom lasting 200", []),
+    ],
+)
+def test_a_long_delay_without_a_unit_is_doubted(text, doubts):
+    """It looks as if it was in milliseconds."""
+    found = list(fault_in_text(text).doubts())
+    assert [one.message for one in found] == doubts
+    assert all(one.severity == "warning" for one in found)

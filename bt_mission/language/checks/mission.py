@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from bt_mission.core.diagnostics import Diagnostic
+from bt_mission.core.interface_units import unit_of_field
+from bt_mission.core.units import COMPUTED, UNITS
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.comments import cut_texts
 from bt_mission.language.checks.conditions import constant_conditions
@@ -28,13 +30,14 @@ from bt_mission.language.checks.scope import (
 )
 from bt_mission.language.checks.types import FindShapes, TypeChecker, python_faults
 from bt_mission.language.expressions.expression import Text
-from bt_mission.language.expressions.values import WORDS, fits
+from bt_mission.language.expressions.units import Measured, added_names, is_angle
+from bt_mission.language.expressions.values import WORDS, ExpressionError, fits
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.base import (
     Path,
 )
 from bt_mission.language.nodes.decorators import TimeoutNode
-from bt_mission.language.nodes.interfaces import InterfaceNode
+from bt_mission.language.nodes.interfaces import PARTS_OF, InterfaceNode
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.trees import used
@@ -115,10 +118,33 @@ def _message_faults(
             continue
         marked = [name for name in found.references if name.variable]
         yield from reference_faults(document, path, marked, variables)
+        yield from _unit_faults(document, node, path, text, variables)
     if node.condition is not None:
         marked = [name for name in node.condition.references if name.variable]
         path = (*node.path, *node.condition_path)
         yield from reference_faults(document, path, marked, variables, is_on_messages=True)
+
+
+def _unit_faults(
+    document: Document, node: InterfaceNode, path: Path, text: Text, variables: Variables
+) -> Iterator[Diagnostic]:
+    """Yield the inputs in an expression whose unit is another one than that of the field."""
+    if isinstance(text.expression, ExpressionError):
+        return
+    field = path[len(node.path) + len(node.sent_path) :]
+    for name in added_names(text.expression.root):
+        value = variables.inputs.get(name.name)
+        if not isinstance(value, Measured):
+            continue
+        unit = unit_of_field(node.type, PARTS_OF[node.interface][0], field)
+        if not unit or unit not in COMPUTED:
+            continue
+        size, base = UNITS[value.unit]
+        if UNITS[unit][1] != base or (is_angle(unit) and UNITS[unit][0] != size):
+            turned = {"deg": "degrees", "rad": "radians"}.get(unit)
+            hint = f"write '{turned}({name.shown})'" if turned and UNITS[unit][1] == base else None
+            message = f"'{name.shown}' is in {value.unit}, the field is in {unit}"
+            yield document.fault(path, message, hint, offset=name.column - 1)
 
 
 def _texts(value: Any, path: Path) -> Iterator[tuple[Path, Text]]:

@@ -10,7 +10,7 @@ import random
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
@@ -18,6 +18,7 @@ from typing import Any
 from bt_mission.core.diagnostics import quoted
 from bt_mission.language.expressions.parser import parse
 from bt_mission.language.expressions.syntax import EvaluationScope, Name, SyntaxNode, Types
+from bt_mission.language.expressions.units import UnitOfName, settled
 from bt_mission.language.expressions.values import ExpressionError, Plain, Type, show
 
 MAX_TEMPLATE = 10_000
@@ -52,6 +53,19 @@ class Expression:
     def names(self) -> frozenset[str]:
         """The names it reads, without the `$`."""
         return frozenset(reference.name for reference in self.references)
+
+    def in_unit(self, unit: str, of_name: UnitOfName = lambda _: "") -> Expression:
+        """Return the expression with its quantities as numbers in the unit of a field.
+
+        Raises:
+            ExpressionError: Where units do not fit, as `settled` does.
+        """
+        root = settled(self.root, unit, of_name)
+        if root is self.root:
+            return self
+        found = replace(self)
+        object.__setattr__(found, "root", root)
+        return found
 
     def evaluate(
         self, names: Mapping[str, Plain], rng: random.Random, fields: Mapping[str, Plain] = _NOTHING
@@ -159,6 +173,21 @@ class Text:
             except ExpressionError as error:
                 # Without the frames that it came through, and all that these hold.
                 object.__setattr__(self, reading, error.with_traceback(None))
+
+    def in_unit(self, unit: str) -> Text:
+        """Return the text with the quantities of its expression as numbers in a field's unit."""
+        if isinstance(self.expression, ExpressionError):
+            return self
+        expression: Expression | ExpressionError
+        try:
+            expression = self.expression.in_unit(unit)
+        except ExpressionError as error:
+            expression = error.with_traceback(None)
+        if expression is self.expression:
+            return self
+        found = replace(self)
+        object.__setattr__(found, "expression", expression)
+        return found
 
 
 @dataclass(frozen=True)
@@ -302,4 +331,4 @@ def _errors_moved(offset: int) -> Iterator[None]:
 @lru_cache(maxsize=1024)
 def _expression(text: str) -> Expression:
     """Return the expression of a hole; equal ones are the same."""
-    return Expression(text)
+    return Expression(text).in_unit("")

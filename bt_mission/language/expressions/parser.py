@@ -10,7 +10,7 @@ product     = signed (("*" | "/" | "//" | "%") signed)*
 signed      = ("-" | "+") signed | power
 power       = element ("**" signed)?
 element     = atom ("[" either "]")*
-atom        = number | text | "true" | "false" | "pi" | name | "$" name
+atom        = number unit? | text | "true" | "false" | "pi" | name | "$" name
             | function "(" either ("," either)* ")" | "(" either ")"
 """
 
@@ -22,8 +22,10 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.core.units import COMPUTED, near_unit
 from bt_mission.language.expressions import selection, syntax
 from bt_mission.language.expressions.functions import FUNCTIONS
+from bt_mission.language.expressions.units import Quantity
 from bt_mission.language.expressions.values import MAX_MAGNITUDE, ExpressionError, LooseText, Plain
 
 MAX_LENGTH = 1_000
@@ -184,13 +186,16 @@ class ExpressionParser:
         token = self.next
         if token.kind != "end":
             message = f"expected an operator or the end, got {quoted(token.text)}"
-            raise LooseText(message, token.column, self.point_hint(token))
+            raise LooseText(message, token.column, self.number_hint(token))
 
-    def point_hint(self, token: Token) -> str | None:
-        """Return how a number is written that has a decimal comma."""
+    def number_hint(self, token: Token) -> str | None:
+        """Return how a number is written that has a decimal comma, or no unit of ours behind it."""
+        before = self.tokens[self.at - 1]
+        if before.kind == "number" and token.kind == "name":
+            return near_unit(token.text)
         if token.text != ",":
             return None
-        before, after = self.tokens[self.at - 1], self.tokens[self.at + 1]
+        after = self.tokens[self.at + 1]
         if before.kind != "number" or after.kind != "number":
             return None
         return f"decimals are written with a point: {before.text}.{after.text}"
@@ -267,7 +272,7 @@ class ExpressionParser:
         """Parse what has no parts outside of parentheses."""
         token = self.take()
         if token.kind == "number":
-            return syntax.Constant(token.column, _number(token))
+            return self.quantity(token)
         if token.kind == "text":
             return syntax.Constant(token.column, token.text[1:-1])
         if token.kind == "variable":
@@ -288,6 +293,23 @@ class ExpressionParser:
         got = quoted(token.text) if token.text else "the end"
         message = f"expected a number, a name or a '(', got {got}"
         raise ExpressionError(message, token.column)
+
+    def quantity(self, token: Token) -> syntax.Constant:
+        """Take the unit behind a number, if there is one."""
+        number, unit = _number(token), self.next.text
+        if unit not in COMPUTED or self.tokens[self.at + 1].text == "(":  # the function min
+            return syntax.Constant(token.column, number)
+        self.take()
+        per_second = f"{unit}/s"
+        if (
+            per_second in COMPUTED
+            and self.next.text == "/"
+            and self.tokens[self.at + 1].text == "s"
+        ):
+            self.take()
+            self.take()
+            unit = per_second
+        return Quantity.of(token.column, number, unit)
 
     def name(self, node: syntax.Name) -> syntax.SyntaxNode:
         """Return what a name stands for."""

@@ -37,15 +37,22 @@ class GoalNode(InterfaceNode, base.OutputsNode):
     @override
     def completed(self, reading: base.Reading) -> Self:
         limits = reading.limits_of(self.ros_name).items()
-        return self.model_copy(
-            update={name: value for name, value in limits if getattr(self, name) is None}
-        )
+        return super(
+            GoalNode,
+            self.model_copy(
+                update={name: value for name, value in limits if getattr(self, name) is None}
+            ),
+        ).completed(reading)
 
     @property
     @override
     def condition(self) -> Expression | None:
         found: Expression | None = self.cancel_when
         return found
+
+    @override
+    def with_condition(self, condition: Expression) -> Self:
+        return self.model_copy(update={"cancel_when": condition})
 
     @override
     def endless(self) -> str | None:
@@ -110,6 +117,10 @@ class ShortActionNode(GoalNode):
     @override
     def sent_path(self) -> base.Path:
         return (self.short,)
+
+    @override
+    def with_sent(self, sent: Mapping[str, Value]) -> Self:
+        return self.model_copy(update={"goal": sent})
 
 
 def _short_node(name: str) -> type[ShortActionNode]:

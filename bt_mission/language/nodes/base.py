@@ -122,9 +122,15 @@ class Reading(Protocol):
     """The reader of a document, as far as a node needs it that is compared with the mission."""
 
     def fault(
-        self, path: Path, message: str, hint: str | None = None, *, key: bool = False
+        self,
+        path: Path,
+        message: str,
+        hint: str | None = None,
+        *,
+        key: bool = False,
+        offset: int | None = None,
     ) -> None:
-        """Note a fault at a value or at its key."""
+        """Note a fault at a value, at an offset in its text, or at its key."""
 
     @property
     def is_full(self) -> bool:

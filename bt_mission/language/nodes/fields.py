@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+import random
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar, cast
 
-from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
+from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from bt_mission.core.diagnostics import describe
+from bt_mission.core.units import converted
 from bt_mission.language.expressions.expression import Expression, Template, Text
-from bt_mission.language.expressions.parser import RESERVED
+from bt_mission.language.expressions.parser import RESERVED, parse
+from bt_mission.language.expressions.units import Measured, as_quantity, is_angle
 from bt_mission.language.expressions.values import ExpressionError, LooseText, Type
 
 VARIABLE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
@@ -21,6 +24,7 @@ _ROS_NAME = re.compile(r"(~/|/)?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*
 _FACTORY = re.compile(r"[\w./-]+\.py:[A-Za-z_]\w*|[A-Za-z_]\w*(\.\w+)*:[A-Za-z_]\w*")
 _TARGET = re.compile(rf"{_FACTORY.pattern}|[A-Za-z_][\w-]*")
 _TREE_NAME = re.compile(r"[A-Za-z_][\w-]*")
+_QUANTITY = re.compile(r"[-+ ]*[.0-9]")
 _FIELD = re.compile(r"[a-z][a-z0-9_]*(\.[a-z][a-z0-9_]*)*")
 
 
@@ -36,6 +40,7 @@ class NumberRule:
     most: float = math.inf
     itself: bool = True
     whole: bool = False
+    unit: str = ""
 
     @property
     def type(self) -> Type:
@@ -59,14 +64,19 @@ class NumberRule:
     def parse(self, value: Any) -> float | Expression:
         """Return a constant, or the expression that a text holds."""
         if isinstance(value, str):
-            return parsed(Expression, value, self.words)
+            expression = parsed(Expression, value, self.words, self.unit)
+            if not is_quantity(value):
+                return expression
+            value = expression.evaluate({}, random.Random(0))
         if not self.allows(value):
             raise refusal(self.refuses(describe(value), value))
         number: float = value
         return number
 
     def parse_constant(self, value: Any) -> float:
-        """Return a constant; here no expression may stand."""
+        """Return a constant, which may have a unit; here no expression may stand."""
+        if self.unit and isinstance(value, str) and is_quantity(value):
+            value = self.parse(value)
         if not self.allows(value):
             raise refusal(self.refuses(describe(value), value))
         return float(value)
@@ -79,8 +89,8 @@ MOST_WEIGHT = 1_000_000_000
 """So that the weights of all children have a finite sum."""
 
 TIMES = NumberRule("an integer of at least 1", 1, whole=True)
-SECONDS = NumberRule("seconds, 0 or more", 0, MOST_SECONDS)
-LIMIT = NumberRule("seconds above 0", 0, MOST_SECONDS, itself=False)
+SECONDS = NumberRule("seconds, 0 or more", 0, MOST_SECONDS, unit="s")
+LIMIT = NumberRule("seconds above 0", 0, MOST_SECONDS, itself=False, unit="s")
 WEIGHT = NumberRule("a weight above 0", 0, MOST_WEIGHT, itself=False)
 
 
@@ -92,24 +102,46 @@ def refusal(
     return PydanticCustomError("refused", "{message}", context)
 
 
-def parsed(kind: Callable[[str], Kind], text: str, words: str = "") -> Kind:
+def parsed(kind: Callable[[str], Kind], text: str, words: str = "", unit: str | None = "") -> Kind:
     """Return an expression or template of a text, its error turned into a refusal.
 
-    `words` say what else could stand there.
+    `words` say what else could stand there. The quantities of an expression are numbers in the
+    unit; with None they are left as they are.
     """
     try:
-        return kind(text)
+        found: Any = kind(text)
+        is_settled = unit is not None and isinstance(found, Expression)
+        return cast("Kind", found.in_unit(unit) if is_settled else found)
     except ExpressionError as error:
         loose = words and isinstance(error, LooseText)
         message = f"expected {words} or an expression: {error.message}" if loose else error.message
         raise refusal(message, error.hint, error.column - 1) from None
 
 
+def is_quantity(text: str) -> bool:
+    """Return whether a text is a number with a unit and nothing else."""
+    try:
+        return _QUANTITY.match(text) is not None and as_quantity(parse(text)[0]) is not None
+    except ExpressionError:
+        return False
+
+
+def in_unit(unit: str) -> BeforeValidator:
+    """Return what turns a number with a unit into the number of a field in this unit."""
+
+    def rule(value: Any) -> Any:
+        if isinstance(value, str) and is_quantity(value):
+            return parsed(Expression, value, unit=unit).evaluate({}, random.Random(0))
+        return value
+
+    return BeforeValidator(rule, json_schema_input_type=float | str)
+
+
 def condition(value: Any, example: str = "current_image >= 5") -> Expression:
-    """Return the expression of a condition."""
+    """Return the expression of a condition on a message, its quantities as they are."""
     if not isinstance(value, str):
         raise refusal(f"expected a condition such as '{example}', got {describe(value)}")
-    return parsed(Expression, value)
+    return parsed(Expression, value, unit=None)
 
 
 def until(value: Any) -> Expression:
@@ -119,7 +151,7 @@ def until(value: Any) -> Expression:
 
 def question(value: Any) -> Expression | bool:
     """Return the expression of a condition on variables; true and false are conditions, too."""
-    return value if isinstance(value, bool) else condition(value, "$speed > 0.1")
+    return value if isinstance(value, bool) else condition(value, "$speed > 0.1").in_unit("")
 
 
 def computed(value: Any) -> Any:
@@ -205,6 +237,28 @@ def plain(value: Any) -> Any:
     return value
 
 
+def input_value(value: Any) -> Any:
+    """Return the value of an input; a text that is a number with a unit is that number.
+
+    In a list an angle is the yaw of a pose, the last of three numbers, in degrees.
+    """
+    match plain(value):
+        case str() if is_quantity(value):
+            quantity = as_quantity(parse(value)[0])
+            assert quantity is not None
+            return Measured(quantity.number, quantity.unit)
+        case list():
+            parts = [input_value(part) for part in value]
+            for index, part in enumerate(parts):
+                if isinstance(part, Measured) and is_angle(part.unit):
+                    if (index, len(parts)) != (2, 3) or "/" in part.unit:
+                        message = f"{value[index]}: an angle in a list is the yaw of a pose"
+                        raise refusal(message, "write the number without a unit")
+                    parts[index] = converted(part, part.unit, "deg")
+            return parts
+    return value
+
+
 def text_rule(pattern: re.Pattern[str], expected: str) -> Callable[[Any], str]:
     """Return the rule for texts of a pattern, which refuses others in these words."""
 
@@ -263,9 +317,7 @@ OBJECT_SCHEMA = WithJsonSchema({"type": "object", "minProperties": 1, "maxProper
 Times = Annotated[Any, PlainValidator(TIMES.parse), NUMBER_SCHEMA, Reads(TIMES)]
 Seconds = Annotated[Any, PlainValidator(SECONDS.parse), NUMBER_SCHEMA, Reads(SECONDS)]
 Limit = Annotated[Any, PlainValidator(LIMIT.parse), NUMBER_SCHEMA, Reads(LIMIT)]
-FixedLimit = Annotated[
-    float, PlainValidator(LIMIT.parse_constant), WithJsonSchema({"type": "number"})
-]
+FixedLimit = Annotated[float, PlainValidator(LIMIT.parse_constant), NUMBER_SCHEMA]
 Weight = Annotated[float, PlainValidator(WEIGHT.parse_constant), WithJsonSchema({"type": "number"})]
 FeedbackCondition = Annotated[Any, PlainValidator(condition), TEXT_SCHEMA]
 Condition = Annotated[
@@ -282,7 +334,7 @@ TreeName = Annotated[str, PlainValidator(tree_name), TEXT_SCHEMA]
 ResultField = Annotated[str, PlainValidator(result_field), TEXT_SCHEMA]
 NodeFactories = list[Annotated[str, PlainValidator(node_factory), TEXT_SCHEMA]]
 """What makes the user's own nodes in a simulation."""
-InputValue = Annotated[Any, PlainValidator(plain), WithJsonSchema({})]
+InputValue = Annotated[Any, PlainValidator(input_value), WithJsonSchema({})]
 GoalPart = Annotated[Any, PlainValidator(goal_part), WithJsonSchema({})]
 Goal = dict[str, GoalPart]
 Line = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(printable)]

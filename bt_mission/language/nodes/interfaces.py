@@ -3,14 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from operator import is_not
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PlainValidator
 from typing_extensions import override
 
-from bt_mission.language.expressions.expression import Expression, Value
+from bt_mission.core.interface_units import unit_of_field
+from bt_mission.language.expressions.expression import Expression, Text, Value
+from bt_mission.language.expressions.syntax import Name
+from bt_mission.language.expressions.units import quantities
+from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.nodes import base, fields
 from bt_mission.language.nodes.shown import shown_fields, shown_limit
+
+PARTS_OF = {
+    "action": ("goal", "feedback"),
+    "service": ("request", "response"),
+    "topic": ("message", "message"),
+}
+"""The message that a node of an interface sends, and the one that its condition reads."""
+
+
+def _in_units(value: Any, type_name: str, part: str, path: base.Path) -> Any:
+    """Return a value with its quantities as numbers; the same object where it has none."""
+    match value:
+        case Text(expression=Expression(root=root)) if any(quantities(root)):
+            unit = unit_of_field(type_name, part, path)
+            return value if unit is None else value.in_unit(unit)
+        case Mapping():
+            inner = {k: _in_units(one, type_name, part, (*path, k)) for k, one in value.items()}
+            return inner if any(one is not value[key] for key, one in inner.items()) else value
+        case tuple():
+            items = tuple(
+                _in_units(one, type_name, part, (*path, index)) for index, one in enumerate(value)
+            )
+            return items if any(map(is_not, items, value)) else value
+    return value
 
 
 class InterfaceNode(base.NodeModel):
@@ -60,6 +89,38 @@ class InterfaceNode(base.NodeModel):
     def condition(self) -> Expression | None:
         """The condition on messages that it waits for."""
         return None
+
+    def with_sent(self, sent: Mapping[str, Value]) -> Self:
+        """Return the node with other values for the fields that it sends."""
+        settings = self.settings.model_copy(update={"values": sent})
+        return self.model_copy(update={"settings": settings})
+
+    def with_condition(self, condition: Expression) -> Self:
+        """Return the node with another condition."""
+        raise NotImplementedError
+
+    @override
+    def completed(self, reading: base.Reading) -> Self:
+        """Return the node with its quantities as numbers in the units of its fields."""
+        sends, asks = PARTS_OF[self.interface]
+        node = self
+        sent = _in_units(self.sent, self.type, sends, ())
+        if sent is not self.sent:
+            node = node.with_sent(sent)
+        if self.condition is None:
+            return node
+
+        def unit_of(name: Name) -> str:
+            path = name.name.split(".")
+            return "" if name.variable else unit_of_field(self.type, asks, path) or ""
+
+        try:
+            condition = self.condition.in_unit("", unit_of)
+        except ExpressionError as error:
+            place = (*self.path, *self.condition_path)
+            reading.fault(place, error.message, error.hint, offset=error.column - 1)
+            return node
+        return node if condition is self.condition else node.with_condition(condition)
 
     @override
     def default_label(self) -> str:
@@ -130,6 +191,11 @@ class WaitForNode(InterfaceNode, base.OutputsNode):
     def condition(self) -> Expression:
         until: Expression = self.settings.until
         return until
+
+    @override
+    def with_condition(self, condition: Expression) -> Self:
+        settings = self.settings.model_copy(update={"until": condition})
+        return self.model_copy(update={"settings": settings})
 
     @override
     def endless(self) -> str | None:

@@ -6,7 +6,6 @@ either    as in expressions, down to an atom, which can also be
 temporal  = word (window sofar?)? ":"? formula   as far to the right as it goes
 whenever  = "whenever" formula (":" | "then") formula within?
 signal    = name | name "(" text ("," text)* ")"
-quantity  = number unit
 word      = "always" | "never" | "eventually" | "previously" | "historically"
 window    = within | "for" time | "between" time "and" time
 within    = "within" time
@@ -21,22 +20,21 @@ from dataclasses import dataclass, replace
 from typing_extensions import override
 
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.core.units import COMPUTED, SECONDS, in_base
 from bt_mission.language.expressions.functions import FUNCTIONS
 from bt_mission.language.expressions.parser import ExpressionParser, Token, tokenized
-from bt_mission.language.expressions.syntax import Constant, Logic, Name, Not, SyntaxNode
+from bt_mission.language.expressions.syntax import Logic, Name, Not, SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import (
     EVERYTHING,
     BinaryWord,
     Chain,
-    Quantity,
     SignalValue,
     Temporal,
     TimeWindow,
     UnaryWord,
 )
-from bt_mission.language.requirements.units import SECONDS, WRITTEN
 
 _WORDS: dict[str, UnaryWord] = {
     "always": "always",
@@ -57,7 +55,7 @@ INSTEAD = {
     "while": "whenever",
     "sometime": "eventually",
 }
-TIMES = tuple(name for name, (_, unit) in WRITTEN.items() if unit == SECONDS)
+TIMES = tuple(name for name, unit in COMPUTED.items() if unit == SECONDS)
 
 
 def parse_requirement(text: str) -> SyntaxNode:
@@ -111,10 +109,7 @@ class RequirementParser(ExpressionParser):
         if token.kind == "name" and token.text in JOINING:
             message = f"expected a signal or a number, got {quoted(token.text)}"
             raise ExpressionError(message, token.column)
-        node = super().atom()
-        if isinstance(node, Constant) and token.kind == "number":
-            return self.quantity(node)
-        return node
+        return super().atom()
 
     def temporal(self) -> SyntaxNode:
         """Take a word of temporal logic with its window and what it speaks of."""
@@ -193,32 +188,13 @@ class RequirementParser(ExpressionParser):
         if token.kind != "number":
             got = quoted(token.text) if token.text else "the end"
             raise ExpressionError(f"expected a time such as '0.5 s', got {got}", token.column)
-        if self.next.kind != "name" or self.next.text not in WRITTEN:
+        if self.next.kind != "name" or self.next.text not in COMPUTED:
             return float(token.text)
         unit = self.take()
-        factor, kind = WRITTEN[unit.text]
-        if kind != SECONDS:
+        if unit.text not in TIMES:
             message = f"expected a time ({', '.join(TIMES)}), got {quoted(unit.text)}"
             raise ExpressionError(message, unit.column)
-        return float(token.text) * factor
-
-    def quantity(self, number: Constant) -> SyntaxNode:
-        """Take the unit behind a number, if there is one."""
-        token = self.next
-        if (
-            token.kind != "name"
-            or token.text not in WRITTEN
-            or self.tokens[self.at + 1].text == "("
-        ):
-            return number
-        self.take()
-        factor, (m, s, rad) = WRITTEN[token.text]
-        if self.next.text == "/" and self.tokens[self.at + 1].text == "s":
-            self.take()
-            self.take()
-            s -= 1
-        assert isinstance(number.value, int | float)
-        return Quantity(number.column, number.value * factor, (m, s, rad))
+        return in_base(float(token.text), unit.text)
 
     # ---- signals -------------------------------------------------------------------------
 

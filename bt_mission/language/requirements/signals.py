@@ -7,10 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from bt_mission.core.units import Dimension
 from bt_mission.language.expressions.values import Type
-
-Unit = tuple[int, int, int]
-"""Powers of metres, seconds and radians."""
 
 Knows = Literal["simulator", "odometry", "topic", "mission"]
 """Who knows a signal: a simulation alone; a simulation, and odometry on a robot; a topic; or the
@@ -33,7 +31,7 @@ class Signal:
 
     text: str
     type: Type | None = "number"
-    unit: Unit | None = (0, 0, 0)
+    unit: Dimension | None = (0, 0, 0)
     range: tuple[float, float] = (-math.inf, math.inf)
     known_by: Knows = "simulator"
     arguments: tuple[str, ...] = ()

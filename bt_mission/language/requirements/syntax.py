@@ -10,14 +10,13 @@ from typing_extensions import override
 
 from bt_mission.language.expressions.syntax import (
     Binary,
-    Constant,
     EvaluationScope,
     SyntaxNode,
     Types,
     Unary,
 )
 from bt_mission.language.expressions.values import ExpressionError, Plain, Type
-from bt_mission.language.requirements.signals import SIGNALS, Unit
+from bt_mission.language.requirements.signals import SIGNALS
 
 
 @dataclass(frozen=True)
@@ -44,13 +43,6 @@ class TimeWindow:
 
 
 EVERYTHING = TimeWindow()
-
-
-@dataclass(frozen=True)
-class Quantity(Constant):
-    """A number with its unit, such as `0.1 m`; the value is in metres, seconds and radians."""
-
-    unit: Unit
 
 
 @dataclass(frozen=True)

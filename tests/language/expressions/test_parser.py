@@ -13,7 +13,7 @@ from bt_mission.language.expressions.values import ExpressionError, LooseText
         ("1 +", 4, "expected a number, a name or a '(', got the end", None),
         ("1 + * 2", 5, "expected a number, a name or a '(', got '*'", None),
         ("1 2", 3, "expected an operator or the end, got '2'", None),
-        ("2m", 2, "expected an operator or the end, got 'm'", None),
+        ("2mu", 2, "expected an operator or the end, got 'mu'", "did you mean 'm'?"),
         ("(1", 3, "expected ')' for the '(' in column 1", None),
         ("sin(1", 6, "expected ')' for the '(' in column 4", None),
         ("1)", 2, "expected an operator or the end, got ')'", None),

@@ -11,6 +11,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from bt_mission.core.units import WORDS
+
 END_OF_SECTION = "---"
 
 _UNITS = (
@@ -18,18 +20,7 @@ _UNITS = (
     "Hz|Nm|N|V|mV|A|mA|Ah|W|J|Pa|hPa|K|C|T|lx|%|px|pixels|bytes|Bq|dB|dBm"
 )
 _WORDS = {
-    "meters": "m",
-    "metres": "m",
-    "meters per second": "m/s",
-    "metres per second": "m/s",
-    "m/sec": "m/s",
-    "seconds": "s",
-    "sec": "s",
-    "milliseconds": "ms",
-    "radians": "rad",
-    "radians per second": "rad/s",
-    "rad/sec": "rad/s",
-    "degrees": "deg",
+    **WORDS,
     "degrees celsius": "°C",
     "kilograms": "kg",
     "volts": "V",

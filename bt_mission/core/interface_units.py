@@ -1,0 +1,81 @@
+"""The units of the fields of ROS interfaces, from the comments in their files.
+
+ROS itself is not needed: the files are those that interface packages install.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+
+from bt_mission.core.cdr.definitions import file_text, share_folders
+from bt_mission.core.interface_comments import InterfaceText, read_interface
+
+SI = "SI"
+"""The unit of a field without a comment in a package that keeps to REP 103."""
+
+REP_103 = frozenset(("geometry_msgs", "nav2_msgs", "nav_msgs", "sensor_msgs", "trajectory_msgs"))
+"""Packages whose numbers are in metres, seconds and radians where nothing else is said."""
+
+PARTS = {"goal": 0, "result": 1, "feedback": 2, "request": 0, "response": 1, "message": 0}
+"""The sections of interface files."""
+
+_TIMES = frozenset(("builtin_interfaces/Duration", "builtin_interfaces/Time", "duration", "time"))
+_LISTS = {
+    "geometry_msgs/PoseStamped": ("m", "m", "deg"),
+    "geometry_msgs/Point": ("m", "m", "m"),
+}
+"""Messages that missions write as lists, with the units of the numbers there."""
+_TEXTS = ("string", "wstring")
+
+
+def unit_of_field(type_name: str, part: str, path: Sequence[str | int]) -> str | None:
+    """Return the unit of a field: `SI` by REP 103, empty where it is not known.
+
+    Args:
+        type_name: Such as `bt_mission_interfaces/action/Turn`.
+        part: One of `PARTS`.
+        path: The names that lead to the field, and the indices in lists.
+
+    Returns:
+        None for a field that holds text.
+    """
+    interface, section, unit = type_name, PARTS[part], ""
+    written = ""
+    for step in path:
+        name, is_list, _ = written.partition("[")
+        if isinstance(step, int):
+            if not is_list and name in _LISTS and step < 3:
+                return _LISTS[name][step]
+            written = name
+            continue
+        if written:
+            interface, section = _message(name, interface), 0
+        found = _interface(interface).section(section)
+        written = _full(found.types.get(step, ""), interface)
+        unit = found.remark(step).unit or unit
+    name = written.partition("[")[0]
+    if name.partition("<")[0] in _TEXTS:
+        return None
+    if name in _TIMES:
+        return "s"
+    is_si = interface.partition("/")[0] in REP_103 or name.partition("/")[0] in REP_103
+    return unit or (SI if is_si else "")
+
+
+@cache
+def _interface(name: str) -> InterfaceText:
+    text = file_text(name, share_folders()) if name.count("/") == 2 else None
+    return InterfaceText("", ()) if text is None else read_interface(text)
+
+
+def _full(written: str, interface: str) -> str:
+    """Return the type of a field with its package: `Vector3` in geometry_msgs is of there."""
+    is_message = written[:1].isupper() and "/" not in written
+    return f"{interface.partition('/')[0]}/{written}" if is_message else written
+
+
+def _message(name: str, interface: str) -> str:
+    """Return the full name of a message; not to be found where a field is no message."""
+    package, _, short = name.partition("/")
+    return f"{package}/msg/{short}" if short else interface.partition("/")[0]
