@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 from rclpy.node import Node
 
-from bt_mission.core.dds.publishers import duplicate_publishers
+from bt_mission.core.dds.publishers import duplicate_publishers, topics_of_one
 from bt_mission.core.ros_log import log_of
 
 WATCH_PERIOD_S = 0.5
@@ -18,13 +18,13 @@ class PublisherWatch:
 
     Args:
         node: Whose graph is looked at.
-        topics: Each of which shall have one publisher.
+        odometry: Its topic.
         on_fault: Told the reason whenever there is a new one.
     """
 
-    def __init__(self, node: Node, topics: Iterable[str], on_fault: Callable[[str], None]) -> None:
+    def __init__(self, node: Node, odometry: str, on_fault: Callable[[str], None]) -> None:
         self._node = node
-        self._topics = tuple(topics)
+        self._odometry = odometry
         self._log = log_of(node)
         self._on_fault = on_fault
         self._fault: str | None = None
@@ -34,11 +34,12 @@ class PublisherWatch:
         """Return why nothing may be driven, or None."""
         if not self._node.context.ok():
             return None
-        fault, before = duplicate_publishers(self._node, self._topics), self._fault
+        fault, before = duplicate_publishers(self._node, self._odometry), self._fault
         self._fault = fault
         if fault is not None and fault != before:
             self._log.error(fault)
             self._on_fault(fault)
         elif fault is None and before is not None:
-            self._log.info(f"each of {', '.join(self._topics)} has one publisher again")
+            topics = topics_of_one(self._node, self._odometry)
+            self._log.info(f"each of {', '.join(topics)} has one publisher again")
         return fault

@@ -38,7 +38,6 @@ from action_servers.server.parameters import (
 )
 from action_servers.server.topics import PlanTopic, Switches, answer_as_navigator, watch_executives
 from bt_mission.core.action_requests import BURST
-from bt_mission.core.dds.publishers import CLOCK
 from bt_mission.core.robot.model import RobotModel, load_robot
 
 NODE_NAME = "bt_mission_servers"
@@ -239,8 +238,7 @@ class ServersNode(RobotNode):
         """Look out for a second robot; on a stage, which is lean, there is no other."""
         if options.lean or options.allow_duplicates:
             return None
-        topics = (odometry, CLOCK) if options.use_sim_time else (odometry,)
-        return PublisherWatch(self, topics, self._lose_base)
+        return PublisherWatch(self, odometry, self._lose_base)
 
     def _refusal(self, maneuver: Maneuver) -> str | None:
         reason = self._interlock.refusal(needs_base=maneuver.needs_base)

@@ -16,7 +16,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.type_hash import TypeHash
 
-from bt_mission.core.dds.publishers import CLOCK, ODOMETRY, duplicate_publishers
+from bt_mission.core.dds.publishers import CLOCK, duplicate_publishers
 from bt_mission.core.errors import BtMissionError, cause_of
 from bt_mission.core.goal_rate import MOST_WAITING
 from bt_mission.core.wall_clock import Stopwatch
@@ -182,7 +182,7 @@ class GraphConnection:
 
     def duplicates(self, node: Node) -> str | None:
         """Return which of these topics has several publishers now, and what to do, or None."""
-        return duplicate_publishers(node, (ODOMETRY, CLOCK) if self.has_clock else (ODOMETRY,))
+        return duplicate_publishers(node)
 
     def host_quiet(self, name: str, namespace: str | None = None) -> Node:
         """Make and serve a node that only looks on, until the graph is left."""

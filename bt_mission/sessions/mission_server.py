@@ -18,7 +18,7 @@ from rclpy.task import Future
 
 from bt_mission.core.action_requests import BoundedRequests
 from bt_mission.core.clock_messages import ValidClock
-from bt_mission.core.dds.publishers import CLOCK, ODOMETRY, duplicate_publishers
+from bt_mission.core.dds.publishers import duplicate_publishers
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.goal_rate import MOST_LINES, GoalRate, RateLimit
@@ -290,8 +290,7 @@ class MissionServer(ValidClock, Node):
 
     def _refuse_duplicates(self) -> None:
         """Raise BtMissionError where two robots would be taken for one."""
-        topics = (ODOMETRY, CLOCK) if self._options.use_sim_time else (ODOMETRY,)
-        why = duplicate_publishers(self, topics) if self._refuses_duplicates else None
+        why = duplicate_publishers(self) if self._refuses_duplicates else None
         if why is not None:
             raise BtMissionError(why)
 

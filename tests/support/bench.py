@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -71,9 +71,10 @@ class Bench:
         parameters: Mapping[str, Any] | None = None,
         *,
         lean: bool = True,
+        ros_args: Sequence[str] = (),
     ) -> None:
         self.context = Context()
-        rclpy.init(context=self.context)
+        rclpy.init(context=self.context, args=["--ros-args", *ros_args])
         options: dict[str, Any] = {
             "context": self.context,
             "start_parameter_services": False,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from bt_mission.core.dds.endpoints import node_of
@@ -25,10 +25,22 @@ class TopicGraph(Protocol):
     def get_publishers_info_by_topic(self, topic_name: str) -> Sequence[Any]:
         """Return the publishers of a topic."""
 
+    def get_parameter(self, name: str) -> Any:
+        """Return a parameter."""
 
-def duplicate_publishers(node: TopicGraph, topics: Iterable[str]) -> str | None:
-    """Return which of the topics has several publishers, whose, and what to do, or None."""
-    for topic in topics:
+
+def topics_of_one(node: TopicGraph, odometry: str = ODOMETRY) -> tuple[str, ...]:
+    """Return the topics that one publisher shall have: the clock, where the node goes by it.
+
+    The node's parameter decides that, not the options of its process: ROS arguments override those.
+    """
+    follows_clock = bool(node.get_parameter("use_sim_time").value)
+    return (odometry, CLOCK) if follows_clock else (odometry,)
+
+
+def duplicate_publishers(node: TopicGraph, odometry: str = ODOMETRY) -> str | None:
+    """Return which of its topics has several publishers, whose, and what to do, or None."""
+    for topic in topics_of_one(node, odometry):
         name = node.resolve_topic_name(topic)
         found = node.get_publishers_info_by_topic(name)
         if len(found) > 1:

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
 
 from action_servers.core.maneuver import ZERO
 from bt_mission.core.robot.model import load_robot
@@ -19,6 +20,20 @@ from tests.support.served import goal
 def open_bench(tmp_path: Path) -> Any:
     """Servers as in a process of their own: another robot may be in the graph."""
     made = Bench(FakeRobot(load_robot("waffle")), tmp_path / "images", lean=False)
+    made.steps(2)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def clocked_bench(tmp_path: Path) -> Any:
+    """The same on simulated time, as the process of the servers asks for it."""
+    made = Bench(
+        FakeRobot(load_robot("waffle")),
+        tmp_path / "images",
+        lean=False,
+        ros_args=["-p", "use_sim_time:=true"],
+    )
     made.steps(2)
     yield made
     made.close()
@@ -47,6 +62,30 @@ def test_the_base_stops_when_a_second_robot_comes(open_bench: Any) -> None:
     open_bench.steps(12)
     assert (sent.status, open_bench.commands[-1]) == ("aborted", ZERO)
     assert "/odom has 2 publishers" in sent.result.error_msg
+
+
+def test_a_goal_is_rejected_while_two_publish_the_clock(clocked_bench: Any) -> None:
+    """Also where the ROS arguments alone say that time is simulated. With one clock they start."""
+    first, second = (one.create_publisher(Clock, "/clock", 1) for one in clocked_bench.clients)
+    refused = clocked_bench.send("turn")
+    clocked_bench.steps(2)
+    assert refused.accepted is False
+    why = clocked_bench.servers.why_rejected("/turn")
+    assert why.startswith("/clock has 2 publishers (/client_1, /client_2): ")
+    clocked_bench.clients[1].destroy_publisher(second)
+    accepted = clocked_bench.send("turn")
+    clocked_bench.steps(2)
+    assert accepted.accepted is True
+    assert first.get_subscription_count() > 0
+
+
+def test_the_clock_of_others_does_not_matter_on_the_wall_clock(open_bench: Any) -> None:
+    """Two simulations beside a robot leave it alone."""
+    for one in open_bench.clients:
+        one.create_publisher(Clock, "/clock", 1)
+    sent = open_bench.send("turn")
+    open_bench.steps(2)
+    assert sent.accepted is True
 
 
 def test_what_does_not_drive_goes_on(open_bench: Any) -> None:
