@@ -37,7 +37,6 @@ examples:
   bt-mission run explore --visible --speed 1  in one terminal
   bt-mission watch                            in another
   bt-mission watch robot1                     one of several, by its namespace
-  bt-mission watch tree                       a tree of py_trees_ros, by its node
   bt-mission watch --web --open               on a page for browsers
   bt-mission watch --foxglove                 all topics, for Foxglove and Lichtblick
   bt-mission watch --once                     the tree as it is now
@@ -54,8 +53,7 @@ def add_parser(commands: Any) -> None:
         description="Attaches to an executive of the ROS graph (`run --attach`, `run --visible`, "
         "`serve`) and shows its tree, what each node does and why it ended, its goals, its "
         "variables and where the robot is. Waits where there is none, and when it goes until it "
-        "is back. A mission does not notice. Of a tree of py_trees_ros it shows what that tells: "
-        "the tree, statuses, and what each node says.",
+        "is back. A mission does not notice.",
         epilog=EPILOG,
     )
     parser.add_argument(
@@ -77,12 +75,6 @@ def add_parser(commands: Any) -> None:
         help="leave with code 1 when there is nobody to watch after this time (default: keep "
         "looking)",
     )
-    parser.add_argument(
-        "--blackboard",
-        action="store_true",
-        help="ask a tree of py_trees_ros for the variables of its blackboard, too: its process "
-        "then writes each of them as text, which is slow for pictures and clouds",
-    )
     add_network_option(parser)
     add_web_options(parser)
     add_foxglove_options(parser)
@@ -99,7 +91,7 @@ def watch(options: argparse.Namespace) -> int:
         return serve_graph(options)
     from bt_mission.ros.discovery import ExecutiveDirectory
 
-    with ExecutiveDirectory(has_variables=options.blackboard) as observer:
+    with ExecutiveDirectory() as observer:
         try:
             if options.web:
                 return _serve_page(observer, options)

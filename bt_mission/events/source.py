@@ -48,22 +48,16 @@ class FoundExecutive:
         name: Of its node, such as ``/robot1/bt_mission``.
         fault: Why it cannot be watched, or has to be with care; empty where nothing is wrong.
         is_foreign: Its messages are of another version: they cannot be read.
-        is_peer: It is a tree of py_trees_ros, and no executive of ours.
     """
 
     name: str
     fault: str = ""
     is_foreign: bool = False
-    is_peer: bool = False
 
     @property
     def namespace(self) -> str:
         """Of its robot, without the slash at the end."""
         return self.name.rpartition("/")[0]
-
-    def is_meant(self, wanted: str) -> bool:
-        """Is this the one of a name that :func:`wanted_name` gave? Peers have any name."""
-        return wanted in (self.name, f"{self.name}/{NODE}" if self.is_peer else "")
 
 
 @dataclass(frozen=True)
@@ -80,8 +74,6 @@ class ExecutiveSource(Protocol):
     """One executive, and its robot."""
 
     name: str
-    limits: str
-    """What it cannot tell or do, in words; empty for executives of ours."""
 
     @property
     def is_there(self) -> bool:
@@ -191,10 +183,7 @@ def wanted_name(text: str | None) -> str | None:
 
 
 def _candidates(found: Sequence[FoundExecutive], wanted: str | None) -> tuple[FoundExecutive, ...]:
-    """Those that may be meant; where none is named, trees of py_trees_ros only without others."""
-    if wanted is not None:
-        return tuple(one for one in found if one.is_meant(wanted))
-    return tuple(one for one in found if not one.is_peer) or tuple(found)
+    return tuple(one for one in found if wanted in (None, one.name))
 
 
 def choose(found: Sequence[FoundExecutive], wanted: str | None) -> FoundExecutive | None:

@@ -21,10 +21,7 @@ _OF_GRAPH: dict[LiveKind, Kind] = {"actions": "action", "topics": "topic", "serv
 
 
 def live_names(kind: LiveKind) -> list[str]:
-    """List the names of a kind that the graph has, sorted; none where nobody is there.
-
-    Executives are those of missions and of trees of py_trees_ros; namespaces, those of nodes.
-    """
+    """List the names of a kind that the graph has, sorted; namespaces are those of nodes."""
     with graph_session.GraphSession() as session:
         query_graph(session, LOOK_S, QUIET_S)
         if kind == "executives":
@@ -38,15 +35,9 @@ def live_names(kind: LiveKind) -> list[str]:
 
 def _executives(node: Node) -> set[str]:
     from bt_mission.ros.discovery import STATE_TYPE  # noqa: PLC0415 - takes longer than the look
-    from bt_mission.ros.snapshot_client import OPEN, OPEN_TYPE  # noqa: PLC0415 - likewise
 
-    offered = (
-        (node.get_topic_names_and_types(), "/state", STATE_TYPE),
-        (node.get_service_names_and_types(), OPEN, OPEN_TYPE),
-    )
     return {
-        name.removesuffix(end)
-        for names, end, type_name in offered
-        for name, types in names
-        if name.endswith(end) and type_name in types
+        name.removesuffix("/state")
+        for name, types in node.get_topic_names_and_types()
+        if name.endswith("/state") and STATE_TYPE in types
     }

@@ -11,18 +11,14 @@ from rclpy.node import Node
 from bt_mission.core.dds.discovery import RANGE
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.source import ExecutiveSource, FoundExecutive
-from bt_mission.ros.graph import SETTLE_S, GraphConnection, quiet_node, type_hash_of
+from bt_mission.ros.graph import GraphConnection, quiet_node, type_hash_of
 from bt_mission.ros.mission_client import TELLS, MissionClient
 from bt_mission.ros.mission_node import MissionNode
-from bt_mission.ros.snapshot_client import LIMITS, OPEN, OPEN_TYPE, SnapshotClient
 
 STATE_TYPE = "bt_mission_interfaces/msg/MissionState"
 
 SERVE_S = 0.05
 """Wall time for which messages are received at a stretch."""
-
-CLOSE_S = 1.0
-"""Wall time that trees of py_trees_ros have to close the streams that were opened."""
 
 
 class HostedMission(Protocol):
@@ -78,20 +74,12 @@ class LocalExecutive:
 
 
 class ExecutiveDirectory:
-    """A watcher's own place in a graph. Use it as a context manager.
+    """A watcher's own place in a graph. Use it as a context manager."""
 
-    Args:
-        has_variables: Ask trees of py_trees_ros for their variables, too.
-    """
-
-    def __init__(self, *, has_variables: bool = False) -> None:
+    def __init__(self) -> None:
         self._graph = GraphConnection(wall_clock=True)
         self._node = self._graph.host_quiet("bt_mission_watch")
         self._hashes = [type_hash_of(self._node, kind) for kind, *_ in TELLS.values()]
-        self._has_variables = has_variables
-        self._peers: dict[str, Stopwatch] = {}
-        """Trees of py_trees_ros, each with the time since it was found."""
-        self._clients: list[SnapshotClient] = []
         domain, reach = os.environ.get("ROS_DOMAIN_ID", "0"), os.environ.get(RANGE, "SUBNET")
         self.where = f"ROS domain {domain or 0}, {RANGE}={reach}"
 
@@ -99,11 +87,6 @@ class ExecutiveDirectory:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for client in self._clients:
-            client.close()
-        since = Stopwatch()
-        while since.elapsed_s < CLOSE_S and not all(one.is_closed for one in self._clients):
-            self.serve(SERVE_S)
         self._graph.close()
 
     def serve(self, wait_s: float = 0.0) -> None:
@@ -124,31 +107,11 @@ class ExecutiveDirectory:
             if STATE_TYPE in types and topic.endswith("/state")
             if self._node.count_publishers(topic)
         }
-        executives = {name: self._look_at(topic) for name, topic in found.items()}
-        peers = {name: FoundExecutive(name, LIMITS, is_peer=True) for name in self._find_peers()}
-        everybody = peers | executives
-        return tuple(everybody[name] for name in sorted(everybody))
+        return tuple(self._look_at(found[name]) for name in sorted(found))
 
     def attach(self, name: str, *, with_robot: bool = True) -> ExecutiveSource:
         """Listen to an executive, also one that is not there yet; and to its robot."""
-        if not any(one.is_peer for one in self.find() if one.name == name):
-            return MissionClient(self._node, name, with_robot=with_robot)
-        client = SnapshotClient(self._node, name, has_variables=self._has_variables)
-        self._clients.append(client)
-        return client
-
-    def _find_peers(self) -> list[str]:
-        """Trees of py_trees_ros, and executives of ours, which offer the same service.
-
-        Of those only a part may be known yet, so nobody counts before the rest would be.
-        """
-        names = {
-            service.removesuffix(OPEN)
-            for service, types in self._node.get_service_names_and_types()
-            if OPEN_TYPE in types and service.endswith(OPEN)
-        }
-        self._peers = {name: self._peers.get(name) or Stopwatch() for name in names}
-        return [name for name, since in self._peers.items() if since.elapsed_s > SETTLE_S]
+        return MissionClient(self._node, name, with_robot=with_robot)
 
     def _look_at(self, topic: str) -> FoundExecutive:
         name = topic.removesuffix("/state")

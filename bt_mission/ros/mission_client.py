@@ -84,8 +84,6 @@ class MissionClient:
         with_robot: Hear its robot, too.
     """
 
-    limits = ""
-
     def __init__(self, node: Node, name: str, *, with_robot: bool = True) -> None:
         self.name = name
         self._with_robot = with_robot

@@ -14,7 +14,6 @@ import pytest
 
 from bt_mission.testing.live_graph import LOCAL
 from tests.support.processes import read_until, started
-from tests.support.project import ROOT
 
 pytestmark = pytest.mark.process
 
@@ -77,52 +76,6 @@ def test_a_terminal_that_cannot_be_drawn_on_has_plain_lines(mission: subprocess.
     assert code == 130
     assert "TERM=dumb: nothing can be drawn on this terminal; plain lines" in seen
     assert "\x1b" not in seen
-
-
-PEER = """\
-import rclpy
-from tests.support.peer_tree import PeerTree
-
-rclpy.init()
-node = rclpy.create_node("tree")
-peer = PeerTree(node)
-told = []
-
-def tick():
-    peer.tell(message="1.5 m left")
-    if told[-1:] != [len(peer.streams)]:
-        told.append(len(peer.streams))
-        print("streams", told[-1], flush=True)
-
-node.create_timer(0.2, tick)
-rclpy.spin(node)
-"""
-
-
-def test_a_tree_of_py_trees_ros_is_shown_and_left_as_it_was():
-    """Its node has any name; the stream that was opened is closed at the end."""
-    peer = subprocess.Popen(
-        [sys.executable, "-c", PEER],
-        cwd=ROOT,
-        env=os.environ | LOCAL,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        read_until(peer, "streams 0")
-        with started("watch", "tree", "--once", "--wait", "60", **LOCAL) as watch:
-            out, _ = watch.communicate(timeout=100)
-        assert watch.returncode == 0
-        assert "/tree: a tree of py_trees_ros: it can be looked at, and no more" in out
-        assert "▶ leaf" in out
-        assert "1.5 m left" in out
-        read_until(peer, "streams 1")
-        read_until(peer, "streams 0")
-    finally:
-        peer.kill()
-        peer.wait()
-        assert peer.stdout is not None
-        peer.stdout.close()
 
 
 def test_nobody_there_is_told(tmp_path: Path):

@@ -113,33 +113,3 @@ def test_nobody_there_is_told_with_what_was_looked_for():
     assert nobody("/b/bt_mission", [ONE], "x") == (
         "/b/bt_mission is not there (x); there is /robot1/bt_mission"
     )
-
-
-PEER = FoundExecutive("/robot1/tree", "look only", is_peer=True)
-
-
-@pytest.mark.parametrize("text", ["/robot1/tree", "robot1/tree", "robot1/tree/"])
-def test_a_tree_of_py_trees_ros_is_meant_by_the_name_of_its_node(text: str):
-    """Whatever that is; an executive of ours is meant by its namespace as well."""
-    assert choose([ONE, PEER], wanted_name(text)) == PEER
-    assert choose([ONE, PEER], wanted_name("robot1")) == ONE
-
-
-def test_a_tree_of_py_trees_ros_must_be_named_beside_an_executive():
-    """What was the only executive before such a tree came still is."""
-    assert choose([ONE, PEER], None) == ONE
-    assert choose([PEER], None) == PEER
-    with pytest.raises(BtMissionError, match="there are 2 executives"):
-        choose([ONE, TWO, PEER], None)
-    with pytest.raises(BtMissionError, match="there are 2 executives"):
-        choose([PEER, FoundExecutive("/other", is_peer=True)], None)
-
-
-def test_what_a_peer_cannot_do_is_said_when_it_is_attached():
-    """By the fault with which it was found."""
-    one = ScriptedExecutive(name=PEER.name)
-    graph = ScriptedGraph(one)
-    graph.faults[one.name] = PEER
-    attachment = Attachment(graph, wanted_name("robot1/tree"))
-    assert attachment.look() == AttachmentNews("look only", is_new=True)
-    assert attachment.source is one

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 from bt_mission_interfaces import msg
 from nav_msgs.msg import OccupancyGrid
 from py_trees.common import Status
-from rclpy.node import Node
 from rclpy.type_hash import TypeHash
 from sensor_msgs.msg import BatteryState
 from visualization_msgs.msg import Marker, MarkerArray
@@ -17,12 +15,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 from bt_mission.events import messages
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, ControlResponse, Verb
-from bt_mission.ros import discovery
 from bt_mission.ros.discovery import ExecutiveDirectory
 from bt_mission.ros.graph import LATCHED
 from bt_mission.ros.mission_client import MissionClient
-from bt_mission.ros.snapshot_client import SnapshotClient
-from tests.support.peer_tree import PeerTree
 
 # A watcher finds the graph in wall time, while virtual time runs on: no limit is ever reached.
 TWO = "mission: m\ntree:\n  sequence:\n    - turn: {angle: 90}\n      timeout: 1e8\n    - wait: 1\n"
@@ -175,55 +170,3 @@ def test_executives_are_found_by_what_they_publish(monkeypatch: pytest.MonkeyPat
         assert find()["/robot2/bt_mission"].startswith(
             "its MissionState messages are of another version"
         )
-
-
-def test_trees_of_py_trees_ros_are_found_by_their_services(monkeypatch: pytest.MonkeyPatch):
-    """Not at once: an executive of ours, of which not all is known yet, offers them too."""
-    with ExecutiveDirectory() as observer:
-        context = observer._node.context
-        nodes = [Node("tree", context=context, namespace="robot1")]
-        nodes.append(Node("bt_mission", context=context))
-        for node in nodes:
-            PeerTree(node)
-        nodes[1].create_publisher(msg.MissionState, "~/state", LATCHED)
-
-        def peers() -> dict[str, bool]:
-            return {one.name: one.is_peer for one in observer.find()}
-
-        assert peers() == {"/bt_mission": False}
-        monkeypatch.setattr(discovery, "SETTLE_S", 0.0)
-        assert peers() == {"/bt_mission": False, "/robot1/tree": True}
-        assert type(observer.attach("/robot1/tree")) is SnapshotClient
-        assert type(observer.attach("/bt_mission")) is MissionClient
-        for node in nodes:
-            node.destroy_node()
-
-
-def test_streams_are_closed_when_a_watcher_leaves(monkeypatch: pytest.MonkeyPatch):
-    """Also where it leaves with an exception, such as that of Ctrl-C."""
-    monkeypatch.setattr(discovery, "SETTLE_S", 0.0)
-    peers: list[PeerTree] = []
-    with pytest.raises(KeyboardInterrupt):
-        _watch_and_leave(peers)
-    assert peers[0].streams == {}
-
-
-def _watch_and_leave(peers: list[PeerTree]) -> None:
-    with ExecutiveDirectory() as observer:
-        node = Node("tree", context=observer._node.context)
-        observer._graph.host(node)
-        peers.append(PeerTree(node))
-        until(observer.find, observer)
-        source = observer.attach("/tree")
-        until(lambda: source.take(needs_statuses=False).messages, observer)
-        assert len(peers[0].streams) == 1
-        raise KeyboardInterrupt
-
-
-def until(done: Callable[[], Any], observer: ExecutiveDirectory) -> None:
-    """Serve the graph until something holds."""
-    for _ in range(200):
-        if done():
-            return
-        observer.serve(0.05)
-    raise AssertionError("it never came")

@@ -72,7 +72,6 @@ class ScriptedExecutive:
 
     def __init__(self, outline: str = EXPLORE, name: str = "/bt_mission") -> None:
         self.name = name
-        self.limits = ""
         self.is_there = True
         self.outline = outline
         self.run = ""

@@ -69,7 +69,6 @@ class WatchApp(ViewApp):
         self.graph.serve()
         self._look_round()
         if self.source is not None:
-            self.outlook.limits = self.source.limits
             needs = self.outlook.mission.needs_statuses
             heard = self.source.take(needs_statuses=needs)
             self.outlook.take(heard, self._wall.elapsed_s)
@@ -119,7 +118,7 @@ class WatchApp(ViewApp):
         if self.source is None:
             return ["c choose", "? help", "q leave"]
         others = ["/ search", "f follow", f"Tab {self.next_panel}", "? help", "q leave"]
-        if self.source.limits or not self.source.is_there:
+        if not self.source.is_there:
             return others
         verbs = possible_verbs(self.outlook.mission.status)
         return [*(KEY_WORDS[one] for one in verbs if one in KEY_WORDS), *others]

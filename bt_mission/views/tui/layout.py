@@ -255,8 +255,7 @@ class MainScreen(Screen[None]):
         mission, marks, pane = outlook.mission, self._marks, self.panes[name]
         match name:
             case "goals":
-                rows = goal_rows(mission, marks) or _wrapped(outlook.limits, pane.size.width)
-                return rows, goals_title(mission)
+                return goal_rows(mission, marks), goals_title(mission)
             case "requirements":
                 return requirement_rows(mission, marks), requirements_title(mission)
             case "variables":

@@ -24,8 +24,6 @@ class WatchModel(WatchedMission):
         self.sought = ""
         self.hint = ""
         """What stands in the place of the tree as long as there is none."""
-        self.limits = ""
-        """What who is watched cannot tell or do."""
 
     def take(self, heard: Heard, wall_s: float) -> bool:
         """Take in what has come, and go with it; gives whether anything has.

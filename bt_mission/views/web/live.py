@@ -151,7 +151,7 @@ class LiveMission:
     def _put_state(self) -> None:
         source, mission = self._attachment.source, self.mission
         can: list[str] = []
-        if source is not None and source.is_there and not source.limits and not self._refusal():
+        if source is not None and source.is_there and not self._refusal():
             can = [WORDS[verb] for verb in possible_verbs(mission.status)]
         factor = self._watched.pace.factor
         put_state(
@@ -159,7 +159,6 @@ class LiveMission:
             mission,
             source=source.name if source else "",
             is_there=source is not None and source.is_there,
-            limits=source.limits if source else "",
             can=can,
         )
         self.board.put("factor", None if factor is None else round(factor, 1))

@@ -78,7 +78,7 @@ class ReplayedMission:
         if panels.map:
             self.board.show_robot(mission, has_moved=self._has_moved)
             self._has_moved = False
-        put_state(self.board, mission, source=self._source, is_there=True, limits="")
+        put_state(self.board, mission, source=self._source, is_there=True)
         self.board.put(
             "replay",
             {

@@ -292,19 +292,6 @@ def test_the_mouse_selects_and_folds():
     on_screen(play)
 
 
-def test_of_a_tree_that_can_only_be_looked_at_no_key_does_more():
-    """What is not available stands where it would be."""
-
-    async def play(screen: Screen) -> None:
-        screen.executive.limits = "a tree of py_trees_ros: goals are not available"
-        await screen.press("tab")
-        await screen.look()
-        assert screen.rows[-1] == "/ search  f follow  Tab variables  ? help  q leave"
-        assert "a tree of py_trees_ros: goals are not available" in screen.text
-
-    on_screen(play)
-
-
 def test_who_has_gone_is_not_offered_anything():
     """Nor is a mission that has ended: nothing of it starts any more."""
 

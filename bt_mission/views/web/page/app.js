@@ -137,7 +137,7 @@ function drawState() {
     replay ? `recording ${state.source}` : state.is_there === false && state.source ? `${state.source} is not there` : "",
     replay?.missing ? `lacks ${replay.missing}` : "",
   ].filter(Boolean).join(" · ");
-  byId("reason").textContent = state.reason || state.limits || "";
+  byId("reason").textContent = state.reason || "";
   byId("live-keys").hidden = byId("live-controls").hidden = Boolean(replay) || Boolean(parts.is_read_only);
   byId("replay-keys").hidden = byId("replay-controls").hidden = !replay || Boolean(parts.is_read_only);
   for (const name of Object.values(LIVE_KEYS)) byId(name).disabled = !(state.can ?? []).includes(name);
