@@ -35,7 +35,7 @@ from bt_mission.recording.contents import (
     versions,
 )
 from bt_mission.recording.facts import FACTS, MISSIONS, SUMMARY, note_of
-from bt_mission.recording.file import McapFile
+from bt_mission.recording.file import MOST_WAITING, McapFile
 from bt_mission.recording.goals import GoalEvents
 from bt_mission.recording.mission_recorder import MissionRecorder
 from bt_mission.recording.topics import GraphTopics
@@ -46,6 +46,9 @@ LOOK_NS = 2_000_000_000
 
 IMAGE = "sensor_msgs/msg/Image"
 CAMERA_TYPES = (IMAGE, "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo")
+MOST_LEAD_NS = 1_000_000_000
+"""A header may be so much ahead of the clock of a recording, ns; one further ahead is wrong."""
+
 NEVER = ("/clock", "/parameter_events")
 """Every message has its ROS time anyway; parameters do not change here."""
 
@@ -80,6 +83,12 @@ class RunRecorder:
         self._looked_ns = session.now_ns
         self._decoders: dict[str, Decoder] = {}
         self._pending: list[tuple[int, bytes]] = []
+        self._has_head = False
+        self._start_ns = session.now_ns
+        clock = session.node.get_parameter("use_sim_time")
+        self._follows_clock = bool(clock.value) and not session.inside()
+        self._stamped: dict[int, Decoder] = {}
+        """Of the channels whose messages have a header, where the session follows ``/clock``."""
         self._takes: dict[str, Take] = {}
         self._log = self._open_channel("/rosout", "rcl_interfaces/msg/Log")
         self._pictures = PictureFolder(session.image_folder)
@@ -148,10 +157,39 @@ class RunRecorder:
     def _hand_over(self) -> None:
         """Give the file what has come since the last time: all of it belongs to one instant.
 
-        While the simulation sends, the clock still stands at the instant before.
+        While the simulation sends, the clock still stands at the instant before. A session that
+        follows ``/clock`` may receive a message before the instant of its header: the message
+        waits for that. Until the first ``/clock`` no instant is known, and everything waits.
         """
-        self.file.write(self._session.now_ns, self._pending)
-        self._pending.clear()
+        now_ns = self._session.now_ns
+        if not self._has_head:
+            if self._follows_clock and now_ns == 0 and len(self._pending) < MOST_WAITING:
+                return
+            self._write_head(now_ns)
+        if not self._stamped:
+            self.file.write(now_ns, self._pending)
+            self._pending.clear()
+            return
+        due: list[tuple[int, bytes]] = []
+        early: list[tuple[int, bytes]] = []
+        for one in self._pending:
+            is_early = 0 < self._lead_ns(one, now_ns) <= MOST_LEAD_NS
+            (early if is_early else due).append(one)
+        self.file.write(now_ns, due)
+        self._pending[:] = early
+
+    def _hand_over_last(self) -> None:
+        """Give the file also what waits for an instant that the clock did not reach."""
+        if not self._has_head:
+            self._write_head(self._session.now_ns)
+        self._hand_over()
+        for one in sorted(self._pending, key=lambda one: self._lead_ns(one, 0)):
+            self.file.write(self._lead_ns(one, 0), [one])
+
+    def _lead_ns(self, message: tuple[int, bytes], now_ns: int) -> int:
+        """By how much the header of a message is ahead of the clock, ns; 0 without a header."""
+        decoder = self._stamped.get(message[0])
+        return 0 if decoder is None else decoder.stamp_ns(message[1]) - now_ns
 
     def finish(self, summary: Mapping[str, Any], robots: Sequence[Mapping[str, Any]] = ()) -> None:
         """Put what the run came to into the file, and close it.
@@ -183,7 +221,7 @@ class RunRecorder:
             run.runner.exchange_listeners.remove(self._on_exchange)
         self._topics.close()
         self._session.remove_observer(self)
-        self.guarded(self._hand_over)()
+        self.guarded(self._hand_over_last)()
         self.file.close()
 
     def guarded(self, call: Callable[..., None]) -> Callable[..., None]:
@@ -202,9 +240,22 @@ class RunRecorder:
 
     def _begin(self) -> None:
         session = self._session
-        self._start_ns = session.now_ns
+        is_alone = len(session.runs) == 1
+        self._missions = [MissionRecorder(run, self, is_alone=is_alone) for run in session.runs]
+        for run in session.runs:
+            run.runner.show_waypoints()
+        self._topics.look_around()
+        for run, one in zip(session.runs, self._missions, strict=True):
+            one.begin()
+            run.runner.exchange_listeners.append(self._on_exchange)
+        session.add_observer(self)
+        self.guarded(self._hand_over)()
+        self.file.flush()
+
+    def _write_head(self, now_ns: int) -> None:
+        """Write what the file says of the run, at the first instant that is known."""
+        self._has_head, self._start_ns, session = True, now_ns, self._session
         is_fleet = len(session.runs) > 1
-        self._missions = [MissionRecorder(run, self, is_alone=not is_fleet) for run in session.runs]
         facts = [
             {**facts_of(run, self._start_ns), **session.facts, **run.facts, **one.facts}
             for run, one in zip(session.runs, self._missions, strict=True)
@@ -222,15 +273,6 @@ class RunRecorder:
         for (name, text), kind in texts.items():
             self.file.attach(name, kind, text.encode(), self._start_ns)
         self._missions[0].attach_simulation(self.file, self._start_ns)
-        for run in session.runs:
-            run.runner.show_waypoints()
-        self._topics.look_around()
-        for run, one in zip(session.runs, self._missions, strict=True):
-            one.begin()
-            run.runner.exchange_listeners.append(self._on_exchange)
-        session.add_observer(self)
-        self.guarded(self._hand_over)()
-        self.file.flush()
 
     def _look_around(self) -> None:
         self._topics.look_around()
@@ -294,7 +336,10 @@ class RunRecorder:
         if not self._options.raw_actions:
             type_name, definition = with_plain_names(type_name, definition)
         metadata = {"offered_qos_profiles": offered_qos}
-        return self.file.channel(topic, type_name, definition, metadata)
+        channel = self.file.channel(topic, type_name, definition, metadata)
+        if self._follows_clock and (decoder := Decoder(type_name, definition)).has_header:
+            self._stamped[channel] = decoder
+        return channel
 
     def open_own(self, topic: str, type_name: str) -> Take:
         """The same for messages that are serialized here."""

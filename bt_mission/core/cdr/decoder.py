@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterable, Mapping
-from functools import cache
+from functools import cache, cached_property
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
@@ -46,6 +46,8 @@ FORMATS = {
 """Of :mod:`struct`, by the types of ROS."""
 HEAD = 4
 """Bytes that say how the rest is written."""
+
+HEADERS = ("std_msgs/Header", "std_msgs/msg/Header")
 
 _ORDERS = {b"\0\0": ">", b"\0\1": "<"}
 """By the first bytes of the head."""
@@ -108,6 +110,28 @@ class Decoder:
             for fields in self.specs.values()
             for field in fields
         )
+
+    @cached_property
+    def _stamp_at(self) -> int | None:
+        """Where the stamp of the header lies, or that of the first element of a sequence."""
+        fields, at = self.specs[""], HEAD
+        if fields and fields[0].size == -1 and fields[0].type in self.specs:
+            fields, at = self.specs[fields[0].type], HEAD + 4
+        has_header = bool(fields) and fields[0].type in HEADERS and fields[0].size is None
+        return at if has_header else None
+
+    @property
+    def has_header(self) -> bool:
+        """Does such a message begin with a header, or with a sequence of what does?"""
+        return self._stamp_at is not None
+
+    def stamp_ns(self, data: bytes) -> int:
+        """Give the stamp of a message's header, ns; 0 where it has none."""
+        at = self._stamp_at
+        if at is None or len(data) < at + 8 or data[:2] not in _ORDERS:
+            return 0
+        seconds, nanoseconds = struct.unpack_from(f"{_ORDERS[data[:2]]}iI", data, at)
+        return int(seconds * 1_000_000_000 + nanoseconds)
 
     def decode(self, data: bytes) -> DecodedMessage:
         """Give the values of a message by the names of its fields.
