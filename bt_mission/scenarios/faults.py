@@ -1,4 +1,4 @@
-"""The faults and obstacles of a scenario file, as text or as mappings."""
+"""The faults of a scenario file, which are texts, and its obstacles, which are mappings."""
 
 from __future__ import annotations
 
@@ -6,17 +6,16 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from bt_mission.core.diagnostics import Diagnostic, describe, listed
+from bt_mission.core.diagnostics import Diagnostic, describe
 from bt_mission.core.yaml.document import Document, Key
 from bt_mission.faults.located import WrittenFault
-from bt_mission.faults.planned import AfterStep, AtTime, Beginning
-from bt_mission.faults.text import EXAMPLE, parse_beginning, parse_fault
-from bt_mission.faults.values import ArgumentReader, Given, read_time
+from bt_mission.faults.planned import AtTime
+from bt_mission.faults.text import EXAMPLE, parse_fault
+from bt_mission.faults.values import ArgumentReader, Given
 from bt_mission.language.expressions.values import ExpressionError
 
 Path = tuple[Key, ...]
 BEGINNINGS = ("at", "after", "when")
-_OTHERS = ("lasting",)
 
 
 class FaultReader:
@@ -34,21 +33,15 @@ class FaultReader:
             self._note(path, f"expected a mapping such as {example}, got {describe(written)}")
             return
         name = "spawn_cylinder" if "radius" in written else "spawn_box"
-        self._add(path, AtTime(0.0), name, lambda reader: self._by_name(reader, written, path))
+        self._add(path, name, lambda reader: self._by_name(reader, written, path))
 
     def fault(self, written: Any, path: Path) -> None:
         """Take a fault."""
-        match written:
-            case str():
-                self._text(written, path)
-            case Mapping():
-                text = _as_text(written)
-                if text:
-                    self._text(text, path)
-                else:
-                    self._mapping(written, path)
-            case _:
-                self._note(path, f"expected a fault such as '{EXAMPLE}', got {describe(written)}")
+        text = _as_text(written) if isinstance(written, Mapping) else written
+        if isinstance(text, str) and text:
+            self._text(text, path)
+        else:
+            self._note(path, f"expected a fault such as '{EXAMPLE}', got {describe(written)}")
 
     # ---- text ----------------------------------------------------------------------------
 
@@ -64,48 +57,7 @@ class FaultReader:
             offset = error.column - 1
             self.wrong.append(document.fault(path, error.message, error.hint, offset=offset))
 
-    # ---- mappings ------------------------------------------------------------------------
-
-    def _mapping(self, written: Mapping[str, Any], path: Path) -> None:
-        found = [key for key in BEGINNINGS if key in written]
-        names = [key for key in written if key not in (*BEGINNINGS, *_OTHERS)]
-        if len(found) != 1 or len(names) != 1:
-            got = listed(written)
-            what = f"one of {', '.join(BEGINNINGS)}, and one fault, such as"
-            self._note(path, f"expected {what} '{{at: 5.0, drop: scan, lasting: 2}}', got {got}")
-            return
-        begins = self._beginning(found[0], written[found[0]], (*path, found[0]))
-        if begins is not None:
-            name = names[0]
-            self._add(path, begins, name, lambda reader: self._arguments(reader, written, path))
-
-    def _beginning(self, word: str, written: Any, path: Path) -> Beginning | None:
-        start = len(word) + 1
-        try:
-            if word == "when":
-                return parse_beginning(f"when {written}")
-            time_s = read_time(written)
-            return AtTime(time_s) if word == "at" else AfterStep(time_s)
-        except ExpressionError as error:
-            offset = max(error.column - 1 - (start if word == "when" else 0), 0)
-            self.wrong.append(self._document.fault(path, error.message, error.hint, offset=offset))
-            return None
-
-    def _arguments(self, reader: ArgumentReader, written: Mapping[str, Any], path: Path) -> None:
-        """Take the arguments of a fault: a mapping, a list in their order, or the first alone."""
-        name = reader.name
-        match written[name]:
-            case None:
-                pass
-            case Mapping() as arguments:
-                self._by_name(reader, arguments, (*path, name))
-            case list() as values:
-                for number, value in enumerate(values):
-                    self._located((*path, name, number), partial(reader.by_position, Given(value)))
-            case value:
-                self._located((*path, name), partial(reader.by_position, Given(value)))
-        if "lasting" in written:
-            self._by_name(reader, {"lasting": written["lasting"]}, path)
+    # ---- obstacles -----------------------------------------------------------------------
 
     def _by_name(self, reader: ArgumentReader, given: Mapping[str, Any], path: Path) -> None:
         for name, value in given.items():
@@ -115,9 +67,7 @@ class FaultReader:
                 key=not reader.takes(name),
             )
 
-    def _add(
-        self, path: Path, begins: Beginning, name: str, take: Callable[[ArgumentReader], None]
-    ) -> None:
+    def _add(self, path: Path, name: str, take: Callable[[ArgumentReader], None]) -> None:
         document = self._document
 
         def locate(message: str, hint: str | None, part: str, _: int) -> Diagnostic:
@@ -131,11 +81,9 @@ class FaultReader:
             reader = ArgumentReader(name)
             take(reader)
             if len(self.wrong) == count:
-                self.faults.append(WrittenFault(reader.planned(begins), locate))
+                self.faults.append(WrittenFault(reader.planned(AtTime(0.0)), locate))
         except ExpressionError as error:
-            is_key = name in (document.find(path).keys or {})
-            where = (*path, name) if is_key else path
-            self.wrong.append(document.fault(where, error.message, error.hint, key=is_key))
+            self.wrong.append(document.fault(path, error.message, error.hint))
 
     def _located(self, path: Path, take: Callable[[], None], *, key: bool = False) -> None:
         try:
@@ -156,15 +104,8 @@ def _as_text(written: Mapping[str, Any]) -> str:
 
 
 def _parts(document: Document, path: Path) -> list[tuple[Path, Any]]:
-    """Return the values in the mapping of a fault, each with the path to it."""
+    """Return the values in the mapping of an obstacle, each with the path to it."""
     data: Any = document.data
     for key in path:
         data = data[key]
-    found: list[tuple[Path, Any]] = []
-    for key, value in data.items():
-        found.append(((key,), value))
-        if isinstance(value, Mapping):
-            found += [((key, name), one) for name, one in value.items()]
-        elif isinstance(value, list):
-            found += [((key, number), one) for number, one in enumerate(value)]
-    return found
+    return [((key,), value) for key, value in data.items()]

@@ -12,25 +12,22 @@ from bt_mission.faults.table import LASTING, FaultKind, FaultParameter
 from bt_mission.language.schema import DIALECT
 from bt_mission.scenarios.file import FAULT_MARK, OBSTACLE_MARK, ScenarioFile
 
-_TIME = {"type": ["number", "string"]}
+OBSTACLES = ("spawn_box", "spawn_cylinder")
 _TEXT = {"type": "string", "pattern": "^(at|after|when) .*: *[a-z_]+"}
 
 
 def scenario_schema() -> dict[str, Any]:
-    """Return the schema of a scenario file; faults are described under `$defs`, one each."""
+    """Return the schema of a scenario file."""
     schema: dict[str, Any] = ScenarioFile.model_json_schema()
     definitions = schema.pop("$defs", {})
-    definitions |= {f"fault_{name}": _arguments(kind) for name, kind in FAULTS.items()}
+    definitions |= {f"fault_{name}": _arguments(FAULTS[name]) for name in OBSTACLES}
     definitions["fault"] = {
-        "description": "A text such as 'at 5.0: drop scan lasting 2', or a mapping of the same.",
-        "anyOf": [_TEXT, _unquoted(), _mapping()],
+        "description": "A text such as 'at 5.0: drop scan lasting 2'.",
+        "anyOf": [_TEXT, _unquoted()],
     }
     definitions["obstacle"] = {
         "description": "A box, or a cylinder where it has a radius, that is there at the start.",
-        "anyOf": [
-            {"$ref": "#/$defs/fault_spawn_box"},
-            {"$ref": "#/$defs/fault_spawn_cylinder"},
-        ],
+        "anyOf": [{"$ref": f"#/$defs/fault_{name}"} for name in OBSTACLES],
     }
     marked = _marked(schema)
     return {"$schema": DIALECT, **marked, "title": "bt-mission scenario", "$defs": definitions}
@@ -44,30 +41,6 @@ def _unquoted() -> dict[str, Any]:
         "additionalProperties": False,
         "minProperties": 1,
         "maxProperties": 1,
-    }
-
-
-def _mapping() -> dict[str, Any]:
-    keys = {"at": _TIME, "after": _TIME, "when": {"type": "string"}, "lasting": _TIME}
-    return {
-        "type": "object",
-        "properties": {
-            **keys,
-            **{
-                name: {
-                    "description": f"{kind.text} {kind.usage}",
-                    "anyOf": [
-                        {"$ref": f"#/$defs/fault_{name}"},
-                        {"type": ["string", "number", "array", "null"]},
-                    ],
-                }
-                for name, kind in FAULTS.items()
-            },
-        },
-        "oneOf": [{"required": [name]} for name in ("at", "after", "when")],
-        "additionalProperties": False,
-        "minProperties": 2,
-        "maxProperties": 3,
     }
 
 

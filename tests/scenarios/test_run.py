@@ -103,11 +103,11 @@ def test_what_comes_out_otherwise_has_its_place(
 
 def test_names_that_are_not_there_are_errors_before_the_start(scenario: Any) -> None:
     """At their places; also where nothing is to be run."""
-    path = scenario("faults:\n  - at 1: drop scna\n  - {at: 1, kill_server: trun}\n")
+    path = scenario("faults:\n  - at 1: drop scna\n  - at 1: kill_server trun\n")
     for find in (run_scenario, lambda one: look_for_names(load_scenario(one))):
         with pytest.raises(InputError) as caught:
             find(path)
-        assert [(one.line, one.column) for one in caught.value.faults] == [(7, 16), (8, 26)]
+        assert [(one.line, one.column) for one in caught.value.faults] == [(7, 16), (8, 23)]
 
 
 def test_a_start_in_a_wall_is_an_error(scenario: Any) -> None:

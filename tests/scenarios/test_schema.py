@@ -11,7 +11,6 @@ import pytest
 import yaml  # type: ignore[import-untyped]
 
 from bt_mission.core.yaml.document import read, read_text
-from bt_mission.faults import FAULTS
 from bt_mission.scenarios.schema import scenario_schema
 from tests.support.project import ROOT, SCENARIOS
 
@@ -36,7 +35,7 @@ def test_every_shipped_scenario_is_valid(validator: Any, path: Path) -> None:
 
 def test_a_fault_without_quotes_is_valid_for_other_readers_of_yaml(validator: Any) -> None:
     """They take it for a mapping of one key."""
-    faults = "- at 5.0: drop scan\n- when distance > 1 m: imu_dead\n- {at: 1, drop: scan}\n"
+    faults = "- at 5.0: drop scan\n- when distance > 1 m: imu_dead\n"
     validator.validate({**HEAD, "faults": yaml.safe_load(faults)})
 
 
@@ -46,11 +45,10 @@ def test_every_example_of_the_page_is_valid(validator: Any, text: str) -> None:
     validator.validate(read_text(text).data)
 
 
-def test_every_fault_is_described(validator: Any) -> None:
+def test_obstacles_are_described(validator: Any) -> None:
     """With its arguments."""
     definitions = validator.schema["$defs"]
-    assert {f"fault_{name}" for name in FAULTS} <= definitions.keys()
-    assert definitions["fault_drop"]["required"] == ["topic"]
+    assert {"at", "size"} <= definitions["fault_spawn_box"]["properties"].keys()
 
 
 @pytest.mark.parametrize(
