@@ -22,12 +22,12 @@ from bt_mission.btcpp.tree_ids import TREE_NAME
 from bt_mission.btcpp.yaml_text import yaml_text
 from bt_mission.core.diagnostics import InputError, did_you_mean, in_order, listed, quoted
 from bt_mission.core.yaml.composer import MAX_DEPTH, MAX_VALUES, Place
-from bt_mission.core.yaml.document import Document, read_source
+from bt_mission.core.yaml.document import Document, read_source, read_text
 from bt_mission.language.loader import draft
 
 FORMAT = "4"
 AT_REQUIREMENT = (REQUIREMENT, "formula", "on_violation")
-METADATA = ("mission", "world", "robot", "seed", "map", "nodes")
+METADATA = ("mission", "world", "robot", "seed", "map", "nodes", "places")
 """What the head of a mission says in `Metadata` of its tree."""
 
 _AT_ROOT = ("BTCPP_format", "main_tree_to_execute")
@@ -184,6 +184,8 @@ class _FileReader:
             elif attribute.name == "nodes":
                 targets = [one.strip() for one in attribute.value.split(",")]
                 head.append(("nodes", attribute.at, located(targets, attribute.value_at)))
+            elif attribute.name == "places":
+                head.append(("places", attribute.at, self._places(attribute)))
             elif attribute.name != "mission":
                 head.append(entry(attribute))
         needs, inputs, outputs = ports.entries()
@@ -193,6 +195,14 @@ class _FileReader:
             self.report(at, f"a mission gives no outputs, such as {quoted(key)}")
         requirements = [self._requirement(one) for one in ports.requirements]
         return [*head, *_section("inputs", inputs), *_section("requirements", requirements)]
+
+    def _places(self, attribute: Attribute) -> LocatedValue:
+        """Return the named places of the mission, which are written as in YAML."""
+        try:
+            return located(read_text(attribute.value).data, attribute.value_at)
+        except InputError as error:
+            self.report(attribute.value_at, error.faults[0].message)
+            return located({}, attribute.value_at)
 
     def _requirement(self, element: Element) -> Entry:
         """Return the entry of a requirement of the mission."""

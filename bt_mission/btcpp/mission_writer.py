@@ -16,6 +16,7 @@ from bt_mission.btcpp.nodes import NodeWriter
 from bt_mission.btcpp.palette import leaf_models, palette_xml
 from bt_mission.btcpp.ports import LABELS, REQUIREMENT, written_port_value
 from bt_mission.btcpp.tree_ids import TREE_NAME, main_id, tree_id
+from bt_mission.btcpp.yaml_text import flow
 from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.types import FindShapes
@@ -115,6 +116,8 @@ class _Writer:
         said = {key: str(data[key]) for key in METADATA if data.get(key) not in (None, "", [])}
         if "nodes" in said:
             said["nodes"] = ", ".join(data["nodes"])
+        if "places" in said:
+            said["places"] = flow(data["places"])
         if main == data["mission"]:
             del said["mission"]
         types = self._mission.main.types

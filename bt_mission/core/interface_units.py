@@ -6,6 +6,7 @@ ROS itself is not needed: the files are those that interface packages install.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 
 from bt_mission.core.cdr.definitions import file_text, share_folders
@@ -21,24 +22,38 @@ PARTS = {"goal": 0, "result": 1, "feedback": 2, "request": 0, "response": 1, "me
 """The sections of interface files."""
 
 _TIMES = frozenset(("builtin_interfaces/Duration", "builtin_interfaces/Time", "duration", "time"))
+POSE = "geometry_msgs/PoseStamped"
+
 _LISTS = {
-    "geometry_msgs/PoseStamped": ("m", "m", "deg"),
+    POSE: ("m", "m", "deg"),
     "geometry_msgs/Point": ("m", "m", "m"),
 }
 """Messages that missions write as lists, with the units of the numbers there."""
 _TEXTS = ("string", "wstring")
 
 
-def unit_of_field(type_name: str, part: str, path: Sequence[str | int]) -> str | None:
-    """Return the unit of a field: `SI` by REP 103, empty where it is not known.
+@dataclass(frozen=True)
+class FieldType:
+    """What an interface file says of a field.
+
+    Attributes:
+        name: Its type, such as `float32` or `geometry_msgs/PoseStamped[]`; empty if unknown.
+        unit: That of its comment; empty where it has none.
+        interface: The file that it stands in, by the full name of the type.
+    """
+
+    name: str
+    unit: str
+    interface: str
+
+
+def type_of_field(type_name: str, part: str, path: Sequence[str | int]) -> FieldType:
+    """Return the type of a field, by the names and the indices that lead to it.
 
     Args:
         type_name: Such as `bt_mission_interfaces/action/Turn`.
         part: One of `PARTS`.
         path: The names that lead to the field, and the indices in lists.
-
-    Returns:
-        None for a field that holds text.
     """
     interface, section, unit = type_name, PARTS[part], ""
     written = ""
@@ -46,7 +61,7 @@ def unit_of_field(type_name: str, part: str, path: Sequence[str | int]) -> str |
         name, is_list, _ = written.partition("[")
         if isinstance(step, int):
             if not is_list and name in _LISTS and step < 3:
-                return _LISTS[name][step]
+                return FieldType("float64", _LISTS[name][step], interface)
             written = name
             continue
         if written:
@@ -54,7 +69,16 @@ def unit_of_field(type_name: str, part: str, path: Sequence[str | int]) -> str |
         found = _interface(interface).section(section)
         written = _full(found.types.get(step, ""), interface)
         unit = found.remark(step).unit or unit
-    name = written.partition("[")[0]
+    return FieldType(written, unit, interface)
+
+
+def unit_of_field(type_name: str, part: str, path: Sequence[str | int]) -> str | None:
+    """Return the unit of a field: `SI` by REP 103, empty where it is not known.
+
+    The arguments are those of `type_of_field`. A field that holds text has None.
+    """
+    found = type_of_field(type_name, part, path)
+    name, interface, unit = found.name.partition("[")[0], found.interface, found.unit
     if name.partition("<")[0] in _TEXTS:
         return None
     if name in _TIMES:

@@ -17,7 +17,7 @@ from bt_mission.language.checks.python_code import factory_faults
 from bt_mission.language.mission import Mission, node_factories
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.permissions import ANYTHING, Permissions
-from bt_mission.sessions.named_files import NamedFiles
+from bt_mission.sessions.named_files import NamedFiles, zones_of
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
 from bt_mission.sessions.stage_robot import FleetRobot
 from sim.physics.spawn import MOST, NAME, RobotSpawn
@@ -91,7 +91,7 @@ class _Loader:
         checked_in = self._world_name(written) if world or self._changes.world else None
         seed = written.seed if self._changes.seed is None else self._changes.seed
         missions = {
-            name: self._mission(name, one, seed + number, checked_in)
+            name: self._mission(name, one, seed + number, checked_in, world)
             for number, (name, one) in enumerate(written.robots.items())
         }
         if self._changes.world is not None:
@@ -137,7 +137,7 @@ class _Loader:
                 self._faults.append(self._document.fault(("robots", name), message, key=True))
 
     def _mission(
-        self, name: str, one: FleetRobotForm, seed: int, world: str | None
+        self, name: str, one: FleetRobotForm, seed: int, world: str | None, own_world: World | None
     ) -> Mission | None:
         if one.robot is not None and not self._is_robot(name, one.robot):
             return None
@@ -151,6 +151,7 @@ class _Loader:
             world=world,
             robot=None if one.robot is None else str(self._files.beside(one.robot) or one.robot),
             permissions=self._changes.permissions,
+            zones=None if own_world is None or self._changes.world else zones_of(own_world),
         )
         if mission is not None and mission.map == "unknown":
             message = f"the mission '{mission.name}' draws its map ('map: unknown'), which a robot "

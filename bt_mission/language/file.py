@@ -37,6 +37,7 @@ class MissionFile(Written):
     include: list[fields.Line] = []
     nodes: fields.NodeFactories = []
     inputs: dict[fields.Variable, fields.InputValue] = {}
+    places: dict[fields.Line, fields.Place] = {}
     follow: Follows = []
     limits: GoalLimits = GoalLimits()
     servers: dict[fields.ActionNameField, GoalLimits] = {}

@@ -13,6 +13,7 @@ from bt_mission.core.yaml.document import Document
 from bt_mission.core.yaml.document import read_text as read_yaml
 from bt_mission.language.checks.mission import scope_faults, warnings
 from bt_mission.language.checks.requirements import requirement_faults
+from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.file import MissionFile
 from bt_mission.language.goal_limits import GoalLimitsTable, server_faults
@@ -21,6 +22,7 @@ from bt_mission.language.mission import Mission, node_factories
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.permissions import ANYTHING, Permissions
+from bt_mission.language.places import places_of
 from bt_mission.language.requirements.written import requirements_of
 from bt_mission.language.trees import TreeLibrary, all_steps, read_trees, size_faults
 
@@ -60,10 +62,12 @@ def draft(
     robot: str | None = None,
     permissions: Permissions = ANYTHING,
     texts: Mapping[str, str] | None = None,
+    zones: Mapping[str, Pose] | None = None,
 ) -> Draft:
     """Return what can be read of a mission, with its faults instead of an exception.
 
     `texts` are those of the files that it includes, by name; None reads them from the disk.
+    `zones` are those of the world that it runs in, where that is not its own.
     """
     for kind, hint in OTHER_KINDS.items():
         if isinstance(document.data, dict) and kind in document.data:
@@ -78,12 +82,15 @@ def draft(
     if written is not None:
         shelf.gather(document, written)
         reader.limits = GoalLimitsTable.written(written)
+        reader.places = places_of(
+            written.places, world or written.world, document.file, zones, permissions
+        )
     tree = None
     if isinstance(document.data, dict) and "tree" in document.data:
         reader.signatures = shelf.signatures
         tree = reader.node(document.data["tree"], ("tree",))
     follow = reader.follows((), () if written is None else written.inputs)
-    trees, faults = read_trees(shelf, reader.limits)
+    trees, faults = read_trees(shelf, reader.limits, reader.places)
     faults = [*reader.faults, *shelf.faults, *faults]
     if written is None or tree is None:
         return Draft(document, None, in_order(faults))
@@ -97,6 +104,7 @@ def draft(
         map=written.map,
         nodes=node_factories(document, written.nodes),
         inputs=inputs,
+        places=dict(written.places),
         trees=trees,
         follow=follow,
         requirements=requirements_of(written.requirements),

@@ -11,6 +11,7 @@ from typing import Literal
 
 from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.yaml.document import Document
+from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain, Type, type_of
 from bt_mission.language.follow import Follow
 from bt_mission.language.nodes.base import Key, NodeModel
@@ -77,8 +78,8 @@ def node_factories(document: Document, targets: Sequence[str]) -> tuple[NodeFact
 class Mission:
     """A mission file, loaded. `trees` are those with names, in the file and in what it includes.
 
-    `inputs` holds the values after `--set`, `follow` the variables that follow topics, `nodes` what
-    makes the nodes of the user that join a simulation.
+    `inputs` holds the values after `--set`, `places` its own named places, `follow` the variables
+    that follow topics, `nodes` what makes the nodes of the user that join a simulation.
 
     `map` tells whether the robot is given the map of its world or has to make one.
     """
@@ -91,6 +92,7 @@ class Mission:
     seed: int = 0
     map: Literal["known", "unknown"] = "known"
     inputs: Mapping[str, Plain] = field(default_factory=dict)
+    places: Mapping[str, Pose] = field(default_factory=dict)
     trees: Mapping[str, Tree] = field(default_factory=dict)
     nodes: tuple[NodeFactory, ...] = ()
     follow: tuple[Follow, ...] = ()

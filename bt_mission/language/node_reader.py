@@ -23,6 +23,7 @@ from bt_mission.core.diagnostics import (
 from bt_mission.core.yaml.document import Document
 from bt_mission.core.yaml.models import model_faults
 from bt_mission.language.action_names import BROKEN
+from bt_mission.language.expressions.places import Places
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.file import TreeDefinition
 from bt_mission.language.follow import Follow, FollowSettings
@@ -53,7 +54,8 @@ class Signature:
 class NodeReader:
     """Reads nodes and collects the faults of all.
 
-    `signatures` are the named trees that may be used, `limits` what the mission says of goals.
+    `signatures` are the named trees that may be used, `limits` what the mission says of goals,
+    `places` are the named ones on the map.
     `lost` are the outputs of nodes with faults: they have a writer, though none that is kept.
     `lost_nodes` are the names of those nodes, and of the nodes in them.
     """
@@ -61,6 +63,7 @@ class NodeReader:
     document: Document
     signatures: Mapping[str, Signature] = field(default_factory=dict)
     limits: GoalLimitsTable = field(default_factory=GoalLimitsTable)
+    places: Places = field(default_factory=Places)
     faults: list[Diagnostic] = field(default_factory=list)
     lost: set[str] = field(default_factory=set)
     lost_nodes: set[str] = field(default_factory=set)

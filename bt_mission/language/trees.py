@@ -16,6 +16,7 @@ from pathlib import Path, PurePath
 from bt_mission.core import files
 from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
 from bt_mission.core.yaml.document import Document, read, read_text
+from bt_mission.language.expressions.places import Places
 from bt_mission.language.expressions.values import Type, type_of
 from bt_mission.language.file import Library, MissionFile, TreeDefinition
 from bt_mission.language.goal_limits import GoalLimitsTable
@@ -135,11 +136,11 @@ class TreeLibrary:
 
 
 def read_trees(
-    shelf: TreeLibrary, limits: GoalLimitsTable
+    shelf: TreeLibrary, limits: GoalLimitsTable, places: Places
 ) -> tuple[dict[str, Tree], list[Diagnostic]]:
     """Return the named trees of a shelf as far as they can be read, and what is wrong with them.
 
-    `limits` are the mission's, also for the goals of trees that it includes.
+    `limits` and `places` are the mission's, also for the goals of trees that it includes.
     """
     trees: dict[str, Tree] = {}
     faults: list[Diagnostic] = []
@@ -148,7 +149,7 @@ def read_trees(
         found: object = document.data
         for key in path:
             found = found[key] if isinstance(found, dict) and key in found else None
-        reader = NodeReader(document, shelf.signatures, limits)
+        reader = NodeReader(document, shelf.signatures, limits, places)
         body = reader.node(found, path)
         follow = reader.follows(signature.path, signature.types)
         faults += reader.faults

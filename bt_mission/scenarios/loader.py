@@ -20,7 +20,8 @@ from bt_mission.scenarios.faults import FaultReader
 from bt_mission.scenarios.file import ScenarioFile
 from bt_mission.scenarios.scenario import Expectation, Scenario
 from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerSettings
-from bt_mission.sessions.named_files import NamedFiles
+from bt_mission.sessions.named_files import NamedFiles, zones_of
+from sim.world.world import World
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class _Loader:
             return None, in_order(self._faults)
         has_world = self._changes.world is None and written.world is not None
         world = self._files.world(written.world, ("world",)) if has_world else None
-        mission = self._mission(written)
+        mission = self._mission(written, world)
         if mission is not None:
             mission = self._with_requirements(mission, written)
             nodes = node_factories(document, written.nodes)
@@ -111,7 +112,7 @@ class _Loader:
 
     # ---- the mission and its place -------------------------------------------------------
 
-    def _mission(self, written: ScenarioFile) -> Mission | None:
+    def _mission(self, written: ScenarioFile, world: World | None) -> Mission | None:
         changes = self._changes
         return self._files.mission(
             written.mission,
@@ -123,6 +124,7 @@ class _Loader:
             robot=changes.robot or written.robot,
             permissions=changes.permissions,
             servers=changes.servers,
+            zones=None if world is None else zones_of(world),
         )
 
     def _place_of_input(self, name: str) -> tuple[str, str] | None:

@@ -30,6 +30,7 @@ from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.mission import type_faults, warnings
 from bt_mission.language.checks.python_code import code_faults
 from bt_mission.language.checks.types import FindShapes
+from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.loader import Draft, draft
@@ -76,18 +77,20 @@ def examine(
     robot: str | None = None,
     servers: ServerSettings | None = OUR_SERVERS,
     permissions: Permissions = ANYTHING,
+    zones: Mapping[str, Pose] | None = None,
 ) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
     """Load and check a mission; return it with all warnings, or None with all faults.
 
     The source is its file, or what was read of one.
 
     What `load` refuses is checked as far as it goes, so that nothing hides behind something
-    else. Nothing is raised. `servers` are as in `check`.
+    else. Nothing is raised. `servers` are as in `check`. `zones` are those of the world that it
+    runs in, where that is not its own.
     """
 
     def read_draft(values: Mapping[str, Plain]) -> Draft:
         document = source if isinstance(source, Document) else read_mission(source)
-        return draft(document, values, seed, world, robot, permissions)
+        return draft(document, values, seed, world, robot, permissions, zones=zones)
 
     return _examined(
         read_draft,

@@ -172,6 +172,7 @@ class Stage:
                 context=self.context,
                 with_map=self.mission.map == "known",
                 props=self._options.props,
+                places=_places_of(members),
             ),
         )
 
@@ -330,6 +331,11 @@ class Stage:
         """Call it no more, and destroy its node."""
         self._observers.remove(observer)
         observer.node.destroy_node()
+
+
+def _places_of(members: Sequence[FleetRobot]) -> dict[str, tuple[float, float]]:
+    """Return the named places of the missions; two robots may call one name two places."""
+    return {name: (x, y) for one in members for name, (x, y, _) in one.mission.places.items()}
 
 
 def _members(mission: Mission | None, robots: Sequence[FleetRobot]) -> Sequence[FleetRobot]:

@@ -7,8 +7,8 @@ namespace applies.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor
@@ -64,6 +64,7 @@ class SimOptions:
             find it.
         command_type: Of `cmd_vel`: `TwistStamped` (stamped) or `Twist` (plain).
         props: How many obstacles can be placed later (`sim.physics.props`).
+        places: Named points of the map, m, that are published beside the zones.
     """
 
     seed: int
@@ -77,6 +78,7 @@ class SimOptions:
     localises: bool = True
     command_type: CommandType = "stamped"
     props: int = 0
+    places: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 class SimNode(Node):
@@ -124,8 +126,9 @@ class SimNode(Node):
         for one in self.robots:
             if drawn is not None:
                 self._latch(occupancy_grid(drawn, self._stamp), f"{one.prefix}map")
-            if world.zones:
-                self._latch(zone_markers(world, self._stamp), f"{one.prefix}zones")
+            if world.zones or options.places:
+                marks = zone_markers(world, self._stamp, options.places)
+                self._latch(marks, f"{one.prefix}zones")
             self._topics.append(
                 RobotPublishers(
                     self,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+from collections.abc import Mapping
 from typing import Any
 
 from nav_msgs.msg import OccupancyGrid
@@ -13,6 +14,9 @@ from sim.ros import message_fields
 from sim.world.colours import rgba
 from sim.world.occupancy import OccupancyMap
 from sim.world.world import World, Zone
+
+_PLACE = 0.1
+"""m: the radius of the disc of a place."""
 
 _TEXT = 0.15
 """m: how high a zone's name is written."""
@@ -29,10 +33,20 @@ def occupancy_grid(drawn: OccupancyMap, stamp: Any) -> OccupancyGrid:
     return grid
 
 
-def zone_markers(world: World, stamp: Any) -> MarkerArray:
-    """Return a disc and a name for each zone, in the map; they stay until they are replaced."""
+def zone_markers(
+    world: World, stamp: Any, places: Mapping[str, tuple[float, float]] | None = None
+) -> MarkerArray:
+    """Return a disc and a name for each zone and place, which stay until they are replaced.
+
+    Places are in no world: the camera does not see them.
+    """
+    named = (places or {}).items()
+    marks = [
+        Zone.model_construct(name=name, x=x, y=y, radius=_PLACE, colour="white")
+        for name, (x, y) in named
+    ]
     found = []
-    for index, zone in enumerate(world.zones):
+    for index, zone in enumerate((*world.zones, *marks)):
         disc = _marker(zone, stamp, "zones", index, Marker.CYLINDER)
         disc.scale.x = disc.scale.y = 2 * zone.radius
         disc.scale.z = 0.002

@@ -16,7 +16,8 @@ from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, list
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.expressions.constants import evaluate_constants
 from bt_mission.language.expressions.expression import Expression, Template, Value, names_in
-from bt_mission.language.expressions.syntax import Name
+from bt_mission.language.expressions.places import place_of
+from bt_mission.language.expressions.syntax import Name, SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError, Plain, Type, joined, type_of
 from bt_mission.language.follow import Follow
 from bt_mission.language.mission import Tree
@@ -243,13 +244,10 @@ def expression_faults(
 
     `expected` says in words what stands here; one loose word is measured by it.
     """
-    root = value.root
-    if expected and isinstance(root, Name) and not root.variable:
-        unknown = variables.unknown(root)
-        if unknown is not None:
-            message = f"expected {expected}, got {quoted(root.name)}, which {unknown[0]}"
-            yield document.fault(path, message, unknown[1], offset=offset)
-            return
+    loose = _loose_word(value.root, variables, expected)
+    if loose is not None:
+        yield located(document, path, loose, offset)
+        return
     names, asks = value.references, field_type is not None
     faults = list(
         reference_faults(document, path, names, variables, field_type, offset, is_on_messages=asks)
@@ -277,6 +275,21 @@ def expression_faults(
         evaluate_constants(value.root, variables.inputs, is_constant, wanted)
     except ExpressionError as error:
         yield located(document, path, error, offset)
+
+
+def _loose_word(
+    root: SyntaxNode, variables: Variables, expected: str | None
+) -> ExpressionError | None:
+    """Return what is wrong with one word that is no variable, or None."""
+    named = place_of(root)
+    word = root if named is None else named[0]
+    if not expected or not isinstance(word, Name) or word.variable:
+        return None
+    unknown = variables.unknown(word)
+    if unknown is None or named is not None:
+        return None if unknown is None or named is None else named[1].unknown(word.name)
+    message = f"expected {expected}, got {quoted(word.name)}, which {unknown[0]}"
+    return ExpressionError(message, 1, unknown[1])
 
 
 def reference_faults(

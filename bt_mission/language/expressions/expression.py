@@ -54,6 +54,20 @@ class Expression:
         """The names it reads, without the `$`."""
         return frozenset(reference.name for reference in self.references)
 
+    @classmethod
+    def of(cls, text: str, root: SyntaxNode, like: Expression | None = None) -> Expression:
+        """Return an expression with other parts than its text has alone.
+
+        Args:
+            text: As it is shown.
+            root: Its parts.
+            like: Has its names and its random numbers.
+        """
+        found = replace(like) if like is not None else cls("0")
+        object.__setattr__(found, "text", text)
+        object.__setattr__(found, "root", root)
+        return found
+
     def in_unit(self, unit: str, of_name: UnitOfName = lambda _: "") -> Expression:
         """Return the expression with its quantities as numbers in the unit of a field.
 
@@ -61,11 +75,7 @@ class Expression:
             ExpressionError: Where units do not fit, as `settled` does.
         """
         root = settled(self.root, unit, of_name)
-        if root is self.root:
-            return self
-        found = replace(self)
-        object.__setattr__(found, "root", root)
-        return found
+        return self if root is self.root else Expression.of(self.text, root, self)
 
     def evaluate(
         self, names: Mapping[str, Plain], rng: random.Random, fields: Mapping[str, Plain] = _NOTHING
@@ -183,8 +193,10 @@ class Text:
             expression = self.expression.in_unit(unit)
         except ExpressionError as error:
             expression = error.with_traceback(None)
-        if expression is self.expression:
-            return self
+        return self if expression is self.expression else self.reading(expression)
+
+    def reading(self, expression: Expression | ExpressionError) -> Text:
+        """Return the text with another reading as an expression."""
         found = replace(self)
         object.__setattr__(found, "expression", expression)
         return found

@@ -31,6 +31,7 @@ from pydantic.json_schema import SkipJsonSchema
 from typing_extensions import override
 
 from bt_mission.language.expressions.expression import Expression, Value, written_text
+from bt_mission.language.expressions.places import Places
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.nodes.fields import Line, NumberRule, Reads
 
@@ -141,6 +142,10 @@ class Reading(Protocol):
 
     def limits_of(self, action: str) -> Mapping[str, Any]:
         """Return what the mission says of the goals of an action, by the names of modifiers."""
+
+    @property
+    def places(self) -> Places:
+        """The named places on the map."""
 
     @property
     def signatures(self) -> Mapping[str, Any]:

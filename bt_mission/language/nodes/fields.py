@@ -259,6 +259,26 @@ def input_value(value: Any) -> Any:
     return value
 
 
+def place(value: Any) -> Any:
+    """Return a place on the map: x (m), y (m) and yaw (deg), as a list or by their names."""
+    axes = {"x": "m", "y": "m", "yaw": "deg"}
+    named = value if isinstance(value, dict) else None
+    if isinstance(value, list) and len(value) in (2, 3):
+        named = dict(zip(axes, value, strict=False))
+    if named is None or not {"x", "y"} <= named.keys() <= axes.keys():
+        expected = "a place such as [x m, y m, yaw deg] or {x: 1.0, y: 0.5, yaw: 90}"
+        raise refusal(f"expected {expected}, got {describe(value)}")
+    return tuple(_coordinate(named.get(name, 0.0), unit) for name, unit in axes.items())
+
+
+def _coordinate(value: Any, unit: str) -> float:
+    if isinstance(value, str) and is_quantity(value):
+        value = parsed(Expression, value, unit=unit).evaluate({}, random.Random(0))
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise refusal(f"expected a number, in {unit}, got {describe(value)}")
+    return float(value)
+
+
 def text_rule(pattern: re.Pattern[str], expected: str) -> Callable[[Any], str]:
     """Return the rule for texts of a pattern, which refuses others in these words."""
 
@@ -335,6 +355,7 @@ ResultField = Annotated[str, PlainValidator(result_field), TEXT_SCHEMA]
 NodeFactories = list[Annotated[str, PlainValidator(node_factory), TEXT_SCHEMA]]
 """What makes the user's own nodes in a simulation."""
 InputValue = Annotated[Any, PlainValidator(input_value), WithJsonSchema({})]
+Place = Annotated[Any, PlainValidator(place), WithJsonSchema({"type": ["array", "object"]})]
 GoalPart = Annotated[Any, PlainValidator(goal_part), WithJsonSchema({})]
 Goal = dict[str, GoalPart]
 Line = Annotated[str, Field(min_length=1, max_length=200), AfterValidator(printable)]

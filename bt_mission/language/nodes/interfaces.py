@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from operator import is_not
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PlainValidator
 from typing_extensions import override
 
-from bt_mission.core.interface_units import unit_of_field
+from bt_mission.core.interface_units import POSE, type_of_field, unit_of_field
 from bt_mission.language.expressions.expression import Expression, Text, Value
+from bt_mission.language.expressions.places import Places, with_places
 from bt_mission.language.expressions.syntax import Name
 from bt_mission.language.expressions.units import quantities
 from bt_mission.language.expressions.values import ExpressionError
@@ -25,21 +27,36 @@ PARTS_OF = {
 """The message that a node of an interface sends, and the one that its condition reads."""
 
 
-def _in_units(value: Any, type_name: str, part: str, path: base.Path) -> Any:
-    """Return a value with its quantities as numbers; the same object where it has none."""
-    match value:
-        case Text(expression=Expression(root=root)) if any(quantities(root)):
-            unit = unit_of_field(type_name, part, path)
-            return value if unit is None else value.in_unit(unit)
-        case Mapping():
-            inner = {k: _in_units(one, type_name, part, (*path, k)) for k, one in value.items()}
-            return inner if any(one is not value[key] for key, one in inner.items()) else value
-        case tuple():
-            items = tuple(
-                _in_units(one, type_name, part, (*path, index)) for index, one in enumerate(value)
-            )
-            return items if any(map(is_not, items, value)) else value
-    return value
+@dataclass(frozen=True)
+class _FieldReader:
+    """Gives quantities and named places the values that the fields of a message want."""
+
+    type_name: str
+    part: str
+    places: Places
+
+    def read(self, value: Any, path: base.Path) -> Any:
+        """Return a value with them; the same object where it has none."""
+        match value:
+            case Text():
+                return self.text(value, path)
+            case Mapping():
+                inner = {key: self.read(one, (*path, key)) for key, one in value.items()}
+                return inner if any(one is not value[key] for key, one in inner.items()) else value
+            case tuple():
+                items = tuple(self.read(one, (*path, index)) for index, one in enumerate(value))
+                return items if any(map(is_not, items, value)) else value
+        return value
+
+    def text(self, text: Text, path: base.Path) -> Text:
+        field = type_of_field(self.type_name, self.part, path)
+        if field.name.partition("[")[0] == POSE:
+            return with_places(text, self.places)
+        expression = text.expression
+        if isinstance(expression, Expression) and any(quantities(expression.root)):
+            unit = unit_of_field(self.type_name, self.part, path)
+            return text if unit is None else text.in_unit(unit)
+        return text
 
 
 class InterfaceNode(base.NodeModel):
@@ -104,7 +121,8 @@ class InterfaceNode(base.NodeModel):
         """Return the node with its quantities as numbers in the units of its fields."""
         sends, asks = PARTS_OF[self.interface]
         node = self
-        sent = _in_units(self.sent, self.type, sends, ())
+        reader = _FieldReader(self.type, sends, reading.places)
+        sent = reader.read(self.sent, ())
         if sent is not self.sent:
             node = node.with_sent(sent)
         if self.condition is None:

@@ -7,7 +7,7 @@ other. Walls are drawn in pixels; what moves has a sign of its own, so that it r
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,6 +102,9 @@ class MapChart:
             if at := frame.at(x, y):
                 signs[at[0] // 2, at[1]] = sign
 
+        for x, y, text, style in self._labels(robot):
+            for number, letter in enumerate(text):
+                put(x + number * frame.pixel, y, (letter, style))
         for x, y in robot.trail:
             put(x, y, (self._marks.trail, "trail"))
         for x, y in scan:
@@ -111,12 +114,16 @@ class MapChart:
                 signs[cell] = (self._wall(pixels, *cell) if wall else self._marks.scan, "scan")
         for number, (x, y) in enumerate(targets):
             put(x, y, (PLACES[min(number, len(PLACES) - 1)], "waypoint"))
-        for name, other in robot.others.items():
-            for number, letter in enumerate(self._arrow(other) + clean(name, self._marks)):
-                put(other.x + number * frame.pixel, other.y, (letter, "other"))
         if pose := robot.pose:
             put(pose.x, pose.y, (self._arrow(pose), "robot"))
         return signs
+
+    def _labels(self, robot: RobotState) -> Iterator[tuple[float, float, str, str]]:
+        """Yield what is written on the map: where it begins, m, the text, and its style."""
+        for zone in robot.zones:
+            yield zone.x, zone.y, clean(zone.name, self._marks), "zone"
+        for name, other in robot.others.items():
+            yield other.x, other.y, self._arrow(other) + clean(name, self._marks), "other"
 
     def _row(self, row: int, pixels: Grid, signs: dict[tuple[int, int], Span]) -> list[Span]:
         spans: list[Span] = []

@@ -41,6 +41,7 @@ STYLES: Mapping[str, Style] = {
     "other": Style(color="magenta"),
     "scan": Style(color="yellow", bold=True),
     "waypoint": Style(color="magenta", bold=True),
+    "zone": Style(color="yellow", dim=True),
     "robot": Style(color="cyan", bold=True, reverse=True),
 }
 

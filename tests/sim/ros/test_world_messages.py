@@ -23,3 +23,12 @@ def test_markers_are_told_apart() -> None:
     """By namespace and number."""
     every = zone_markers(load_world("nav_arena"), Time()).markers
     assert len({(one.ns, one.id) for one in every}) == len(every) == 8
+
+
+def test_places_are_marked_beside_zones():
+    """With a small disc of their own number."""
+    every = zone_markers(load_world("nav_arena"), Time(), {"dock": (0.5, 1.0)}).markers
+    disc, name = every[-2:]
+    assert (name.text, disc.pose.position.x, disc.pose.position.y) == ("dock", 0.5, 1.0)
+    assert disc.id == name.id == 4
+    assert disc.scale.x < every[0].scale.x

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.messages import FrameTransform, Map, ScanPoints
+from bt_mission.events.messages import FrameTransform, Map, ScanPoints, ZoneDisc, Zones
 from bt_mission.events.robot_state import RobotState
 from bt_mission.views.terminal.chart import MapChart
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS, Marks, text_of
@@ -140,3 +140,12 @@ def test_a_large_terminal_has_no_holes_in_its_walls():
     rows = drawn(placed(2.0, 2.0, 0.0), columns=300, rows=100)
     walls = [row.strip() for row in rows if "█" in row]
     assert walls[0] == "█" * len(walls[0])
+
+
+def test_zones_and_places_have_their_names_on_the_map():
+    """Below the robot and its waypoints."""
+    robot = placed(1.0, 2.0, QUARTER)
+    robot.take(Zones((ZoneDisc("dock", 2.0, 2.0, 0.1, "#ffffff"),)))
+    rows = drawn(robot, ((2.0, 1.0),))
+    assert any("dock" in row for row in rows)
+    assert "do1" in "".join(drawn(robot, ((2.4, 2.0),)))

@@ -1,0 +1,106 @@
+"""Named places on the map: those of a mission, and the zones of its world."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, TypeAlias
+
+from typing_extensions import override
+
+from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.language.expressions.expression import Expression, Text
+from bt_mission.language.expressions.syntax import (
+    Constant,
+    EvaluationScope,
+    Name,
+    SyntaxNode,
+    Types,
+    Unary,
+)
+from bt_mission.language.expressions.values import ExpressionError, LooseText, Plain, Type
+
+Pose: TypeAlias = tuple[float, float, float]
+"""X (m), y (m) and yaw (deg) in the map."""
+
+_ZONE = "zone "
+
+
+@dataclass(frozen=True)
+class Places:
+    """Looks up places by name; a zone is also found as `zone NAME`.
+
+    Args:
+        own: Those of the mission, which come before zones.
+        find_zones: Gives those of its world; asked when a goal names a place for the first time.
+    """
+
+    own: Mapping[str, Pose] = field(default_factory=dict)
+    find_zones: Callable[[], Mapping[str, Pose]] = dict
+
+    @cached_property
+    def all(self) -> Mapping[str, Pose]:
+        """Every place by its name."""
+        return {**self.find_zones(), **self.own}
+
+    def find(self, text: str) -> Pose | None:
+        """Return the place that a text names, or None."""
+        text = text.strip()
+        return self.all.get(text) or self.all.get(text.removeprefix(_ZONE).strip())
+
+    def unknown(self, text: str, column: int = 1) -> ExpressionError:
+        """Return the error for a text that names no place."""
+        if not self.all:
+            message = f"no place {quoted(text)}: the mission has no 'places', its world no zones"
+            return ExpressionError(message, column, "write a pose: [x m, y m, yaw deg]")
+        hint = did_you_mean(text.strip().removeprefix(_ZONE), self.all)
+        return ExpressionError(
+            f"no place {quoted(text)} (places: {listed(self.all)})", column, hint
+        )
+
+
+@dataclass(frozen=True)
+class PlaceLookup(Unary):
+    """What gives a pose, or the name of a place; or a list of those, where a field holds many."""
+
+    places: Places
+
+    @override
+    def evaluate(self, scope: EvaluationScope) -> Plain:
+        found: Plain = self._pose(self.operand.evaluate(scope))
+        return found
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        found = self.operand.infer(types)
+        return "list" if found == "text" else found
+
+    def _pose(self, value: Plain) -> Any:
+        if isinstance(value, str):
+            found = self.places.find(value)
+            if found is None:
+                raise self.places.unknown(value, self.column)
+            return list(found)
+        return [self._pose(one) for one in value] if isinstance(value, list | tuple) else value
+
+
+def with_places(text: Text, places: Places) -> Text:
+    """Return a text for a field that holds a pose, with the names of places in it looked up."""
+    found = places.find(text.text)
+    expression = text.expression
+    if found is not None:
+        return text.reading(Expression.of(text.text, Constant(1, list(found))))
+    if isinstance(expression, Expression):
+        root = PlaceLookup(expression.root.column, expression.root, places)
+        return text.reading(Expression.of(expression.text, root, expression))
+    if isinstance(expression, LooseText) and text.text[:1].isalpha():
+        return text.reading(places.unknown(text.text))
+    return text
+
+
+def place_of(root: SyntaxNode) -> tuple[Name, Places] | None:
+    """Return the bare name that should be a place, with the places that there are."""
+    if isinstance(root, PlaceLookup) and isinstance(root.operand, Name):
+        return root.operand, root.places
+    return None

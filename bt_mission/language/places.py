@@ -1,0 +1,57 @@
+"""The places that a mission names: its own, and the zones of the world that it runs in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.files import look_for
+from bt_mission.core.yaml.document import read
+from bt_mission.language.expressions.places import Places, Pose
+from bt_mission.language.permissions import ANYTHING, Permissions
+
+
+def places_of(
+    own: Mapping[str, Pose],
+    world: str | None,
+    file: str,
+    zones: Mapping[str, Pose] | None = None,
+    permissions: Permissions = ANYTHING,
+) -> Places:
+    """Return the places of a mission.
+
+    Args:
+        own: Those in its `places`.
+        world: Its world, by name or path.
+        file: The mission's.
+        zones: Those of another world that it runs in; None reads them from its own.
+        permissions: What files may be read.
+    """
+    if zones is not None:
+        return Places(own, partial(dict, zones))
+    return Places(own, partial(_zones, world or "", file, permissions))
+
+
+def _zones(world: str, file: str, permissions: Permissions) -> Mapping[str, Pose]:
+    """Return the zones of a world file; what is wrong with it is reported where it is loaded."""
+    found = look_for("worlds", world, file) if world else None
+    if found is None or not permissions.allows(found, "worlds"):
+        return {}
+    try:
+        data = read(found).data
+    except InputError:
+        return {}
+    return zones_in(data)
+
+
+def zones_in(world: Any) -> Mapping[str, Pose]:
+    """Return the zones in what was read of a world file; a robot faces along x there."""
+    entries = world.get("zones") if isinstance(world, dict) else None
+    found: dict[str, Pose] = {}
+    for one in entries if isinstance(entries, list) else ():
+        match one:
+            case {"name": str(name), "x": int() | float() as x, "y": int() | float() as y}:
+                found[name] = (float(x), float(y), 0.0)
+    return found

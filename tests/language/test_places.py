@@ -1,0 +1,138 @@
+"""Named places: those of a mission, and the zones of its world."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.btcpp.document import document_of, mission_yaml
+from bt_mission.btcpp.mission_writer import mission_xml
+from bt_mission.core.yaml.document import read_text
+from bt_mission.language.expressions.expression import Expression, Late, Text
+from bt_mission.language.loader import draft, load_text
+from bt_mission.scenarios.loader import examine_scenario
+from bt_mission.sessions.check import examine_text
+
+HEAD = (
+    "mission: m\nworld: nav_arena\ninputs: {home: zone B, route: [A, dock]}\n"
+    "places: {dock: [50 cm, 0, 180 deg], door: {x: 1.0, y: 0.5}}\n"
+)
+RNG = random.Random(0)
+
+
+def pose(text: str) -> Any:
+    """Return what a goal of `navigate_to_pose` sends as its pose."""
+    mission = load_text(f"{HEAD}tree: {{navigate_to_pose: {{pose: {text}}}}}\n")
+    node: Any = mission.tree
+    found = node.sent["pose"]
+    assert isinstance(found, Text)
+    assert found.text == text
+    return Late(found, mission.inputs, RNG).as_value()
+
+
+def messages(text: str, head: str = HEAD) -> list[str]:
+    """Return what is said of a mission."""
+    _, faults = examine_text(f"{head}tree:\n  {text}\n")
+    return [f"{one.message}; {one.hint}" for one in faults if one.severity == "error"]
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("dock", [0.5, 0.0, 180.0]),
+        ("door", [1.0, 0.5, 0.0]),
+        ("A", [-1.85, -1.76, 0.0]),
+        ("zone A", [-1.85, -1.76, 0.0]),
+        ("$home", [1.85, -1.02, 0.0]),
+        ("home", [1.85, -1.02, 0.0]),
+        ("\"'dock'\"", [0.5, 0.0, 180.0]),
+    ],
+)
+def test_a_name_is_a_pose(text: str, value: list[float]) -> None:
+    """Also one that a variable holds; the text stays for drawings."""
+    if text.startswith('"'):
+        mission: Any = load_text(f"{HEAD}tree: {{navigate_to_pose: {{pose: {text}}}}}\n")
+        assert Late(mission.tree.sent["pose"], {}, RNG).as_value() == value
+        return
+    assert pose(text) == value
+
+
+def test_a_list_of_names_is_a_list_of_poses() -> None:
+    """Each alone, or all in a variable."""
+    text = "{follow_waypoints: {poses: $route}, timeout: 9}"
+    mission: Any = load_text(f"{HEAD}tree: {text}\n")
+    poses = Late(mission.tree.sent["poses"], mission.inputs, RNG).as_value()
+    assert poses == [[-1.85, -1.76, 0.0], [0.5, 0.0, 180.0]]
+    assert messages(text) == []
+    assert messages("{follow_waypoints: {poses: [A, door, [1, 0.5, 0]]}, timeout: 9}") == []
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("zone Q", "no place 'zone Q' (places: A, B, C, D, dock, door); None"),
+        ("dok", "no place 'dok' (places: A, B, C, D, dock, door); did you mean 'dock'?"),
+        ("$missing", "'$missing' is an undefined variable (defined: home, route); None"),
+    ],
+)
+def test_a_name_that_no_place_has_is_an_error(text: str, message: str) -> None:
+    """It lists those that there are."""
+    assert messages(f"{{navigate_to_pose: {{pose: {text}}}, timeout: 9}}") == [message]
+
+
+def test_without_places_the_error_says_so() -> None:
+    """The world may have no zones."""
+    found = messages("{navigate_to_pose: {pose: zone A}, timeout: 9}", "mission: m\n")
+    assert found == [
+        (
+            "no place 'zone A': the mission has no 'places', its world no zones; "
+            "write a pose: [x m, y m, yaw deg]"
+        )
+    ]
+
+
+def test_a_place_is_checked_like_a_pose() -> None:
+    """There must be room for the robot."""
+    head = "mission: m\nworld: nav_arena\nplaces: {far: [50, 0]}\n"
+    (message,) = messages("{navigate_to_pose: {pose: far}, timeout: 9}", head)
+    assert "map" in message
+
+
+@pytest.mark.parametrize("written", ["3", "[1]", "{x: 1}", "[1, 2, 3, 4]", "[a, 2]", "[1 s, 2]"])
+def test_a_malformed_place_is_refused(written: str) -> None:
+    """With the forms that there are."""
+    assert messages("wait: 1", f"mission: m\nplaces: {{p: {written}}}\n")
+
+
+def test_places_come_back_from_xml(tmp_path: Path) -> None:
+    """The names in goals stay names."""
+    text = f"{HEAD}tree:\n  navigate_to_pose: {{pose: dock}}\n  timeout: 60 s\n"
+    xml = mission_xml(read_text(text))
+    first, again = draft(read_text(text)).mission, draft(document_of(xml)).mission
+    assert first is not None
+    assert again is not None
+    assert again.places == first.places == {"dock": (0.5, 0, 180), "door": (1, 0.5, 0)}
+    goals: list[Any] = [again.tree, first.tree]
+    assert goals[0].sent == goals[1].sent
+    path = tmp_path / "m.xml"
+    path.write_text(xml, encoding="utf-8")
+    assert "pose: dock" in mission_yaml(path)
+
+
+def test_a_scenario_has_the_zones_of_its_own_world() -> None:
+    """Those of the mission's world are not there."""
+    text = (
+        "scenario: s\nworld: {name: w, size: [4, 4], zones: [{name: Z, x: 1, y: 0.5}]}\n"
+        "mission:\n  mission: m\n  world: nav_arena\n"
+        "  tree: {navigate_to_pose: {pose: %s}, timeout: 9}\n"
+    )
+    scenario, _ = examine_scenario(read_text(text % "Z"))
+    assert scenario is not None
+    sent: Any = scenario.mission.tree
+    assert isinstance(sent.sent["pose"].expression, Expression)
+    none, faults = examine_scenario(read_text(text % "A"))
+    assert none is None
+    assert faults[0].message == "no place 'A' (places: Z)"
