@@ -44,6 +44,9 @@ WALL_CLOCK_NAMES = (
     "*.tick_tock",
 )
 
+IN_ONE_PROCESS = "bt_mission.virtual_time.self_test"
+"""The one module whose service has no clients but its own."""
+
 HOOKS = ("__getattr__",)
 """What Python itself asks for in that way: of modules (PEP 562)."""
 
@@ -138,6 +141,23 @@ def patches(text: str) -> Iterator[str]:
             yield f"line {number}: replaces a method of an object; give its class a hook"
 
 
+def shallow(text: str) -> Iterator[str]:
+    """Clients and services that read with the depth of ROS's default, 10.
+
+    DDS brings the requests of all clients to a service, and its answers to each of them: with ten
+    that wait, a client that floods a service has those of others dropped.
+    """
+    for node in ast.walk(ast.parse(text)):
+        if not isinstance(node, ast.Call):
+            continue
+        is_made = any(
+            isinstance(one, ast.Attribute) and one.attr in ("create_client", "create_service")
+            for one in (node.func, *node.args[:1])
+        )
+        if is_made and "qos_profile" not in [one.arg for one in node.keywords]:
+            yield f"line {node.lineno}: a service with no depth; pass qos_profile"
+
+
 def faults(name: str, text: str) -> list[str]:
     """What breaks the rules in the module of this name, one line each."""
     found = []
@@ -152,6 +172,8 @@ def faults(name: str, text: str) -> list[str]:
             if any(fnmatch.fnmatchcase(one.partition(".")[0], pattern) for pattern in ROS_NAMES)
         ]
     found += [f"{name}: {one}" for one in patches(text)]
+    if name != IN_ONE_PROCESS:
+        found += [f"{name}: {one}" for one in shallow(text)]
     if name != WALL_CLOCK:
         found += [
             f"{name}: {one} reads the wall clock; use the node's ROS clock"
@@ -242,6 +264,8 @@ def test_the_tool_says_what_it_found(capsys):
             "leaf.begin = g()  # type: ignore[method-assign]\n",
             "replaces a method of an object",
         ),
+        ("bt_mission.core.text", "node.create_client(T, 'x')\n", "a service with no depth"),
+        ("bt_mission.core.text", "partial(node.create_service, T)\n", "a service with no depth"),
     ],
 )
 def test_a_violation_is_found(name, text, expected):

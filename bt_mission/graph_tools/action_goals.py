@@ -18,6 +18,7 @@ from bt_mission.graph_tools.goal_events import FeedbackReceived, GoalEvent, Goal
 from bt_mission.graph_tools.goal_request import ANSWER_S, GRACE_S
 from bt_mission.graph_tools.graph_query import FEEDBACK, STATUS
 from bt_mission.graph_tools.graph_session import wait
+from bt_mission.ros.graph import REQUESTS
 from bt_mission.ros.interface_types import action_type
 
 if TYPE_CHECKING:
@@ -105,7 +106,9 @@ def cancel_goals(
     """
     states: dict[str, str] = {}
     _subscribe_to_states(session, action, states.update)
-    client = session.node.create_client(CancelGoal, f"{action}/_action/cancel_goal")
+    client = session.node.create_client(
+        CancelGoal, f"{action}/_action/cancel_goal", qos_profile=REQUESTS
+    )
     if not wait(session, server_s, client.service_is_ready):
         raise NotThereError(f"no server of {action} after {server_s:g} s")
     wait(session, STATUS_WAIT_S, lambda: bool(states))

@@ -20,7 +20,7 @@ from bt_mission.language.nodes.base import (
 )
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.trees import used
-from bt_mission.ros.graph import WAIT_S, GraphConnection
+from bt_mission.ros.graph import REQUESTS, WAIT_S, GraphConnection
 
 LOOK_S = 4.0
 """Wall time after which what has not been found is not there; Fast DDS announces a participant anew
@@ -109,7 +109,7 @@ def find_servers(
     """
     with GraphConnection(wall_clock=True) as graph:
         node = graph.host_quiet("bt_mission_check", namespace)
-        client = node.create_client(GetParameters, f"{name}/get_parameters")
+        client = node.create_client(GetParameters, f"{name}/get_parameters", qos_profile=REQUESTS)
         watch = Stopwatch()
         while not (client.service_is_ready() and _actions_of(name, node)):
             if watch.elapsed_s > LOOK_S:

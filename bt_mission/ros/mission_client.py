@@ -33,7 +33,7 @@ from visualization_msgs.msg import MarkerArray
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import messages, reader
 from bt_mission.events.source import ControlRequest, ControlResponse, Heard, Verb
-from bt_mission.ros.graph import LATCHED
+from bt_mission.ros.graph import LATCHED, REQUESTS
 
 ALL = QoSProfile(depth=1000)
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -105,12 +105,12 @@ class MissionClient:
         self._robot_prefix: str | None = None
         self._camera: Any = None
         self._image: Any = None
-        self._statuses = node.create_client(GetStatuses, f"{name}/statuses")
-        self._pause = node.create_client(PauseMission, f"{name}/pause")
-        self._breakpoint = node.create_client(SetBreakpoint, f"{name}/breakpoint")
+        client = partial(node.create_client, qos_profile=REQUESTS)
+        self._statuses = client(GetStatuses, f"{name}/statuses")
+        self._pause = client(PauseMission, f"{name}/pause")
+        self._breakpoint = client(SetBreakpoint, f"{name}/breakpoint")
         self._triggers = {
-            verb: node.create_client(Trigger, f"{name}/{service}")
-            for verb, service in TRIGGERS.items()
+            verb: client(Trigger, f"{name}/{service}") for verb, service in TRIGGERS.items()
         }
         self._tune_in()
 

@@ -23,7 +23,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.language.message_types import UnknownType
-from bt_mission.ros.graph import LATCHED
+from bt_mission.ros.graph import LATCHED, REQUESTS
 from bt_mission.ros.interface_types import check_type, message_type, service_type
 from bt_mission.ros.mission_details import MissionRun
 from bt_mission.ros.snapshot_messages import PACKAGE, TREE_TYPE, TreeSnapshots
@@ -85,7 +85,10 @@ class SnapshotStreams:
             "reconfigure": self._reconfigure,
         }
         for name, kind in kinds.items():
-            self._services.append(node.create_service(kind, f"~/{FOLDER}/{name}", serve[name]))
+            service = node.create_service(
+                kind, f"~/{FOLDER}/{name}", serve[name], qos_profile=REQUESTS
+            )
+            self._services.append(service)
 
     def begin(self, run: MissionRun) -> None:
         """Show a mission that starts, in the streams that are open, too."""
