@@ -23,6 +23,9 @@ from bt_mission.goals.progress_bounds import ProgressBounds
 from bt_mission.language.expressions.expression import is_constant
 from bt_mission.language.nodes.action import GoalNode
 
+HALTED = "halted"
+"""What a leaf says whose goal the tree has halted."""
+
 
 @dataclass(frozen=True)
 class _Lasting:
@@ -67,6 +70,7 @@ class ActionLeaf(ClientLeaf):
         Raises:
             MissionFailure: When the goal's values do not fit its type.
         """
+        self.attempt = None
         node, client, lasting = self._node, self._client, self._lasting
         if lasting is not None and lasting.node is node and lasting.client is client:
             request = lasting.request
@@ -170,7 +174,7 @@ class ActionLeaf(ClientLeaf):
         """Hand a goal still under way to the ledger when the tree halts this leaf."""
         if new_status == Status.INVALID and self.attempt and self.attempt.ending is None:
             self.attempt.halt(self._runtime.now_ns)
-            self.feedback_message = "halted"
+            self.feedback_message = HALTED
 
     def save_state(self, _now_ns: int) -> dict[str, Any]:
         """The goal that it waits for."""

@@ -9,16 +9,17 @@ from typing import Any
 
 from py_trees.common import Status
 
-from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.action_leaf import HALTED, ActionLeaf
 from bt_mission.core.diagnostics import quoted
 from bt_mission.events import reader as messages
 from bt_mission.events.events import FINAL, MissionStarted, NodeInfo
+from bt_mission.goals.outcome import Outcome
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.recording.expected_types import TEXT, expect
 from bt_mission.recording.reading import Channel
 from bt_mission.requirements.comparisons import Reader
-from bt_mission.ros.signals import STATUSES, field_of
+from bt_mission.ros.signals import STATUSES, NodeOutcomes, field_of
 
 FEEDBACK = "/_action/feedback"
 _POSE = b'"event": "pose"'
@@ -51,6 +52,9 @@ class RecordedMission:
         """Goals that no leaf has yet, by the names of their leaves."""
         self._goals: dict[str, str] = {}
         """The present goals of leaves, by their paths."""
+        self._outcomes = NodeOutcomes()
+        self._ended_accepted: set[str] = set()
+        """Goals that have ended with a result, so that they had been accepted."""
         self._feedback: dict[str, Any] = {}
         self._wants_feedback = self._wants_poses = False
 
@@ -65,12 +69,13 @@ class RecordedMission:
             return self._node_status(STATUSES[name], arguments[0])
         if not self._has_trace:
             return "the recording has no trace of the mission"
-        if name == "open_goals":
-            return lambda: len(self._open)
-        if name == "collisions":
-            self._wants_poses = True
-            return lambda: self.collisions
-        return self._feedback_of(*arguments)
+        makers: Mapping[str, Callable[..., Reader | str]] = {
+            "open_goals": lambda: lambda: len(self._open),
+            "collisions": self._count_collisions,
+            "outcome": self._outcome,
+            "feedback": self._feedback_of,
+        }
+        return makers[name](*arguments)
 
     def wants(self, topic: str) -> bool:
         """Are messages of a topic of use?"""
@@ -85,6 +90,11 @@ class RecordedMission:
         elif topic.startswith(self._node) and self._nodes:
             self._take_own(topic.removeprefix(f"{self._node}/"), channel, data)
 
+    def forget(self) -> None:
+        """Forget what nodes went through; called after each instant."""
+        self.seen.clear()
+        self._outcomes.forget()
+
     # ---- what is told ----------------------------------------------------------------------
 
     def _take_own(self, topic: str, channel: Channel, data: bytes) -> None:
@@ -98,7 +108,7 @@ class RecordedMission:
                 self.variables[name] = _value(text)
         elif topic == "changes" and not self._has_trace:
             for one in messages.changes(channel.decode(data)).changes:
-                self._note(self._nodes[one.node].path, one.status)
+                self._note(self._nodes[one.node].path, one.status, "")
         elif topic == "state" and not self._has_trace:
             status = messages.state(channel.decode(data)).status
             self.ending = status if status in FINAL else ""
@@ -108,7 +118,7 @@ class RecordedMission:
             case "pose":
                 self.collisions = event["collisions"]
             case "status":
-                self._note(event["path"], Status(event["status"]))
+                self._note(event["path"], Status(event["status"]), event.get("message", ""))
             case "mission":
                 self.ending = str(event["status"])
             case "goal sent":
@@ -118,9 +128,12 @@ class RecordedMission:
                 self._open.add(event["goal"])
             case "goal ended":
                 self._open.discard(event["goal"])
+                if event.get("status") is not None:
+                    self._ended_accepted.add(event["goal"])
 
-    def _note(self, path: str, status: Status) -> None:
+    def _note(self, path: str, status: Status, message: str) -> None:
         self._status[path] = status
+        self._outcomes.note(path, status, _outcome_in(message, status))
         self.seen[path].add(status)
         if status is Status.RUNNING:
             goal = self._sent.pop(self._names[path], None)
@@ -140,26 +153,77 @@ class RecordedMission:
             return f"the recorded mission has no node {quoted(node)}"
         return lambda: any(known[one] is status or status in seen.get(one, ()) for one in paths)
 
-    def _feedback_of(self, node: str, field: str) -> Reader | str:
-        kind = ActionLeaf.__name__
-        leaves = [one for one in self._nodes if node in (one.name, one.path) and one.kind == kind]
+    def _count_collisions(self) -> Reader:
+        self._wants_poses = True
+        return lambda: self.collisions
+
+    def _outcome(self, node: str, outcome: str) -> Reader | str:
+        leaves = [path for path, _ in self._leaves(node)]
         if not leaves:
-            return f"the recorded mission has no node {quoted(node)} with a goal"
+            return _no_goal(node)
+        return lambda: self._outcomes.is_any(leaves, outcome)
+
+    def _feedback_of(self, node: str, field: str) -> Reader | str:
+        leaves = self._leaves(node)
+        if not leaves:
+            return _no_goal(node)
         if not any(topic.endswith(FEEDBACK) for topic in self._topics):
             return "the recording has no feedback"
         self._wants_feedback = True
-        return self._newest([(one.path, one.name) for one in leaves], field)
+        return self._newest(leaves, field)
+
+    def accepted(self, node: str, known: Callable[[], Any]) -> Reader | str:
+        """Return what tells whether the newest goal of a node was accepted.
+
+        Args:
+            known: Gives the goals under way that were accepted, by their UUIDs in hexadecimal.
+        """
+        leaves = self._leaves(node)
+        if not leaves:
+            return _no_goal(node)
+        seen: set[str] = set()
+
+        def is_accepted() -> bool:
+            seen.update(known() or ())
+            goals = [self._goal_of(path, name) for path, name in leaves]
+            return any(goal in seen or goal in self._ended_accepted for goal in goals)
+
+        return is_accepted
+
+    def _leaves(self, node: str) -> list[tuple[str, str]]:
+        """Return the paths and names of the nodes with goals that have a name or place."""
+        kind = ActionLeaf.__name__
+        found = [one for one in self._nodes if node in (one.name, one.path) and one.kind == kind]
+        return [(one.path, one.name) for one in found]
+
+    def _goal_of(self, path: str, name: str) -> str:
+        """Return the newest goal of a leaf; empty where it has none."""
+        if self._status[path] is Status.RUNNING and name in self._sent:
+            self._goals[path] = self._sent.pop(name)  # sent while it ran already
+        return self._goals.get(path, "")
 
     def _newest(self, leaves: list[tuple[str, str]], field: str) -> Callable[[], Any]:
         def value() -> Any:
             for path, name in leaves:
                 if self._status[path] is Status.RUNNING:
-                    if name in self._sent:  # sent while it ran already, once the server was there
-                        self._goals[path] = self._sent.pop(name)
-                    return plain_field(self._feedback.get(self._goals[path]), field)
+                    return plain_field(self._feedback.get(self._goal_of(path, name)), field)
             return None
 
         return value
+
+
+def _no_goal(node: str) -> str:
+    return f"the recorded mission has no node {quoted(node)} with a goal"
+
+
+def _outcome_in(message: str, status: Status) -> str:
+    """Return how a goal ended, as the status of its leaf tells it; empty for none."""
+    if status is Status.SUCCESS and not message:
+        return str(Outcome.SUCCEEDED)
+    if status is Status.INVALID and message == HALTED:
+        return str(Outcome.CANCELED_BY_HALT)
+    found = message.partition(": ")[0]
+    return found if found in Outcome._value2member_map_ else ""
 
 
 def plain_field(message: Any, path: str) -> Any:

@@ -25,7 +25,7 @@ from bt_mission.recording.reading import (
 )
 from bt_mission.recording.recorded_mission import RecordedMission, plain_field
 from bt_mission.recording.robot_life import TRUTH
-from bt_mission.recording.signal_samples import MODEL_FILE, TOPIC
+from bt_mission.recording.signal_samples import ACCEPTED_GOALS, MODEL_FILE, TOPIC
 from bt_mission.requirements.comparisons import Reader
 from bt_mission.ros.signals import (
     BATTERY,
@@ -41,7 +41,7 @@ from bt_mission.sessions.stage_signals import OF_STATE, RecordedTruth
 TREE = "bt_mission_interfaces/msg/Tree"
 BY_ODOMETRY = ("speed", "turn_rate", "distance")
 """Signals that are true in a simulation, and measured by the robot elsewhere."""
-MISSION = ("$", "open_goals", "feedback", "running", "succeeded", "failed")
+MISSION = ("$", "open_goals", "feedback", "accepted", "outcome", "running", "succeeded", "failed")
 MOST_BYTES = 100_000_000
 """Of the model of a simulation."""
 _OF_TOPICS: Mapping[str, tuple[str, Callable[[Any], Any]]] = {
@@ -201,7 +201,7 @@ class RecordedSignals:
 
     def forget(self) -> None:
         """Forget what nodes went through; called after each instant."""
-        self.mission.seen.clear()
+        self.mission.forget()
 
     # ---- readers ---------------------------------------------------------------------------
 
@@ -222,7 +222,7 @@ class RecordedSignals:
         if name in _OF_TOPICS:
             return self._of_topic(key, *_OF_TOPICS[name])
         if name in MISSION:
-            return self.mission.reader(signal)
+            return self._of_mission(signal)
         return self._of_robot(signal)
 
     def measured_by(self, signal: SignalValue, /) -> str:
@@ -231,6 +231,14 @@ class RecordedSignals:
 
     def at_least(self, _signal: SignalValue, /) -> None:
         """Return no lower bound of a signal: they all cost little."""
+
+    def _of_mission(self, signal: SignalValue) -> Reader | str:
+        if signal.name != "accepted":
+            return self.mission.reader(signal)
+        if ACCEPTED_GOALS not in self._sampled:
+            return "the recording does not hold which goals were accepted"
+        (node,) = signal.arguments
+        return self.mission.accepted(node, lambda: self._values.get(ACCEPTED_GOALS))
 
     def _of_robot(self, signal: SignalValue) -> Reader | str:
         """Read what is true in a simulation, as far as topics tell."""

@@ -26,6 +26,8 @@ from bt_mission.ros.mission_runner import MissionRunner
 from bt_mission.sessions.stage_signals import OF_STATE
 
 TOPIC = "signals"
+ACCEPTED_GOALS = "accepted_goals"
+"""The key of the goals under way that their servers have accepted: a list of UUIDs."""
 COUNTED = ("collisions",)
 """True signals that do not follow from a simulation's state."""
 REQUIREMENTS, SIMULATION = "requirements", "simulation"
@@ -63,7 +65,10 @@ class SignalSamples:
         self._truth: dict[str, Any] = {}
         self._variables: dict[str, Any] = {}
         ledger = runner.ledger
-        self._readers: dict[str, Reader] = {"open_goals": lambda: len(ledger.open_goals)}
+        self._readers: dict[str, Reader] = {
+            "open_goals": lambda: len(ledger.open_goals),
+            ACCEPTED_GOALS: lambda: [one.id.hex() for one in ledger.open_goals if one.accepted],
+        }
         follows = {"$", "time", *(OF_STATE if self._simulation is not None else ())}
         for requirement in runner.mission.requirements:
             for signal in signals_in(requirement.root):

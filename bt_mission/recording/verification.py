@@ -20,7 +20,7 @@ from bt_mission.language.requirements.formula import (
     Requirement,
     walk,
 )
-from bt_mission.language.requirements.syntax import Chain, Temporal
+from bt_mission.language.requirements.syntax import Temporal, Timed
 from bt_mission.recording.expected_types import TEXT
 from bt_mission.recording.model import RecordedRequirement, RecordedRun
 from bt_mission.recording.reader import read_run
@@ -268,7 +268,7 @@ def _speaks_of_instants(requirement: Requirement) -> bool:
     return (
         isinstance(root, Temporal)
         and root.window.is_everything
-        and not any(isinstance(part, Temporal | Chain) for part in walk(root.operand))
+        and not any(isinstance(part, Timed) for part in walk(root.operand))
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias, cast
 
@@ -20,9 +20,9 @@ from bt_mission.language.expressions.syntax import (
 from bt_mission.language.expressions.values import ExpressionError, Plain
 from bt_mission.language.requirements.formula import signals_in
 from bt_mission.language.requirements.signals import ENDS_WITH_MISSION, SIGNALS
-from bt_mission.language.requirements.syntax import SignalValue
+from bt_mission.language.requirements.syntax import Measure, SignalValue
 from bt_mission.language.requirements.units import unit_of
-from bt_mission.requirements.looking_back import Atom, Monotone
+from bt_mission.requirements.looking_back import Atom, Monotone, Past
 
 Reader: TypeAlias = Callable[[], Plain | None]
 """Gives the present value of a signal; None while it has none. A number is never `nan`."""
@@ -45,7 +45,7 @@ class ComparisonCompiler:
     problems: list[str] = field(default_factory=list)
     """Why a condition could not be evaluated: the first reason."""
 
-    def atom(self, node: SyntaxNode, *, positive: bool) -> Atom:
+    def atom(self, node: SyntaxNode, *, positive: bool) -> Past:
         """Return a condition without words of time, or its negation."""
         margin, is_strict, of = self._margin(node, positive=positive)
         at_least = self._at_least(node, positive=positive)
@@ -102,6 +102,8 @@ class ComparisonCompiler:
                 return float(value)
             case Negation(operand=Constant(value=int() | float() as value), sign=sign):
                 return float(sign * value)
+            case Measure() if node.word != "value":
+                return cast("Number", self.readers[node.key])
             case SignalValue(name=name) if name in SIGNALS:
                 if SIGNALS[name].type not in ("number", "integer"):
                     return None
@@ -110,11 +112,33 @@ class ComparisonCompiler:
                 return _difference(self._number(left), self._number(right))
         return None
 
+    def reader_of(self, node: SyntaxNode) -> Reader:
+        """Return what evaluates an expression; None where it has no value."""
+        simple = self._number(node)
+        if simple is not None and not isinstance(simple, float):
+            return simple
+        readers = [(one.key, self.readers[one.key]) for one in values_in(node)]
+        draw = random.Random(0)  # never drawn from
+
+        def value() -> Plain | None:
+            fields = {key: read() for key, read in readers}
+            known = {key: one for key, one in fields.items() if one is not None}
+            if len(known) < len(fields):
+                return None
+            try:
+                return node.evaluate(EvaluationScope({}, known, draw))
+            except ExpressionError as error:
+                if not self.problems:
+                    self.problems.append(error.message)
+                return None
+
+        return value
+
     def _measured(self, node: SyntaxNode) -> Number:
         """Return what evaluates a condition of any form; truth without a measure is infinite."""
         if isinstance(node, SignalValue):
             return _truth(self.readers[node.key])
-        readers = [(one.key, self.readers[one.key]) for one in signals_in(node)]
+        readers = [(one.key, self.readers[one.key]) for one in values_in(node)]
         problems = self.problems
         draw = random.Random(0)  # never drawn from: the parser refuses what would
 
@@ -133,6 +157,15 @@ class ComparisonCompiler:
                 return None
 
         return margin
+
+
+def values_in(node: SyntaxNode) -> Iterator[SignalValue | Measure]:
+    """Yield the signals and the measures of a condition, but none of what is inside a measure."""
+    if isinstance(node, SignalValue | Measure):
+        yield node
+        return
+    for part in node.parts:
+        yield from values_in(part)
 
 
 def _margin_in(node: SyntaxNode, scope: EvaluationScope) -> float:

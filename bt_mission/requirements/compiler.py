@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing_extensions import override
+
 from bt_mission.language.expressions.syntax import (
     Logic,
     Not,
@@ -11,15 +13,18 @@ from bt_mission.language.requirements.formula import filling, full_after, walk
 from bt_mission.language.requirements.syntax import (
     FUTURE,
     Chain,
+    Edge,
+    Measure,
     Temporal,
 )
 from bt_mission.language.requirements.syntax import TimeWindow as WrittenWindow
-from bt_mission.requirements.comparisons import ComparisonCompiler
+from bt_mission.requirements.comparisons import ComparisonCompiler, values_in
 from bt_mission.requirements.looking_ahead import Ahead, Future, LateCombined, Present, Until
 from bt_mission.requirements.looking_back import (
     Atom,
     Combinator,
     Combined,
+    EdgeOf,
     Ever,
     Filled,
     Historically,
@@ -27,6 +32,7 @@ from bt_mission.requirements.looking_back import (
     Past,
     Since,
 )
+from bt_mission.requirements.measures import MEASURED_VALUES, Measured, MeasuredValue
 from bt_mission.requirements.roots import Root, RootJoint, Throughout, Up
 from bt_mission.requirements.sparing_roots import Answered, Kept, Steady
 
@@ -64,7 +70,8 @@ class Compiler(ComparisonCompiler):
         """
         if all_of and window.is_everything:
             parts = _parts(operand, "and", positive=positive)
-            if len(parts) > 1 and any(_looks_ahead(part) for part, _ in parts):
+            has_value = not full_after(operand)  # where a part has none, neither has the whole
+            if len(parts) > 1 and has_value and any(_looks_ahead(part) for part, _ in parts):
                 roots = [
                     self._throughout(part, window, all_of=True, positive=sign)
                     for part, sign in parts
@@ -132,8 +139,43 @@ class Compiler(ComparisonCompiler):
         parts = [self._future(part, positive=positive) for part in node.parts]
         return LateCombined(parts, _combinator(node, positive=positive))
 
+    @override
+    def atom(self, node: SyntaxNode, *, positive: bool) -> Past:
+        """Return a condition without words of time, or its negation; measures may be in it."""
+        measures = [one for one in values_in(node) if isinstance(one, Measure)]
+        made: dict[str, MeasuredValue] = {}
+        for one in measures:
+            self._add_measure(one, made)
+        condition = super().atom(node, positive=positive)
+        if not made:
+            return condition
+        inner = [one for one in walk(node) if isinstance(one, Measure)]
+        moves = any(one.word in ("mean", "rate") or one.window.is_bounded for one in inner)
+        assert isinstance(condition, Atom)
+        return Measured(condition, tuple(made.values()), moves=moves)
+
+    def _add_measure(self, node: Measure, made: dict[str, MeasuredValue]) -> None:
+        """Make a measure, and those inside it before, and have it read by its key."""
+        if node.key in made:
+            return
+        operand, edge = node.operand, None
+        for one in values_in(operand) if operand is not None else ():
+            if isinstance(one, Measure):
+                self._add_measure(one, made)
+        if node.edge is not None:
+            edge = self._past(node.edge, positive=True)
+        _, window_ns = _ns(node.window)
+        read = self.reader_of(operand) if operand is not None else lambda: None
+        kind = MEASURED_VALUES[node.word]
+        full_ns = round(full_after(node) * 1e9) if filling(node) else 0
+        made[node.key] = kind(read, edge, window_ns, full_ns)
+        self.readers = {**self.readers, node.key: made[node.key].read}
+
     def _past(self, node: SyntaxNode, *, positive: bool) -> Past:
         match node:
+            case Edge(word=word, operand=operand):
+                edge = EdgeOf(ends=word == "ends", positive=positive)
+                return Combined([self._past(operand, positive=True)], edge)
             case Not(operand=operand):
                 return self._past(operand, positive=not positive)
             case Temporal(word=word, operand=operand, window=window) if window.is_everything:

@@ -25,6 +25,7 @@ from bt_mission.requirements.samples import (
     joined,
     least,
     most,
+    negated,
 )
 
 Window: TypeAlias = tuple[int, int | None]
@@ -267,6 +268,29 @@ class Filled:
         """Return the value at the next instant, at which the parts have these."""
         value = self._combinator.take(now_ns, *samples)
         return value if now_ns >= self._full_ns else None
+
+
+class EdgeOf:
+    """The instants at which a condition begins, or with `ends` ceases, to be true.
+
+    Before the first instant nothing is true. Where the condition has no value, it stays as it was.
+    """
+
+    remembers = True
+    moves = False
+
+    def __init__(self, *, ends: bool, positive: bool) -> None:
+        self._ends, self._positive = ends, positive
+        self._before = fails(0)
+
+    def take(self, _now_ns: int, sample: Sample, /) -> Sample:
+        """Return the value at the next instant, at which the condition has this one."""
+        if sample is None:
+            return None
+        before, self._before = self._before, sample
+        old, new = (before, negated(sample)) if self._ends else (negated(before), sample)
+        value = least(new, old)
+        return value if self._positive else negated(value)
 
 
 class Since:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from bt_mission.language.expressions.syntax import Not, SyntaxNode
 from bt_mission.language.requirements.formula import Requirement, walk
-from bt_mission.language.requirements.syntax import FUTURE, Chain, Temporal
+from bt_mission.language.requirements.syntax import FUTURE, Chain, Temporal, Timed
 from bt_mission.requirements.monitor import RequirementResult
 
 BEFORE = "before the mission was resumed"
@@ -78,8 +78,8 @@ def _shape(root: SyntaxNode) -> tuple[Literal["always", "eventually"] | None, bo
         root, is_negated = root.operand, not is_negated
     if not isinstance(root, Temporal) or not root.window.is_everything:
         return None, False
-    inner = [one for one in walk(root.operand) if isinstance(one, Temporal | Chain)]
-    words = [one.word if isinstance(one, Temporal) else one.symbol for one in inner]
+    inner = [one for one in walk(root.operand) if isinstance(one, Timed)]
+    words = [one.symbol if isinstance(one, Chain) else one.word for one in inner]
     if any(word not in FUTURE for word in words):
         return None, False
     is_always = (root.word == "always") is not is_negated

@@ -41,6 +41,11 @@ def fails(now_ns: int) -> Value:
     return -math.inf, False, now_ns, -1
 
 
+def negated(one: Value) -> Value:
+    """Return the value of what holds where this does not."""
+    return -one[0], not one[1], one[2], one[3]
+
+
 def least(one: Value, other: Value) -> Value:
     """The one that holds by less; the first of two that are equal."""
     margin, bound = one[0], other[0]

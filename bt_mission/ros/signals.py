@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -130,6 +130,36 @@ class TopicSignal:
             listener(message)
 
 
+class NodeOutcomes:
+    """How the newest goals of nodes ended; empty while they are under way.
+
+    What ended within a control step counts at its instant, also where the node has started again.
+    """
+
+    def __init__(self) -> None:
+        self._ended: dict[Any, str] = {}
+        self._restarted: set[Any] = set()
+
+    def note(self, node: Any, status: Status, outcome: str) -> None:
+        """Note that a node has this status, and how its goal ended, if it has."""
+        if status is Status.RUNNING:
+            self._restarted.add(node)
+        else:
+            self._restarted.discard(node)
+            if outcome or status is not Status.INVALID:
+                self._ended[node] = outcome
+
+    def forget(self) -> None:
+        """Forget what nodes have started again; called after each control step."""
+        for node in self._restarted:
+            self._ended.pop(node, None)
+        self._restarted.clear()
+
+    def is_any(self, nodes: Iterable[Any], outcome: str) -> bool:
+        """Tell whether the goal of one of these nodes ended in this way."""
+        return any(self._ended.get(one, "").startswith(outcome) for one in nodes)
+
+
 class LiveSignals:
     """Signals of a mission that runs on any robot; what only a simulation knows is not known here.
 
@@ -145,6 +175,7 @@ class LiveSignals:
         self._readers: dict[str, Reader | str] = {}
         self._status: dict[Behaviour, Status] = {one: one.status for one in self._executive.nodes}
         self._seen: defaultdict[Behaviour, set[Status]] = defaultdict(set)
+        self._outcomes = NodeOutcomes()
         self._changes = 0
         self._named: defaultdict[str, list[Behaviour]] = defaultdict(list)
         for node in self._executive.nodes:
@@ -174,6 +205,8 @@ class LiveSignals:
             "time": lambda: self._time,
             "open_goals": lambda: lambda: len(self._runner.ledger.open_goals),
             "feedback": self._feedback,
+            "accepted": self._accepted,
+            "outcome": self._outcome,
             "age": self._age,
             "topic": self._field,
             "scan_clearance": lambda: self._of_topic(SCAN, smallest_range),
@@ -209,6 +242,7 @@ class LiveSignals:
         """Forget what nodes went through; called after each control step."""
         if self._seen:
             self._seen.clear()
+            self._outcomes.forget()
             self._changes += 1
 
     # ---- the mission ---------------------------------------------------------------------
@@ -224,6 +258,11 @@ class LiveSignals:
     def _on_change(self, change: Change) -> None:
         self._status[change.node] = change.status
         self._seen[change.node].add(change.status)
+        if isinstance(change.node, ActionLeaf):
+            attempt = change.node.attempt
+            ending = None if attempt is None else attempt.ending
+            outcome = "" if ending is None else str(ending.outcome)
+            self._outcomes.note(change.node, change.status, outcome)
         self._changes += 1
 
     def _time(self) -> float:
@@ -261,6 +300,19 @@ class LiveSignals:
             return None
 
         return value
+
+    def _accepted(self, node: str) -> Reader:
+        leaves = [one for one in self._named[node] if isinstance(one, ActionLeaf)]
+
+        def is_accepted() -> bool:
+            goals = [one.attempt.goal for one in leaves if one.attempt is not None]
+            return any(goal is not None and goal.accepted for goal in goals)
+
+        return is_accepted
+
+    def _outcome(self, node: str, outcome: str) -> Reader:
+        leaves = [one for one in self._named[node] if isinstance(one, ActionLeaf)]
+        return lambda: self._outcomes.is_any(leaves, outcome)
 
     # ---- topics --------------------------------------------------------------------------
 

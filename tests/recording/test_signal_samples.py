@@ -11,6 +11,8 @@ from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.recording.signal_samples import SignalSamples
 from bt_mission.requirements.comparisons import Reader
 
+NONE_OPEN = {"open_goals": 0, "accepted_goals": []}
+
 
 class Mission:
     """A mission whose signals a test sets; takes the place of its runner, too."""
@@ -62,14 +64,17 @@ def test_a_line_has_only_what_has_changed() -> None:
     mission.values = {speed: 0.5, "collisions": 0}
     mission.truths = {"collisions": 0}
     mission.scope.values = {"count": 1}
-    assert mission.step() == {"open_goals": 0, speed: 0.5, "collisions": 0, "$count": 1}
+    assert mission.step() == NONE_OPEN | {speed: 0.5, "collisions": 0, "$count": 1}
     first = mission.lines[0]
     assert (first["start"], first["cycle"]) == (5, 1)
-    assert first["keys"] == ["open_goals", speed, "collisions"]
+    assert first["keys"] == [*NONE_OPEN, speed, "collisions"]
     assert mission.step() is None
     mission.values[speed] = None
-    mission.ledger.open_goals = (1,)
+    goal = SimpleNamespace(accepted=False, id=b"\1")
+    mission.ledger.open_goals = (goal,)
     assert mission.step() == {"open_goals": 1, speed: None}
+    goal.accepted = True
+    assert mission.step() == {"accepted_goals": ["01"]}
     mission.values["collisions"] = mission.truths["collisions"] = 1
     assert mission.step() == {"collisions": 1}
     mission.scope.values["count"] = 2
@@ -84,7 +89,7 @@ def test_another_type_of_an_equal_value_is_a_change() -> None:
     mission = Mission("always $one == 1")
     mission.values = {"$one": True}
     mission.scope.values = {"one": True, "other": 0}
-    assert mission.step() == {"open_goals": 0, "$one": True, "$other": 0}
+    assert mission.step() == NONE_OPEN | {"$one": True, "$other": 0}
     mission.scope.values = {"one": 1, "other": 0}
     mission.values = {"$one": 1}
     changed = mission.step()

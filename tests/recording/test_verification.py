@@ -17,6 +17,7 @@ from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.loader import load_text
 from bt_mission.language.mission import Mission
 from bt_mission.language.requirements.formula import Formula, Requirement
+from bt_mission.language.requirements.signals import OUTCOMES
 from bt_mission.recording.contents import string_message
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
@@ -56,6 +57,42 @@ FEEDBACK = """\
   gets away: 'whenever failed("turn away"): open_goals == 0 within 2 s'
   turned: 'whenever succeeded("turn away"): turn_rate < 2'
   is asked for it: always $speed < 0.3
+  is accepted: 'whenever starts(running("drive")): accepted("drive") within 1 s'
+  is never refused: never outcome("drive") = rejected or outcome("turn away") = aborted
+  is canceled: eventually outcome("drive") = canceled
+  is canceled by a bound: whenever ends(running("drive")): outcome("drive") == "canceled by timeout"
+  drives seldom: always count(starts(running("drive"))) within 20 s so far <= 1
+  drives on: always mean(speed) over 5 s > 0.01
+  starts gently: always abs(rate(speed)) < 0.5 m/s / 1 s
+  turns well: >-
+    whenever ends(running("turn away")):
+    abs(yaw - value(yaw) at last starts(running("turn away"))) > 100 deg
+"""
+GOALS = """\
+mission: goals
+world: empty_arena
+tree:
+  sequence:
+    - force: success
+      do:
+        retry: {attempts: 3, pause: 0.2}
+        do:
+          turn: {angle: 170}
+          name: late
+          timeout: 0.5
+    - force: success
+      do:
+        turn: {angle: 9999999}
+        name: refused
+    - force: success
+      do:
+        timeout: 0.5
+        do:
+          turn: {angle: 170}
+          name: halted
+    - turn: {angle: 20}
+      name: done
+      timeout: 20
 """
 THERE_AND_BACK = """\
 mission: there and back
@@ -115,7 +152,7 @@ def test_a_recording_comes_to_what_the_run_did(name: str, tmp_path: Path) -> Non
 def test_any_formula_comes_to_what_it_did_in_the_run(tmp_path: Path) -> None:
     """Formulas chosen at random, over true poses and the states of nodes."""
     draw = random.Random(14)
-    texts = [drawn_formula(draw) for _ in range(150)]
+    texts = [drawn_formula(draw, measures=draw.choice((0.0, 0.4))) for _ in range(200)]
     mission = load_text(THERE_AND_BACK)
     found = []
     for text in texts:
@@ -126,6 +163,44 @@ def test_any_formula_comes_to_what_it_did_in_the_run(tmp_path: Path) -> None:
     assert {one.verdict for one in told} >= {"holds", "violated", "open"}
     assert len({one.margin for one in told}) > 20
     assert plain(verify(tmp_path / "with.mcap").results) == plain(told)
+    run(mission, tmp_path / "without.mcap")
+    again = verify(tmp_path / "without.mcap", requirements=requirements)
+    assert plain(again.results) == plain(told)
+
+
+def test_what_becomes_of_goals_is_the_same_in_the_run_and_in_its_recording(
+    tmp_path: Path,
+) -> None:
+    """How each ended, whether it was accepted, how often; also if the run did not know that."""
+    mission = load_text(GOALS)
+    texts = [
+        f"{word} {inner}"
+        for name in ("late", "refused", "halted", "done")
+        for word in ("eventually", "never")
+        for inner in (
+            *(f'outcome("{name}") = "{one}"' for one in OUTCOMES),
+            f'accepted("{name}")',
+            f'count(starts(accepted("{name}"))) > 2',
+            f'count(ends(outcome("{name}") = canceled)) > 1',
+            f'starts(accepted("{name}")) and yaw > 0.1',
+        )
+    ]
+    requirements = tuple(Requirement(text, text, Formula(text).root) for text in texts)
+    told = run(replace(mission, requirements=requirements), tmp_path / "with.mcap")
+    held = {one.name.removeprefix("eventually ") for one in told if one.verdict == "holds"}
+    assert {one for one in held if not one.startswith(("never", "starts", "count"))} == {
+        'outcome("late") = "canceled"',
+        'outcome("late") = "canceled by timeout"',
+        'accepted("late")',
+        'outcome("refused") = "rejected"',
+        'outcome("halted") = "canceled"',
+        'outcome("halted") = "canceled by halt"',
+        'accepted("halted")',
+        'outcome("done") = "succeeded"',
+        'accepted("done")',
+    }
+    assert 'count(starts(accepted("late"))) > 2' in held
+    assert 'count(ends(outcome("late") = canceled)) > 1' in held
     run(mission, tmp_path / "without.mcap")
     again = verify(tmp_path / "without.mcap", requirements=requirements)
     assert plain(again.results) == plain(told)

@@ -251,3 +251,36 @@ def test_what_a_node_did_lately_is_open_after_the_mission() -> None:
     """A window that moves on can still change, though the node cannot."""
     text = "eventually within 60 s: historically for 5 s so far: not running('a')"
     assert watched(text, running_of_a=[True, True, False]).verdict == "open"
+
+
+@pytest.mark.parametrize(
+    ("text", "margin", "at"),
+    [
+        ("never count(starts(x > 2)) > 1", -1.0, 0.2),
+        ("always count(ends(x > 2)) <= 2", 1.0, 0.15),
+        ("always count(starts(x > 2)) within 0.1 s so far <= 1", -1.0, 0.2),
+        ("always mean(x) over 0.1 s < 3", 0.666666667, 0.1),
+        ("always rate(x) <= 70", 10.0, 0.2),
+        ("eventually rate(x) < -70", 10.0, 0.15),
+        ("always x - value(x) at last starts(x > 2) >= -4", 0.0, 0.15),
+        ("eventually ends(x > 2)", 2.0, 0.15),
+    ],
+)
+def test_what_was_so_far_has_a_margin(text: str, margin: float, at: float) -> None:
+    """Counts of edges, means, rates and values at an edge, of the same numbers."""
+    result = watched(text, x=[1.0, 2.0, 4.0, 0.0, 3.0])
+    assert (result.margin, result.at) == (margin, at), result
+
+
+def test_a_measure_has_the_unit_of_what_is_measured() -> None:
+    """A rate by the second, a count none."""
+    speed = [0.0, 0.1, 0.1]
+    assert watched("always mean(speed) over 0.1 s < 1", speed=speed).unit == "m/s"
+    assert watched("always rate(speed) < 5", speed=speed).unit == "m/s^2"
+    assert watched("always count(starts(speed > 1)) < 5", speed=speed).unit == ""
+
+
+def test_what_is_true_at_the_start_has_started_there() -> None:
+    """Before the first instant nothing is true, so nothing can end there either."""
+    assert watched("eventually starts(running('a'))", running_of_a=[True, True]).at == 0.0
+    assert watched("eventually ends(running('a'))", running_of_a=[False]).verdict == "violated"

@@ -20,7 +20,14 @@ from bt_mission.language.expressions.syntax import (
     SyntaxNode,
 )
 from bt_mission.language.requirements.formula import Formula, Requirement
-from bt_mission.language.requirements.syntax import Chain, SignalValue, Temporal, TimeWindow
+from bt_mission.language.requirements.syntax import (
+    Chain,
+    Edge,
+    SignalValue,
+    Temporal,
+    TimeWindow,
+)
+from bt_mission.requirements.measures import MEASURED_VALUES as MEASURES
 from bt_mission.requirements.monitor import Monitor
 from tests.requirements.test_semantics import Played, checked_formula, drawn_formula
 
@@ -39,8 +46,8 @@ WORDS = {
 def translated(node: SyntaxNode) -> str:
     """Return a formula in the words of rtamt."""
     match node:
-        case Not(operand=operand):
-            return f"not({translated(operand)})"
+        case Not(operand=operand) | Edge(operand=operand):
+            return f"{'not' if isinstance(node, Not) else 'rise'}({translated(operand)})"
         case Logic(symbol=symbol, left=left, right=right):
             return f"({translated(left)}) {symbol} ({translated(right)})"
         case Temporal(word=word, operand=operand, window=window):
@@ -88,15 +95,31 @@ def by_us(formula: Formula, columns: dict[str, list[float]]) -> float | None:
     return monitor.result.margin
 
 
-def _compared(draw: random.Random) -> Formula:
-    """Return a random formula over numbers whose window at the start ends."""
+def _compared(draw: random.Random, measures: float = 0.0) -> Formula:
+    """Return a random formula over numbers whose window at the start ends.
+
+    Args:
+        measures: How probably a condition is `starts(...)`.
+    """
     while True:
-        text = drawn_formula(draw, depth=2, so_far=1.0)
-        formula = None if "running" in text else checked_formula(text)
-        if formula is not None:
+        text = drawn_formula(draw, depth=2, so_far=1.0, measures=measures)
+        is_known = not any(word in text for word in ("running", "ends(", *MEASURES))
+        formula = checked_formula(text) if is_known else None
+        if formula is not None and (not measures or "starts" in text):
             root = formula.root
             if isinstance(root, Temporal | Chain) and root.window.is_bounded:
                 return formula
+
+
+def test_margins_of_edges_are_those_of_rtamt() -> None:
+    """Before the first instant nothing is true, so `ends`, of which rtamt has all true, differs."""
+    draw = random.Random(3)
+    for _ in range(FORMULAS // 5):
+        formula = _compared(draw, measures=0.5)
+        columns = {"x": [float(draw.randint(-4, 4)) for _ in range(STEPS)]}
+        columns["y"] = [draw.randint(-4, 4) / 2 for _ in range(STEPS)]
+        theirs = by_rtamt(formula.root, columns)
+        assert by_us(formula, columns) == (theirs if math.isfinite(theirs) else None), formula.text
 
 
 @pytest.mark.parametrize("batch", range(BATCHES))

@@ -44,6 +44,24 @@ def _window(draw: random.Random, word: str) -> str:
     return f"{word} {_time(draw)}"
 
 
+def _measure(draw: random.Random, so_far: float) -> str:
+    """A condition over what was so far."""
+    symbol = draw.choice(("<", "<=", ">", ">="))
+    back = " so far" if draw.random() < so_far else ""
+    edge = f"{draw.choice(('starts', 'ends'))}({_atom(draw)})"
+    within = draw.choice(("", f"within {_time(draw)}{back}"))
+    forms = (
+        f"count({edge}) {within} {symbol} {draw.randint(1, 3)}",
+        f"mean({draw.choice(('x', 'x - y'))}) over {_time(draw)}{back} {symbol} 0.5",
+        f"rate({draw.choice(('x', 'y'))}) {symbol} {draw.randint(-40, 40)}",
+        f"abs(x - value(y) at last {edge}) {symbol} 2",
+        f"mean(abs(rate(x))) over {_time(draw)}{back} {symbol} 40",
+        f"rate(count({edge})) {symbol} 10",
+        edge,
+    )
+    return draw.choice(forms)
+
+
 def _atom(draw: random.Random) -> str:
     if draw.random() < 0.2:
         return "running('a')"
@@ -52,10 +70,10 @@ def _atom(draw: random.Random) -> str:
     return f"{left} {symbol} {right}"
 
 
-def _inner(draw: random.Random, depth: int, so_far: float) -> str:
+def _inner(draw: random.Random, depth: int, so_far: float, measures: float = 0.0) -> str:
     if not depth:
-        return _atom(draw)
-    one, other = _inner(draw, depth - 1, so_far), _inner(draw, depth - 1, so_far)
+        return _measure(draw, so_far) if draw.random() < measures else _atom(draw)
+    one, other = (_inner(draw, depth - 1, so_far, measures) for _ in range(2))
 
     def back(window: str) -> str:
         """Have a window that looks back count before it is full, as often as that is wanted."""
@@ -75,13 +93,16 @@ def _inner(draw: random.Random, depth: int, so_far: float) -> str:
     return draw.choice(forms)
 
 
-def drawn_formula(draw: random.Random, depth: int = 3, so_far: float = 0.5) -> str:
+def drawn_formula(
+    draw: random.Random, depth: int = 3, so_far: float = 0.5, measures: float = 0.0
+) -> str:
     """A requirement chosen at random.
 
     Args:
         so_far: How probably a window that looks back has a value before it is full.
+        measures: How probably a condition is an edge, a count, a mean, a rate or an earlier value.
     """
-    one, other = _inner(draw, depth, so_far), _inner(draw, depth - 1, so_far)
+    one, other = (_inner(draw, one, so_far, measures) for one in (depth, depth - 1))
     match draw.randrange(8):
         case 0 | 1 | 2:
             return f"always {draw.choice(('', _window(draw, 'for')))} {one}"
@@ -125,7 +146,9 @@ def test_ten_thousand_formulas_come_to_what_their_definition_says(batch: int) ->
     draw = random.Random(batch)
     told = set()
     for _ in range(FORMULAS):
-        text, run, is_complete = drawn_formula(draw), drawn_run(draw), draw.random() < 0.5
+        measures = draw.choice((0.0, 0.4))
+        text, run = drawn_formula(draw, measures=measures), drawn_run(draw)
+        is_complete = draw.random() < 0.5
         formula = checked_formula(text)
         if formula is None:
             continue
@@ -140,6 +163,6 @@ def test_ten_thousand_formulas_come_to_what_their_definition_says(batch: int) ->
         told.add(wanted)
         assert result.verdict == wanted, (text, run, is_complete)
         if wanted in ("holds", "violated"):
-            shown = margin if math.isfinite(margin) else None
+            shown = float(f"{margin:.9g}") + 0.0 if math.isfinite(margin) else None
             assert result.margin == shown, (text, run, is_complete)
     assert told >= {"holds", "violated", "open"}

@@ -13,14 +13,16 @@ from dataclasses import dataclass, field
 from typing import TypeGuard
 
 from bt_mission.language.expressions.syntax import (
+    Arithmetic,
     Comparison,
     Constant,
+    FunctionCall,
     Logic,
     Negation,
     Not,
     SyntaxNode,
 )
-from bt_mission.language.requirements.syntax import Chain, SignalValue, Temporal
+from bt_mission.language.requirements.syntax import Chain, Edge, Measure, SignalValue, Temporal
 from bt_mission.requirements.monitor import Verdict
 from bt_mission.requirements.samples import Hope
 
@@ -63,11 +65,17 @@ class Definition:
                     return _vacuous(holds=all_of)
                 found = [self.rate(operand, k, positive=positive) for k in inside]
                 return _over_time(found, all_of=all_of)
-            case Chain(symbol="until"):
-                return self._until(node, at, positive=positive)
-            case Chain():
-                return self._since_value(node, at, positive=positive)
+            case Edge():
+                return self._edge(node, at, positive=positive)
+            case Chain(symbol=symbol):
+                find = self._until if symbol == "until" else self._since_value
+                return find(node, at, positive=positive)
+        return self._compared(node, at, positive=positive)
+
+    def _compared(self, node: SyntaxNode, at: int, *, positive: bool) -> Rated | None:
         margin = self._margin(node, at)
+        if margin is None:
+            return None
         holds = margin > 0 or (margin == 0 and _is_weak(node))
         return (margin, holds) if positive else (-margin, not holds)
 
@@ -82,7 +90,11 @@ class Definition:
         return self.times[at] + node.window.end > self.times[-1] + 1e-9
 
     def _may_come(self, node: Temporal | Chain, at: int) -> bool:
-        is_moving = any(_looks_back(part) and part.window.is_bounded for part in _walk(node))
+        is_moving = any(
+            (_looks_back(part) and part.window.is_bounded)
+            or (isinstance(part, Measure) and part.word in ("mean", "rate"))
+            for part in _walk(node)
+        )
         settled = all("running" in name for name in _names(node)) and not is_moving
         settled = settled or not node.window.is_bounded
         return self._is_cut(node, at) and self.hope.reaches(is_settled_by_end=settled)
@@ -143,19 +155,58 @@ class Definition:
             return None
         return outer(found) if found else _vacuous(holds=not positive)
 
-    def _margin(self, node: SyntaxNode, at: int) -> float:
+    def _edge(self, node: Edge, at: int, *, positive: bool) -> Rated | None:
+        new = self.rate(node.operand, at)
+        known = [one for k in range(at) if (one := self.rate(node.operand, k)) is not None]
+        if new is None:
+            return None
+        old = known[-1] if known else _vacuous(holds=False)
+        value = min(new, _not(old)) if node.word == "starts" else min(_not(new), old)
+        return value if positive else _not(value)
+
+    def _measure(self, node: Measure, at: int) -> float | None:
+        """Return the value of a measure at an instant; None without one."""
+        if _has_to_fill(node) and self.times[at] < needs(node) - 1e-9:
+            return None
+        inside = [k for k in range(at + 1) if self._since(k, at) <= node.window.end + 1e-9]
+        if node.edge is not None:
+            edges = [k for k in inside if (one := self.rate(node.edge, k)) is not None and one[1]]
+            if node.operand is None:
+                return len(edges)
+            return self._number(node.operand, edges[-1]) if edges else None
+        assert node.operand is not None
+        numbers = {k: self._number(node.operand, k) for k in inside}
+        known = {k: one for k, one in numbers.items() if one is not None}
+        if node.word == "mean":
+            return sum(known.values()) / len(known) if known else None
+        earlier = [k for k in known if k < at]
+        if at not in known or not earlier:
+            return None
+        return (known[at] - known[earlier[-1]]) / round(self._since(earlier[-1], at), 9)
+
+    def _margin(self, node: SyntaxNode, at: int) -> float | None:
         if isinstance(node, SignalValue):
             return math.inf if self.signals[node.key][at] else -math.inf
         assert isinstance(node, Comparison)
         symbol, _, right = node.rest[0]
         first, second = self._number(node.first, at), self._number(right, at)
+        if first is None or second is None:
+            return None
         return second - first if symbol in ("<", "<=") else first - second
 
-    def _number(self, node: SyntaxNode, at: int) -> float:
+    def _number(self, node: SyntaxNode, at: int) -> float | None:
         if isinstance(node, SignalValue):
             return self.signals[node.key][at]
-        if isinstance(node, Negation):
-            return node.sign * self._number(node.operand, at)
+        if isinstance(node, Measure):
+            return self._measure(node, at)
+        if isinstance(node, Negation | FunctionCall):
+            operand = self._number(node.parts[0], at)
+            if operand is None:
+                return None
+            return node.sign * operand if isinstance(node, Negation) else abs(operand)
+        if isinstance(node, Arithmetic):
+            left, right = self._number(node.left, at), self._number(node.right, at)
+            return None if left is None or right is None else left - right
         assert isinstance(node, Constant)
         assert isinstance(node.value, int | float)
         return node.value
@@ -180,14 +231,16 @@ def needs(node: SyntaxNode) -> float:
     return below + node.window.end if _has_to_fill(node) else below
 
 
-def _has_to_fill(node: SyntaxNode) -> TypeGuard[Temporal | Chain]:
+def _has_to_fill(node: SyntaxNode) -> TypeGuard[Temporal | Chain | Measure]:
     return _looks_back(node) and node.window.is_bounded and not node.window.so_far
 
 
-def _looks_back(node: SyntaxNode) -> TypeGuard[Temporal | Chain]:
+def _looks_back(node: SyntaxNode) -> TypeGuard[Temporal | Chain | Measure]:
     words = ("previously", "historically", "since")
-    return (isinstance(node, Temporal) and node.word in words) or (
-        isinstance(node, Chain) and node.symbol in words
+    return (
+        isinstance(node, Measure)
+        or (isinstance(node, Temporal) and node.word in words)
+        or (isinstance(node, Chain) and node.symbol in words)
     )
 
 
@@ -204,6 +257,10 @@ def _names(node: SyntaxNode) -> list[str]:
 
 def _is_weak(node: SyntaxNode) -> bool:
     return isinstance(node, Comparison) and node.rest[0][0] in ("<=", ">=")
+
+
+def _not(one: Rated) -> Rated:
+    return -one[0], not one[1]
 
 
 def _vacuous(*, holds: bool) -> Rated:

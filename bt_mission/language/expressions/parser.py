@@ -120,7 +120,7 @@ def tokenized(text: str, symbols: str = "") -> list[Token]:
     tokens = []
     at = 0
     while at < len(text):
-        if text[at] in symbols:
+        if text[at] in symbols and text[at : at + 2] not in (*_LEVELS, *_INSTEAD):
             tokens.append(Token("symbol", text[at], at + 1))
             at += 1
             continue

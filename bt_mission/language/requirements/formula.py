@@ -6,12 +6,19 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
-from bt_mission.language.expressions.outcomes import Range, outcomes
+from bt_mission.language.expressions.outcomes import Range, outcomes, range_of
 from bt_mission.language.expressions.syntax import Logic, Not, SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.parser import parse_requirement
 from bt_mission.language.requirements.signals import SIGNALS
-from bt_mission.language.requirements.syntax import FUTURE, Chain, SignalValue, Temporal
+from bt_mission.language.requirements.syntax import (
+    FUTURE,
+    Chain,
+    Edge,
+    Measure,
+    SignalValue,
+    Temporal,
+)
 from bt_mission.language.requirements.units import unit_of
 
 CONTROL_STEP_S = 0.05
@@ -81,7 +88,7 @@ def check_formula(root: SyntaxNode) -> None:
     """
     root.expect(lambda _: None, "bool")
     for node in walk(root):
-        if not isinstance(node, Temporal | Chain):
+        if not isinstance(node, Temporal | Chain | Edge):
             unit_of(node)
     _check_times(root, outer=None)
     verdicts = _outcomes(root)
@@ -108,7 +115,7 @@ def check_condition(root: SyntaxNode) -> None:
             case Temporal(word=word) | Chain(symbol=word) if word in FUTURE:
                 message = f"'{word}' looks ahead; a condition is about now and before"
                 raise ExpressionError(message, node.column, _BACK.get(word))
-            case Temporal() | Chain():
+            case Temporal() | Chain() | Edge():
                 pass
             case _:
                 unit_of(node)
@@ -161,6 +168,8 @@ def filling(node: SyntaxNode) -> float:
         case Temporal(word=word, window=window) | Chain(symbol=word, window=window):
             has_to = word not in FUTURE and window.is_bounded and not window.so_far
             return window.end if has_to else 0.0
+        case Measure(window=window):
+            return window.end if window.is_bounded and not window.so_far else 0.0
     return 0.0
 
 
@@ -182,14 +191,26 @@ def _check_times(node: SyntaxNode, outer: str | None) -> None:
         case Logic() | Not():
             for part in node.parts:
                 _check_times(part, outer)
+        case Edge():
+            _check_edge(node, outer)
         case _:
-            for part in node.parts:
-                _refuse_times(part)
+            _refuse_times(node)
             if not outer:
                 message = "this speaks of the start alone"
                 raise ExpressionError(
                     message, node.column, "write 'always ...' or 'eventually ...'"
                 )
+
+
+def _check_edge(node: Edge, outer: str | None) -> None:
+    if not outer:
+        message = f"'{node.word}' compares the start with what was before"
+        raise ExpressionError(message, node.column, f"write 'eventually {node.word}(...)'")
+    for inner in walk(node.operand):
+        if isinstance(inner, Temporal | Chain) and _word(inner) in FUTURE:
+            message = f"'{_word(inner)}' looks ahead, which '{node.word}' cannot"
+            raise ExpressionError(message, inner.column)
+    _check_times(node.operand, node.word)
 
 
 def _windowed(word: str) -> str:
@@ -199,15 +220,31 @@ def _windowed(word: str) -> str:
     }.get(word, "such as '... until ... within 5 s'")
 
 
+def _word(node: Temporal | Chain | Edge) -> str:
+    return node.symbol if isinstance(node, Chain) else node.word
+
+
 def _refuse_times(node: SyntaxNode) -> None:
-    for part in walk(node):
-        if isinstance(part, Temporal | Chain):
-            word = part.word if isinstance(part, Temporal) else part.symbol
-            message = f"'{word}' cannot stand inside a calculation or an 'if'"
-            raise ExpressionError(message, part.column)
+    """Refuse words of time inside a calculation, but for those of what is measured in it."""
+    if isinstance(node, Temporal | Chain | Edge):
+        message = f"'{_word(node)}' cannot stand inside a calculation or an 'if'"
+        raise ExpressionError(message, node.column)
+    if isinstance(node, Measure):
+        if node.window.end < CONTROL_STEP_S:
+            message = f"the window is shorter than a control step of {CONTROL_STEP_S:g} s"
+            raise ExpressionError(message, node.column)
+        if node.edge is not None:
+            _check_times(node.edge, node.word)
+        if node.operand is not None:
+            _refuse_times(node.operand)
+        return
+    for part in node.parts:
+        _refuse_times(part)
 
 
 def _range(node: SyntaxNode) -> Range | None:
+    if isinstance(node, Measure) and node.word != "rate":
+        return (0.0, float("inf")) if node.operand is None else range_of(node.operand, _range)
     if isinstance(node, SignalValue) and node.name in SIGNALS:
         return SIGNALS[node.name].range
     return None

@@ -5,6 +5,10 @@ joint     = either ("until" either within? | "since" either (within sofar?)?)?
 either    as in expressions, down to an atom, which can also be
 temporal  = word (window sofar?)? ":"? formula   as far to the right as it goes
 whenever  = "whenever" formula (":" | "then") formula within?
+edge      = ("starts" | "ends") "(" formula ")"
+measure   = "count" "(" edge ")" (within sofar?)? | "mean" "(" formula ")" "over" time sofar?
+          | "rate" "(" formula ")" | "value" "(" formula ")" "at" "last" edge
+outcome   = "outcome" "(" text ")" ("=" | "==" | "!=") (name | text)
 signal    = name | name "(" text ("," text)* ")"
 word      = "always" | "never" | "eventually" | "previously" | "historically"
 window    = within | "for" time | "between" time "and" time
@@ -25,11 +29,15 @@ from bt_mission.language.expressions.functions import FUNCTIONS
 from bt_mission.language.expressions.parser import ExpressionParser, Token, tokenized
 from bt_mission.language.expressions.syntax import Logic, Name, Not, SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError
-from bt_mission.language.requirements.signals import SIGNALS
+from bt_mission.language.requirements.signals import OUTCOME, OUTCOMES, SIGNALS
 from bt_mission.language.requirements.syntax import (
     EVERYTHING,
     BinaryWord,
     Chain,
+    Edge,
+    EdgeWord,
+    Measure,
+    MeasureWord,
     SignalValue,
     Temporal,
     TimeWindow,
@@ -44,8 +52,17 @@ _WORDS: dict[str, UnaryWord] = {
     "historically": "historically",
 }
 _SOME = frozenset(("eventually", "previously"))
-LOOKING_BACK = frozenset(("previously", "historically", "since"))
-JOINING = frozenset(("until", "since", "implies", "within", "then", "for", "between", "so"))
+EDGES: dict[str, EdgeWord] = {"starts": "starts", "ends": "ends"}
+MEASURES: dict[str, MeasureWord] = {
+    "count": "count",
+    "mean": "mean",
+    "rate": "rate",
+    "value": "value",
+}
+LOOKING_BACK = frozenset(("previously", "historically", "since", "count", "mean"))
+JOINING = frozenset(
+    ("until", "since", "implies", "within", "then", "for", "between", "so", "over", "at")
+)
 INSTEAD = {
     "globally": "always",
     "finally": "eventually",
@@ -54,13 +71,18 @@ INSTEAD = {
     "when": "whenever",
     "while": "whenever",
     "sometime": "eventually",
+    "begins": "starts",
+    "rises": "starts",
+    "falls": "ends",
+    "average": "mean",
+    "derivative": "rate",
 }
 TIMES = tuple(name for name, unit in COMPUTED.items() if unit == SECONDS)
 
 
 def parse_requirement(text: str) -> SyntaxNode:
     """Return a requirement's parts. Raises ExpressionError, with the column."""
-    parser = RequirementParser(tokenized(text, symbols=":"))
+    parser = RequirementParser(tokenized(text, symbols=":="))
     node = parser.either()
     parser.end()
     return node
@@ -82,6 +104,9 @@ def whenever(
 @dataclass
 class RequirementParser(ExpressionParser):
     """Reads what stands around and inside expressions."""
+
+    takes_equals: bool = False
+    """Is this the place for a single '='?"""
 
     @override
     def either(self) -> SyntaxNode:
@@ -137,8 +162,23 @@ class RequirementParser(ExpressionParser):
         return quoted(self.next.text) if self.next.text else "the end"
 
     @override
+    def take(self) -> Token:
+        token = super().take()
+        if token.text == "=" and not self.takes_equals:
+            raise ExpressionError("unexpected token '='", token.column, "write '=='")
+        return token
+
+    @override
+    def close(self, opened: Token, closing: str = ")") -> None:
+        if self.next.text == "=":
+            self.take()
+        super().close(opened, closing)
+
+    @override
     def end(self) -> None:
         token = self.next
+        if token.text == "=":
+            self.take()
         if token.kind != "end" and token.text == ":":
             raise ExpressionError("unexpected ':'", token.column, "it stands behind 'whenever ...'")
         super().end()
@@ -212,6 +252,8 @@ class RequirementParser(ExpressionParser):
 
     @override
     def call(self, token: Token) -> SyntaxNode:
+        if token.text in EDGES or token.text in MEASURES:
+            return self.edge(token) if token.text in EDGES else self.measure(token)
         if token.text in FUNCTIONS:
             found = super().call(token)
             if self.draws:
@@ -220,6 +262,16 @@ class RequirementParser(ExpressionParser):
         signal = SIGNALS.get(token.text)
         if signal is None:
             raise _unknown(token.text, token.column)
+        arguments = self.names_in(token)
+        if len(arguments) != len(signal.arguments):
+            message = f"expected {_usage(token.text)}, got {len(arguments)} arguments"
+            raise ExpressionError(message, token.column)
+        if token.text == OUTCOME:
+            return self.outcome(token, arguments[0])
+        return SignalValue(token.column, token.text, tuple(arguments))
+
+    def names_in(self, token: Token) -> list[str]:
+        """Take the names between the parentheses of a signal."""
         arguments = []
         while not self.takes(")"):
             argument = self.take()
@@ -230,10 +282,65 @@ class RequirementParser(ExpressionParser):
             arguments.append(argument.text[1:-1])
             if self.next.text != ")" and not self.takes(","):
                 raise ExpressionError("expected ',' or ')'", self.next.column)
-        if len(arguments) != len(signal.arguments):
-            message = f"expected {_usage(token.text)}, got {len(arguments)} arguments"
+        return arguments
+
+    def outcome(self, token: Token, node: str) -> SyntaxNode:
+        """Take what the outcome of a node's goal is compared with."""
+        self.takes_equals = True
+        symbol, named = self.takes("=", "==", "!="), self.take()
+        self.takes_equals = False
+        name = named.text.strip("'\"")
+        if symbol is None or named.kind not in ("name", "text"):
+            message = f"expected {_usage(OUTCOME)} = and an outcome, such as 'canceled'"
             raise ExpressionError(message, token.column)
-        return SignalValue(token.column, token.text, tuple(arguments))
+        if name not in OUTCOMES:
+            message = f"unknown outcome {quoted(name)} (known: {listed(OUTCOMES)})"
+            raise ExpressionError(message, named.column, did_you_mean(name, OUTCOMES))
+        found = SignalValue(token.column, OUTCOME, (node, name))
+        return Not(token.column, found) if symbol.text == "!=" else found
+
+    # ---- what was so far -----------------------------------------------------------------
+
+    def edge(self, token: Token) -> Edge:
+        """Take the condition of `starts` or `ends`."""
+        return Edge(token.column, self.enclosed(), EDGES[token.text])
+
+    def measure(self, token: Token) -> Measure:
+        """Take what is measured, and over which time."""
+        inner: SyntaxNode | None = self.enclosed()
+        edge, window = None, EVERYTHING
+        match token.text:
+            case "count":
+                edge, inner = _expect_edge(inner, "count(...)", token.column), None
+                window = self.so_far(token, self.within() or EVERYTHING)
+            case "mean":
+                self.expect("over", "a time: mean(speed) over 10 s")
+                window = self.so_far(token, TimeWindow(0.0, self.time()))
+            case "value":
+                self.expect("at", "an edge: value(yaw) at last starts(...)")
+                self.expect("last", "an edge: value(yaw) at last starts(...)")
+                edge = _expect_edge(self.atom(), "'at last'", token.column)
+        return Measure(token.column, MEASURES[token.text], inner, edge, window)
+
+    def enclosed(self) -> SyntaxNode:
+        """Take a formula up to the parenthesis that closes it."""
+        opened = self.tokens[self.at - 1]
+        inner = self.either()
+        self.close(opened)
+        return inner
+
+    def expect(self, word: str, what: str) -> None:
+        """Take a word."""
+        if not self.takes(word):
+            message = f"expected '{word}' and {what}, got {self.got}"
+            raise ExpressionError(message, self.next.column)
+
+
+def _expect_edge(node: SyntaxNode | None, where: str, column: int) -> Edge:
+    if isinstance(node, Edge):
+        return node
+    message = f"expected starts(...) or ends(...) in {where}"
+    raise ExpressionError(message, node.column if node is not None else column)
 
 
 def _usage(name: str) -> str:
@@ -244,7 +351,7 @@ def _usage(name: str) -> str:
 def _unknown(name: str, column: int) -> ExpressionError:
     if name in INSTEAD:
         return ExpressionError(f"unknown word {quoted(name)}", column, f"write '{INSTEAD[name]}'")
-    words = (*SIGNALS, *_WORDS, "whenever")
+    words = (*SIGNALS, *_WORDS, *EDGES, *MEASURES, "whenever")
     hint = did_you_mean(name, words)
     message = f"unknown signal {quoted(name)} (known: {listed(SIGNALS)})"
     return ExpressionError(message, column, hint)

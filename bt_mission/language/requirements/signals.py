@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from bt_mission.core.units import Dimension
+from bt_mission.goals.outcome import Outcome
 from bt_mission.language.expressions.values import Type
 
 Knows = Literal["simulator", "odometry", "topic", "mission"]
@@ -93,6 +94,22 @@ SIGNALS: Mapping[str, Signal] = {
     "open_goals": Signal(
         "goals that were sent and have not ended", "integer", range=_POSITIVE, known_by="mission"
     ),
+    "accepted": Signal(
+        "the server has accepted a node's newest goal",
+        "bool",
+        None,
+        known_by="mission",
+        arguments=("node",),
+        is_of_goal=True,
+    ),
+    "outcome": Signal(
+        "a node's newest goal has ended in this way",
+        "bool",
+        None,
+        known_by="mission",
+        arguments=("node",),
+        is_of_goal=True,
+    ),
     "running": Signal("a node runs", "bool", None, known_by="mission", arguments=("node",)),
     "succeeded": Signal(
         "a node has ended well, and not been entered again",
@@ -110,6 +127,10 @@ SIGNALS: Mapping[str, Signal] = {
     ),
 }
 """Every signal by its name; `$name` is a variable of the mission besides."""
+
+OUTCOME = "outcome"
+OUTCOMES = ("canceled", *(str(one) for one in Outcome))
+"""What the outcome of a goal is compared with; `canceled` is any of those that begin with it."""
 
 ENDS_WITH_MISSION = frozenset(
     name for name, signal in SIGNALS.items() if signal.known_by == "mission" and name != "time"

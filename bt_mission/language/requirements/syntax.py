@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 from typing_extensions import override
@@ -110,6 +111,71 @@ class Chain(Binary):
         self.left.expect(types, "bool")
         self.right.expect(types, "bool")
         return "bool"
+
+
+EdgeWord: TypeAlias = Literal["starts", "ends"]
+MeasureWord: TypeAlias = Literal["count", "mean", "rate", "value"]
+
+
+@dataclass(frozen=True)
+class Edge(Unary):
+    """The instants at which a condition begins, or ceases, to be true."""
+
+    word: EdgeWord
+
+    @override
+    def evaluate(self, scope: EvaluationScope) -> Plain:
+        raise _beyond_one_instant(self.word, self.column)
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        self.operand.expect(types, "bool")
+        return "bool"
+
+
+@dataclass(frozen=True)
+class Measure(SyntaxNode):
+    """A value out of what was so far: how often an edge was there, the mean of a number, ...
+
+    Attributes:
+        operand: What is measured; None for a count.
+        edge: What is counted, or at the last of which the value is taken.
+        window: Before the present instant.
+    """
+
+    word: MeasureWord
+    operand: SyntaxNode | None
+    edge: Edge | None
+    window: TimeWindow
+
+    @property
+    @override
+    def parts(self) -> tuple[SyntaxNode, ...]:
+        return tuple(one for one in (self.operand, self.edge) if one is not None)
+
+    @cached_property
+    def key(self) -> str:
+        """What its value is known by."""
+        return repr(self)
+
+    @override
+    def evaluate(self, scope: EvaluationScope) -> Plain:
+        return scope.fields[self.key]
+
+    @override
+    def infer(self, types: Types) -> Type | None:
+        if self.edge is not None:
+            self.edge.infer(types)
+        if self.operand is None:
+            return "integer"
+        if self.word == "value":
+            return self.operand.infer(types)
+        self.operand.expect(types, "number")
+        return "number"
+
+
+Timed: TypeAlias = Temporal | Chain | Edge | Measure
+"""The parts that speak of other instants than the present one."""
 
 
 def _beyond_one_instant(word: str, column: int) -> ExpressionError:
