@@ -54,8 +54,9 @@ format: $(installed) ## put the sources in order
 docs: $(installed) ## build the documentation site, build/site; REFS="v1 main" adds these versions
 	@$(bin)/python tools/build_site.py $(REFS)
 
-generated: $(installed) ## write what docs/ takes from the code: the table of faults, the picture of the packages
+generated: $(installed) ## write what docs/ takes from the code: the tables of faults and keys, the picture of the packages
 	@$(bin)/python tools/make_fault_table.py
+	@$(bin)/python tools/make_key_tables.py
 	@$(bin)/python tools/draw_layers.py
 
 doctor: $(installed) ## say what this machine lacks

@@ -7,6 +7,7 @@ import json
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,15 +32,16 @@ def add_parser(commands: Any) -> None:
         "check",
         description="Reads missions, checks them against the real ROS types, worlds and robots, "
         "and prints every fault with its file, line and column. Nothing moves, and no code of the "
-        "missions runs unless --import-python is given.",
+        "missions runs unless --import-python is given. Worlds, robots and files of requirements "
+        "are checked, too.",
     )
     parser.add_argument(
         "files",
         nargs="+",
         type=Path,
         metavar="file",
-        help="missions, scenarios and fleets: YAML files, XML files of Groot 2, or names of "
-        "shipped ones",
+        help="missions, scenarios, fleets, worlds, robots and files of requirements, told apart by "
+        "their content: YAML files, XML files of Groot 2, or names of shipped missions",
     )
     add_overrides(parser)
     add_require_option(parser)
@@ -181,6 +183,10 @@ def permissions_of(options: argparse.Namespace) -> Permissions:
     return Permissions(python="name", hint=hint)
 
 
+_PLAIN = frozenset(("world", "robot", "requirements"))
+"""Kinds of file that hold no mission."""
+
+
 def check_files(options: argparse.Namespace) -> int:
     """Print every fault of every file, or that there is none; the exit code is the worst."""
     each = [argparse.Namespace(**vars(options), file=file) for file in options.files]
@@ -190,7 +196,7 @@ def check_files(options: argparse.Namespace) -> int:
     if len(codes) > 1:
         kinds = {kind_of(mission_file(one)) for one in each}
         what = "missions" if kinds == {"mission"} else "files"
-        print(f"{codes.count(SUCCESS)} of {len(codes)} {what} are sound")
+        print(f"{codes.count(SUCCESS)} of {len(codes)} {what} are valid")
     return max(codes)
 
 
@@ -207,7 +213,10 @@ def _check_file(options: argparse.Namespace) -> int:
         return BAD_INPUT
     for warning in warnings:
         print(warning, file=sys.stderr)
-    kind = kind_of(mission.file)
+    kind = kind_of(mission_file(options))
+    if kind in _PLAIN:
+        print(f"{mission.file}: {kind} '{mission.name}' is valid ({mission.summary})")
+        return SUCCESS
     if kind == "fleet":
         print(f"{mission.file}: fleet '{mission.name}' is valid ({_robots_of(mission)})")
         return SUCCESS
@@ -239,6 +248,10 @@ def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     kind = kind_of(mission_file(options))
     if kind != "mission" and options.against:
         raise BtMissionError(f"--against: {options.file} is a {kind}, which has a stage of its own")
+    if kind in _PLAIN:
+        from bt_mission.sessions.file_checks import CHECKS
+
+        return CHECKS[kind](mission_file(options), options.robot, options.world)
     if kind == "fleet":
         return examined_fleet(options)
     found, faults = examined_file(options)
@@ -246,6 +259,15 @@ def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         from bt_mission.scenarios.run import look_for_names
 
         look_for_names(found)
+        return found, faults
+    if goes_to_a_graph(options):
+        return found, faults
+    from bt_mission.core.diagnostics import InputError, in_order
+    from bt_mission.sessions.stage_checks import stage_problems
+
+    faults = in_order([*faults, *stage_problems(found)])
+    if any(fault.severity == "error" for fault in faults):
+        raise InputError(faults)
     return found, faults
 
 
@@ -317,18 +339,29 @@ def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:
     return code
 
 
+_SCHEMAS = {
+    "mission": ("bt_mission.language.schema", "mission_schema"),
+    "scenario": ("bt_mission.scenarios.schema", "scenario_schema"),
+    "fleet": ("bt_mission.fleets.file", "fleet_schema"),
+    "world": ("bt_mission.sessions.file_checks", "world_schema"),
+    "robot": ("bt_mission.sessions.file_checks", "robot_schema"),
+    "requirements": ("bt_mission.sessions.file_checks", "requirements_schema"),
+}
+"""What gives the schema of each kind of file, with its module."""
+
+
 def add_schema_parser(commands: Any) -> None:
     """Add ``schema`` to the command line."""
     parser = commands.add_parser(
         "schema",
-        description="Prints the JSON Schema of mission, scenario or fleet files. An editor with a "
+        description="Prints the JSON Schema of a kind of file. An editor with a "
         "YAML language server completes and checks missions by it: put it into a file, and say so "
         "in the first line of a mission: '# yaml-language-server: $schema=mission.schema.json'.",
     )
     parser.add_argument(
         "of",
         nargs="?",
-        choices=("mission", "scenario", "fleet"),
+        choices=tuple(_SCHEMAS),
         default="mission",
         help="of which files (default: mission)",
     )
@@ -337,11 +370,6 @@ def add_schema_parser(commands: Any) -> None:
 
 def print_schema(options: argparse.Namespace) -> int:
     """Print it."""
-    if options.of == "scenario":
-        from bt_mission.scenarios.schema import scenario_schema as schema
-    elif options.of == "fleet":
-        from bt_mission.fleets.file import fleet_schema as schema
-    else:
-        from bt_mission.language.schema import mission_schema as schema
-    print(json.dumps(schema(), indent=2))
+    module, name = _SCHEMAS[options.of]
+    print(json.dumps(getattr(import_module(module), name)(), indent=2))
     return SUCCESS

@@ -7,7 +7,7 @@ import os
 import re
 import sys
 from pathlib import Path
-from typing import Literal, cast
+from typing import Literal
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed
 
@@ -16,8 +16,17 @@ Kind = Literal["missions", "worlds", "robots", "parameters"]
 SUFFIXES = (".yaml", ".yml")
 MOST_READ = 1_000_000
 """Characters of a file in which its kind is looked for; larger ones are refused anyway."""
-FileKind = Literal["mission", "scenario", "fleet"]
-_NAMED_KIND = re.compile(r"^(scenario|fleet)[ ]*:", re.MULTILINE)
+FileKind = Literal["mission", "scenario", "fleet", "world", "robot", "requirements"]
+_TOP_KEY = re.compile(r"^([a-z_]+)[ ]*:", re.MULTILINE)
+_KEYS: dict[FileKind, frozenset[str]] = {
+    "scenario": frozenset(("scenario",)),
+    "fleet": frozenset(("fleet",)),
+    "mission": frozenset(("mission", "tree", "trees", "include")),
+    "robot": frozenset(("wheel_radius", "wheel_separation", "lidar", "hull", "base_mass")),
+    "world": frozenset(("size", "walls", "boxes", "cylinders", "zones", "spawn", "slippery")),
+    "requirements": frozenset(("requirements",)),
+}
+"""Keys at the top of a file by which its kind is known, in the order in which they count."""
 _PLAIN_WORDS = re.compile(
     r"^(mission|scenario|fleet|world)[ ]*:[ ]+([\w.-]+(?: [\w.-]+)*)[ ]*(?:#.*)?$",
     re.MULTILINE | re.ASCII,
@@ -135,9 +144,9 @@ def is_file(path: Path) -> bool:
 
 
 def kind_of(path: str | Path) -> FileKind:
-    """Return which kind of file it is, by its first key of a kind; a mission where it has none."""
-    found = _NAMED_KIND.search(text_to_look_at(path))
-    return "mission" if found is None else cast("FileKind", found.group(1))
+    """Return which kind of file it is, by the keys at its top; a mission where none tells."""
+    keys = frozenset(_TOP_KEY.findall(text_to_look_at(path)))
+    return next((kind for kind, known in _KEYS.items() if keys & known), "mission")
 
 
 def is_scenario(path: str | Path) -> bool:

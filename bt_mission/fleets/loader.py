@@ -187,12 +187,6 @@ class _Loader:
         return str(self._files.beside(written.world) or written.world)
 
     def _check_places(self, world: World, robots: list[FleetRobot]) -> None:
-        width, depth = world.size
-        for one in robots:
-            if abs(one.x) > width / 2 or abs(one.y) > depth / 2:
-                message = f"({one.x:g}, {one.y:g}) is outside the world '{world.name}', which is "
-                message += f"{width:g} m by {depth:g} m around (0, 0)"
-                self._note(("robots", one.name, "start"), message)
         spawns = [
             RobotSpawn(
                 load_robot(one.mission.robot, near=one.mission.file),

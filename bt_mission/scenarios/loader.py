@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, in_order, quoted
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.faults.planned import WhenTrue
 from bt_mission.language.checks.python_code import factory_faults
@@ -19,8 +20,11 @@ from bt_mission.language.requirements.written import requirements_of
 from bt_mission.scenarios.faults import FaultReader
 from bt_mission.scenarios.file import ScenarioFile
 from bt_mission.scenarios.scenario import Expectation, Scenario
+from bt_mission.sessions.check import has_camera
 from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerSettings
 from bt_mission.sessions.named_files import NamedFiles, zones_of
+from bt_mission.sessions.stage_files import DEFAULT_WORLD
+from sim.world.loader import load_world
 from sim.world.world import World
 
 
@@ -94,9 +98,13 @@ class _Loader:
             self._faults += factory_faults(nodes, self._changes.permissions)
             mission = replace(mission, nodes=(*mission.nodes, *nodes))
             self._check_names(mission, written, made)
+            self._check_cameras(mission, made)
         if mission is None or any(one.severity == "error" for one in self._faults):
             return None, in_order(self._faults)
         start = written.start
+        self._check_start(mission, written, world)
+        if any(one.severity == "error" for one in self._faults):
+            return None, in_order(self._faults)
         scenario = Scenario(
             name=written.scenario,
             description=written.description,
@@ -132,6 +140,21 @@ class _Loader:
         is_here = isinstance(inputs, dict) and name in inputs and name not in self._changes.set
         return ("inputs", name) if is_here else None
 
+    def _check_start(self, mission: Mission, written: ScenarioFile, world: World | None) -> None:
+        """Note a start beside the floor of the world."""
+        start = written.start
+        if start is None:
+            return
+        try:
+            world = world or load_world(mission.world or DEFAULT_WORLD, near=mission.file)
+        except BtMissionError:
+            return  # reported where the world is named
+        length, width = world.size
+        if abs(start.x) > length / 2 or abs(start.y) > width / 2:
+            message = f"({start.x:g}, {start.y:g}) is outside the world '{world.name}', which is "
+            message += f"{length:g} m by {width:g} m around (0, 0)"
+            self._faults.append(self._document.fault(("start",), message))
+
     # ---- what names parts of the mission -------------------------------------------------
 
     def _with_requirements(self, mission: Mission, written: ScenarioFile) -> Mission:
@@ -142,6 +165,13 @@ class _Loader:
         self._faults += faults_of_names(self._document, MissionNames(mission))
         added = requirements_of(written.requirements)
         return replace(mission, requirements=(*mission.requirements, *added))
+
+    def _check_cameras(self, mission: Mission, made: FaultReader) -> None:
+        cameras = [one for one in made.faults if one.planned.name.startswith("camera_")]
+        if cameras and not has_camera(mission):
+            for fault in cameras:
+                message = f"{fault.planned.name}: the robot '{mission.robot}' has no camera"
+                self._faults.append(fault.locate(message, None, fault.planned.name, 0))
 
     def _check_names(self, mission: Mission, written: ScenarioFile, made: FaultReader) -> None:
         names = MissionNames(mission)

@@ -25,6 +25,7 @@ from bt_mission.language.mission import Mission
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import Written
 from bt_mission.search.kinds import unknown_kind
+from bt_mission.sessions.check import has_camera
 from bt_mission.sweeps.space import NUMBER, Interval, Parameter, parse_parameter, read_parameters
 
 _SPAN = re.compile(rf"\s*({NUMBER})\s*\.\.\s*({NUMBER})\s*")
@@ -192,6 +193,23 @@ class RangesFile:
                 wrong.append(self.document.fault(("inputs", name), message, hint, key=True))
         if wrong:
             raise InputError(wrong)
+
+    def check_camera(self, mission: Mission) -> None:
+        """Look for the camera that the kinds of faults need.
+
+        Raises:
+            InputError: With the kinds that need one where the robot has none.
+        """
+        kinds = enumerate(self.ranges.faults.kinds)
+        needing = [(n, kind) for n, kind in kinds if kind.partition("_")[0] == "camera"]
+        if needing and not has_camera(mission):
+            raise InputError(
+                self.document.fault(
+                    ("faults", "kinds", number),
+                    f"{quoted(kind)}: the robot '{mission.robot}' has no camera",
+                )
+                for number, kind in needing
+            )
 
     def refused_value(self, name: str, message: str) -> Diagnostic:
         """Tell that a mission refuses a value of an input, at its place."""

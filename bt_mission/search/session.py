@@ -61,6 +61,7 @@ def load_search(
         changes = replace(changes, requirements=requirements)
     base = load_base(path, changes, ranges.parameters)
     ranges.check_inputs(base.mission)
+    ranges.check_camera(base.mission)
     _check_ends(base, ranges)
     return base
 

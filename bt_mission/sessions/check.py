@@ -264,6 +264,14 @@ def _base_faults(mission: Mission) -> Iterator[Diagnostic]:
                 yield tree.document.fault(movers[1].path, message, severity="warning")
 
 
+def has_camera(mission: Mission) -> bool:
+    """Return whether the robot of a mission has a camera; a robot that cannot be read may."""
+    try:
+        return load_robot(mission.robot, near=mission.file).camera is not None
+    except BtMissionError:
+        return True  # reported elsewhere, or when it is used
+
+
 def _camera_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
     """Yield a fault for every goal that takes pictures with a robot that has no camera."""
     found = [
@@ -274,11 +282,8 @@ def _camera_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagn
     ]
     if not found or not _is_there("robots", mission.robot, mission, permissions):
         return
-    try:
-        robot = load_robot(mission.robot, near=mission.file)
-    except BtMissionError:
-        return  # said elsewhere, or when it is used
-    if robot.camera is None:
+    if not has_camera(mission):
+        name = load_robot(mission.robot, near=mission.file).name
         for document, step in found:
-            message = f"{step.ros_name} needs a camera; a {robot.name} has none"
+            message = f"{step.ros_name} needs a camera; a {name} has none"
             yield document.fault(step.path, message)

@@ -8,7 +8,7 @@ from bt_mission.core.errors import BtMissionError
 from sim.physics.contacts import Contacts
 from sim.physics.physics import Physics
 from sim.physics.spawn import RobotSpawn
-from sim.world.world import Spawn
+from sim.world.world import Spawn, World
 
 TOUCHING = 1e-4
 """Metres by which a robot that is put somewhere may be in what it touches."""
@@ -24,6 +24,18 @@ class SpawnError(BtMissionError):
     def __init__(self, message: str, robot: str = "") -> None:
         super().__init__(message)
         self.robot = robot
+
+
+def off_floor(world: World, entrant: RobotSpawn, spawn: Spawn) -> SpawnError | None:
+    """Return what is said of a robot whose start lies beside the floor of its world, or None."""
+    length, width = world.size
+    if abs(spawn.x) <= length / 2 and abs(spawn.y) <= width / 2:
+        return None
+    return SpawnError(
+        f"({spawn.x:g}, {spawn.y:g}) is outside the world '{world.name}', which is"
+        f" {length:g} m by {width:g} m around (0, 0)",
+        entrant.name,
+    )
 
 
 def no_room_at_start(physics: Physics, entrant: RobotSpawn, spawn: Spawn) -> SpawnError:

@@ -63,6 +63,8 @@ class SimulatedRobot:
         self._new_collisions: list[Collision] = []
         self._gauge = robot_gauge(model, physics.names, prefix)
         spawn = entrant.spawn or physics.world.spawn
+        if outside := fit.off_floor(physics.world, entrant, spawn):
+            raise outside
         if self._contacts.touched(data):
             raise fit.no_room_at_start(physics, entrant, spawn)
         self._last_scan: npt.NDArray[np.float32] | None = None

@@ -305,11 +305,11 @@ def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
 def test_several_missions_are_checked_at_once(mission, capsys):
     """Each tells its faults, and the exit code is the worst."""
     assert main(["check", "square", "patrol"]) == 0
-    assert capsys.readouterr().out.endswith("2 of 2 missions are sound\n")
+    assert capsys.readouterr().out.endswith("2 of 2 missions are valid\n")
     assert main(["check", mission("mission: x\ntree: {turn: {angel: 1}}\n"), "square"]) == 2
     said = capsys.readouterr()
     assert "no field 'angel'" in said.err
-    assert said.out.endswith("1 of 2 missions are sound\n")
+    assert said.out.endswith("1 of 2 missions are valid\n")
     assert main(["check", "--json", "square", "patrol"]) == 0
     assert capsys.readouterr().out == "[]\n"
 

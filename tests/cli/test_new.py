@@ -74,7 +74,7 @@ def test_its_missions_are_valid_and_run(project: Path, capsys: pytest.CaptureFix
     """By their names, in its folder."""
     assert main(["check", NAME, "scenarios/box_appears.scenario.yaml"]) == 0
     said = capsys.readouterr()
-    assert said.out.endswith("2 of 2 files are sound\n")
+    assert said.out.endswith("2 of 2 files are valid\n")
     assert said.err == ""
     assert main(["run", NAME, "--json"]) == 0
     report = json.loads(capsys.readouterr().out)

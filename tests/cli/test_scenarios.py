@@ -130,7 +130,7 @@ def test_check_tells_what_is_in_a_scenario(
     assert main(["check", scenario(FAILS), "square"]) == 0
     out = capsys.readouterr().out
     assert "scenario 'it turns' is valid (mission 'turns', 1 fault, 1 requirement)" in out
-    assert "2 of 2 files are sound" in out
+    assert "2 of 2 files are valid" in out
 
 
 def test_the_schema_of_scenarios_is_printed(capsys: pytest.CaptureFixture[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from typing import Any
 
 from bt_mission.core.diagnostics import Diagnostic
@@ -21,6 +22,7 @@ from bt_mission.language.checks.reachability import (
 )
 from bt_mission.language.checks.rules import GoalRules
 from bt_mission.language.checks.scope import (
+    MOST_ELEMENTS,
     Variables,
     names_read,
     node_faults,
@@ -82,7 +84,10 @@ def type_faults(
             if is_behind:
                 continue
             if isinstance(node, InterfaceNode):
-                yield from checker.faults(tree.document, node, variables)
+                found: dict[Diagnostic, None] = {}
+                for each in islice(variables.for_each_element(names_read(node)), MOST_ELEMENTS):
+                    found |= dict.fromkeys(checker.faults(tree.document, node, each))
+                yield from found
             elif isinstance(node, PythonNode) and not any(leaf_faults(tree, node, permissions)):
                 yield from python_faults(tree, node, variables)
 

@@ -37,6 +37,10 @@ FieldType = Callable[[str], Type | None]
 """The type of a field of a message by its dotted name; raises KeyError where there is none."""
 
 
+MOST_ELEMENTS = 100
+"""Of the list of a `for_each`, for which a goal in it is checked."""
+
+
 @dataclass
 class Variables:
     """The names known at one step. It changes as the file is walked: use it at once."""
@@ -50,6 +54,8 @@ class Variables:
     """Variables that follow a topic, with the line in which they do."""
     loops: dict[str, int] = field(default_factory=dict)
     """Variables that a `for_each` around this step goes through, with its line."""
+    loop_values: dict[str, list[Plain]] = field(default_factory=dict)
+    """The elements that these go through, where they are the same in every run."""
     left: dict[str, int] = field(default_factory=dict)
     """Those of a `for_each` that has ended, with its line."""
 
@@ -66,16 +72,29 @@ class Variables:
         except ExpressionError:
             return None
 
-    def element_type(self, elements: Value) -> Type | None:
-        """Return the type that all elements of a list have; None where that is not known."""
-        if isinstance(elements, Expression) and self.fixes(elements.names) and not elements.draws:
+    def elements(self, written: Value) -> list[Plain] | None:
+        """Return the elements of a list; None where they are not the same in every run."""
+        found: object = written
+        if isinstance(written, Expression) and self.fixes(written.names) and not written.draws:
             try:
-                elements = elements.evaluate(self.inputs, random.Random(0))
+                found = written.evaluate(self.inputs, random.Random(0))
             except ExpressionError:
                 return None
-        if not isinstance(elements, list):
-            return None
-        return joined({type_of(one) for one in elements})
+        return found if isinstance(found, list) else None
+
+    def for_each_element(self, names: frozenset[str]) -> Iterator[Variables]:
+        """Yield these variables with each value of a loop's variable among the names.
+
+        Only these variables themselves are given where no such loop is around the step.
+        """
+        name = next((one for one in names if one in self.loop_values), None)
+        if name is None:
+            yield self
+            return
+        for value in self.loop_values[name][:MOST_ELEMENTS]:
+            others = {one: values for one, values in self.loop_values.items() if one != name}
+            inputs = {**self.inputs, name: value}
+            yield from replace(self, inputs=inputs, loop_values=others).for_each_element(names)
 
     def fixed(self, name: str) -> str | None:
         """Return why a variable cannot be written here, or None."""
@@ -146,10 +165,14 @@ def _walk(node: NodeModel, variables: Variables, output_type: OutputType) -> Ite
     # That a name is taken already is a fault of its own; it then keeps what it was.
     shadowed = {name: types[name]} if name in types else {}
     around = {name: loops[name]} if name in loops else {}
-    types[name] = variables.element_type(node.elements)
+    elements = variables.elements(node.elements)
+    types[name] = None if elements is None else joined({type_of(one) for one in elements})
     loops[name] = node.line
+    if elements and not shadowed:
+        variables.loop_values[name] = elements
     yield from _walk(node.child, variables, output_type)
     del types[name]
+    variables.loop_values.pop(name, None)
     variables.left[name] = loops.pop(name)
     types.update(shadowed)
     loops.update(around)

@@ -1,0 +1,112 @@
+"""Checks and schemas of the files that hold no mission: worlds, robots and requirements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from bt_mission.core.diagnostics import Diagnostic, InputError
+from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.core.yaml.document import read
+from bt_mission.language.node_reader import NodeReader
+from bt_mission.language.requirements.written import RequirementsFile
+from bt_mission.language.schema import DIALECT
+from bt_mission.sessions.stage_checks import rate_problems, start_problem
+from sim.world.loader import load_world, unseen
+from sim.world.world import Spawn, World
+
+DEFAULT_ROBOT, DEFAULT_WORLD = "waffle", "empty_arena"
+
+
+@dataclass(frozen=True)
+class CheckedFile:
+    """A file without errors: its name, and what is in it in a few words."""
+
+    file: str
+    name: str
+    summary: str
+
+
+Checked: TypeAlias = tuple[CheckedFile, tuple[Diagnostic, ...]]
+
+
+def check_world(path: Path, robot: str | None = None, _world: str | None = None) -> Checked:
+    """Check a world, and that a robot can start at its spawn.
+
+    Raises:
+        InputError: With every error.
+    """
+    document = read(path)
+    world, model = load_world(document), load_robot(robot or DEFAULT_ROBOT, near=path)
+    problem = start_problem(world, model)
+    if problem is not None:
+        place = ("spawn",) if document.has("spawn") else ()
+        raise InputError([document.fault(place, problem)])
+    warnings = tuple(document.fault((), one, severity="warning") for one in unseen(world, model))
+    summary = f"{_count(len(world.obstacles), 'obstacle')}, {_count(len(world.zones), 'zone')}"
+    return CheckedFile(str(path), world.name, summary), warnings
+
+
+def check_robot(path: Path, _robot: str | None = None, world: str | None = None) -> Checked:
+    """Check a robot: its figures, the rates of its sensors, and that it can be simulated.
+
+    Raises:
+        InputError: With every error.
+    """
+    document = read(path)
+    robot = load_robot(document)
+    wrong = [document.fault(key, message) for key, message in rate_problems(robot)]
+    problem = start_problem(load_world(world or DEFAULT_WORLD), robot, Spawn())
+    if problem is not None:
+        wrong.append(document.fault((), problem))
+    if wrong:
+        raise InputError(wrong)
+    sensors = ["lidar", "imu", *(["camera"] if robot.camera else [])]
+    return CheckedFile(str(path), robot.name, ", ".join(sensors)), ()
+
+
+def check_requirements(path: Path, _robot: str | None = None, _world: str | None = None) -> Checked:
+    """Check the formulas of requirements; the names in them are those of a mission.
+
+    Raises:
+        InputError: With every error.
+    """
+    document = read(path)
+    reader = NodeReader(document)
+    written = reader.written(RequirementsFile, (), document.data)
+    if written is None or reader.faults:
+        raise InputError(reader.faults)
+    return CheckedFile(str(path), path.stem, _count(len(written.requirements), "requirement")), ()
+
+
+CHECKS: Mapping[str, Callable[[Path, str | None, str | None], Checked]] = {
+    "world": check_world,
+    "robot": check_robot,
+    "requirements": check_requirements,
+}
+"""What checks a file of each kind: its path, and the robot and the world of the options."""
+
+
+def world_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a world file."""
+    return _schema(World, "world")
+
+
+def robot_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a robot file."""
+    return _schema(RobotModel, "robot")
+
+
+def requirements_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a file of requirements."""
+    return _schema(RequirementsFile, "requirements")
+
+
+def _schema(model: Any, title: str) -> dict[str, Any]:
+    return {"$schema": DIALECT, **model.model_json_schema(), "title": f"bt-mission {title}"}
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

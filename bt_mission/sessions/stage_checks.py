@@ -1,0 +1,110 @@
+"""What a simulation refuses before anything moves: places without room, rates, missing topics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed, quoted
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.language.mission import Mission
+from bt_mission.language.nodes.interfaces import PublishNode, WaitForNode
+from bt_mission.language.nodes.leaves import PythonNode
+from bt_mission.language.trees import all_steps
+from sim.world.loader import load_world
+from sim.world.world import Spawn, World
+
+TOPICS = frozenset(
+    (
+        *("amcl_pose", "battery_state", "clock", "cmd_vel", "collisions", "coverage"),
+        *("ground_truth/odom", "imu", "joint_states", "map", "motors_on", "odom", "plan"),
+        *("robot_description", "scan", "tf", "tf_static", "total_distance", "waypoints", "zones"),
+    )
+)
+"""What the simulator, the servers and the executive publish, besides the camera's topics."""
+
+CAMERA_TOPICS = frozenset(("camera/image_raw", "camera/camera_info"))
+
+_RATES: tuple[tuple[str, ...], ...] = (
+    ("odometry_rate",),
+    ("lidar", "rate"),
+    ("imu", "rate"),
+    ("camera", "rate"),
+)
+
+
+def start_problem(world: World, robot: RobotModel, spawn: Spawn | None = None) -> str | None:
+    """Return why a robot cannot start in a world, at the world's spawn or another one, or None."""
+    from sim.physics.spawn import RobotSpawn  # noqa: PLC0415 - MuJoCo takes long
+    from sim.simulation import Fleet  # noqa: PLC0415 - the same
+
+    try:
+        Fleet(world, [RobotSpawn(robot, spawn=spawn)], seed=0)
+    except BtMissionError as error:
+        return str(error)
+    return None
+
+
+def rate_problems(robot: RobotModel) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Yield the rates of sensors that do not fit the steps of the physics, with their keys."""
+    from sim.ros.schedule import RateError, period_of  # noqa: PLC0415 - MuJoCo takes long
+
+    figures = robot.model_dump()
+    for path in _RATES:
+        value: Any = figures
+        for key in path:
+            value = value.get(key) or {}
+        try:
+            if value:
+                period_of(value, ".".join(path))
+        except RateError as error:
+            yield path, str(error)
+
+
+def stage_problems(mission: Mission) -> Iterator[Diagnostic]:
+    """Yield what the simulation of a mission would refuse at its start, at the mission's keys."""
+    document = mission.document
+    if document is None:
+        return
+    try:
+        robot = load_robot(mission.robot, near=mission.file)
+        world = load_world(mission.world, near=mission.file) if mission.world else None
+    except (BtMissionError, InputError):
+        return  # reported elsewhere
+    for _, message in rate_problems(robot):
+        yield document.fault(("robot",), f"robot {robot.name}: {message}")
+    problem = None if world is None else start_problem(world, robot)
+    if problem is not None:
+        yield document.fault(("world",), problem)
+    yield from _missing_topics(mission, robot)
+
+
+def _missing_topics(mission: Mission, robot: RobotModel) -> Iterator[Diagnostic]:
+    """Yield a warning for each topic that is read and that nothing in the simulation publishes."""
+    steps = list(all_steps(mission))
+    if mission.nodes or any(isinstance(step, PythonNode) for step in steps):
+        return  # these may publish anything
+    own = {_plain(step.ros_name) for step in steps if isinstance(step, PublishNode)}
+    known = TOPICS | own | (CAMERA_TOPICS if robot.camera else frozenset())
+    read = [
+        (tree.document, (*follow.place.path, "topic"), follow.settings.topic)
+        for tree in mission.all_trees
+        for follow in tree.follow
+    ]
+    read += [
+        (tree.document, (*step.path, "wait_for", "topic"), step.ros_name)
+        for tree in mission.all_trees
+        for step in tree.body.walk()
+        if isinstance(step, WaitForNode)
+    ]
+    for document, path, name in read:
+        if _plain(name) not in known and not name.startswith("~"):
+            message = f"nothing in the simulation publishes {quoted(name)}"
+            near = did_you_mean(_plain(name), known)
+            hint = near or f"topics: {listed(sorted(known), len(known))}"
+            yield document.fault(path, message, hint, severity="warning")
+
+
+def _plain(name: str) -> str:
+    return name.strip("/")
