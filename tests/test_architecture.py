@@ -305,3 +305,35 @@ def test_a_cycle_is_found():
 def test_every_top_level_package_is_read():
     """Modules of all three packages are among those that are checked."""
     assert {name.partition(".")[0] for name in KNOWN} == set(TOPS)
+
+
+WRITERS = {
+    "bt_mission/core/output.py": "the one place",
+    "bt_mission/cli/new.py": "a folder that gets its name when it is whole",
+    "bt_mission/sweeps/store.py": "a lock",
+    "bt_mission/sweeps/work.py": "the null device",
+    "bt_mission/testing/failure_recording.py": "a folder that is made for each test",
+    "bt_mission/testing/live_graph.py": "logs and locks below a temporary folder",
+    "bt_mission/testing/results.py": "a folder that is made for each test",
+    "bt_mission/testing/stages.py": "a temporary folder",
+    "bt_mission/views/video/mp4.py": "the encoder's own open, on a stream of the one place",
+    "action_servers/camera/camera_sweep.py": "a folder that is made for each goal",
+}
+"""Modules that write files by themselves, and why an old file is in no danger."""
+
+
+def test_files_are_written_in_one_place():
+    """An old file is replaced only once the new one is whole, whoever writes it."""
+    opens = {"write_text", "write_bytes", "copyfile"}
+    found = set()
+    for top in ("bt_mission", "action_servers", "sim"):
+        for path in (ROOT / top).rglob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+                    modes = [one.value for one in node.args if isinstance(one, ast.Constant)]
+                    is_open = node.func.attr == "open" and any(
+                        isinstance(one, str) and set(one) & set("wax") for one in modes
+                    )
+                    if node.func.attr in opens or is_open:
+                        found.add(path.relative_to(ROOT).as_posix())
+    assert found == set(WRITERS)

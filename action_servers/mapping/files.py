@@ -11,6 +11,7 @@ import numpy.typing as npt
 from action_servers.core.grid import OCCUPIED_FROM
 from action_servers.core.maneuver import Grid
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.output import write_file
 
 FREE_PIXEL, UNKNOWN_PIXEL, OCCUPIED_PIXEL = 254, 205, 0
 """Grey values of mode trinary, those of Nav2's map saver."""
@@ -40,9 +41,9 @@ def save(grid: Grid, prefix: Path) -> tuple[Path, Path]:
     header = f"P5\n{columns} {rows}\n255\n".encode("ascii")
     try:
         prefix.parent.mkdir(parents=True, exist_ok=True)
-        picture.write_bytes(header + pixels(grid).tobytes())
-        about.write_text(_about(grid, picture.name), encoding="utf-8")
-    except OSError as error:
+        write_file(picture, header + pixels(grid).tobytes())
+        write_file(about, _about(grid, picture.name))
+    except (OSError, BtMissionError) as error:
         raise MapFileError(f"the map cannot be written to {prefix}: {error}") from error
     return picture, about
 

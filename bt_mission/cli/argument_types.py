@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from pathlib import Path
 
 LAST_PORT = 65535
 
@@ -17,6 +18,21 @@ def seconds(text: str, expected: str = "seconds, 0 or more") -> float:
     if not 0 <= value < math.inf:
         raise argparse.ArgumentTypeError(f"expected {expected}, got '{text}'")
     return value
+
+
+def output_file(text: str) -> Path:
+    """Read the path of a file to write, which :mod:`bt_mission.cli.outputs` checks."""
+    return Path(text)
+
+
+def unchecked_output_file(text: str) -> Path:
+    """Read the path of a file to write, of which only the rule for equal files holds."""
+    return Path(text)
+
+
+def input_file(text: str) -> Path:
+    """Read the path of a file to read, or a name that stands for one."""
+    return Path(text)
 
 
 def speed(text: str) -> float:

@@ -7,9 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from bt_mission.cli.argument_types import input_file
 from bt_mission.cli.commands import load_commands
 from bt_mission.cli.completed_names import FILES, KINDS, known
 from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.outputs import OUTPUTS
 from bt_mission.core.errors import BtMissionError
 
 SHELLS = ("bash", "zsh", "fish")
@@ -171,7 +173,7 @@ def _how(command: str, action: argparse.Action) -> Any:
         return _of_kind(kind)
     if action.dest == "images":
         return shtab.DIRECTORY
-    return shtab.FILE if action.type is Path else None
+    return shtab.FILE if action.type in (Path, input_file, *OUTPUTS) else None
 
 
 def _of_kind(kind: str) -> dict[str, Any]:

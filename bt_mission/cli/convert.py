@@ -6,8 +6,9 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from bt_mission.cli.argument_types import input_file, output_file
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_force_option, mission_file, refuse_existing, write_output
+from bt_mission.cli.options import add_force_option, mission_file, write_output
 from bt_mission.core.errors import BtMissionError
 
 DESCRIPTION = """\
@@ -42,12 +43,12 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument(
         "file",
-        type=Path,
+        type=input_file,
         nargs="?",
         help="the mission: a YAML or an XML file, or the name of a shipped one",
     )
     parser.add_argument(
-        "-o", "--output", type=Path, help="the file to write (default: standard output)"
+        "-o", "--output", type=output_file, help="the file to write (default: standard output)"
     )
     add_force_option(parser)
     parser.add_argument(
@@ -62,7 +63,6 @@ def convert(options: argparse.Namespace) -> int:
     """Write the other form of a file."""
     if options.file is None and not options.palette:
         raise BtMissionError("expected the file of a mission, or --palette")
-    refuse_existing(options, options.output)
     file = options.file and mission_file(options)
     text = _text(file, palette=options.palette)
     if options.output is None:

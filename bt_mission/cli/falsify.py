@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli import falsify_cover, falsify_results
-from bt_mission.cli.argument_types import count, seed, whole
+from bt_mission.cli.argument_types import count, input_file, seed, whole
 from bt_mission.cli.options import (
     add_fault_option,
     add_mission_file,
@@ -114,7 +114,7 @@ def _add_search_options(parser: argparse.ArgumentParser) -> None:
         "reached, and list those that stay",
     )
     parser.add_argument(
-        "--within", type=Path, metavar="RANGES.yaml", help="what may vary, and by how much"
+        "--within", type=input_file, metavar="RANGES.yaml", help="what may vary, and by how much"
     )
     parser.add_argument(
         "--strategy",

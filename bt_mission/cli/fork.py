@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli import recording
-from bt_mission.cli.argument_types import assignment, count, seconds
+from bt_mission.cli.argument_types import assignment, count, input_file, seconds
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import add_fault_option, add_require_option
 from bt_mission.cli.run import announce, leaving_at_once
@@ -57,7 +57,7 @@ def add_parser(commands: Any) -> None:
         "effect, and the run goes on. The files on the disk are not used.",
         epilog=EPILOG,
     )
-    parser.add_argument("file", type=Path, help="made by bt-mission run --record")
+    parser.add_argument("file", type=input_file, help="made by bt-mission run --record")
     parser.add_argument(
         "--at",
         type=partial(seconds, expected="seconds from 0, such as 12.5"),
@@ -87,7 +87,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument(
         "--mission",
-        type=Path,
+        type=input_file,
         metavar="FILE",
         help="go on as this version of the mission's file says: nodes that begin from there on "
         "begin as it has them",
@@ -98,9 +98,6 @@ def add_parser(commands: Any) -> None:
         "--import-python",
         action="store_true",
         help="import the mission's Python leaves and nodes from this folder, which runs their code",
-    )
-    parser.add_argument(
-        "--trace", type=Path, help="write what happened to this file, as JSON lines"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     recording.add_recording_options(parser)
@@ -240,7 +237,7 @@ def run_fork(
         ),
         recording.recorder_for(options, stage) as keeping,
     ):
-        result = finish(drive(stage, Quiet(), trace_file=options.trace))
+        result = finish(drive(stage, Quiet()))
         return result, keeping.finish(result.report)
 
 

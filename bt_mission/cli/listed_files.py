@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_force_option, refuse_existing, write_output
+from bt_mission.cli.options import add_force_option, write_output
+from bt_mission.cli.outputs import refuse_existing
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import SUFFIXES, Kind
 from bt_mission.core.text import columns
@@ -111,7 +112,8 @@ def copy_file(options: argparse.Namespace) -> int:
     for source, target in copies.items():
         if target.exists() and target.samefile(source):
             raise BtMissionError(f"{target} is that file itself; give another name or folder")
-    refuse_existing(options, *copies.values())
+    if not options.force:
+        refuse_existing(copies.values())
     contents = {target: _read(source) for source, target in copies.items()}
     for target, content in contents.items():
         _make_folder(target.parent)

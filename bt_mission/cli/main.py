@@ -11,6 +11,7 @@ from typing import Any
 
 from bt_mission.cli.commands import Commands
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
+from bt_mission.cli.outputs import refuse_outputs
 from bt_mission.cli.parser import Parser
 from bt_mission.cli.ros_arguments import split
 from bt_mission.core.errors import BtMissionError, NotThereError
@@ -58,6 +59,7 @@ def _run(arguments: Sequence[str] | None) -> int:
             stream.reconfigure(errors="replace")  # a sign that a terminal lacks ends no mission
     options = _parsed(parser, arguments)
     try:
+        refuse_outputs(options)
         code = int(options.command(options))
         sys.stdout.flush()  # here, so that a closed pipe is noticed while it can be handled
     except NotThereError as error:

@@ -6,10 +6,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bt_mission.cli.argument_types import assignment, seed
+from bt_mission.cli.argument_types import assignment, input_file, seed
 from bt_mission.core.diagnostics import Diagnostic, InputError
-from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import look_deeper, look_for
+from bt_mission.core.output import write_file
 
 
 def add_overrides(parser: argparse.ArgumentParser) -> None:
@@ -24,7 +24,7 @@ def add_mission_file(parser: argparse.ArgumentParser) -> None:
     """The mission file."""
     parser.add_argument(
         "file",
-        type=Path,
+        type=input_file,
         help="the mission: a YAML file, an XML file of Groot 2, or the name of a shipped one; or a "
         "scenario or a fleet",
     )
@@ -51,7 +51,7 @@ def add_require_option(
         "--require",
         action="append",
         default=[],
-        type=Path,
+        type=input_file,
         metavar="FILE",
         help=text,
     )
@@ -86,17 +86,6 @@ def add_force_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="overwrite files that exist")
 
 
-def refuse_existing(options: argparse.Namespace, *paths: Path | None) -> None:
-    """Refuse to overwrite files, unless ``--force`` is given; devices are no files.
-
-    Raises:
-        BtMissionError: When one of them exists.
-    """
-    for path in paths:
-        if path is not None and path.is_file() and not options.force:
-            raise BtMissionError(f"{path} exists; give another name, or --force to overwrite it")
-
-
 def add_python_option(parser: argparse.ArgumentParser) -> None:
     """Add the refusal of the code that a mission brings."""
     parser.add_argument(
@@ -110,12 +99,9 @@ def write_output(path: Path, content: bytes) -> None:
     """Write a file that the options name, and say so.
 
     Raises:
-        BtMissionError: when it cannot be written.
+        BtMissionError: When it cannot be written.
     """
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise BtMissionError(f"cannot write {path}: {error.strerror or error}") from error
+    write_file(path, content)
     print(f"{path}: written")
 
 

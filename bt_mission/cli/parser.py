@@ -55,6 +55,11 @@ class Parser(argparse.ArgumentParser):
         """Leave with an error, on one line after the usage."""
         super().error(escape_control(message))
 
+    @property
+    def arguments(self) -> Sequence[argparse.Action]:
+        """All options and words that it knows."""
+        return self._actions
+
     def refuse(self, words: Sequence[str]) -> NoReturn:
         """Leave with an error about words that mean nothing here."""
         from bt_mission.core.diagnostics import did_you_mean

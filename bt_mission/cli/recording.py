@@ -1,22 +1,25 @@
-"""Options of commands that record or film a run, and what they do."""
+"""Options of commands that keep a run in files: its trace, a recording, a page, a video."""
 
 from __future__ import annotations
 
 import argparse
-import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Protocol
 
-from bt_mission.cli.options import add_force_option, refuse_existing
+from bt_mission.cli.argument_types import output_file
+from bt_mission.cli.options import add_force_option
+from bt_mission.cli.outputs import file_of_robot
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
+    from bt_mission.core.output import OutputFile
+    from bt_mission.executive.trace import TraceFile
     from bt_mission.recording.writer import RunRecorder
-    from bt_mission.sessions.session import ObservableSession
+    from bt_mission.sessions.session import ObservableSession, ObservedRun
     from bt_mission.views.video.recorder import VideoRecorder
 
 
@@ -35,15 +38,24 @@ Kept = dict[str, str | int]
 
 
 def add_recording_options(parser: argparse.ArgumentParser) -> None:
-    """Where a run is recorded, and what of it."""
+    """Where a run is kept, and what of it."""
+    parser.add_argument(
+        "--trace",
+        type=output_file,
+        metavar="FILE.jsonl",
+        help="write what happens to this file, as JSON lines",
+    )
     parser.add_argument(
         "--record",
-        type=Path,
+        type=output_file,
         metavar="FILE.mcap",
         help="record the run: every topic, the tree, goals and feedback (docs/how-to/recording.md)",
     )
     parser.add_argument(
-        "--report", type=Path, metavar="FILE.html", help="make a page of the run, for any browser"
+        "--report",
+        type=output_file,
+        metavar="FILE.html",
+        help="make a page of the run, for any browser",
     )
     parser.add_argument(
         "--record-camera",
@@ -61,7 +73,7 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--video",
-        type=Path,
+        type=output_file,
         metavar="FILE.mp4",
         help="film the simulated run: from above, and by the camera (docs/how-to/recording.md)",
     )
@@ -88,9 +100,6 @@ def refuse_recording(options: argparse.Namespace) -> None:
     page = options.report
     if page is not None and page.suffix.lower() not in PAGES and not _is_device(page):
         raise BtMissionError(f"--report: a report is a page of HTML, call it {page.stem}.html")
-    for path in filter(None, (options.report, options.video)):
-        _refuse_folder(path)
-    refuse_existing(options, options.record, options.report, options.video, options.trace)
 
 
 def is_recording_name(path: Path) -> bool:
@@ -100,14 +109,6 @@ def is_recording_name(path: Path) -> bool:
 
 def _is_device(path: Path) -> bool:
     return path.exists() and not path.is_file()
-
-
-def _refuse_folder(path: Path) -> None:
-    """Refuse a file whose folder takes none: a page and a film are written after the run."""
-    if not path.parent.is_dir():
-        raise BtMissionError(f"{path}: there is no folder {path.parent}")
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise BtMissionError(f"{path}: the folder {path.parent.resolve()} cannot be written to")
 
 
 def _refuse_video(options: argparse.Namespace) -> None:
@@ -134,13 +135,19 @@ def recorder_for(options: argparse.Namespace, session: ObservableSession) -> Ite
     Raises:
         BtMissionError: When a file cannot be written.
     """
+    from bt_mission.executive.trace import TraceFile
+
     with ExitStack() as stack:
+        traces = [
+            stack.enter_context(TraceFile(run.runner.trace, path))
+            for run, path in _traces_of(options.trace, session)
+        ]
         film = stack.enter_context(_film_of(options.video, session))
         path = options.record
         if path is None and options.report is not None:
             path = Path(stack.enter_context(TemporaryDirectory())) / "run.mcap"
         if path is None:
-            yield RunFiles(None, None, None, film)
+            yield RunFiles(None, None, None, film, traces)
             return
         from bt_mission.recording.contents import RecordingOptions
         from bt_mission.recording.writer import RunRecorder
@@ -149,7 +156,15 @@ def recorder_for(options: argparse.Namespace, session: ObservableSession) -> Ite
             camera=options.record_camera or "none", raw_actions=options.record_raw_actions
         )
         recorder = stack.enter_context(RunRecorder(session, path, wanted))
-        yield RunFiles(recorder, options.record, options.report, film)
+        yield RunFiles(recorder, options.record, options.report, film, traces)
+
+
+def _traces_of(path: Path | None, session: ObservableSession) -> Iterator[tuple[ObservedRun, Path]]:
+    """Yield the runs of a session with the files of their traces: of several, one for each."""
+    if path is not None:
+        for run in session.runs:
+            name = run.node.get_namespace().strip("/")
+            yield run, path if len(session.runs) == 1 else file_of_robot(path, name)
 
 
 @contextmanager
@@ -180,10 +195,21 @@ class RunFiles:
     recording: Path | None
     page: Path | None
     film: VideoRecorder | None
+    traces: Sequence[TraceFile] = ()
 
     def finish(self, report: Summary) -> Kept:
-        """End film and recording, and make the page; gives what is to be said of them, by name."""
-        return {**self._finish_film(), **self._finish_recording(report)}
+        """Close all files, and make the page; gives what is to be said of them, by name."""
+        return {**self._finish_traces(), **self._finish_film(), **self._finish_recording(report)}
+
+    def _finish_traces(self) -> Kept:
+        for trace in self.traces:
+            trace.close()
+        if not self.traces:
+            return {}
+        return {
+            "trace": ", ".join(str(trace.file.place) for trace in self.traces),
+            "trace_lacks": _lacks(*((trace.missing, trace.file) for trace in self.traces)),
+        }
 
     def _finish_film(self) -> Kept:
         film = self.film
@@ -194,7 +220,7 @@ class RunFiles:
             "video": str(film.file.path),
             "video_frames": film.file.frames,
             "video_bytes": film.file.bytes,
-            "video_lacks": film.missing,
+            "video_lacks": _lacks((film.missing, film.file.output)),
         }
 
     def _finish_recording(self, report: Summary) -> Kept:
@@ -204,7 +230,9 @@ class RunFiles:
         self.recorder.finish(summary, summary.get("robots", ()))
         kept: Kept = {}
         if self.recording is not None:
-            kept = {"recording": str(self.recording), "recording_lacks": self.recorder.missing}
+            file = self.recorder.file
+            lacks = _lacks((self.recorder.missing, file.output))
+            kept = {"recording": str(file.path), "recording_lacks": lacks}
         if self.page is not None:
             from bt_mission.cli.report import pages_of, write_page
 
@@ -219,9 +247,16 @@ class RunFiles:
         return kept
 
 
+def _lacks(*files: tuple[str, OutputFile]) -> str:
+    """Say what closed files lack, and where an old one is still there."""
+    return "; ".join(filter(None, (text for lacks, file in files for text in (lacks, file.remark))))
+
+
 def told(kept: Kept) -> list[str]:
-    """What was kept, for people, one line each."""
+    """What was kept, for people, one line each; of the trace only what it lacks."""
     lines = []
+    if kept.get("trace_lacks"):
+        lines.append(_line(f"  trace in {kept['trace']}", kept["trace_lacks"]))
     if "video" in kept:
         size = f"{kept['video_frames']} frames, {int(kept['video_bytes']) / 1e6:.2f} MB"
         lines.append(_line(f"  filmed to {kept['video']} ({size})", kept["video_lacks"]))

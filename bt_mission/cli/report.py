@@ -6,8 +6,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from bt_mission.cli.argument_types import input_file, output_file
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_force_option, add_robot_option, refuse_existing
+from bt_mission.cli.options import add_force_option, add_robot_option
+from bt_mission.cli.outputs import file_of_robot, refuse_existing
 
 
 def add_parser(commands: Any) -> None:
@@ -20,11 +22,11 @@ def add_parser(commands: Any) -> None:
         "network and no other file.",
         epilog="exit codes: 0 success, 2 no such file, or not a recorded run",
     )
-    parser.add_argument("file", type=Path, help="made by bt-mission run --record")
+    parser.add_argument("file", type=input_file, help="made by bt-mission run --record")
     parser.add_argument(
         "-o",
         "--output",
-        type=Path,
+        type=output_file,
         metavar="FILE.html",
         help="the page (default: beside the recording, with its name)",
     )
@@ -37,7 +39,8 @@ def report(options: argparse.Namespace) -> int:
     """Make the page; gives the exit code."""
     output = options.output or options.file.with_suffix(".html")
     pages = pages_of(options.file, output, options.robot)
-    refuse_existing(options, *pages.values())
+    if not options.force:
+        refuse_existing(pages.values())
     for robot, page in pages.items():
         write_page(options.file, page, robot)
         print(page)
@@ -51,7 +54,7 @@ def pages_of(recording: Path, output: Path, robot: str | None) -> dict[str | Non
     robots = recorded_robots(recording) if robot is None else []
     if len(robots) < 2:
         return {robot: output}
-    return {one: output.with_name(f"{output.stem}.{one}{output.suffix}") for one in robots}
+    return {one: file_of_robot(output, one) for one in robots}
 
 
 def write_page(recording: Path, output: Path, robot: str | None = None) -> None:
@@ -60,12 +63,8 @@ def write_page(recording: Path, output: Path, robot: str | None = None) -> None:
     Raises:
         BtMissionError: For a file that holds no run, and one that cannot be written.
     """
-    from bt_mission.core.errors import BtMissionError
+    from bt_mission.core.output import write_file
     from bt_mission.recording.verification import read_verified_run
     from bt_mission.views.html_report.page import page_of
 
-    page = page_of(read_verified_run(recording, robot))
-    try:
-        output.write_text(page, encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise BtMissionError(f"{output}: cannot write the report: {error.strerror}") from error
+    write_file(output, page_of(read_verified_run(recording, robot)))

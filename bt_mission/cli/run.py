@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli import recording
-from bt_mission.cli.argument_types import speed
+from bt_mission.cli.argument_types import speed, unchecked_output_file
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.foxglove import add_foxglove_options, refuse_foxglove
 from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
@@ -89,9 +89,6 @@ def add_parser(commands: Any) -> None:
         help="the full-screen view of `bt-mission watch`; in real time unless --speed says else",
     )
     parser.add_argument(
-        "--trace", type=Path, help="write what happened to this file, as JSON lines"
-    )
-    parser.add_argument(
         "--images",
         type=Path,
         default=Path("images"),
@@ -123,7 +120,7 @@ def _add_attach_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--journal",
-        type=Path,
+        type=unchecked_output_file,
         metavar="FILE",
         help="with --attach: write down in this file where the mission stands, as it goes",
     )

@@ -13,7 +13,7 @@ from bt_mission.cli import recording
 from bt_mission.cli.check import examined_fleet
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.foxglove import foxglove_on
-from bt_mission.cli.options import refuse_existing
+from bt_mission.cli.outputs import file_of_robot, files_of, refuse_existing, refuse_overwritten
 from bt_mission.cli.view import window_on
 from bt_mission.cli.web import to_stderr, web_server
 from bt_mission.core.errors import BtMissionError
@@ -56,10 +56,10 @@ def load_fleet_plan(options: argparse.Namespace) -> FleetPlan:
     plan, warnings = examined_fleet(options)
     for warning in warnings:
         print(warning, file=sys.stderr)
-    if options.trace is not None:
-        from bt_mission.fleets.run import trace_of_robot
-
-        refuse_existing(options, *(trace_of_robot(options.trace, one.name) for one in plan.robots))
+    refuse_overwritten(options, (path for robot in plan.robots for path in files_of(robot.mission)))
+    for path in filter(None, (options.trace, options.report)):
+        if not options.force:
+            refuse_existing(file_of_robot(path, one.name) for one in plan.robots)
     fleet: FleetPlan = plan
     return fleet
 
@@ -90,9 +90,7 @@ def _run(options: argparse.Namespace, plan: FleetPlan) -> FleetReport:
         stack.enter_context(window_on(stage, wanted=options.view))
         stack.enter_context(foxglove_on(options, stage))
         keeping = stack.enter_context(recording.recorder_for(options, stage))
-        steps = driving_fleet(
-            stage, plan, view, interrupts, speed=pace(options), trace_file=options.trace
-        )
+        steps = driving_fleet(stage, plan, view, interrupts, speed=pace(options))
         settle_memory()
         if options.web:
             kept: recording.Kept = {}

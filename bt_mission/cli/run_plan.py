@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.check import examined_file
+from bt_mission.cli.outputs import files_of, refuse_overwritten
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ def load_plan(options: argparse.Namespace) -> RunPlan:
     loaded, warnings = examined_file(options)
     for warning in warnings:
         print(warning, file=sys.stderr)
+    refuse_overwritten(options, files_of(getattr(loaded, "mission", loaded)))
     if not hasattr(loaded, "mission"):
         return RunPlan(loaded, faults)
     if options.attach:

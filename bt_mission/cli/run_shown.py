@@ -39,7 +39,7 @@ def run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, re
         recording.recorder_for(options, session) as keeping,
     ):
         settle_memory()
-        report = with_outcomes(drive(session, view, speed=pace(options), trace_file=options.trace))
+        report = with_outcomes(drive(session, view, speed=pace(options)))
         _tell_resumable(options, session)
         kept = keeping.finish(report)
         if options.web and report.status != MissionStatus.INTERRUPTED:
@@ -78,7 +78,7 @@ def run_on_screen(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, r
         recording.recorder_for(options, session) as keeping,
     ):
         interrupts = InterruptSignals(TWO_WISHES)
-        steps = driving(session, Quiet(), interrupts, speed=pace(options), trace_file=options.trace)
+        steps = driving(session, Quiet(), interrupts, speed=pace(options))
         marks = marks_for(sys.stdout.encoding)
         settle_memory()
         report = with_outcomes(RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end())
@@ -114,7 +114,7 @@ def run_on_page(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, rec
             kept.update(keeping.finish(judged))
             return judged
 
-        steps = driving(session, view, interrupts, speed=pace(options), trace_file=options.trace)
+        steps = driving(session, view, interrupts, speed=pace(options))
         driver = StepDriver(ending(steps, end))
 
         def is_left() -> bool:

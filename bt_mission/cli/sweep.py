@@ -11,7 +11,16 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.cli.argument_types import count, seconds, seed, seeds, share, whole
+from bt_mission.cli.argument_types import (
+    count,
+    input_file,
+    seconds,
+    seed,
+    seeds,
+    share,
+    unchecked_output_file,
+    whole,
+)
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import (
     add_fault_option,
@@ -22,6 +31,7 @@ from bt_mission.cli.options import (
     add_set_option,
     mission_file,
 )
+from bt_mission.cli.outputs import files_of, refuse_overwritten
 from bt_mission.cli.run import announce, leaving_at_once
 from bt_mission.cli.sweep_report import tell_results, write_page
 from bt_mission.cli.workers import (
@@ -99,7 +109,7 @@ def add_parser(commands: Any) -> None:
         "--fault-plan",
         action="append",
         default=[],
-        type=Path,
+        type=input_file,
         metavar="FILE",
         help="faults that go wrong together, or several such plans by name; each point is run with "
         "each plan (docs/reference/sweeps.md); may be repeated",
@@ -140,7 +150,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument(
         "--report",
-        type=Path,
+        type=unchecked_output_file,
         metavar="FILE",
         help="where the page goes (default: sweep.html among the results)",
     )
@@ -181,6 +191,7 @@ def _sweep(options: argparse.Namespace) -> int:
     from bt_mission.sweeps.store import ResultStore
 
     plan = plan_of(options)
+    refuse_overwritten(options, files_of(plan.base.mission))
     refuse_impossible(plan)
     _ask(options, plan)
     folder = options.output or Path(f"{plan.base.path.name.partition('.')[0]}_sweep")

@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from io import TextIOWrapper
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.cli.argument_types import count
+from bt_mission.cli.argument_types import count, output_file
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_force_option, refuse_existing
+from bt_mission.cli.options import add_force_option
+from bt_mission.cli.outputs import refuse_overwritten
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.terminal.streams import unescaped
 
@@ -55,13 +57,13 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("folder", type=Path, help="of the results (bt-mission sweep -o)")
     parser.add_argument(
         "--html",
-        type=Path,
+        type=output_file,
         metavar="FILE",
         help="where the page goes (default: sweep.html among the results, which is replaced)",
     )
     parser.add_argument(
         "--csv",
-        type=Path,
+        type=output_file,
         metavar="FILE",
         help="write every row as CSV; - is the standard output, and nothing else is printed",
     )
@@ -86,10 +88,10 @@ def sweep_report(options: argparse.Namespace) -> int:
     """Report; gives the exit code."""
     _refuse_mixed(options)
     is_stdout = str(options.csv) == "-"
-    refuse_existing(options, options.html, None if is_stdout else options.csv)
-    from bt_mission.sweeps.store import ResultStore
+    from bt_mission.sweeps.store import FILE, ResultStore
 
     with ResultStore.read(options.folder) as store:
+        refuse_overwritten(options, [store.folder / FILE])
         if options.scenario is not None:
             return _write_scenario(store, options.scenario)
         if options.csv is not None:
@@ -120,16 +122,15 @@ def _write_scenario(store: ResultStore, name: str) -> int:
 
 
 def _write_csv(store: ResultStore, path: Path | None) -> None:
+    from bt_mission.core.output import new_file
     from bt_mission.sweeps.csv_table import write_csv
 
     if path is None:
         write_csv(store.rows, unescaped(sys.stdout))  # its cells are escaped, its line ends not
         return
-    try:
-        with path.open("w", encoding="utf-8", newline="") as file:
-            write_csv(store.rows, file)
-    except OSError as error:
-        raise BtMissionError(f"{path}: cannot write the rows: {error.strerror or error}") from error
+    with new_file(path) as stream, TextIOWrapper(stream, encoding="utf-8", newline="") as text:
+        write_csv(store.rows, text)
+        text.detach()
     print(path, file=sys.stderr)
 
 

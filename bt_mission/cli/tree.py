@@ -7,15 +7,16 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from bt_mission.cli.argument_types import output_file
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.options import (
     add_force_option,
     add_mission_file,
     add_set_option,
     mission_file,
-    refuse_existing,
     write_output,
 )
+from bt_mission.cli.outputs import files_of, refuse_overwritten
 from bt_mission.core.errors import BtMissionError
 
 FORMATS = ("text", "dot", "svg", "png")
@@ -41,7 +42,7 @@ def add_parser(commands: Any) -> None:
     parser.add_argument(
         "--format", choices=FORMATS, help="default: the suffix of the output file, else text"
     )
-    parser.add_argument("-o", "--output", type=Path, help="write to this file")
+    parser.add_argument("-o", "--output", type=output_file, help="write to this file")
     add_force_option(parser)
     parser.set_defaults(command=tree)
 
@@ -52,8 +53,8 @@ def tree(options: argparse.Namespace) -> int:
     from bt_mission.views.drawing.nodes import drawn, heading
 
     form = _format(options)
-    refuse_existing(options, options.output)
     mission = load(mission_file(options), set=dict(options.set))
+    refuse_overwritten(options, files_of(mission))
     root, title = drawn(mission), heading(mission)
     if options.output is None and form == "text":
         _print(root, title)

@@ -6,9 +6,9 @@ import argparse
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.cli.argument_types import input_file
 from bt_mission.cli.exits import MISSION_FAILED, SUCCESS, UNKNOWN
 from bt_mission.cli.options import add_require_option, add_robot_option, mission_file
 from bt_mission.core.errors import BtMissionError
@@ -47,7 +47,7 @@ def add_parser(commands: Any) -> None:
         "evaluated every 0.05 s; what no topic of it tells is unknown, with the reason.",
         epilog=EPILOG,
     )
-    parser.add_argument("file", type=Path, help="a recording (MCAP)")
+    parser.add_argument("file", type=input_file, help="a recording (MCAP)")
     add_require_option(
         parser,
         "a YAML file with further requirements; one with the name of a recorded requirement "
@@ -55,7 +55,7 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument(
         "--mission",
-        type=Path,
+        type=input_file,
         metavar="FILE",
         help="take the requirements of this mission file instead of the recorded ones",
     )

@@ -12,14 +12,12 @@ import hashlib
 import json
 import math
 from collections import deque
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from functools import partial
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
-from bt_mission.core.errors import BtMissionError
 from bt_mission.core.listeners import Listeners
+from bt_mission.core.output import DELETED, OutputFile
 from bt_mission.goals.goal import Goal
 
 VERSION = 2
@@ -101,26 +99,6 @@ class Trace:
             f' "x": {x!r}, "y": {y!r}, "yaw": {yaw!r}}}'
         )
 
-    @contextmanager
-    def written_to(self, path: Path) -> Iterator[None]:
-        """Write every line to a file: the newest so far, and those to come.
-
-        Raises:
-            BtMissionError: When the file cannot be written.
-        """
-        try:
-            file = path.open("w", encoding="utf-8")
-        except OSError as error:
-            raise BtMissionError(f"{path}: cannot write the trace: {error.strerror}") from error
-        with file:
-            file.writelines(f"{line}\n" for line in self.newest)
-            write = partial(print, file=file)
-            self.listeners.append(write)
-            try:
-                yield
-            finally:
-                self.listeners.remove(write)
-
     def _add(self, line: str, seedless: str | None = None) -> None:
         """Add a line.
 
@@ -135,3 +113,62 @@ class Trace:
         self._seedless_hash.update(written if seedless is None else seedless.encode() + b"\n")
         self.newest.append(line)
         self.raised += self.listeners.notify(line)
+
+
+class TraceFile:
+    """Writes every line of a trace to a file as it comes: the newest so far, and all from now on.
+
+    Once a write fails nothing more is written, and :attr:`missing` says what the file lacks.
+
+    Args:
+        trace: Of a mission.
+        path: See :class:`OutputFile`.
+
+    Raises:
+        BtMissionError: When the file cannot be opened.
+    """
+
+    def __init__(self, trace: Trace, path: Path) -> None:
+        self.file = OutputFile(path)
+        self._trace = trace
+        self._first = trace.newest[1] if len(trace.newest) > 1 else ""
+        self._lost = ""
+        """The first line that the file lacks."""
+        for line in trace.newest:
+            self._take(line)
+        trace.listeners.append(self._take)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self.close(replaces=kind is None)
+
+    @property
+    def missing(self) -> str:
+        """What the file lacks, in words; empty when it lacks nothing."""
+        if self.file.is_deleted:
+            return DELETED
+        if self.file.fault is None:
+            return ""
+        first, lost = (_time_ns(line) for line in (self._first, self._lost))
+        return f"everything after {max(0, lost - first) / 1e9:.1f} s ({self.file.fault})"
+
+    def close(self, *, replaces: bool = True) -> None:
+        """Write no more; once is enough."""
+        self._trace.listeners.remove(self._take)
+        self.file.close(replaces=replaces)
+
+    def _take(self, line: str) -> None:
+        if self.file.fault is not None:
+            return
+        try:
+            self.file.stream.write(f"{line}\n".encode())
+            self.file.stream.flush()
+        except OSError as error:
+            self._lost = line
+            self.file.abandon(error.strerror or str(error))
+
+
+def _time_ns(line: str) -> int:
+    return int(json.loads(line).get("t", 0)) if line else 0

@@ -69,21 +69,13 @@ def driving_fleet(
     interrupts: InterruptSignals,
     *,
     speed: float | None = None,
-    trace_file: Path | None = None,
 ) -> Steps[FleetReport]:
     """Step a fleet to its end, as :func:`bt_mission.sessions.session.driving` does one mission.
 
     Ctrl-C halts the missions of all robots.
-
-    Raises:
-        BtMissionError: When a trace cannot be written.
     """
     wall = Stopwatch()
     with ExitStack() as stack:
-        if trace_file is not None:
-            for run in stage.runs:
-                path = trace_of_robot(trace_file, run.member.name)
-                stack.enter_context(run.trace.written_to(path))
         stack.enter_context(interrupts)
         view.open(stage, wall)
         stack.enter_context(view)
@@ -129,11 +121,6 @@ def run_fleet(fleet: str | Path | FleetPlan, *, seed: int | None = None) -> Flee
         Stage(robots=plan.robots, image_folder=Path(images), options=plan.stage_options) as stage,
     ):
         return finish(driving_fleet(stage, plan, QuietFleet(), InterruptSignals(TWO_WISHES)))
-
-
-def trace_of_robot(path: Path, robot: str) -> Path:
-    """Return the file of a robot's trace: ``two.jsonl`` is ``two.robot1.jsonl``."""
-    return path.with_name(f"{path.stem}.{robot}{path.suffix}")
 
 
 def report_of_robot(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.core.output import OutputFile
 from bt_mission.recording.chunks import ChunkWriter, Message
 
 PROFILE = "ros2"
@@ -27,7 +27,7 @@ class McapFile:
     :attr:`fault` says why; what was written before can be read.
 
     Args:
-        path: Is overwritten.
+        path: See :class:`OutputFile`.
         library: Who writes, for the header.
         stream: Write here instead of opening ``path``.
 
@@ -36,28 +36,28 @@ class McapFile:
     """
 
     def __init__(self, path: Path, library: str, stream: BinaryIO | None = None) -> None:
-        self.path = path
-        self.fault: str | None = None
+        self.output = OutputFile(path, stream)
         self.kept_ns: int | None = None
         """Everything up to this time is in the file; None while no message is."""
         self.messages = 0
         self.bytes = 0
         """Bytes written, as of the last flush."""
-        self._is_named = stream is None
         self._waiting: list[Message] = []
         self._last_ns = 0
         self._schemas: dict[str, int] = {}
-        try:
-            self._stream = path.open("wb") if stream is None else stream
-        except OSError as error:
-            raise BtMissionError(f"{path}: cannot write the recording: {error.strerror}") from error
+        self._stream = self.output.stream
         self._writer = ChunkWriter(self._stream)
         self._try(lambda: self._writer.start(PROFILE, library))
 
     @property
-    def is_deleted(self) -> bool:
-        """Has somebody deleted the file while it is written?"""
-        return self._is_named and not self.path.exists()
+    def path(self) -> Path:
+        """Where it lies: of one that replaces another, beside that until it is closed whole."""
+        return self.output.place
+
+    @property
+    def fault(self) -> str | None:
+        """Why nothing more is written; None while it is."""
+        return self.output.fault
 
     def channel(
         self, topic: str, type_name: str, definition: str, metadata: Mapping[str, str]
@@ -106,29 +106,23 @@ class McapFile:
 
     def abandon(self, why: str) -> None:
         """Write nothing more."""
-        if self.fault is None:
-            self.fault = why
-            self._shut()
+        self.output.abandon(why)
+        self.output.close()
 
-    def close(self) -> None:
-        """Write the summary by which readers find their way, and close."""
+    def close(self, *, replaces: bool = True) -> None:
+        """Write the summary by which readers find their way, and close.
+
+        Args:
+            replaces: Does it replace the file that was there, where it is whole?
+        """
         self.flush()
         self._try(self._writer.finish)
         self._try(self._stream.flush)
         self.bytes = self._writer.bytes_written
-        self._shut()
+        self.output.close(replaces=replaces)
 
     def _try(self, write: Callable[[], object]) -> None:
         """Write, unless a write has failed; give up where this one does."""
-        if self.fault is None:
-            try:
-                write()
-            except OSError as error:
-                self.abandon(error.strerror or str(error))
-
-    def _shut(self) -> None:
-        try:
-            self._stream.close()
-        except OSError:  # what is still buffered does not fit either; it is closed all the same
-            if self.fault is None:
-                raise
+        self.output.attempt(write)
+        if self.fault is not None:
+            self.output.close()

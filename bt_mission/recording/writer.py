@@ -24,6 +24,7 @@ from bt_mission.core.cdr.definitions import (
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
+from bt_mission.core.output import DELETED
 from bt_mission.core.stamps import set_ns
 from bt_mission.recording.contents import (
     PictureFolder,
@@ -60,7 +61,7 @@ class RunRecorder:
 
     Args:
         session: What to record.
-        path: File to write; overwritten.
+        path: File to write. One that is there is replaced when this one is closed whole.
         options: What to record besides everything that is always recorded.
         file: Write into this one instead.
 
@@ -113,14 +114,14 @@ class RunRecorder:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self.close(replaces=kind is None)
 
     @property
     def missing(self) -> str:
         """What the file lacks, in words; empty when it lacks nothing."""
-        if self.file.is_deleted:
-            return "everything (the file was deleted while it was written)"
+        if self.file.output.is_deleted:
+            return DELETED
         lacks = []
         if self.file.fault is not None:
             at_s = ((self.file.kept_ns or 0) - self._start_ns) / 1e9
@@ -210,8 +211,12 @@ class RunRecorder:
         facts = {name: json.dumps(value) for name, value in summary.items()}
         self.file.note(name, {**facts, "missing": json.dumps(self.missing)})
 
-    def close(self) -> None:
-        """Stop recording; once is enough."""
+    def close(self, *, replaces: bool = True) -> None:
+        """Stop recording; once is enough.
+
+        Args:
+            replaces: Does the recording replace a file that was there, where it is whole?
+        """
         if self._is_closed:
             return
         self._is_closed = True
@@ -222,7 +227,7 @@ class RunRecorder:
         self._topics.close()
         self._session.remove_observer(self)
         self.guarded(self._hand_over_last)()
-        self.file.close()
+        self.file.close(replaces=replaces)
 
     def guarded(self, call: Callable[..., None]) -> Callable[..., None]:
         """``call``, the failure of which ends the recording, and nothing else."""
@@ -374,7 +379,7 @@ def record(
 
     Args:
         session: A :class:`bt_mission.Stage`, or another session.
-        path: MCAP file to write; overwritten.
+        path: MCAP file to write. One that is there is replaced when this one is closed whole.
         options: What to record besides everything that is always recorded.
 
     Raises:

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import Kind, find, folders
+from bt_mission.core.output import cannot_write, write_file
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.writer import mission_as_data
@@ -183,6 +183,6 @@ def _name(failure: Failure) -> str:
 def _write(path: Path, text: str) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8", errors="replace")
     except OSError as error:
-        raise BtMissionError(f"cannot write {path}: {error.strerror or error}") from error
+        raise cannot_write(path, error) from error
+    write_file(path, text)

@@ -197,13 +197,9 @@ class SessionViews:
                 self.fault = error
 
 
-def drive(
-    session: Session, view: View, *, speed: float | None = None, trace_file: Path | None = None
-) -> Report:
+def drive(session: Session, view: View, *, speed: float | None = None) -> Report:
     """Step a session to its end, paced and shown; gives the report: see :func:`driving`."""
-    return finish(
-        driving(session, view, InterruptSignals(TWO_WISHES), speed=speed, trace_file=trace_file)
-    )
+    return finish(driving(session, view, InterruptSignals(TWO_WISHES), speed=speed))
 
 
 def finish(steps: Steps[R]) -> R:
@@ -271,7 +267,6 @@ def driving(
     interrupts: InterruptSignals,
     *,
     speed: float | None = None,
-    trace_file: Path | None = None,
 ) -> Steps[Report]:
     """Step a session to its end, paced and shown; gives the report.
 
@@ -280,14 +275,9 @@ def driving(
 
     The first Ctrl-C or SIGTERM halts the tree and waits until every goal has ended; the second
     leaves at once, and the report's reason names the goals left behind.
-
-    Raises:
-        BtMissionError: When ``trace_file`` cannot be written.
     """
     wall = Stopwatch()
     with ExitStack() as stack:
-        if trace_file is not None:
-            stack.enter_context(session.trace.written_to(trace_file))
         stack.enter_context(interrupts)
         view.open(session, wall)
         stack.enter_context(view)

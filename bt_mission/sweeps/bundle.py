@@ -11,6 +11,7 @@ from pathlib import Path
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find
+from bt_mission.core.output import cannot_write, write_file
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.trees import all_steps
@@ -51,9 +52,9 @@ class Bundle:
             path = folder / name
             try:
                 path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_text(text, encoding="utf-8")
             except OSError as error:
-                raise BtMissionError(f"cannot write {path}: {error.strerror or error}") from error
+                raise cannot_write(path, error) from error
+            write_file(path, text)
 
 
 def bundle_of(mission: Mission, worlds: Iterable[str] = (), robots: Iterable[str] = ()) -> Bundle:
@@ -76,7 +77,7 @@ def bundle_of(mission: Mission, worlds: Iterable[str] = (), robots: Iterable[str
         is_below = path.is_relative_to(folder)
         name = path.relative_to(folder).as_posix() if is_below else f"{SHIPPED}/{path.name}"
         files[f"{MISSION_FOLDER}/{name}"] = document.text
-    for path, name in _python_files(mission):
+    for path, name in python_files(mission):
         text = _read(path)
         if files.setdefault(f"{MISSION_FOLDER}/{name}", text) != text:
             message = f"{path}: mission and scenario have a file {name} each; rename one"
@@ -98,7 +99,7 @@ def bundle_of(mission: Mission, worlds: Iterable[str] = (), robots: Iterable[str
     return Bundle(files, main, known["worlds"], known["robots"])
 
 
-def _python_files(mission: Mission) -> Iterator[tuple[Path, str]]:
+def python_files(mission: Mission) -> Iterator[tuple[Path, str]]:
     """Yield the Python files of leaves and nodes, each with the name by which it is written.
 
     Modules and plug-ins are installed.

@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.core.output import write_file
 from bt_mission.executive.report import Report
 from bt_mission.faults.located import planned_on
 from bt_mission.recording.verification import read_verified_run
@@ -50,8 +50,4 @@ def write_page_of(recording: Path, page: Path) -> None:
     Raises:
         BtMissionError: Where it cannot be written.
     """
-    text = page_of(read_verified_run(recording))
-    try:
-        page.write_text(text, encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise BtMissionError(f"{page}: cannot write the report: {error.strerror}") from error
+    write_file(page, page_of(read_verified_run(recording)))

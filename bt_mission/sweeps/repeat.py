@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.core.output import write_file
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.scenarios.scenario import TIME_IS_UP
@@ -101,10 +101,7 @@ class Repeater:
         path = self._path(row)
         remarks = "".join(f"# {escape_control(line)}\n" for line in self._remarks(row))
         data = {"scenario": scenario.data["scenario"], **scenario.data}
-        try:
-            path.write_text(remarks + to_yaml(data), encoding="utf-8")
-        except OSError as error:
-            raise BtMissionError(f"cannot write {path}: {error.strerror or error}") from error
+        write_file(path, remarks + to_yaml(data))
         return path
 
     def _path(self, row: ScenarioRow) -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.core.output import cannot_write, write_file
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.plan import SweepPlan
 from bt_mission.sweeps.pool import ScenarioPool
@@ -76,10 +76,10 @@ async def record(
         path = _recording(store, one)
         try:
             path.parent.mkdir(exist_ok=True)
-            path.with_suffix(".html").write_bytes(page)
-            path.write_bytes(recording)
         except OSError as error:
-            raise BtMissionError(f"cannot write {path}: {error.strerror or error}") from error
+            raise cannot_write(path, error) from error
+        write_file(path.with_suffix(".html"), page)
+        write_file(path, recording)
         on_recorded()
 
 

@@ -16,6 +16,7 @@ import pytest
 
 from bt_mission.core import files
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.output import write_file
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import Document
 from bt_mission.coverage.page import page
@@ -102,7 +103,7 @@ class CoverageHooks:
             return
         for path in self._reports:
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(WRITERS[path.suffix](self._tally), encoding="utf-8")
+            write_file(path, WRITERS[path.suffix](self._tally))
 
     def pytest_terminal_summary(self, terminalreporter: TerminalReporter) -> None:
         """Show the table, and what was not reached."""

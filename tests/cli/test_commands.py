@@ -289,7 +289,7 @@ def test_a_trace_that_cannot_be_written_is_bad_input(
 ) -> None:
     """Before the mission starts, with the path and the reason."""
     assert main(["run", mission(WAIT), "--trace", str(tmp_path)]) == 2
-    assert "cannot write the trace: Is a directory" in capsys.readouterr().err
+    assert "is a folder; name a file" in capsys.readouterr().err
 
 
 def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:

@@ -99,7 +99,10 @@ def test_the_palette_of_a_mission_has_the_ports_that_it_uses(
         (["no/such.yaml", "--palette"], "no/such.yaml: error: no such file"),
         (["x.txt"], "x.txt: expected a file with the suffix .yaml, .yml, .xml"),
         (["no/such.xml"], "no/such.xml: error: no such file"),
-        (["--palette", "-o", "no/such/folder/x.xml"], "cannot write no/such/folder/x.xml"),
+        (
+            ["--palette", "-o", "no/such/folder/x.xml"],
+            ": there is no folder no/such/folder",
+        ),
     ],
 )
 def test_wrong_uses_exit_with_2(

@@ -63,7 +63,7 @@ def test_a_file_that_cannot_be_made_is_bad_input(
 ) -> None:
     """Nothing has moved."""
     assert main(["run", mission, "--record", str(tmp_path / "no" / "run.mcap")]) == 2
-    assert "cannot write the recording: No such file" in capsys.readouterr().err
+    assert "run.mcap: there is no folder " in capsys.readouterr().err
 
 
 def test_the_camera_alone_is_not_recorded(mission: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import resource
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,7 +14,7 @@ import pytest
 from bt_mission.cli import main
 from bt_mission.events.log import line_of
 from bt_mission.executive.stored_trace import TraceError, read_trace
-from bt_mission.executive.trace import Trace
+from bt_mission.executive.trace import Trace, TraceFile
 from bt_mission.executive.trace_diff import first_difference
 from bt_mission.goals.goal import Goal, GoalStatus, Phase
 
@@ -23,7 +24,7 @@ S = 1_000_000_000
 def write(path: Path, *, seed: int = 1, x: float = 0.5, goal: str = "aa" * 16) -> Trace:
     """A short run, written as a run writes it."""
     trace = Trace()
-    with trace.written_to(path):
+    with TraceFile(trace, path):
         trace.record(S, "start", mission="m", world="w", robot="waffle", seed=seed)
         trace.record(
             2 * S, "goal sent", goal=goal, action="/turn", owner="t", phase="sent", status=None
@@ -221,3 +222,57 @@ def test_the_pose_is_written_as_any_other_event(x: float) -> None:
     by_hand.record_pose(S, (x, 2.5, -x), 3)
     by_fields.record(S, "pose", x=x, y=2.5, yaw=-x, collisions=3)
     assert list(by_hand.newest) == list(by_fields.newest)
+
+
+def test_a_full_disk_ends_the_file_and_nothing_else() -> None:
+    """The hash is that of the whole run, and what the file lacks is said with its time."""
+    trace = Trace()
+    with TraceFile(trace, Path("/dev/full")) as file:
+        assert file.missing == "everything after 0.0 s (No space left on device)"
+        trace.record(S, "start", mission="m")
+    assert trace.sha256 == _hash_of_start()
+    assert trace.raised == []
+
+
+def test_a_disk_that_gets_full_is_told_with_the_time(tmp_path: Path) -> None:
+    """Of the first line that the file lacks, since the first event."""
+    trace, path = Trace(), tmp_path / "a.jsonl"
+    trace.record(S, "start", mission="m")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with TraceFile(trace, path) as file:
+        trace.record(2 * S, "log", text="kept")
+        resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size, limits[1]))
+        try:
+            trace.record(5 * S // 2, "log", text="lost")
+            trace.record(3 * S, "log", text="lost, too")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert file.missing == "everything after 1.5 s (File too large)"
+    assert [event["event"] for event in read_trace(path).events] == ["start", "log"]
+
+
+def test_a_trace_replaces_an_old_one_when_the_run_has_ended(tmp_path: Path) -> None:
+    """One that raises leaves the old one."""
+    path = tmp_path / "a.jsonl"
+    path.write_text("old", encoding="utf-8")
+
+    def run(*, is_broken: bool) -> None:
+        trace = Trace()
+        with TraceFile(trace, path) as file:
+            trace.record(S, "start", mission="m")
+            assert path.read_text(encoding="utf-8") == "old"
+            assert '"start"' in file.file.place.read_text(encoding="utf-8")
+            if is_broken:
+                raise KeyError
+
+    with pytest.raises(KeyError):
+        run(is_broken=True)
+    assert path.read_text(encoding="utf-8") == "old"
+    run(is_broken=False)
+    assert read_trace(path).start["mission"] == "m"
+
+
+def _hash_of_start() -> str:
+    trace = Trace()
+    trace.record(S, "start", mission="m")
+    return trace.sha256

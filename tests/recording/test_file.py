@@ -109,5 +109,5 @@ def test_a_time_that_goes_back_does_not_stop_the_flushing(tmp_path: Path) -> Non
 
 def test_a_file_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     """Before anything is run."""
-    with pytest.raises(BtMissionError, match="cannot write the recording: No such file"):
+    with pytest.raises(BtMissionError, match=r"cannot write .*a\.mcap: No such file"):
         McapFile(tmp_path / "no" / "a.mcap", "test")

@@ -11,6 +11,7 @@ import pytest
 
 from bt_mission.core import interrupts
 from bt_mission.executive.status import Change
+from bt_mission.executive.trace import TraceFile
 from bt_mission.sessions.session import StepDriver, drive
 from bt_mission.views.terminal.quiet import Quiet
 
@@ -92,7 +93,8 @@ def test_the_trace_file_holds_the_whole_run(stage: Any, tmp_path: Path) -> None:
     """Written as it happens, so that a run that is cut off has left what it did."""
     run = stage.run("mission: m\ntree: {wait: 0.2}")
     path = tmp_path / "trace.jsonl"
-    drive(run.stage, Quiet(), trace_file=path)
+    with TraceFile(run.stage.trace, path):
+        drive(run.stage, Quiet())
     events = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
     assert [e.get("event") for e in events if e.get("event") != "pose"] == [
         None,

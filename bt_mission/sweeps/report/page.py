@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.output import write_file
 from bt_mission.core.text import escape_markup
 from bt_mission.sweeps.repeat import Repeater
 from bt_mission.sweeps.report import sections
@@ -55,10 +56,7 @@ def write_sweep_page(
     if columns is None:
         columns = SweepColumns.of(store.rows())
     page = SweepPage(store, columns, worst).text(path.parent)
-    try:
-        path.write_text(page, encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise BtMissionError(f"{path}: cannot write the page: {error.strerror or error}") from error
+    write_file(path, page)
     return path
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.output import OutputFile
 
 Picture = npt.NDArray[np.uint8]
 
@@ -46,7 +47,7 @@ class Mp4File:
     says why.
 
     Args:
-        path: Is overwritten.
+        path: See :class:`OutputFile`.
         fps: Frames a second.
 
     Raises:
@@ -55,17 +56,13 @@ class Mp4File:
 
     def __init__(self, path: Path, width: int, height: int, fps: int) -> None:
         self._av = av = load_encoder()
-        self.path = path
+        self.output = OutputFile(path)
         self.frames = 0
         """Frames given to the encoder."""
         self.bytes = 0
         """Size of the file, once it is closed."""
-        self.fault: str | None = None
         self._is_closed = False
-        try:
-            self._stream = path.open("wb")
-        except OSError as error:
-            raise BtMissionError(f"{path}: cannot write the film: {error.strerror}") from error
+        self._stream = self.output.stream
         self._container = av.open(
             self._stream, "w", format="mp4", options={"movflags": "hybrid_fragmented"}
         )
@@ -85,22 +82,32 @@ class Mp4File:
         if self.fault is None:
             self._guarded(lambda: self._encode(picture, times))
 
+    @property
+    def path(self) -> Path:
+        """Where it lies: of one that replaces another, beside that until it is closed whole."""
+        return self.output.place
+
+    @property
+    def fault(self) -> str | None:
+        """Why nothing more is written; None while it is."""
+        return self.output.fault
+
     def abandon(self, why: str) -> None:
         """Write nothing more."""
-        if self.fault is None:
-            self.fault = why
+        self.output.abandon(why)
 
-    def close(self) -> None:
-        """Write what is left, and close the file; once is enough."""
+    def close(self, *, replaces: bool = True) -> None:
+        """Write what is left, and close the file; once is enough.
+
+        Args:
+            replaces: Does it replace the file that was there, where it is whole?
+        """
         if self._is_closed:
             return
         self._is_closed = True
         if self.fault is None:
             self._guarded(self._end)
-        try:
-            self._stream.close()
-        except OSError as error:
-            self.abandon(error.strerror or str(error))
+        self.output.close(replaces=replaces)
         if self.fault is not None:
             # The fragments that are there stay as they are: nothing reaches the closed stream.
             with suppress(OSError, ValueError, self._av.FFmpegError):

@@ -106,8 +106,8 @@ class VideoRecorder:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self.close(replaces=kind is None)
 
     @property
     def missing(self) -> str:
@@ -125,15 +125,19 @@ class VideoRecorder:
         self._guarded(lambda: self._shoot(round(OUTCOME_S * FPS)))
         self.close()
 
-    def close(self) -> None:
-        """Film no more; once is enough."""
+    def close(self, *, replaces: bool = True) -> None:
+        """Film no more; once is enough.
+
+        Args:
+            replaces: Does the film replace a file that was there, where it is whole?
+        """
         if self._is_closed:
             return
         self._is_closed = True
         self._session.executive.after_tick.remove(self._look)
         self._session.executive.goal_listeners.remove(self._on_goal)
         self._guarded(self._views.close)
-        self.file.close()
+        self.file.close(replaces=replaces)
 
     # ---- while it runs ---------------------------------------------------------------------
 

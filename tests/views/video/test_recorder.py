@@ -54,7 +54,7 @@ class Taken:
     def abandon(self, why: str) -> None:
         self.fault = why
 
-    def close(self) -> None:
+    def close(self, *, replaces: bool = True) -> None:
         self.bytes = 1
 
 

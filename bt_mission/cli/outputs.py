@@ -1,0 +1,127 @@
+"""The rule for files that a command writes, whatever its options are called.
+
+An option declares itself by its type in :mod:`bt_mission.cli.argument_types`: `output_file`,
+`unchecked_output_file` or `input_file`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bt_mission.cli.argument_types import input_file, output_file, unchecked_output_file
+from bt_mission.core.errors import BtMissionError
+
+if TYPE_CHECKING:
+    from bt_mission.core.files import Kind
+    from bt_mission.language.mission import Mission
+
+OUTPUTS = (output_file, unchecked_output_file)
+STANDARD_OUTPUT = "-"
+
+
+def refuse_outputs(options: argparse.Namespace) -> None:
+    """Refuse files that a command is to write and cannot, or must not, before anything runs.
+
+    Two outputs in one file are refused, and an output that is an input; so is a file that exists,
+    unless the command has no ``--force``, or it is given. A device or a pipe takes anything.
+
+    Raises:
+        BtMissionError: With the option, and what to do.
+    """
+    taken: dict[object, str] = {}
+    for name, path in _files(options, output_file):
+        _refuse_place(name, path)
+    for name, path in _files(options, *OUTPUTS):
+        other = taken.setdefault(_identity(path), name)
+        if other != name:
+            raise BtMissionError(f"{other} and {name} name the same file, {path}: name two")
+    for name, path in _files(options, input_file):
+        _refuse_input(taken, path, f"is the file that {name} names")
+    if not getattr(options, "force", True):
+        refuse_existing(path for _, path in _files(options, output_file))
+
+
+def refuse_overwritten(options: argparse.Namespace, inputs: Iterable[Path]) -> None:
+    """Refuse to write over a file that is read, although no option names it.
+
+    Raises:
+        BtMissionError: With the option.
+    """
+    taken = {_identity(path): name for name, path in _files(options, *OUTPUTS)}
+    for path in inputs if taken else ():
+        _refuse_input(taken, path, "is read for this run")
+
+
+def files_of(mission: Mission) -> Iterator[Path]:
+    """Yield the files of a mission, with those of its world, its robot and its Python code."""
+    from bt_mission.core.files import look_for
+    from bt_mission.sweeps.bundle import python_files
+
+    yield from (Path(document.file) for document in mission.documents)
+    yield from (path for path, _ in python_files(mission))
+    named: dict[Kind, str | None] = {"worlds": mission.world, "robots": mission.robot}
+    for kind, name in named.items():
+        found = look_for(kind, name, mission.file) if name else None
+        if found is not None:
+            yield found
+
+
+def refuse_existing(paths: Iterable[Path]) -> None:
+    """Refuse to overwrite files; devices are no files.
+
+    Raises:
+        BtMissionError: When one of them exists.
+    """
+    for path in paths:
+        if path.is_file():
+            raise BtMissionError(f"{path} exists; give another name, or --force to overwrite it")
+
+
+def file_of_robot(path: Path, robot: str) -> Path:
+    """Return the file of one robot of several: ``two.jsonl`` is ``two.robot1.jsonl``."""
+    return path.with_name(f"{path.stem}.{robot}{path.suffix}")
+
+
+def _files(options: argparse.Namespace, *kinds: object) -> Iterator[tuple[str, Path]]:
+    """Yield the files of these kinds that are given, each with the name of its option."""
+    for action in options.parser.arguments:
+        given = getattr(options, action.dest, None) if action.type in kinds else None
+        name = max(action.option_strings, key=len, default=action.dest.upper())
+        for path in given if isinstance(given, list) else filter(None, [given]):
+            if not _is_special(path):
+                yield name, path
+
+
+def _is_special(path: Path) -> bool:
+    """Is it no file, and no place for one: the standard output, a device, a pipe?"""
+    return str(path) == STANDARD_OUTPUT or (path.exists() and not (path.is_file() or path.is_dir()))
+
+
+def _identity(path: Path) -> object:
+    """What two names of one file have in common, links included."""
+    try:
+        about = path.stat()
+    except OSError:
+        return path.resolve()
+    return about.st_dev, about.st_ino
+
+
+def _refuse_place(name: str, path: Path) -> None:
+    """Refuse a folder, and a file whose folder takes none."""
+    folder = path.resolve().parent
+    if path.is_dir():
+        raise BtMissionError(f"{name} {path}: is a folder; name a file")
+    if not folder.is_dir():
+        raise BtMissionError(f"{name} {path}: there is no folder {path.parent}")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise BtMissionError(f"{name} {path}: the folder {folder} cannot be written to")
+
+
+def _refuse_input(taken: dict[object, str], path: Path, why: str) -> None:
+    output = taken.get(_identity(path))
+    if output is not None:
+        raise BtMissionError(f"{output} {path}: {why}; name another one to write")

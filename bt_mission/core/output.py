@@ -1,0 +1,158 @@
+"""Files that commands write: an old one stays until the new one is whole.
+
+All of a file at once: :func:`write_file` and :func:`new_file`. A file that grows while something
+runs: :class:`OutputFile`. A device or a pipe is written to directly. A symbolic link is followed.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import stat
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from io import BufferedWriter
+from pathlib import Path
+from typing import BinaryIO
+
+from bt_mission.core.errors import BtMissionError
+
+DELETED = "everything (the file was deleted while it was written)"
+"""What such a file lacks, for people."""
+
+LONGEST_STEM = 200
+"""Characters of a file's name that the name of its part has; file systems take 255 bytes."""
+
+
+def write_file(path: Path, content: str | bytes) -> None:
+    """Write all of a file; a text as UTF-8.
+
+    Raises:
+        BtMissionError: When it cannot be written. A file that was there is as before.
+    """
+    with new_file(path) as stream:
+        stream.write(content if isinstance(content, bytes) else content.encode(errors="replace"))
+
+
+@contextmanager
+def new_file(path: Path) -> Iterator[BinaryIO]:
+    """Open a file to write all of it; it has its name once the block has ended.
+
+    Raises:
+        BtMissionError: When it cannot be written. A file that was there is as before.
+    """
+    try:
+        target = path.resolve()
+        if _is_special(target):
+            with target.open("wb") as stream:
+                yield stream
+            return
+        part = target.with_name(f".{secrets.token_hex(8)}.part")
+        try:
+            with part.open("xb") as stream:
+                yield stream
+                _finish(stream, target)
+            part.replace(target)
+        except BaseException:
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise cannot_write(path, error) from error
+
+
+class OutputFile:
+    """A file that grows while something runs, and can be read wherever it is cut.
+
+    A new one has its name from the start. Where a file of that name is there, the new one grows
+    beside it as ``NAME.part.SUFFIX``, and replaces it when it is closed whole. So a process that is
+    killed leaves what it has written, and what was there before.
+
+    Once a write fails, nothing more is written, and :attr:`fault` says why.
+
+    Args:
+        path: Where it is written.
+        stream: Write here instead.
+
+    Raises:
+        BtMissionError: When it cannot be opened.
+    """
+
+    def __init__(self, path: Path, stream: BinaryIO | None = None) -> None:
+        self.path = path
+        self.place = path
+        """Where it lies now: at :attr:`path`, or beside it until it is closed whole."""
+        self.fault: str | None = None
+        self._is_named = stream is None
+        try:
+            if stream is None and path.is_file():
+                target = path.resolve() if path.is_symlink() else path
+                name = f"{target.stem[:LONGEST_STEM]}.part{target.suffix}"
+                self.place = target.with_name(name)
+            self.stream = self.place.open("wb") if stream is None else stream
+        except OSError as error:
+            raise cannot_write(path, error) from error
+
+    @property
+    def is_deleted(self) -> bool:
+        """Has somebody deleted the file while it is written?"""
+        return self._is_named and not self.place.exists()
+
+    @property
+    def remark(self) -> str:
+        """What else is to be said of a file that is closed, for people; empty for a whole one."""
+        return "" if self.place == self.path else f"{self.path} is the old one"
+
+    def attempt(self, write: Callable[[], object]) -> None:
+        """Write, unless a write has failed."""
+        if self.fault is None:
+            try:
+                write()
+            except OSError as error:
+                self.abandon(error.strerror or str(error))
+
+    def abandon(self, why: str) -> None:
+        """Write nothing more."""
+        if self.fault is None:
+            self.fault = why
+
+    def close(self, *, replaces: bool = True) -> None:
+        """Close it; once is enough.
+
+        Args:
+            replaces: Does it replace the file that was there, where it is whole?
+        """
+        if self.stream.closed:
+            return
+        if replaces and self.place != self.path:
+            self.attempt(lambda: _finish(self.stream, self.path))
+        if self.fault is not None and isinstance(self.stream, BufferedWriter):
+            self.stream.raw.close()  # without what is still buffered, which is missing by now
+        try:
+            self.stream.close()
+        except OSError as error:  # what is still buffered does not fit; it is closed all the same
+            self.abandon(error.strerror or str(error))
+        if replaces and self.place != self.path:
+            self.attempt(self._replace)
+
+    def _replace(self) -> None:
+        self.place.replace(self.path.resolve())
+        self.place = self.path
+
+
+def cannot_write(path: Path, error: OSError) -> BtMissionError:
+    """Return the error for a file that cannot be written."""
+    return BtMissionError(f"cannot write {path}: {error.strerror or error}")
+
+
+def _is_special(path: Path) -> bool:
+    """Is it there, and no file: a device, a pipe, or a folder, which cannot be opened?"""
+    return path.exists() and not path.is_file()
+
+
+def _finish(stream: BinaryIO, target: Path) -> None:
+    """Have all of a file on the disk, with the permissions of the one that it replaces."""
+    stream.flush()
+    if target.exists():
+        os.fchmod(stream.fileno(), stat.S_IMODE(target.stat().st_mode))
+        os.fsync(stream.fileno())
