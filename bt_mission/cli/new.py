@@ -13,6 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.questions import has_terminal, is_confirmed
 from bt_mission.core.diagnostics import quoted
 from bt_mission.core.errors import BtMissionError
 
@@ -52,6 +53,9 @@ def add_parser(commands: Any) -> None:
         epilog=EPILOG,
     )
     parser.add_argument("name", help="of the folder and its mission: letters, digits, _ and -")
+    parser.add_argument(
+        "--yes", action="store_true", help="do not ask before a project is made inside another"
+    )
     parser.set_defaults(command=make_project)
 
 
@@ -59,6 +63,8 @@ def make_project(options: argparse.Namespace) -> int:
     """Make the folder as a whole, or not at all, and say what to do next."""
     name: str = options.name
     _refuse_name(name)
+    if not options.yes:
+        _ask_inside_project(name)
     written = project_files(name)
     try:
         folder = Path(name)
@@ -76,6 +82,27 @@ def make_project(options: argparse.Namespace) -> int:
         raise BtMissionError(f"cannot make {name}: {error.strerror or error}") from error
     _print_next_steps(name, written)
     return SUCCESS
+
+
+def _ask_inside_project(name: str) -> None:
+    """Ask before a project is made inside another.
+
+    Raises:
+        BtMissionError: Where nobody wants it, or nobody can be asked.
+    """
+    here = Path.cwd()
+    outer = next((one for one in (here, *here.parents) if _is_project(one)), None)
+    if outer is None:
+        return
+    inside = f"{quoted(name)} would be made inside the project {outer}"
+    if not has_terminal():
+        raise BtMissionError(f"{inside}; change to another folder, or add --yes")
+    if not is_confirmed(f"{inside}. Make it there?"):
+        raise BtMissionError("nothing was made")
+
+
+def _is_project(folder: Path) -> bool:
+    return (folder / "missions").is_dir() and (folder / "mission.schema.json").is_file()
 
 
 def project_files(name: str) -> Mapping[str, str]:

@@ -49,7 +49,8 @@ examples:
   bt-mission run explore --attach               against servers and a robot that run already
 
 exit codes: 0 success, or of a scenario what must come out; 1 mission failed, requirement
-violated, or something else came out; 2 bad input, 130 interrupted
+violated, or something else came out; 2 bad input, 130 interrupted. A full disk changes none of
+them: the summary says what a file lacks
 """
 
 

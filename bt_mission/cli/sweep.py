@@ -32,12 +32,12 @@ from bt_mission.cli.options import (
     mission_file,
 )
 from bt_mission.cli.outputs import files_of, refuse_overwritten
+from bt_mission.cli.questions import has_terminal, is_confirmed
 from bt_mission.cli.run import announce, leaving_at_once
 from bt_mission.cli.sweep_report import tell_results, write_page
 from bt_mission.cli.workers import (
     add_worker_options,
     base_changes,
-    has_terminal,
     pool_for,
     refuse_worker_options,
     run_interruptible,
@@ -246,8 +246,7 @@ def _ask(options: argparse.Namespace, plan: SweepPlan) -> None:
     told = f"{plan.count:,} scenarios"
     if not has_terminal():
         raise BtMissionError(f"{told}: say --yes if so many are meant")
-    print(f"{told}. Go on? [y/N] ", end="", file=sys.stderr, flush=True)
-    if sys.stdin.readline().strip().lower() not in ("y", "yes"):
+    if not is_confirmed(f"{told}. Go on?"):
         raise BtMissionError("nothing was carried out")
 
 

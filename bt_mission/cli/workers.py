@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import signal
-import sys
 from collections.abc import Coroutine
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -153,8 +152,3 @@ def run_interruptible(main: Coroutine[Any, Any, None]) -> str:
 
     asyncio.run(run())
     return got[0] if got else ""
-
-
-def has_terminal() -> bool:
-    """Is there somebody to ask?"""
-    return sys.stdin.isatty() and sys.stderr.isatty()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import json
 import os
 import subprocess
@@ -189,3 +190,26 @@ def test_a_folder_that_may_not_be_written_is_told(
     monkeypatch.setattr("bt_mission.cli.new.TemporaryDirectory", refuse)
     assert main(["new", NAME]) == 2
     assert capsys.readouterr().err == f"cannot make {NAME}: Permission denied\n"
+
+
+def test_inside_of_a_project_it_asks_first(
+    project: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also in a folder below it; whoever means it says so."""
+    monkeypatch.chdir(project / "missions")
+    assert main(["new", "other"]) == 2
+    said = capsys.readouterr().err
+    assert said == (
+        f"'other' would be made inside the project {project}; change to another folder, or add "
+        "--yes\n"
+    )
+    monkeypatch.setattr("bt_mission.cli.new.has_terminal", lambda: True)
+    monkeypatch.setattr("sys.stdin", io.StringIO("\ny\n"))
+    assert main(["new", "other"]) == 2
+    said = capsys.readouterr().err
+    assert said.endswith(f"inside the project {project}. Make it there? [y/N] nothing was made\n")
+    assert not Path("other").exists()
+    assert main(["new", "other"]) == 0
+    assert main(["new", "third", "--yes"]) == 0
+    assert Path("other").is_dir()
+    assert Path("third").is_dir()
