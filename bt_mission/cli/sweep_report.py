@@ -128,9 +128,10 @@ def _write_csv(store: ResultStore, path: Path | None) -> None:
     if path is None:
         write_csv(store.rows, unescaped(sys.stdout))  # its cells are escaped, its line ends not
         return
-    with new_file(path) as stream, TextIOWrapper(stream, encoding="utf-8", newline="") as text:
+    with new_file(path) as stream:
+        text = TextIOWrapper(stream, encoding="utf-8", newline="")
         write_csv(store.rows, text)
-        text.detach()
+        text.detach()  # else the stream would be closed with it
     print(path, file=sys.stderr)
 
 

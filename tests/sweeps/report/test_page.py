@@ -194,5 +194,5 @@ def test_without_plotly_it_is_said_what_to_install(results, monkeypatch):
 
 def test_a_page_that_cannot_be_written(results, tmp_path):
     """Is told with its place."""
-    with pytest.raises(BtMissionError, match="cannot write .*: Is a directory"):
+    with pytest.raises(BtMissionError, match=r"cannot write .*: Is a directory"):
         write_sweep_page(results, tmp_path)
