@@ -127,19 +127,23 @@ class Samples:
 @contextmanager
 def sampling(samples: Samples, draws: random.Random) -> Iterator[None]:
     """Take samples of this thread while this is open."""
+    is_open = True
 
     def arm() -> None:
         signal.setitimer(signal.ITIMER_REAL, INTERVAL_S * draws.uniform(0.5, 1.5))
 
     def on_alarm(_: int, frame: FrameType | None) -> None:
-        samples.take(frame)
-        arm()
+        # The last alarm may be handled after the timer was stopped.
+        if is_open:
+            samples.take(frame)
+            arm()
 
     before = signal.signal(signal.SIGALRM, on_alarm)
     arm()
     try:
         yield
     finally:
+        is_open = False
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
 

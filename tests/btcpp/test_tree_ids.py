@@ -11,7 +11,7 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read, read_text
 from bt_mission.language.loader import draft
 from bt_mission.ros.interface_types import shapes
-from tests.support.btcpp_rules import CHILDREN, models, refusals
+from tests.support.btcpp_rules import CHILDREN, models, refusals, type_refusals
 from tests.support.missions import meaning
 from tests.support.project import MISSIONS, ROOT
 
@@ -35,7 +35,36 @@ def test_behaviortree_cpp_takes_a_shipped_mission(path):
     document = read(ROOT / path)
     leaves = models(mission_palette(document, shapes))
     assert list(leaves) == list(LEAVES)
-    assert list(refusals(mission_xml(document, shapes), leaves)) == []
+    xml = mission_xml(document, shapes)
+    assert list(refusals(xml, leaves)) == []
+    assert list(type_refusals(xml)) == []
+
+
+COMPUTED = """\
+mission: m
+inputs: {far: 2, often: 3}
+trees:
+  inner: {needs: {by: number}, do: {turn: {angle: $by}, timeout: 9}}
+tree:
+  repeat: {count: $often}
+  do:
+    sequence:
+      - turn: {angle: "uniform(60, 120)", angular_velocity: 0.5}
+        timeout: 9
+      - turn: {angle: 90}
+        timeout: 9
+      - tree: {name: inner, inputs: {by: $far}}
+"""
+
+
+def test_what_a_mission_computes_has_no_type_and_its_inputs_have_that_of_the_ports():
+    """BehaviorTree.CPP refuses an expression at a `double`, and an `int` there."""
+    xml = mission_xml(read_text(COMPUTED, "m.yaml"), shapes)
+    assert list(type_refusals(xml)) == []
+    assert '<input_port name="angle"/>' in xml
+    assert '<input_port name="angular_velocity" type="double"/>' in xml
+    assert '<input_port name="far" type="double" default="2.0"/>' in xml
+    assert '<input_port name="often" type="int" default="3"/>' in xml
 
 
 def test_only_leaves_for_any_type_need_a_mission_for_their_ports():

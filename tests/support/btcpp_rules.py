@@ -1,5 +1,6 @@
 """What BehaviorTree.CPP 4.10 checks before it makes a tree of a file, as far as ours go."""
 
+import re
 from collections.abc import Iterator
 from xml.etree import ElementTree as ET
 
@@ -85,3 +86,32 @@ def _refused(node: ET.Element, leaves: dict[str, set[str]], trees: list[str]) ->
     unknown = ports - (leaves[node.tag] if node.tag in leaves else PORTS.get(node.tag, set()))
     if unknown:
         yield f"no ports {sorted(unknown)} of <{node.tag}>"
+
+
+WRITTEN = {
+    "double": re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)(e[-+]?\d+)?", re.IGNORECASE),
+    "int": re.compile(r"[-+]?\d+"),
+    "bool": re.compile("true|false|0|1"),
+}
+"""The types whose constants are converted when a tree is made, and what they look like."""
+
+
+def type_refusals(xml: str) -> Iterator[str]:
+    """Yield the constants that their port's type refuses, and the inputs of another type."""
+    root = _root(xml)
+    types = {
+        (model.attrib["ID"], port.attrib["name"]): port.get("type", "")
+        for model in root.iterfind("TreeNodesModel/*")
+        for port in model
+        if "name" in port.attrib
+    }
+    main = root.get("main_tree_to_execute")
+    for node in root.iterfind("BehaviorTree//*"):
+        for name, value in node.attrib.items():
+            wanted = types.get((node.tag, name), "")
+            if value.startswith("{") and value.endswith("}"):
+                given = types.get((main, value[1:-1]), wanted)
+                if node.tag != "SubTree" and wanted in WRITTEN and given != wanted:
+                    yield f"{value} is a port of the type {given}, and {node.tag} reads a {wanted}"
+            elif wanted in WRITTEN and not WRITTEN[wanted].fullmatch(value):
+                yield f"{name}={value!r} of {node.tag} is no {wanted}"
