@@ -105,7 +105,7 @@ def type_refusals(xml: str) -> Iterator[str]:
         for port in model
         if "name" in port.attrib
     }
-    main = root.get("main_tree_to_execute")
+    main = root.get("main_tree_to_execute", "")
     for node in root.iterfind("BehaviorTree//*"):
         for name, value in node.attrib.items():
             wanted = types.get((node.tag, name), "")
