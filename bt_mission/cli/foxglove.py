@@ -5,18 +5,21 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
-from bt_mission.cli.web import has_input_ended, port_number, to_stderr, watch_beside
+from bt_mission.cli.web import (
+    has_input_ended,
+    port_number,
+    refuse_without_server,
+    to_stderr,
+    watch_beside,
+)
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.graph_tools.foxglove.server import FoxgloveServer
     from bt_mission.sessions.session import ObservableSession
-
-NEEDED = "foxglove"
 
 
 def add_foxglove_options(parser: argparse.ArgumentParser) -> None:
@@ -52,8 +55,7 @@ def refuse_foxglove(options: argparse.Namespace, *, instead: tuple[str, ...] = (
     for name in instead:
         if getattr(options, name):
             raise BtMissionError(f"--foxglove and --{name}: choose one of them")
-    if find_spec(NEEDED) is None:
-        raise BtMissionError("--foxglove needs foxglove-sdk: pip install 'bt-mission[foxglove]'")
+    refuse_without_server("--foxglove")
 
 
 @contextmanager
@@ -90,10 +92,10 @@ def foxglove_process(options: argparse.Namespace) -> Iterator[None]:
     if not options.foxglove:
         yield
         return
-    from bt_mission.graph_tools.foxglove.server import start_server
+    from bt_mission.graph_tools.foxglove.server import listen
 
     port = _port_of(options)
-    start_server(port).stop()  # or say so at once
+    listen(port).close()  # or say so at once
     with watch_beside("--foxglove", f"--foxglove-port={port}"):
         yield
 

@@ -84,9 +84,19 @@ def refuse_web(options: argparse.Namespace, *, instead: tuple[str, ...] = ()) ->
     for name in instead:
         if getattr(options, name):
             raise BtMissionError(f"--web and --{name}: choose one of them")
+    refuse_without_server("--web")
+
+
+def refuse_without_server(option: str) -> None:
+    """Refuse an option without the packages that serve it.
+
+    Raises:
+        BtMissionError: With what to install.
+    """
     missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:
-        raise BtMissionError(f"--web needs {' and '.join(missing)}: pip install 'bt-mission[web]'")
+        needed = " and ".join(missing)
+        raise BtMissionError(f"{option} needs {needed}: pip install 'bt-mission[web]'")
 
 
 @contextmanager
@@ -143,7 +153,7 @@ def watching_process(options: argparse.Namespace, name: str) -> Iterator[None]:
     if not options.web:
         yield
         return
-    from bt_mission.views.web.server import listening_socket
+    from bt_mission.core.guarded_server import listening_socket
 
     listening_socket(options.host or LOOPBACK, _port_of(options)).close()  # or say so at once
     with watch_beside(name, *web_arguments(options)):

@@ -8,17 +8,20 @@ answer of 4xx, and no line in the log.
 from __future__ import annotations
 
 import asyncio
+import errno
 import logging
 import resource
 import socket
 from collections.abc import Generator, Iterator, MutableMapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.wall_clock import Stopwatch
 
 MOST_CONNECTIONS = 64
@@ -33,8 +36,9 @@ REQUEST_S = 2.0
 KEEP_ALIVE_S = 5.0
 """Wall time after an answer until a connection is closed without another request."""
 
-ACCEPTS = 16
-"""Connections accepted in a row, before whatever else is due."""
+PASSES = 8
+"""A pass of the event loop accepts at most the room divided by this. A request is found valid five
+passes after its connection was accepted: before newer connections can have taken all the room."""
 
 NO_FILES_S = 0.5
 """Wall time until the next connection is accepted where the process has no open files left."""
@@ -42,11 +46,8 @@ NO_FILES_S = 0.5
 LONGEST_HEAD = 8_000
 """Bytes of a request that wait for the end of its headers."""
 
-MESSAGES_S = 20.0
-"""Frames a second that a client may send in the long run: messages, fragments, pings and pongs."""
-
-MOST_MESSAGES = 60.0
-"""Frames that it may send at once."""
+NEXT_PORTS = 20
+"""Ports after one that is taken that are looked at for a free one."""
 
 TOO_MUCH = 1008
 """The code (policy violation) with which a WebSocket is closed that sends more."""
@@ -57,6 +58,25 @@ LINGER_S = 1.0
 BAD_REQUEST = b"HTTP/1.1 400 Bad Request\r\nConnection: close\r\nContent-Length: 0\r\n\r\n"
 
 Scope = MutableMapping[str, Any]
+
+
+@dataclass(frozen=True)
+class FrameRate:
+    """Frames that a client of a WebSocket may send: messages, fragments, pings and pongs.
+
+    Attributes:
+        long_run_s: In a second, in the long run.
+        most: At once.
+    """
+
+    long_run_s: float
+    most: int
+
+
+class _Config(uvicorn.Config):
+    """Uvicorn's settings, which its protocols get, with our own."""
+
+    frames: FrameRate
 
 
 class Connection:
@@ -149,11 +169,14 @@ class GuardedServer(uvicorn.Server):
     Args:
         app: Calls :meth:`Connections.admitted` for each request that it serves.
         connections: Those that it is served to.
+        frames: What a client of a WebSocket may send.
         most_bytes: Of a message of a WebSocket.
     """
 
-    def __init__(self, app: Any, connections: Connections, *, most_bytes: int) -> None:
-        config = uvicorn.Config(
+    def __init__(
+        self, app: Any, connections: Connections, frames: FrameRate, *, most_bytes: int
+    ) -> None:
+        config = _Config(
             app,
             lifespan="off",
             http=_Http,
@@ -168,6 +191,7 @@ class GuardedServer(uvicorn.Server):
             server_header=False,
             timeout_graceful_shutdown=1,
         )
+        config.frames = frames
         config.load()  # imports, too, which would be taken from the mission's time later
         super().__init__(config)
         self._connections = connections
@@ -199,7 +223,7 @@ class GuardedServer(uvicorn.Server):
 
     def _accept(self) -> None:
         loop = asyncio.get_running_loop()
-        for _ in range(ACCEPTS):
+        for _ in range(max(1, self._connections.most // PASSES)):
             try:
                 accepted, address = self._listener.accept()
             except (BlockingIOError, InterruptedError, ConnectionAbortedError):
@@ -241,7 +265,8 @@ class _WebSocket(WebSocketsSansIOProtocol):
 
     def __init__(self, *args: Any, **named: Any) -> None:
         super().__init__(*args, **named)
-        self._left = MOST_MESSAGES
+        self._frames: FrameRate = self.config.frames
+        self._left = float(self._frames.most)
         self._since = Stopwatch()
 
     def data_received(self, data: bytes) -> None:
@@ -258,14 +283,15 @@ class _WebSocket(WebSocketsSansIOProtocol):
         """Take frames, as many as are permitted."""
         events = self.conn.events
         count = len(events)
-        self._left = min(self._left + self._since.elapsed_s * MESSAGES_S, MOST_MESSAGES)
+        gained = self._since.elapsed_s * self._frames.long_run_s
+        self._left = min(self._left + gained, self._frames.most)
         self._since = Stopwatch()
         del events[int(self._left) :]
         self._left -= len(events)
         is_too_much = len(events) < count
         super().handle_events()
         if is_too_much and not self.transport.is_closing():
-            reason = f"more than {MESSAGES_S:g} messages a second"
+            reason = f"more than {self._frames.long_run_s:g} messages a second"
             self.queue.put_nowait(
                 {"type": "websocket.disconnect", "code": TOO_MUCH, "reason": reason}
             )
@@ -275,3 +301,53 @@ class _WebSocket(WebSocketsSansIOProtocol):
             # Closed at once, with frames that have not been read, TCP would take the reason back.
             self.transport.write_eof()
             self.close_timer = self.loop.call_later(LINGER_S, self.transport.close)
+
+
+def listening_socket(host: str, port: int, option: str = "--port") -> socket.socket:
+    """Return a socket that listens.
+
+    Args:
+        option: The option of the command line that names the port.
+
+    Raises:
+        BtMissionError: With a port that is free, where this one is taken.
+    """
+    try:
+        return _bound(host, port)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            free = next(_free_ports(host, port), None)
+            hint = f"{option} {free} is free" if free else f"{option} 0 takes any that is free"
+            raise BtMissionError(
+                f"{option} {port}: another program listens there; {hint}"
+            ) from None
+        if error.errno in (errno.EACCES, errno.EPERM):
+            raise BtMissionError(
+                f"{option} {port}: this user may not listen there; take one from 1024 on"
+            ) from None
+        raise BtMissionError(
+            f"--host {host}: cannot listen there ({error.strerror or error}); name an address of "
+            "this machine, such as 127.0.0.1"
+        ) from None
+
+
+def _bound(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    found = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        found.bind((host, port))
+        found.listen(64)
+    except BaseException:
+        found.close()
+        raise
+    return found
+
+
+def _free_ports(host: str, port: int) -> Iterator[int]:
+    for one in range(port + 1, min(port + 1 + NEXT_PORTS, 65536)):
+        try:
+            _bound(host, one).close()
+        except OSError:
+            continue
+        yield one

@@ -1,18 +1,24 @@
-"""A client of the WebSocket protocol of Foxglove that has nothing of the server's library."""
+"""A client of the WebSocket protocol of Foxglove that shares nothing with the server.
+
+It never waits unless it is asked to: in a test it takes turns with the server, on one thread.
+"""
 
 from __future__ import annotations
 
 import json
+import select
+import socket
 import struct
 from collections import defaultdict
 from collections.abc import Callable
-from contextlib import ExitStack
 from typing import Any, Self
 
 from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
-from websockets.sync.client import connect
+from websockets.client import ClientProtocol
+from websockets.frames import Frame, Opcode
 from websockets.typing import Subprotocol
+from websockets.uri import parse_uri
 
 from bt_mission.core.wall_clock import Stopwatch
 
@@ -36,10 +42,12 @@ class FoxgloveClient:
         """Messages with their times, ns, by topic."""
         self.statuses: list[str] = []
         self.times: list[int] = []
-        self._exit = ExitStack()
-        self._socket = self._exit.enter_context(
-            connect(link, subprotocols=[PROTOCOL], max_size=None)
-        )
+        self.close_code: int | None = None
+        uri = parse_uri(link)
+        self._protocol = ClientProtocol(uri, subprotocols=[PROTOCOL], max_size=None)
+        self._socket = socket.create_connection((uri.host, uri.port))
+        self._protocol.send_request(self._protocol.connect())
+        self._flush()
         self._subscribed: dict[int, str] = {}
         self._decoders: dict[str, Any] = {}
 
@@ -47,12 +55,19 @@ class FoxgloveClient:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._exit.close()
+        self._socket.close()
 
     def send(self, words: Any) -> None:
-        """Send text, bytes, or an object as JSON."""
-        is_raw = isinstance(words, str | bytes)
-        self._socket.send(words if is_raw else json.dumps(words))
+        """Send text, bytes, or an object as JSON, once the server has answered."""
+        if isinstance(words, bytes):
+            self._protocol.send_binary(words)
+        else:
+            text = words if isinstance(words, str) else json.dumps(words)
+            self._protocol.send_text(text.encode())
+        self._flush()
+
+    def _flush(self) -> None:
+        self._socket.sendall(b"".join(self._protocol.data_to_send()))
 
     def subscribe(self, *topics: str) -> None:
         """Subscribe to topics that are offered."""
@@ -72,20 +87,30 @@ class FoxgloveClient:
 
     def take(self, wait_s: float = 0.0) -> None:
         """Take what has come, and wait for the first of it."""
-        while True:
-            try:
-                received = self._socket.recv(timeout=wait_s)
-            except TimeoutError:
-                return
+        while self.close_code is None and select.select([self._socket], [], [], wait_s)[0]:
             wait_s = 0.0
-            if isinstance(received, str):
-                self._take_words(json.loads(received))
-            elif received[0] == MESSAGE:
-                number, time_ns = struct.unpack("<IQ", received[1:13])
-                topic = self._subscribed[number]
-                self.heard[topic].append((time_ns, self._decoded(topic, received[13:])))
-            elif received[0] == TIME:
-                self.times.append(*struct.unpack("<Q", received[1:]))
+            data = self._socket.recv(1 << 16)
+            if data:
+                self._protocol.receive_data(data)
+            else:
+                self._protocol.receive_eof()
+                self.close_code = self._protocol.close_code
+            self._flush()
+            for event in self._protocol.events_received():
+                if not isinstance(event, Frame):
+                    assert self._protocol.handshake_exc is None
+                elif event.opcode is Opcode.TEXT:
+                    self._take_words(json.loads(bytes(event.data)))
+                elif event.opcode is Opcode.BINARY:
+                    self._take_data(bytes(event.data))
+
+    def _take_data(self, received: bytes) -> None:
+        if received[0] == MESSAGE:
+            number, time_ns = struct.unpack("<IQ", received[1:13])
+            topic = self._subscribed[number]
+            self.heard[topic].append((time_ns, self._decoded(topic, received[13:])))
+        elif received[0] == TIME:
+            self.times.append(*struct.unpack("<Q", received[1:]))
 
     def _take_words(self, words: dict[str, Any]) -> None:
         match words["op"]:

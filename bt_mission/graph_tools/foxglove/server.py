@@ -1,26 +1,28 @@
-"""Serves topics over the WebSocket protocol of Foxglove, with its makers' own server.
+"""Serves topics over the WebSocket protocol of Foxglove.
 
 A topic costs nothing until a client subscribes to it: only then is there a subscription in ROS, and
-its messages are passed on as they came, serialized. The server writes to its clients from a thread
-of its own, outside Python, and drops messages for a client that is slow.
+its messages are passed on as they came, serialized. Messages for a client that is slow are dropped.
 """
 
 from __future__ import annotations
 
-from collections import deque
+import asyncio
+import socket
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import foxglove
-from foxglove.websocket import Capability
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from starlette.applications import Starlette
+from starlette.routing import WebSocketRoute
 
 from bt_mission.core.cdr.definitions import Definitions, share_folders, with_plain_names
 from bt_mission.core.dds.publishers import CLOCK
 from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError, described
+from bt_mission.core.guarded_server import Connections, FrameRate, GuardedServer, listening_socket
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.graph_tools.foxglove.clients import Channel, Clients
 from bt_mission.ros.interface_types import topic_type
 from bt_mission.ros.subscriber import matching_qos
 
@@ -36,42 +38,35 @@ SEARCH_S = 1.0
 TIME_S = 0.05
 """Wall time between two messages with the time of the graph."""
 
-SETTLE_S = 0.2
-"""Wall time after which messages reach a client of which the server has told that it subscribes."""
+TURN_S = 0.005
+"""Wall time between two turns of the event loop, where none runs in this process."""
+
+TURNS = 12
+"""Passes of the event loop in a turn: so many are between a request and its answer."""
+
+CLOSE_S = 2.0
+"""Wall time within which clients are sent away."""
+
+FRAMES = FrameRate(long_run_s=200.0, most=2000)
+"""What a client may send: the application subscribes to each topic of a layout by itself."""
+
+MOST_BYTES = 1 << 18
+"""Of a message of a client."""
 
 DEPTH = 100
 """Messages of a topic that may wait until they are taken."""
-
-BACKLOG = 256
-"""Messages that may wait for a client; the oldest are dropped where it is slower."""
 
 NEVER = (CLOCK, "/parameter_events")
 """The time is told by the protocol itself; parameters do not change here."""
 
 
-def start_server(port: int, listener: Any = None, context: Any = None) -> Any:
-    """Return a server that listens on the loopback address, and only sends.
+def listen(port: int) -> socket.socket:
+    """Return a socket that listens on the loopback address.
 
     Raises:
         BtMissionError: Where it cannot listen.
     """
-    foxglove.set_log_level("CRITICAL")  # it would write a line for each thing a client does wrong
-    try:
-        return foxglove.start_server(
-            name="bt-mission",
-            host=LOOPBACK,
-            port=port,
-            capabilities=[Capability.Time],
-            server_listener=listener,
-            context=context or foxglove.Context(),
-            message_backlog_size=BACKLOG,
-        )
-    except RuntimeError as error:
-        is_taken = "in use" in str(error)
-        why = "another program listens there" if is_taken else f"cannot listen there ({error})"
-        raise BtMissionError(
-            f"--foxglove-port {port}: {why}; --foxglove-port 0 takes any that is free"
-        ) from None
+    return listening_socket(LOOPBACK, port, "--foxglove-port")
 
 
 class FoxgloveServer:
@@ -94,22 +89,24 @@ class FoxgloveServer:
         self.is_broken = False
         """Has it failed, and been stopped?"""
         self._now_ns, self._say = now_ns, say
-        self._context = foxglove.Context()
-        self._newcomers = _Newcomers()
-        self._server = start_server(port, self._newcomers, self._context)
+        self._listener = listen(port)
+        self._port: int = self._listener.getsockname()[1]
+        connections = Connections()
+        self._newcomers: set[int] = set()
+        self._clients = Clients(connections, lambda one: self._newcomers.add(one.number))
+        app = Starlette(routes=[WebSocketRoute("/{path:path}", self._clients.open)])
+        self._server = GuardedServer(app, connections, FRAMES, most_bytes=MOST_BYTES)
+        self._turning: _Turning | None = None
         self._definitions = Definitions(share_folders())
         self._topics: dict[str, _ServedTopic | None] = {}
         """None stands for a topic that cannot be served."""
-        self._settled: set[str] = set()
-        """Topics with newcomers whom messages reach by the next time they are welcomed."""
         self._since_search, self._since_time = Stopwatch(), Stopwatch()
-        self._since_welcome = Stopwatch()
         self._search()
 
     @property
     def link(self) -> str:
         """Where clients connect."""
-        return f"ws://{LOOPBACK}:{self._server.port}"
+        return f"ws://{LOOPBACK}:{self._port}"
 
     def look(self) -> None:
         """Pass on what has come. What fails here ends the server, and nothing else."""
@@ -125,24 +122,25 @@ class FoxgloveServer:
         """Send clients away; the subscriptions go with the node."""
         if not self.is_broken:
             self.is_broken = True
-            self._server.stop()
+            if self._turning is None:
+                self._listener.close()
+            else:
+                self._turning.close()
 
     def _look(self) -> None:
         if self._since_search.elapsed_s >= SEARCH_S:
             self._since_search = Stopwatch()
             self._search()
-        if self._since_welcome.elapsed_s >= SETTLE_S:
-            self._since_welcome = Stopwatch()
-            for topic in self._settled:
-                if (one := self._topics.get(topic)) is not None:
-                    one.welcome()
-            self._settled = self._newcomers.take()
+        newcomers, self._newcomers = self._newcomers, set()
         for one in self._topics.values():
             if one is not None:
-                one.look()
+                one.look(has_newcomers=one.channel.number in newcomers)
         if self._since_time.elapsed_s >= TIME_S:
             self._since_time = Stopwatch()
-            self._server.broadcast_time(self._now_ns())
+            self._clients.tell_time(self._now_ns())
+        if self._turning is None:
+            self._turning = _Turning(self._server, self._listener)
+        self._turning.look()
 
     def _search(self) -> None:
         """Offer what has come up since the last time, and take back what has gone."""
@@ -154,6 +152,7 @@ class FoxgloveServer:
         for topic in self._topics.keys() - offers.keys():
             if (gone := self._topics.pop(topic)) is not None:
                 gone.close()
+                self._clients.withdraw(gone.channel)
         for topic, (types, qos) in offers.items():
             if topic not in self._topics:
                 try:
@@ -167,29 +166,53 @@ class FoxgloveServer:
             raise BtMissionError(f"it has several types: {listed(sorted(types))}")
         message_class = topic_type(types[0])
         name, definition = with_plain_names(types[0], self._definitions.of(types[0]))
-        schema = foxglove.Schema(name=name, encoding="ros2msg", data=definition.encode())
-        channel = foxglove.Channel(
-            topic, message_encoding="cdr", schema=schema, context=self._context
-        )
+        words = {
+            "topic": topic,
+            "encoding": "cdr",
+            "schemaName": name,
+            "schema": definition,
+            "schemaEncoding": "ros2msg",
+        }
+        channel = self._clients.offer(words)
         return _ServedTopic(self.node, channel, message_class, offers, self._now_ns)
 
 
-class _Newcomers:
-    """Hears from the server who has subscribed, on its thread: a deque takes that as it comes."""
+class _Turning:
+    """Serves on the event loop that runs; where none does, on one that is turned in between."""
 
-    def __init__(self) -> None:
-        self._topics: deque[str] = deque()
+    def __init__(self, server: GuardedServer, listener: socket.socket) -> None:
+        self._server, self._listener = server, listener
+        self._own: asyncio.Runner | None = None
+        try:
+            self._loop = asyncio.get_running_loop()
+        except RuntimeError:
+            self._own = asyncio.Runner(loop_factory=asyncio.new_event_loop)
+            self._loop = self._own.get_loop()
+        self._serving = self._loop.create_task(server.serve([listener]))
+        self._since = Stopwatch()
 
-    def on_subscribe(self, _client: Any, channel: Any) -> None:
-        """Note the topic."""
-        self._topics.append(channel.topic)
+    def look(self) -> None:
+        """Do what is due.
 
-    def on_unsubscribe(self, _client: Any, _channel: Any) -> None:
-        """Leave it: the channel says whether somebody is left."""
+        Raises:
+            Exception: What the server has failed on.
+        """
+        if self._own is not None and self._since.elapsed_s >= TURN_S:
+            self._since = Stopwatch()
+            for _ in range(TURNS):
+                self._loop.call_soon(self._loop.stop)
+                self._loop.run_forever()
+        if self._serving.done():
+            self._serving.result()
 
-    def take(self) -> set[str]:
-        """Return the topics with somebody new since the last time."""
-        return {self._topics.popleft() for _ in range(len(self._topics))}
+    def close(self) -> None:
+        """Send the clients away: at once, or where a loop runs with its next turns."""
+        self._server.should_exit = True
+        if self._own is not None:
+            self._loop.run_until_complete(asyncio.wait([self._serving], timeout=CLOSE_S))
+            self._own.close()
+        if self._loop.is_closed():
+            self._listener.close()
 
 
 class _ServedTopic:
@@ -198,30 +221,30 @@ class _ServedTopic:
     def __init__(
         self,
         node: Node,
-        channel: Any,
+        channel: Channel,
         message_class: Any,
         offers: list[QoSProfile],
         now_ns: Callable[[], int],
     ) -> None:
-        self._node, self._channel, self._message_class = node, channel, message_class
+        self._node, self.channel, self._message_class = node, channel, message_class
         self._now_ns = now_ns
         self._qos = matching_qos(offers, DEPTH)
         self._subscription: Subscription | None = None
 
-    def welcome(self) -> None:
-        """Have a new client receive what is latched: a new subscription does, and all hear it."""
-        if self._qos.durability is DurabilityPolicy.TRANSIENT_LOCAL:
-            self._unsubscribe()
+    def look(self, *, has_newcomers: bool) -> None:
+        """Subscribe where a client does, and pass on what has come.
 
-    def look(self) -> None:
-        """Subscribe where a client does, and hand on what has come."""
-        if not self._channel.has_sinks():
+        A new subscription receives what is latched, so a new client has one made.
+        """
+        if has_newcomers and self._qos.durability is DurabilityPolicy.TRANSIENT_LOCAL:
+            self._unsubscribe()
+        if not self.channel.viewers:
             self._unsubscribe()
             return
         if self._subscription is None:
             self._subscription = self._node.create_subscription(
                 self._message_class,
-                self._channel.topic(),
+                self.channel.words["topic"],
                 self._send,  # where an executor serves the node
                 self._qos,
                 raw=True,
@@ -232,9 +255,8 @@ class _ServedTopic:
                 self._send(taken[0])
 
     def close(self) -> None:
-        """Offer it no longer."""
+        """Leave the topic."""
         self._unsubscribe()
-        self._channel.close()
 
     def _unsubscribe(self) -> None:
         if self._subscription is not None:
@@ -242,4 +264,4 @@ class _ServedTopic:
             self._subscription = None
 
     def _send(self, data: bytes) -> None:
-        self._channel.log(data, log_time=self._now_ns())
+        self.channel.send(data, self._now_ns())

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import errno
 import secrets
-import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -17,8 +15,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.core.guarded_server import Connections, GuardedServer
+from bt_mission.core.guarded_server import Connections, FrameRate, GuardedServer, listening_socket
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.views.web.gate import Gate
 from bt_mission.views.web.page_requests import LONGEST
@@ -34,8 +31,8 @@ FAST_FRAME_S = 0.1
 IDLE_S = 0.5
 """The same as long as no page is open."""
 
-NEXT_PORTS = 20
-"""Ports after one that is taken that are looked at for a free one."""
+FRAMES = FrameRate(long_run_s=20.0, most=60)
+"""What a page may send."""
 
 TYPES = {
     "html": "text/html; charset=utf-8",
@@ -90,7 +87,7 @@ class WebServer:
         )
         connections = Connections()
         gate = Gate(app, self.token, options.host, connections.admitted)
-        self._server = GuardedServer(gate, connections, most_bytes=4 * LONGEST)
+        self._server = GuardedServer(gate, connections, FRAMES, most_bytes=4 * LONGEST)
 
     async def serve(self, until: Callable[[], bool]) -> None:
         """Serve, and look at what is new many times a second, until a condition holds.
@@ -142,48 +139,3 @@ def _page_files() -> dict[str, Traversable]:
     """Files of the page by name: what a request names is looked up, never opened."""
     folder = resources.files("bt_mission.views.web") / "page"
     return {one.name: one for one in folder.iterdir() if one.name.rpartition(".")[2] in TYPES}
-
-
-def listening_socket(host: str, port: int) -> socket.socket:
-    """Return a socket that listens.
-
-    Raises:
-        BtMissionError: With a port that is free, where this one is taken.
-    """
-    try:
-        return _bound(host, port)
-    except OSError as error:
-        if error.errno == errno.EADDRINUSE:
-            free = next(_free_ports(host, port), None)
-            hint = f"--port {free} is free" if free else "--port 0 takes any that is free"
-            raise BtMissionError(f"--port {port}: another program listens there; {hint}") from None
-        if error.errno in (errno.EACCES, errno.EPERM):
-            raise BtMissionError(
-                f"--port {port}: this user may not listen there; take one from 1024 on"
-            ) from None
-        raise BtMissionError(
-            f"--host {host}: cannot listen there ({error.strerror or error}); name an address of "
-            "this machine, such as 127.0.0.1"
-        ) from None
-
-
-def _bound(host: str, port: int) -> socket.socket:
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    found = socket.socket(family, socket.SOCK_STREAM)
-    try:
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.bind((host, port))
-        found.listen(64)
-    except BaseException:
-        found.close()
-        raise
-    return found
-
-
-def _free_ports(host: str, port: int) -> Iterator[int]:
-    for one in range(port + 1, min(port + 1 + NEXT_PORTS, 65536)):
-        try:
-            _bound(host, one).close()
-        except OSError:
-            continue
-        yield one

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import re
+import select
+import socket
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -13,6 +15,7 @@ from typing import Any
 import pytest
 
 from bt_mission import load
+from bt_mission.cli.web import NEEDED
 from bt_mission.core.cdr.definitions import Definitions, parse, share_folders
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.wall_clock import Stopwatch
@@ -24,9 +27,11 @@ from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from tests.support.project import ROOT
 
-if find_spec("foxglove") is None:
-    pytest.skip("the extra 'foxglove' is not installed", allow_module_level=True)
+if not all(find_spec(name) for name in NEEDED):
+    pytest.skip("the extra 'web' is not installed", allow_module_level=True)
 
+from bt_mission.core.guarded_server import FrameRate
+from bt_mission.graph_tools.foxglove import server as server_module
 from bt_mission.graph_tools.foxglove.server import FoxgloveServer
 from tests.support.foxglove_client import PATIENCE_S, FoxgloveClient
 
@@ -209,6 +214,10 @@ def test_clients_change_nothing_of_a_run():
     assert trace_of(TURNS, look=True) == trace_of(TURNS, look=False)
 
 
+UPGRADE = (
+    "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+    "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n"
+)
 COMMANDS = {"id": 1, "topic": "/cmd_vel", "encoding": "cdr", "schemaName": "x"}
 NONSENSE = [
     "{",
@@ -229,8 +238,9 @@ def test_nonsense_is_answered_and_changes_nothing(capfd: pytest.CaptureFixture[s
     with served() as it, it.client_of("/odom") as client:
         for words in NONSENSE * 20:
             client.send(words)
-        it.until(lambda: len(client.statuses) >= 20 * 7, client)
-        assert any("Server does not support clientPublish" in one for one in client.statuses)
+        it.until(lambda: len(client.statuses) >= 20 * len(NONSENSE), client)
+        for operation in ("advertise", "setParameters", "fetchAsset"):
+            assert f"this server does not support '{operation}'" in client.statuses
         count = len(client.heard["/odom"])
         it.until(lambda: len(client.heard["/odom"]) > count, client)
         published = [one.topic_name for one in it.server.node.publishers]
@@ -239,11 +249,52 @@ def test_nonsense_is_answered_and_changes_nothing(capfd: pytest.CaptureFixture[s
     assert capfd.readouterr().err == ""
 
 
+def test_silent_connections_keep_no_client_out(monkeypatch: pytest.MonkeyPatch):
+    """The oldest are closed for it, and the mission goes on."""
+    monkeypatch.setattr(server_module, "TURN_S", 0.0)
+    with served() as it, ExitStack() as silent:
+        address = ("127.0.0.1", int(it.server.link.rpartition(":")[2]))
+        opened = []
+        for _ in range(5):
+            opened += [silent.enter_context(socket.create_connection(address)) for _ in range(40)]
+            for _ in range(5):
+                it.stage.step()
+        with it.client_of("/odom") as client:
+            it.until(lambda: client.heard["/odom"], client)
+            first = opened[0]
+            it.until(lambda: select.select([first], [], [], 0.0)[0])
+            assert first.recv(1) == b""
+
+
+def test_a_client_that_floods_is_sent_away(monkeypatch: pytest.MonkeyPatch):
+    """With a code; the others stay."""
+    monkeypatch.setattr(server_module, "FRAMES", FrameRate(long_run_s=1.0, most=20))
+    with served() as it, it.client_of("/odom") as good, it.client_of("/odom") as bad:
+        for _ in range(100):
+            bad.send(b"")
+        it.until(lambda: bad.close_code is not None, good, bad)
+        assert bad.close_code == 1008
+        count = len(good.heard["/odom"])
+        it.until(lambda: len(good.heard["/odom"]) > count, good)
+
+
+@pytest.mark.parametrize(("path", "headers"), [("/", ""), ("/", UPGRADE), ("/x", "")])
+def test_another_protocol_is_refused(path: str, headers: str):
+    """A page of the web, a WebSocket without the protocol's name."""
+    with served() as it:
+        address = ("127.0.0.1", int(it.server.link.rpartition(":")[2]))
+        with socket.create_connection(address) as stranger:
+            words = f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n{headers}\r\n"
+            stranger.sendall(words.encode())
+            it.until(lambda: select.select([stranger], [], [], 0.0)[0])
+            assert stranger.recv(100).startswith(b"HTTP/1.1 40")
+
+
 def test_a_port_that_is_taken_is_told():
     """With what to do."""
     with served() as it:
         port = int(it.server.link.rpartition(":")[2])
-        why = f"--foxglove-port {port}: another program listens there; --foxglove-port 0 takes any"
+        why = f"--foxglove-port {port}: another program listens there; --foxglove-port "
         with pytest.raises(BtMissionError, match=why):
             FoxgloveServer(it.server.node, port, lambda: 0, print)
 

@@ -13,10 +13,11 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.guarded_server import listening_socket
 from bt_mission.events.source import ControlRequest, Verb
 from bt_mission.views.web import pages
 from bt_mission.views.web.live import LiveMission
-from bt_mission.views.web.server import WebOptions, WebServer, listening_socket
+from bt_mission.views.web.server import WebOptions, WebServer
 from tests.support.watched import ScriptedExecutive, ScriptedGraph
 from tests.support.web_pages import PageModel, live, serve
 
