@@ -58,49 +58,6 @@ def test_package_and_project_have_one_version(package):
     }
 
 
-EXAMPLES = {
-    "action": {"Fibonacci"},
-    "srv": {"AddTwoInts", "SetBool", "Trigger"},
-    "msg": {
-        *("Bool", "Byte", "Char", "Empty", "Float32", "Float64", "String", "WString"),
-        *(f"{kind}{bits}" for kind in ("Int", "UInt") for bits in (8, 16, 32, 64)),
-        *(f"{kind}{bits}MultiArray" for kind in ("Int", "UInt") for bits in (8, 16, 32, 64)),
-        *("ByteMultiArray", "Float32MultiArray", "Float64MultiArray"),
-        *("MultiArrayDimension", "MultiArrayLayout"),
-    },
-}
-"""What the public package of ROS 2 Jazzy has."""
-
-
-@pytest.mark.parametrize("kind", EXAMPLES)
-def test_example_interfaces_has_all_that_the_public_package_has(kind):
-    """Tutorials of ROS 2 import any of them."""
-    folder = ROOT / "interfaces/example_interfaces" / kind
-    assert {path.stem for path in folder.iterdir()} == EXAMPLES[kind]
-
-
-PY_TREES = {
-    "action": {"Dock", "MoveBase", "Rotate"},
-    "srv": {
-        *(f"{verb}SnapshotStream" for verb in ("Close", "Open", "Reconfigure")),
-        *("CloseBlackboardStream", "GetBlackboardVariables", "OpenBlackboardStream"),
-        *("IntrospectPublishers", "IntrospectServices", "IntrospectSubscribers", "StatusReport"),
-    },
-    "msg": {
-        *("ActivityItem", "Behaviour", "BehaviourTree", "KeyValue", "Statistics"),
-        *("PublisherDetails", "ServiceDetails", "SubscriberDetails", "SnapshotStreamParameters"),
-    },
-}
-"""What py_trees_ros_interfaces 2.1 has."""
-
-
-@pytest.mark.parametrize("kind", PY_TREES)
-def test_py_trees_ros_finds_all_of_its_interfaces(kind):
-    """It imports nearly all of them, whatever one uses of it."""
-    folder = ROOT / "interfaces/py_trees_ros_interfaces" / kind
-    assert {path.stem for path in folder.iterdir()} == PY_TREES[kind]
-
-
 SIMULATION = {
     "action": {"SimulateSteps"},
     "srv": {
