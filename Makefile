@@ -15,17 +15,22 @@ PYTHONS := $(or $(PYTHON),python3.13 python3.12 python3.11 python3)
 # get in between.
 unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH LD_LIBRARY_PATH PYTHONPATH PYTHONHOME \
   _ROS_WHEELS_BOOTSTRAP_COMPLETE
+# What is imported first is compiled then, once.
+unexport PYTHONDONTWRITEBYTECODE
 
-# Written last, so that it is newer than what it was made from exactly when the set-up went through.
+# What a run needs, and what development needs besides. Written last, so that each is newer than what
+# it was made from exactly when the set-up went through.
+runs := $(VENV)/.runs
 installed := $(VENV)/.installed
 bin := $(VENV)/bin
+install = $(bin)/python -m pip install -qq --disable-pip-version-check
 
 .PHONY: help demo test fuzz benchmarks lint layers types format docs generated doctor clean
 
 help: ## say what can be made
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-demo: $(installed) ## run the main job: explore.yaml on a simulated TurtleBot3
+demo: $(runs) ## run the main job: explore.yaml on a simulated TurtleBot3
 	@$(bin)/bt-mission run $(MISSION)
 
 test: $(installed) ## run all tests
@@ -59,20 +64,29 @@ generated: $(installed) ## write what docs/ takes from the code: the tables of f
 	@$(bin)/python tools/make_key_tables.py
 	@$(bin)/python tools/draw_layers.py
 
-doctor: $(installed) ## say what this machine lacks
+doctor: $(runs) ## say what this machine lacks
 	@$(bin)/bt-mission doctor
 
 clean: ## remove the environment and what the tools left behind
 	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find bt_mission action_servers sim tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# An editable install: sources are live, so only its description and the compiled interfaces count.
-$(installed): pyproject.toml $(shell find interfaces -type f)
+# An editable install: sources are live, so only its description and the compiled interfaces count. They
+# are built with what a run has installed: an environment of its own would be the same again.
+$(runs): pyproject.toml $(shell find interfaces -type f)
 	@if ! [ -x $(bin)/python ]; then \
 	  python=$$(bash tools/find-python $(PYTHONS)); \
 	  echo "Making $(VENV) with $$($$python --version)"; \
 	  $$python -m venv $(VENV); \
 	fi
-	@echo "Installing into $(VENV): one to three minutes, once"
-	@$(bin)/python -m pip install -qq --disable-pip-version-check --editable '.[dev]'
+	@echo "Installing what a run needs into $(VENV): about a minute, once"
+	@$(bin)/python tools/requirements.py run >$(VENV)/requirements.txt
+	@$(install) --no-compile --requirement $(VENV)/requirements.txt
+	@$(install) --no-build-isolation --no-deps --editable .
+	@touch $@
+
+$(installed): $(runs)
+	@echo "Installing what development needs into $(VENV): about a minute, once"
+	@$(bin)/python tools/requirements.py dev >$(VENV)/requirements.txt
+	@$(install) --requirement $(VENV)/requirements.txt
 	@touch $@
