@@ -84,3 +84,14 @@ def test_samples_are_taken_only_while_it_is_open(shares):
     assert samples.rooms.total() >= 1
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
     assert signal.getsignal(signal.SIGALRM) is before
+
+
+def test_an_alarm_that_is_handled_late_does_not_start_the_timer_again(shares):
+    """It would come where nobody handles it, and end the process."""
+    samples = shares.Samples(ROOT)
+    with shares.sampling(samples, random.Random(1)):
+        handler = signal.getsignal(signal.SIGALRM)
+    taken = samples.rooms.total()
+    handler(signal.SIGALRM, None)
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+    assert samples.rooms.total() == taken

@@ -15,6 +15,7 @@ from bt_mission.cli.completed_names import FILES, KINDS, known
 from bt_mission.cli.completion import SHELLS, script
 from bt_mission.cli.main import make_parser
 from bt_mission.core.files import names
+from tests.support.processes import PATIENCE_S
 
 BASH = """\
 source "$1"
@@ -36,7 +37,7 @@ def asked(program: list[str], folder: Path | None = None) -> list[str]:
         capture_output=True,
         text=True,
         check=False,
-        timeout=60,
+        timeout=PATIENCE_S,
     )
     assert done.stderr == ""
     return done.stdout.split("\n")[:-1]

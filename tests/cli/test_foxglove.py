@@ -17,7 +17,7 @@ from bt_mission.cli.main import main
 from bt_mission.core.errors import BtMissionError
 from bt_mission.graph_tools.foxglove import LAYOUT
 from bt_mission.testing.live_graph import LOCAL, command
-from tests.support.processes import read_until, started
+from tests.support.processes import PATIENCE_S, read_until, started
 from tests.support.project import ROOT
 
 needs_foxglove = pytest.mark.skipif(
@@ -92,7 +92,7 @@ def test_a_port_that_is_taken_ends_it_before_anything_moves(words: tuple[str, ..
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         with started(*arguments, "--foxglove", f"--foxglove-port={port}") as process:
-            out, _ = process.communicate(timeout=100)
+            out, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 2
     said = f"--foxglove-port {port}: another program listens there; --foxglove-port "
     assert said in out
@@ -113,7 +113,7 @@ def test_a_run_is_served_until_it_ends(mission: str, file: str, topic: str):
             client.subscribe(topic)
             client.wait_for(lambda: client.heard[topic])
         process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=60)
+        out, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
     assert "interrupted by Ctrl-C" in out
     assert "Traceback" not in out
@@ -137,7 +137,7 @@ def test_a_graph_is_served_with_its_own_time(mission: str):
             client.wait_for(lambda: any(t < SINCE_1970_NS for t, _ in client.heard["/odom"]))
             client.wait_for(lambda: any(t < SINCE_1970_NS for t in client.times))
         process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=60)
+        out, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
     assert "Traceback" not in out
 
@@ -155,4 +155,4 @@ def test_the_server_of_another_process_ends_with_the_one_that_has_started_it():
         while "in Foxglove" not in process.stderr.readline():
             pass
         process.stdin.close()
-        assert process.wait(timeout=60) == 0
+        assert process.wait(timeout=PATIENCE_S) == 0

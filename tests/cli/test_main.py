@@ -9,6 +9,7 @@ import sys
 import pytest
 
 from bt_mission.core.dds.discovery import MACHINE, PROCESS, RANGE
+from tests.support.processes import PATIENCE_S
 
 pytestmark = pytest.mark.process
 
@@ -47,7 +48,11 @@ def test_ctrl_c_before_and_after_is_no_traceback(happens: str, code: int) -> Non
         "runpy.run_module('bt_mission', run_name='__main__')\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, check=False, text=True, timeout=60
+        [sys.executable, "-c", program],
+        capture_output=True,
+        check=False,
+        text=True,
+        timeout=PATIENCE_S,
     )
     assert (done.returncode, done.stderr) == (code, "")
 
@@ -71,7 +76,7 @@ def test_a_process_that_nobody_saw_leaves_at_its_last_word(discovery: str, said:
         capture_output=True,
         check=False,
         text=True,
-        timeout=60,
+        timeout=PATIENCE_S,
         env=os.environ | {RANGE: discovery},
     )
     assert (done.returncode, done.stderr) == (0, said)

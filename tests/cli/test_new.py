@@ -17,6 +17,7 @@ from jsonschema import Draft202012Validator
 from bt_mission.cli import main
 from bt_mission.cli.new import TEMPLATES
 from bt_mission.core.yaml.document import read
+from tests.support.processes import PATIENCE_S
 
 NAME = "walker"
 
@@ -93,7 +94,7 @@ def test_it_passes_its_own_tests(project: Path) -> None:
         capture_output=True,
         text=True,
         check=False,
-        timeout=240,
+        timeout=PATIENCE_S,
     )
     assert done.returncode == 0, done.stdout
     assert "4 passed" in done.stdout

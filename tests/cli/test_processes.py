@@ -17,7 +17,7 @@ from rclpy.executors import SingleThreadedExecutor
 
 from bt_mission.core.interrupts import SAME_WISH_S
 from bt_mission.testing.live_graph import LOCAL
-from tests.support.processes import read_until, started
+from tests.support.processes import PATIENCE_S, read_until, started
 
 pytestmark = pytest.mark.process
 
@@ -51,7 +51,7 @@ def test_a_signal_ends_the_mission_with_no_goal_left_behind(
         read_until(process, "drive")
         read_until(process, "▶ drive")
         process.send_signal(number)
-        rest, _ = process.communicate(timeout=120)
+        rest, _ = process.communicate(timeout=PATIENCE_S)
     name = "Ctrl-C" if number == signal.SIGINT else "SIGTERM"
     assert f"drive: interrupted by {name}" in rest
     assert "0 orphaned" in rest
@@ -81,7 +81,7 @@ def test_a_signal_is_cleaned_up_after_and_a_second_one_skips_that(
             with suppress(subprocess.TimeoutExpired):
                 process.wait(SAME_WISH_S)  # one sooner after the first is the same wish
             process.send_signal(signal.SIGINT)
-        rest, _ = process.communicate(timeout=120)
+        rest, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
     assert "tidy: interrupted by Ctrl-C" in rest
     assert ("all tidy" in rest, "0 orphaned" in rest) == (count == 1, count == 1)
@@ -95,7 +95,7 @@ def test_a_closed_pipe_is_no_traceback(drive: str) -> None:
         assert process.stdout is not None
         process.stdout.readline()
         process.stdout.close()
-        assert process.wait(timeout=120) == 130
+        assert process.wait(timeout=PATIENCE_S) == 130
 
 
 def test_sim_servers_and_executive_as_three_processes(drive: str, tmp_path: Path) -> None:
@@ -111,7 +111,7 @@ def test_sim_servers_and_executive_as_three_processes(drive: str, tmp_path: Path
         run = stack.enter_context(
             started("run", drive, "--attach", "--json", "--trace", str(trace), **local)
         )
-        out, _ = run.communicate(timeout=100)
+        out, _ = run.communicate(timeout=PATIENCE_S)
         report: dict[str, Any] = json.loads(out.splitlines()[-1])
         assert (report["status"], report["goals_left_behind"]) == ("success", 0), out
         assert report["collisions"] is None, "only a simulation of its own knows them"
@@ -121,7 +121,7 @@ def test_sim_servers_and_executive_as_three_processes(drive: str, tmp_path: Path
         assert last_ns < 3600 * 10**9, "it follows the clock of the simulation"
         for process in (servers, sim):
             process.send_signal(signal.SIGINT)
-            rest, _ = process.communicate(timeout=120)
+            rest, _ = process.communicate(timeout=PATIENCE_S)
             assert "Traceback" not in rest
 
 
@@ -142,7 +142,7 @@ def test_servers_that_are_killed_are_missed(tmp_path: Path) -> None:
         servers.kill()
         seen = read_until(run, "server lost: /move has gone from the graph")
         run.send_signal(signal.SIGINT)
-        rest, _ = run.communicate(timeout=120)
+        rest, _ = run.communicate(timeout=PATIENCE_S)
     assert "Traceback" not in seen + rest
     assert "orphaned goals: /move goal" in rest
 
@@ -167,8 +167,8 @@ def test_a_mission_runs_missions_until_their_executive_is_told_to_end(tmp_path: 
         run = stack.enter_context(started("run", str(mission), "--attach", "--plain", **LOCAL))
         read_until(servers, "goal accepted")
         serve.send_signal(signal.SIGINT)
-        served, _ = serve.communicate(timeout=120)
-        seen, _ = run.communicate(timeout=120)
+        served, _ = serve.communicate(timeout=PATIENCE_S)
+        seen, _ = run.communicate(timeout=PATIENCE_S)
     assert (serve.returncode, run.returncode) == (0, 1)
     assert "inner: success" in served
     assert "long: interrupted by Ctrl-C" in served
@@ -196,11 +196,11 @@ def test_a_mission_goes_on_after_its_process_was_killed(tmp_path: Path) -> None:
             read_until(servers, "goal accepted")
         run.kill()
         again = stack.enter_context(started(*command, **LOCAL))
-        refused, _ = again.communicate(timeout=120)
+        refused, _ = again.communicate(timeout=PATIENCE_S)
         resumed = stack.enter_context(started(*command, "--resume", **LOCAL))
-        seen, _ = resumed.communicate(timeout=120)
+        seen, _ = resumed.communicate(timeout=PATIENCE_S)
         once_more = stack.enter_context(started(*command, "--resume", **LOCAL))
-        ended, _ = once_more.communicate(timeout=120)
+        ended, _ = once_more.communicate(timeout=PATIENCE_S)
     assert (again.returncode, resumed.returncode, once_more.returncode) == (2, 0, 2)
     assert "go on with it by --resume, or delete the file" in refused
     assert "leg 1" not in seen
@@ -232,7 +232,7 @@ def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
                 if heard:
                     break
             process.send_signal(signal.SIGINT)
-            process.communicate(timeout=120)
+            process.communicate(timeout=PATIENCE_S)
         found.append(bool(heard))
     bystander.destroy_node()
     context.shutdown()
@@ -254,13 +254,13 @@ def test_goals_are_compared_with_the_limits_of_servers_that_run(tmp_path: Path) 
         servers = stack.enter_context(started("servers", *options, **LOCAL))
         read_until(servers, "waiting for scan")
         checking = stack.enter_context(started("check", str(mission), "--against", **LOCAL))
-        said, _ = checking.communicate(timeout=120)
+        said, _ = checking.communicate(timeout=PATIENCE_S)
     assert checking.returncode == 2
     assert "1 of 1 are in the graph" in said
     assert f"{mission}:5:22: error: angle must be from -45 to 45 deg, got 50" in said
     assert "angular_velocity" not in said
     with started("check", str(mission), **LOCAL) as checking:
-        said, _ = checking.communicate(timeout=120)
+        said, _ = checking.communicate(timeout=PATIENCE_S)
     assert checking.returncode == 2
     assert "angular_velocity must be from 0.05 to 1.82 rad/s, got 2.5" in said
 
@@ -291,11 +291,11 @@ def test_an_executive_that_serves_goes_by_other_names(tmp_path: Path) -> None:
         sent = stack.enter_context(
             started("actions", "send", "/robot1/patrol", "{path: remapped.yaml}", **LOCAL)
         )
-        result, _ = sent.communicate(timeout=120)
+        result, _ = sent.communicate(timeout=PATIENCE_S)
         listing = stack.enter_context(started("actions", "list", **LOCAL))
-        offered, _ = listing.communicate(timeout=120)
+        offered, _ = listing.communicate(timeout=PATIENCE_S)
         serve.send_signal(signal.SIGINT)
-        served, _ = serve.communicate(timeout=120)
+        served, _ = serve.communicate(timeout=PATIENCE_S)
     assert sent.returncode == 0, result
     assert "remapped: success" in served
     who = {line.split()[0]: line.split()[-1] for line in offered.splitlines() if "/" in line}
@@ -317,9 +317,9 @@ def test_a_simulation_beside_another_is_not_driven_with_it(tmp_path: Path, drive
         servers = stack.enter_context(started("servers", **LOCAL))
         read_until(servers, "/odom has 2 publishers")
         run = stack.enter_context(started(*attach, **LOCAL))
-        seen, _ = run.communicate(timeout=120)
+        seen, _ = run.communicate(timeout=PATIENCE_S)
         leave = stack.enter_context(started(*attach, "--allow-duplicates", **LOCAL))
-        rejected, _ = leave.communicate(timeout=120)
+        rejected, _ = leave.communicate(timeout=PATIENCE_S)
     is_found = run.returncode == 2 and "/odom has 2 publishers (/bt_mission_sim, " in seen
     assert is_found or (run.returncode == 1 and "rejected" in seen)
     assert leave.returncode == 1

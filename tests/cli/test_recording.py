@@ -14,7 +14,7 @@ import pytest
 from bt_mission.cli import main
 from bt_mission.recording.reader import read_run
 from bt_mission.testing.live_graph import LOCAL
-from tests.support.processes import read_until, started
+from tests.support.processes import PATIENCE_S, read_until, started
 from tests.support.recorded_runs import heard_by_others
 
 WAIT = "mission: short\ntree: {wait: 0.5}\n"
@@ -119,7 +119,7 @@ def test_an_attached_run_records_the_whole_graph(tmp_path: Path) -> None:
         run = stack.enter_context(
             started("run", str(mission), "--attach", "--record", str(path), **LOCAL)
         )
-        out, _ = run.communicate(timeout=100)
+        out, _ = run.communicate(timeout=PATIENCE_S)
     assert run.returncode == 0, out
     heard = heard_by_others(path)
     topics = {one.topic for one in heard}

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.testing.live_graph import LOCAL
-from tests.support.processes import read_until, started
+from tests.support.processes import PATIENCE_S, read_until, started
 
 pytestmark = pytest.mark.process
 
@@ -32,7 +32,7 @@ def test_a_misspelt_parameter_ends_before_anything_starts(command: str, tmp_path
     path = tmp_path / "mine.yaml"
     path.write_text("/**:\n  ros__parameters:\n    topics: {cmd_val: x}\n", encoding="utf-8")
     with started(command, "--wall-clock", "--params", str(path), **LOCAL) as process:
-        said, _ = process.communicate(timeout=120)
+        said, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 2
     assert "mine.yaml:3:14: error: no such parameter 'topics.cmd_val'" in said
     assert "did you mean 'topics.cmd_vel'?" in said
@@ -44,7 +44,7 @@ def test_a_namespace_needs_a_running_graph(tmp_path: Path) -> None:
     path = tmp_path / "turn.yaml"
     path.write_text(TURN, encoding="utf-8")
     with started("run", str(path), "--namespace", "robot1", **LOCAL) as process:
-        said, _ = process.communicate(timeout=120)
+        said, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 2
     assert "--namespace names a robot of a running graph: add --attach" in said
 
@@ -56,7 +56,7 @@ def test_servers_of_a_real_robot_say_that_nobody_listens() -> None:
             said = read_until(process, "nobody listens on")
             assert f"nobody listens on {topic}; is the robot's bringup running?" in said
             process.send_signal(signal.SIGINT)
-            rest, _ = process.communicate(timeout=120)
+            rest, _ = process.communicate(timeout=PATIENCE_S)
             assert "Traceback" not in rest
             assert process.returncode == 0
 
@@ -78,10 +78,10 @@ def test_a_mission_for_one_robot_of_two(tmp_path: Path) -> None:
         run = stack.enter_context(
             started("run", str(path), "--attach", "--namespace", "robot2", "--json", **LOCAL)
         )
-        out, _ = run.communicate(timeout=100)
+        out, _ = run.communicate(timeout=PATIENCE_S)
         report = json.loads(out.splitlines()[-1])
         assert (report["status"], report["goals_left_behind"]) == ("success", 0), out
         for process in (servers, sim):
             process.send_signal(signal.SIGINT)
-            rest, _ = process.communicate(timeout=120)
+            rest, _ = process.communicate(timeout=PATIENCE_S)
             assert "Traceback" not in rest

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.testing.live_graph import LOCAL
-from tests.support.processes import read_until, started
+from tests.support.processes import PATIENCE_S, read_until, started
 
 pytestmark = pytest.mark.process
 
@@ -28,8 +28,8 @@ def test_a_mission_is_carried_out_when_the_reader_of_the_output_has_left(tmp_pat
         for _ in range(2):
             command = ("actions", "send", "/execute_mission", "{path: talks.yaml}")
             sent = stack.enter_context(started(*command, **LOCAL))
-            result, _ = sent.communicate(timeout=120)
+            result, _ = sent.communicate(timeout=PATIENCE_S)
             assert sent.returncode == 0, result
         assert serve.poll() is None
         serve.send_signal(signal.SIGINT)
-        serve.wait(timeout=60)
+        serve.wait(timeout=PATIENCE_S)

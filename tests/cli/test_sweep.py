@@ -14,7 +14,7 @@ import pytest
 
 from bt_mission.sweeps.store import ResultStore
 from bt_mission.testing.live_graph import command
-from tests.support.processes import read_until, started
+from tests.support.processes import PATIENCE_S, read_until, started
 
 pytestmark = pytest.mark.process
 
@@ -134,7 +134,7 @@ def test_ctrl_c_ends_it_with_what_is_there(tmp_path: Path) -> None:
         with started(*words) as process:
             read_until(process, " of 400 ")
             process.send_signal(signal.SIGINT)
-            rest = process.communicate(timeout=60)[0]
+            rest = process.communicate(timeout=PATIENCE_S)[0]
             assert process.returncode == 130, rest
     finally:
         os.chdir(here)

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.testing.live_graph import LOCAL
-from tests.support.processes import read_until, started
+from tests.support.processes import PATIENCE_S, read_until, started
 
 pytestmark = pytest.mark.process
 
@@ -43,7 +43,7 @@ def mission(tmp_path_factory: pytest.TempPathFactory) -> Iterator[subprocess.Pop
 def test_the_tree_is_printed_once(mission: subprocess.Popen[str]):
     """With all statuses, though the watcher has come late."""
     with started("watch", "--once", "--wait", "60", **LOCAL) as watch:
-        out, _ = watch.communicate(timeout=100)
+        out, _ = watch.communicate(timeout=PATIENCE_S)
     assert watch.returncode == 0
     lines = out.splitlines()
     assert lines[0].startswith("drive   ")
@@ -57,7 +57,7 @@ def test_what_happens_is_streamed_until_the_reader_leaves(mission: subprocess.Po
         assert watch.stdout is not None
         events = [json.loads(watch.stdout.readline()) for _ in range(5)]
         watch.stdout.close()
-        assert watch.wait(timeout=100) == 130
+        assert watch.wait(timeout=PATIENCE_S) == 130
     assert [event["event"] for event in events if event["event"] == "tree"] == ["tree"]
 
 
@@ -82,7 +82,7 @@ def test_nobody_there_is_told(tmp_path: Path):
     """With what was looked for; code 1 when waiting was limited."""
     apart = {**LOCAL, "ROS_DOMAIN_ID": str(int(os.environ["ROS_DOMAIN_ID"]) % 100 + 1)}
     with started("watch", "robot7", "--once", "--wait", "1", **apart) as watch:
-        out, _ = watch.communicate(timeout=120)
+        out, _ = watch.communicate(timeout=PATIENCE_S)
     assert watch.returncode == 1
     assert "no sign of /robot7/bt_mission (ROS domain" in out
 
@@ -111,7 +111,7 @@ def on_terminal(term: str, until: str, keys: bytes) -> tuple[str, int]:
         seen = read_terminal(terminal, until.encode())
         os.write(terminal, keys)
         seen += read_terminal(terminal, b"")
-        return seen.decode(), watch.wait(timeout=120)
+        return seen.decode(), watch.wait(timeout=PATIENCE_S)
     finally:
         watch.kill()
         watch.wait()

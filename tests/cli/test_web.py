@@ -23,7 +23,7 @@ from bt_mission.cli.main import main
 from bt_mission.core.errors import BtMissionError
 from bt_mission.testing.live_graph import command
 from bt_mission.views.web.shown_mission import ShownMission
-from tests.support.processes import read_until, started
+from tests.support.processes import PATIENCE_S, read_until, started
 from tests.support.recordings import recording, with_facts
 
 if TYPE_CHECKING:
@@ -168,7 +168,7 @@ def test_a_run_is_shown_until_ctrl_c_and_then_told(tmp_path: Path):
         assert page.exists()
         assert '<script type="module" src="app.js">' in page_of(link_in(seen))
         process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=60)
+        out, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0
     assert "success" in out
     assert "Traceback" not in seen + out
@@ -184,7 +184,7 @@ def test_ctrl_c_while_it_runs_ends_the_mission_in_good_order(tmp_path: Path):
         link_in(read_until(process, "in a browser"))
         read_until(process, "wait")
         process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=60)
+        out, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
     assert "interrupted by Ctrl-C" in out
     assert "Traceback" not in out
@@ -234,7 +234,7 @@ def test_a_recording_is_shown_until_ctrl_c():
         link = link_in(read_until(process, "in a browser"))
         assert "requestAnimationFrame" in page_of(f"{link}app.js")
         process.send_signal(signal.SIGINT)
-        out, _ = process.communicate(timeout=60)
+        out, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
     assert "Traceback" not in out
 
@@ -245,7 +245,7 @@ def test_nobody_to_watch_ends_with_a_word_in_time():
     """As without a page."""
     arguments = ("watch", "nobody", "--web", "--port", "0", "--wait", "1")
     with started(*arguments, ROS_DOMAIN_ID="87") as process:
-        out, _ = process.communicate(timeout=100)
+        out, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
     assert "no sign of /nobody/bt_mission" in out
 
@@ -263,4 +263,4 @@ def test_the_page_of_another_process_ends_with_the_one_that_has_started_it():
         while "in a browser" not in process.stderr.readline():
             pass
         process.stdin.close()
-        assert process.wait(timeout=60) == 0
+        assert process.wait(timeout=PATIENCE_S) == 0

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from bt_mission.testing.live_graph import LOCAL
-from tests.support.processes import read_until, started
+from tests.support.processes import PATIENCE_S, read_until, started
 
 pytestmark = pytest.mark.process
 
@@ -36,11 +36,11 @@ def test_by_hand_against_servers_in_other_processes(robot: Any) -> None:
         assert process.stdout is not None
         process.stdout.readline()
         process.stdout.close()
-        assert process.wait(timeout=120) == 4, "its goal was cancelled"
+        assert process.wait(timeout=PATIENCE_S) == 4, "its goal was cancelled"
     with started(*send, **LOCAL) as process:
         seen = read_until(process, "time_left")
         process.send_signal(signal.SIGINT)
-        rest, _ = process.communicate(timeout=120)
+        rest, _ = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 4
         assert "canceled: interrupted by Ctrl-C after" in rest
     listing = f"{sys.executable} -m bt_mission actions list | head -1"
@@ -49,7 +49,7 @@ def test_by_hand_against_servers_in_other_processes(robot: Any) -> None:
         env=os.environ | LOCAL,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE_S,
         check=False,
     )
     assert found.stdout.startswith("/backup ")
@@ -57,7 +57,7 @@ def test_by_hand_against_servers_in_other_processes(robot: Any) -> None:
     with started(*send, **LOCAL) as process:
         seen += read_until(process, "time_left")
         robot.kill()
-        rest, _ = process.communicate(timeout=120)
+        rest, _ = process.communicate(timeout=PATIENCE_S)
         assert process.returncode == 6
         assert "/wait has gone from the graph; orphaned goal: /wait goal" in rest
     assert "Traceback" not in seen + rest

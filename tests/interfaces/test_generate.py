@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.processes import PATIENCE_S
 from tests.support.project import ROOT
 
 pytestmark = pytest.mark.process
@@ -37,7 +38,7 @@ def test_remembered_texts_give_the_same_sources(tmp_path: Path) -> None:
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=PATIENCE_S,
     )
     assert done.returncode == 0, done.stderr
     plain, fast = (

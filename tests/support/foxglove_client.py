@@ -21,10 +21,10 @@ from websockets.typing import Subprotocol
 from websockets.uri import parse_uri
 
 from bt_mission.core.wall_clock import Stopwatch
+from tests.support.processes import PATIENCE_S
 
 PROTOCOL = Subprotocol("foxglove.sdk.v1")
 MESSAGE, TIME = 1, 2
-PATIENCE_S = 60.0
 
 
 class FoxgloveClient:

@@ -9,6 +9,12 @@ from contextlib import contextmanager
 
 from bt_mission.testing.live_graph import command
 
+PATIENCE_S = 280.0
+"""How long a test waits for another process: for ever, as far as a loaded machine goes.
+
+It is below `faulthandler_timeout` of pytest, so that a hang fails one test and ends no worker.
+"""
+
 
 @contextmanager
 def started(*arguments: str, **environment: str) -> Iterator[subprocess.Popen[str]]:

@@ -21,6 +21,7 @@ from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.sessions.load import load
 from bt_mission.virtual_time import VirtualTimeExecutor
+from tests.support.processes import PATIENCE_S
 from tests.support.project import ROOT
 
 CODE = ROOT / "docs" / "tutorials" / "code"
@@ -126,7 +127,7 @@ def test_three_terminals(tmp_path: Path) -> None:
             cwd=tmp_path,
             capture_output=True,
             text=True,
-            timeout=90,
+            timeout=PATIENCE_S,
             check=False,
         )
     assert done.returncode == 0, done.stdout + done.stderr

@@ -17,6 +17,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from tests.support.processes import PATIENCE_S
+
 
 @pytest.fixture
 def user(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Node, SingleThreadedExecutor]]:
@@ -53,4 +55,4 @@ def test_the_command_serves_until_it_is_interrupted(
         assert result is not None
         assert (result.success, result.message[:19]) == (False, "there is no map yet")
         mapper.send_signal(signal.SIGINT)
-        assert mapper.wait(timeout=30) == 0
+        assert mapper.wait(timeout=PATIENCE_S) == 0

@@ -16,6 +16,7 @@ from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 
 from action_servers.core.maneuver import ZERO
+from tests.support.processes import PATIENCE_S
 
 PROGRAM = """
 from pathlib import Path
@@ -79,7 +80,7 @@ def test_a_signal_stops_the_robot_ends_the_goal_and_leaves_cleanly(live, tmp_pat
         assert result.result().result.error_msg == (
             f"the action servers were stopped by {number.name}"
         )
-        assert servers.wait(timeout=20) == 0
+        assert servers.wait(timeout=PATIENCE_S) == 0
         assert servers.stderr is not None
         assert "Traceback" not in servers.stderr.read()
     assert robot.command == ZERO

@@ -33,7 +33,8 @@ if not all(find_spec(name) for name in NEEDED):
 from bt_mission.core.guarded_server import FrameRate
 from bt_mission.graph_tools.foxglove import server as server_module
 from bt_mission.graph_tools.foxglove.server import FoxgloveServer
-from tests.support.foxglove_client import PATIENCE_S, FoxgloveClient
+from tests.support.foxglove_client import FoxgloveClient
+from tests.support.processes import PATIENCE_S
 
 TURNS = """\
 mission: turns

@@ -23,6 +23,7 @@ from bt_mission.views.drawing.nodes import drawn, heading
 from bt_mission.views.drawing.png import png
 from bt_mission.views.drawing.scene import Rectangle, Scene, Words, scene
 from bt_mission.views.drawing.svg import svg
+from tests.support.processes import PATIENCE_S
 from tests.views.drawing.test_nodes import MISSIONS
 
 NASTY = "mission: 'a<b>&\"c'\ntree:\n  sequence:\n    - log: \"<x> & 'y' \\\\ \\e[31m\"\n"
@@ -147,6 +148,10 @@ def test_no_ros_is_loaded(tmp_path: Path) -> None:
         "sys.exit(f'{code} {bad}' if code or bad else 0)"
     )
     done: Any = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=False, timeout=60
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE_S,
     )
     assert done.returncode == 0, done.stderr
