@@ -147,6 +147,17 @@ def read_reference(attribute: Attribute) -> LocatedValue | None:
     return located(f"${found[1]}", attribute.value_at) if found else None
 
 
+def referred(value: str) -> str | None:
+    """Return `name` for the value `{name}`, or None."""
+    found = _REFERENCE.fullmatch(value)
+    return found[1] if found else None
+
+
+def is_constant(value: str) -> bool:
+    """Return whether a value is a number, true, false or a list."""
+    return value in _WORDS or number(value) is not None or value.startswith("[")
+
+
 def read_variable(attribute: Attribute, report: FaultReport) -> LocatedValue:
     """Return the name of the variable that an attribute such as `out_x="{name}"` holds."""
     found = read_reference(attribute)
@@ -194,7 +205,7 @@ def written_value(value: Any) -> str:
     """Return the value of an attribute that `read_value` takes for this value."""
     if not isinstance(value, str):
         return flow(value)
-    if value in _WORDS or number(value) is not None or value.startswith("["):
+    if is_constant(value):
         return _json_quoted(value)
     return written_text(value)
 

@@ -13,7 +13,7 @@ from bt_mission.btcpp.document import FORMAT, METADATA
 from bt_mission.btcpp.elements import Tag, xml_text
 from bt_mission.btcpp.leaves import Path as At
 from bt_mission.btcpp.nodes import NodeWriter
-from bt_mission.btcpp.palette import leaf_models, palette_xml
+from bt_mission.btcpp.palette import leaf_models, palette_xml, types_read
 from bt_mission.btcpp.ports import LABELS, REQUIREMENT, written_port_value
 from bt_mission.btcpp.tree_ids import TREE_NAME, main_id, tree_id
 from bt_mission.btcpp.yaml_text import flow
@@ -64,7 +64,7 @@ class _Writer:
         self._mission = mission
         self._shapes = shapes
         self._limits = GoalLimitsTable.written(MissionFile.model_validate(document.data))
-        self.used: dict[str, dict[str, None]] = {}
+        self.used: dict[str, dict[str, bool]] = {}
         self._faults: list[Diagnostic] = []
         self._signatures = {
             name: Signature(name, _definition(tree), tree.types, tree.document, tree.path)
@@ -77,7 +77,7 @@ class _Writer:
         self._refuse_follow(self._mission.follow, self._document)
         main = main_id(self._mission.name, {*self._mission.trees, *self._ids.values()})
         bodies = [self._tree(self._document, ("tree",), data["tree"], main, data)]
-        models = [self._main_model(main)]
+        models = []
         for name, tree in self._mission.trees.items():
             written = _data(tree)
             path = (*tree.path, "do")
@@ -85,6 +85,8 @@ class _Writer:
             models.append(self._model(name, tree, self._signatures[name].definition))
             self._refuse_files(tree)
             self._refuse_follow(tree.follow, tree.document)
+        by_id = {one.attributes["ID"]: one for one in bodies}
+        models.insert(0, self._main_model(main, by_id))
         if self._faults:
             raise InputError(in_order(self._faults))
         models = [model for model in models if model.children]
@@ -111,7 +113,7 @@ class _Writer:
                 self._refuse(document, (*path[:-1], "description"), what, "leave it out")
         return Tag("BehaviorTree", attributes, (body,))
 
-    def _main_model(self, main: str) -> Tag:
+    def _main_model(self, main: str, bodies: Mapping[str, Tag]) -> Tag:
         data = self._document.data
         said = {key: str(data[key]) for key in METADATA if data.get(key) not in (None, "", [])}
         if "nodes" in said:
@@ -120,7 +122,14 @@ class _Writer:
             said["places"] = flow(data["places"])
         if main == data["mission"]:
             del said["mission"]
-        types = self._mission.main.types
+        types = {**self._mission.main.types}
+        read: dict[str, set[str]] = {}
+        for name, label in types_read(bodies[main], bodies, self._shapes):
+            read.setdefault(name, set()).add(label)
+        # A program sets the inputs of the main tree, with a type that the ports have to have, too.
+        for name, word in types.items():
+            if word == "integer" and read.get(name) == {LABELS["number"]}:
+                types[name] = "number"
         ports = self._inputs(self._document, ("inputs",), data.get("inputs", {}), types)
         fields = [*([said] if said else []), *self._requirements()]
         return Tag("SubTree", {"ID": main}, (*ports, *_metadata(*fields)))

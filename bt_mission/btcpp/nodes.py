@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bt_mission.btcpp.attributes import LocatedValue, located
+from bt_mission.btcpp.attributes import LocatedValue, is_constant, located, referred
 from bt_mission.btcpp.built_in import BUILT_IN, KINDS
 from bt_mission.btcpp.elements import Element, Tag, XmlSource
 from bt_mission.btcpp.leaves import LEAVES, Path, read_leaf, write_leaf
@@ -86,13 +86,14 @@ class XmlNodeReader:
 class NodeWriter:
     """Writes nodes of one document as elements, and collects what cannot be said.
 
-    `limits` are the mission's; `used` gathers the attributes of each kind of leaf.
+    `limits` are the mission's; `used` gathers the attributes of each kind of leaf:
+    is there one that is computed?
     """
 
     document: Document
     signatures: Mapping[str, Signature]
     limits: GoalLimitsTable
-    used: dict[str, dict[str, None]]
+    used: dict[str, dict[str, bool]]
     faults: list[Diagnostic] = field(default_factory=list)
 
     def refuse(self, path: Path, what: str, instead: str, *, key: bool = False) -> None:
@@ -127,7 +128,9 @@ class NodeWriter:
             said = self.limits.of(action).items()
             data = {**{name: one for name, one in said if one != DEFAULTS.get(name)}, **data}
         attributes = write_leaf(LEAVES[kind], data, path, self.refuse)
-        self.used.setdefault(kind, {}).update(dict.fromkeys(attributes))
+        used = self.used.setdefault(kind, {})
+        for name, value in attributes.items():
+            used[name] = used.get(name, False) or not (is_constant(value) or referred(value))
         return Tag(kind, attributes)
 
 

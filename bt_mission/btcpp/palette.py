@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
+from bt_mission.btcpp.attributes import referred
 from bt_mission.btcpp.document import FORMAT
 from bt_mission.btcpp.elements import Tag, xml_text
 from bt_mission.btcpp.leaves import LEAVES, OUT, LeafElement, Names
-from bt_mission.btcpp.ports import LABELS
+from bt_mission.btcpp.ports import LABELS, SUBTREE
 from bt_mission.core.errors import BtMissionError
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.types import FindShapes
@@ -42,12 +43,24 @@ def palette_xml(
 
 
 def leaf_models(
-    used: Mapping[str, Iterable[str]], shapes: FindShapes | None = None
+    used: Mapping[str, Mapping[str, bool] | Iterable[str]], shapes: FindShapes | None = None
 ) -> Iterator[Tag]:
-    """Yield the models of leaves, by kind; those attributes are listed as well that are `used`."""
+    """Yield the models of leaves, by kind.
+
+    Args:
+        used: The attributes that a mission uses are listed as well. Those that it computes (true)
+            have no type: BehaviorTree.CPP refuses an expression at a port with one.
+        shapes: Tells what ROS types hold.
+    """
     for kind, attributes in used.items():
         ports = _ports(LEAVES[kind], shapes)
         ports |= {name: None for name in attributes if name != "name" and name not in ports}
+        if isinstance(attributes, Mapping):
+            ports |= {
+                name: None
+                for name, is_computed in attributes.items()
+                if is_computed and ports.get(name) not in (None, LABELS["text"])
+            }
         tags = tuple(_port(name, label) for name, label in ports.items())
         yield Tag("Condition" if kind == "check" else "Action", {"ID": kind}, tags)
 
@@ -61,6 +74,31 @@ def _ports(leaf: LeafElement, shapes: FindShapes | None) -> dict[str, str | None
         **dict.fromkeys(leaf.modifiers),
         **{name: _label(leaf, shape) for name, shape in outputs.items()},
     }
+
+
+def types_read(
+    tag: Tag, bodies: Mapping[str, Tag], shapes: FindShapes | None
+) -> Iterator[tuple[str, str]]:
+    """Yield the variables that an element and those below it read, each with the type of the port.
+
+    Args:
+        tag: The element.
+        bodies: The trees by their IDs: a SubTree reads what its tree does with the port.
+        shapes: Tells what ROS types hold.
+    """
+    if tag.name == SUBTREE:
+        inner = dict(types_read(bodies[tag.attributes["ID"]], bodies, shapes))
+        ports: Mapping[str, str | None] = inner
+    elif tag.name in LEAVES:
+        ports = _ports(LEAVES[tag.name], shapes)
+    else:  # how often, or how long
+        ports = dict.fromkeys(tag.attributes, LABELS["integer"])
+    for name, value in tag.attributes.items():
+        variable, label = referred(value), ports.get(name)
+        if variable is not None and label is not None and not name.startswith(OUT):
+            yield variable, label
+    for child in tag.children:
+        yield from types_read(child, bodies, shapes)
 
 
 def field_ports(
