@@ -27,7 +27,7 @@ from bt_mission.language.loader import draft
 
 FORMAT = "4"
 AT_REQUIREMENT = (REQUIREMENT, "formula", "on_violation")
-METADATA = ("mission", "world", "robot", "seed", "map", "nodes", "places")
+METADATA = ("mission", "world", "robot", "seed", "map", "observe", "nodes", "places")
 """What the head of a mission says in `Metadata` of its tree."""
 
 _AT_ROOT = ("BTCPP_format", "main_tree_to_execute")
@@ -177,10 +177,10 @@ class _FileReader:
         for attribute in ports.metadata.values():
             if attribute.name not in METADATA:
                 refuse_attribute(attribute, "Metadata", METADATA, self.report)
-            elif attribute.name == "seed":
+            elif attribute.name in ("seed", "observe"):
                 value = number(attribute.value)
-                seed = located(attribute.value if value is None else value, attribute.value_at)
-                head.append(("seed", attribute.at, seed))
+                shown = located(attribute.value if value is None else value, attribute.value_at)
+                head.append((attribute.name, attribute.at, shown))
             elif attribute.name == "nodes":
                 targets = [one.strip() for one in attribute.value.split(",")]
                 head.append(("nodes", attribute.at, located(targets, attribute.value_at)))

@@ -23,6 +23,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import is_scenario, kind_of
 
 if TYPE_CHECKING:
+    from bt_mission.language.mission import Mission
     from bt_mission.language.permissions import Permissions
 
 
@@ -111,7 +112,13 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     if mission.world:
         load_world(mission.world, near=mission.file)
     load_robot(mission.robot, near=mission.file)
-    return with_requirements(mission, options.require), faults
+    return observed(with_requirements(mission, options.require), options), faults
+
+
+def observed(mission: Mission, options: argparse.Namespace) -> Mission:
+    """Return a mission with the observation after its end that `run` is asked for."""
+    seconds = getattr(options, "observe", None)
+    return mission if seconds is None else replace(mission, observe=seconds)
 
 
 def examined_file(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
@@ -137,7 +144,7 @@ def examined_file(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     scenario, faults = examine_scenario(path, changes)
     if scenario is None:
         raise InputError(faults)
-    mission = with_requirements(scenario.mission, options.require)
+    mission = observed(with_requirements(scenario.mission, options.require), options)
     return replace(scenario, mission=mission), faults
 
 
@@ -157,7 +164,10 @@ def examined_fleet(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
                 f"--{name} is about one mission, and {options.file} is a fleet: write it there"
             )
     changes = FleetChanges(
-        seed=options.seed, world=options.world, permissions=permissions_of(options)
+        seed=options.seed,
+        world=options.world,
+        observe=getattr(options, "observe", None),
+        permissions=permissions_of(options),
     )
     fleet, faults = examine_fleet(mission_file(options), changes)
     if fleet is None:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli import recording
-from bt_mission.cli.argument_types import speed, unchecked_output_file
+from bt_mission.cli.argument_types import seconds, speed, unchecked_output_file
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.foxglove import add_foxglove_options, refuse_foxglove
 from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
@@ -48,9 +48,9 @@ examples:
   bt-mission run two_wanderers                  a fleet; `bt-mission missions` lists what is shipped
   bt-mission run explore --attach               against servers and a robot that run already
 
-exit codes: 0 success, or of a scenario what must come out; 1 mission failed, requirement
-violated, or something else came out; 2 bad input, 130 interrupted. A full disk changes none of
-them: the summary says what a file lacks
+exit codes: 0 success, or the expected result of a scenario; 1 mission failed, requirement
+violated, or another result than expected; 2 bad input, 130 interrupted. A full disk changes
+none of them: the summary says what a file lacks
 """
 
 
@@ -73,6 +73,13 @@ def add_parser(commands: Any) -> None:
         "--speed",
         type=speed,
         help="seconds of simulation per second, 1 for real time (default: as fast as it goes)",
+    )
+    parser.add_argument(
+        "--observe",
+        type=seconds,
+        metavar="SECONDS",
+        help="let time go on after the mission's end, with its goals ended and the base standing, "
+        "and evaluate its requirements meanwhile (default: as the file says)",
     )
     parser.add_argument(
         "--visible",

@@ -57,7 +57,7 @@ class RunPlan:
         return planned_on(session, self.faults)
 
     def judge(self, report: Report) -> ScenarioResult | None:
-        """Compare what came out with what the scenario says must; None where there is none."""
+        """Compare the result with what the scenario expects; None without a scenario."""
         return None if self.scenario is None else self.scenario.judge(report)
 
 

@@ -76,7 +76,7 @@ class NodeProgressed:
 
 @dataclass(frozen=True)
 class MissionStateChanged:
-    """Where a mission stands now: idle, running, paused, ending, or one of :data:`FINAL`."""
+    """Where a mission stands: idle, running, paused, ending, observing, or one of :data:`FINAL`."""
 
     time_ns: int
     run: str

@@ -23,6 +23,7 @@ from bt_mission.behaviours.follow import FollowedVariables
 from bt_mission.behaviours.runtime import Runtime
 from bt_mission.core.errors import BtMissionError, cause_of
 from bt_mission.core.listeners import Listeners
+from bt_mission.core.stamps import NS
 from bt_mission.executive.breakpoints import Breakpoints
 from bt_mission.executive.cleanups import Cleanups
 from bt_mission.executive.node_states import NodeStates
@@ -48,12 +49,15 @@ class Executive:
         root: The tree; its nodes' ``setup`` is called here.
         runtime: Time, ledger, variables and clients for the leaves.
         trace: Told of every change of status and every event of a goal.
+        observe_s: For so long time goes on after the end, with no goal under way.
 
     Raises:
         BtMissionError: When a node cannot be set up, such as an unknown action type.
     """
 
-    def __init__(self, root: Behaviour, runtime: Runtime, trace: Trace) -> None:
+    def __init__(
+        self, root: Behaviour, runtime: Runtime, trace: Trace, observe_s: float = 0.0
+    ) -> None:
         self.root = root
         self.status = MissionStatus.RUNNING
         self.reason = ""
@@ -62,7 +66,7 @@ class Executive:
         self.started_ns = 0
         """ROS time of the first tick, ns; 0 before it."""
         self.ended_ns = 0
-        """ROS time of the end, ns; 0 before it."""
+        """ROS time of the end, ns; 0 before it. An observation may follow."""
         self.is_resumable = False
         """Did it fail because a server took this process for dead? A journal can go on then."""
         self.paused: str | None = None
@@ -78,7 +82,9 @@ class Executive:
         """Put around each tick's walk, by who wants to see every node that it visits."""
         self._runtime = runtime
         self._trace = trace
-        self._verdict = MissionStatus.FAILURE
+        self.verdict = MissionStatus.FAILURE
+        """How the mission has ended, or is about to."""
+        self.observe_s = observe_s
         self._raised = trace.raised
         self._paths = node_paths(root)
         self._known = dict.fromkeys(self._paths, Status.INVALID)
@@ -140,12 +146,16 @@ class Executive:
                     self._note(node)
             self._note_halted()
         self._runtime.ledger.update(self._runtime.now_ns)
+        observed_ns = self._runtime.now_ns - self.ended_ns
+        if self.status is MissionStatus.OBSERVING and observed_ns >= round(self.observe_s * NS):
+            self._close()
         if (
             self.status is MissionStatus.ENDING
             and self._runtime.ledger.is_settled
             and not self.cleanups.is_pending
         ):
-            self._finish()
+            is_whole = self.verdict is not MissionStatus.INTERRUPTED
+            self._finish(observe_s=self.observe_s if is_whole else 0.0)
 
     def resume_from(self, recovery: Recovery) -> None:
         """Begin where another process stood, instead of at the root."""
@@ -155,6 +165,8 @@ class Executive:
         """Halt the tree and cancel every goal; later ticks see them to their end."""
         if self.status is MissionStatus.RUNNING:
             self._end(MissionStatus.INTERRUPTED, reason)
+        elif self.status is MissionStatus.OBSERVING:
+            self._cut_observation(reason)
 
     def fail(self, reason: str) -> None:
         """End the mission as failed for a reason from outside the tree."""
@@ -165,6 +177,9 @@ class Executive:
         """End at once, without waiting for anybody; the goals left behind stand in the reason."""
         if self.is_done:
             return
+        if self.status is MissionStatus.OBSERVING:
+            self._cut_observation(reason)
+            return
         if self.status is MissionStatus.RUNNING:
             self._end(MissionStatus.FAILURE, reason)
         else:
@@ -172,7 +187,7 @@ class Executive:
         self.cleanups.skip(reason or "the mission was left")
         self._note_halted()
         self._runtime.ledger.update(self._runtime.now_ns)
-        self._finish()
+        self._finish(observe_s=0.0)
 
     # ---- pausing -------------------------------------------------------------------------
 
@@ -185,6 +200,9 @@ class Executive:
     @property
     def explanation(self) -> str:
         """Why it is paused, with the goals that are still under way; else the reason."""
+        if self.status is MissionStatus.OBSERVING:
+            found = ": ".join(filter(None, (str(self.verdict), self.reason)))
+            return f"{found}; observing for {self.observe_s:g} s"
         if self.paused is None:
             return self.reason
         under_way = ", ".join(self._runtime.ledger.describe_under_way())
@@ -346,17 +364,35 @@ class Executive:
     def _end(self, verdict: MissionStatus, reason: str) -> None:
         """Stop what runs, and wait from now on for the goals that are still open."""
         reason = "; ".join(filter(None, (reason, *self.cleanups.halt_tree(self.root))))
-        self.status, self._verdict, self.reason = MissionStatus.ENDING, verdict, reason
+        self.status, self.verdict, self.reason = MissionStatus.ENDING, verdict, reason
         self.paused = self._walk = self._recovery = None
         self._note_halted()
 
-    def _finish(self) -> None:
+    def _finish(self, observe_s: float) -> None:
         left = self.goals_left_behind
         orphans = [f"orphaned goals: {', '.join(left)}"] if left else []
         wrong = [*self.cleanups.failures, *self._take_raised(), *orphans]
         if wrong:
             self.reason = "; ".join(filter(None, (self.reason, *wrong)))
-            if self._verdict is MissionStatus.SUCCESS:
-                self._verdict = MissionStatus.FAILURE
-        self.status, self.ended_ns = self._verdict, self._runtime.now_ns
-        self._trace.record(self.ended_ns, "mission", status=str(self.status), reason=self.reason)
+            if self.verdict is MissionStatus.SUCCESS:
+                self.verdict = MissionStatus.FAILURE
+        """How the mission has ended, or is about to."""
+        self.observe_s = observe_s
+        self.ended_ns = self._runtime.now_ns
+        if not observe_s:
+            self._close()
+            return
+        self.status = MissionStatus.OBSERVING
+        told = {"status": str(self.verdict), "reason": self.reason, "seconds": observe_s}
+        self._trace.record(self.ended_ns, "observing", **told)
+
+    def _close(self) -> None:
+        self.status = self.verdict
+        now_ns = self._runtime.now_ns
+        self._trace.record(now_ns, "mission", status=str(self.status), reason=self.reason)
+
+    def _cut_observation(self, reason: str) -> None:
+        observed_s = (self._runtime.now_ns - self.ended_ns) / NS
+        cut = f"observed for {observed_s:g} s of {self.observe_s:g} s: {reason}"
+        self.reason = "; ".join(filter(None, (self.reason, cut)))
+        self._close()

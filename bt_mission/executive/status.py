@@ -14,6 +14,8 @@ class MissionStatus(StrEnum):
 
     RUNNING = "running"
     ENDING = "ending"
+    OBSERVING = "observing"
+    """It has ended, and time goes on for its requirements."""
     SUCCESS = "success"
     FAILURE = "failure"
     INTERRUPTED = "interrupted"

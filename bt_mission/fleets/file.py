@@ -31,6 +31,7 @@ class FleetFile(Written):
     description: str = ""
     world: NameOrMapping | None = None
     seed: Seed = 0
+    observe: fields.Observe | None = None
     nodes: fields.NodeFactories = []
     robots: dict[str, FleetRobotForm]
 

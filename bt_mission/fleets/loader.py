@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, in_order, quoted
@@ -35,10 +35,12 @@ class FleetChanges:
         seed: Instead of all seeds of the file: of the sensors, and of the first mission; those of
             the others count up from it.
         world: Name or path of another world.
+        observe: For how long time goes on after each mission's end, s; None is as in the files.
     """
 
     seed: int | None = None
     world: str | None = None
+    observe: float | None = None
     permissions: Permissions = ANYTHING
 
 
@@ -94,6 +96,7 @@ class _Loader:
             name: self._mission(name, one, seed + number, checked_in, world)
             for number, (name, one) in enumerate(written.robots.items())
         }
+        missions = {name: self._observed(one, written) for name, one in missions.items()}
         if self._changes.world is not None:
             world = load_world(self._changes.world, near=document.file)
         elif written.world is None:
@@ -158,6 +161,10 @@ class _Loader:
             message += "of a fleet cannot"
             self._note(("robots", name, "mission"), message, "run it alone, without a fleet")
         return mission
+
+    def _observed(self, mission: Mission | None, written: FleetFile) -> Mission | None:
+        chosen = written.observe if self._changes.observe is None else self._changes.observe
+        return mission if mission is None or chosen is None else replace(mission, observe=chosen)
 
     def _is_robot(self, name: str, robot: str) -> bool:
         path = ("robots", name, "robot")

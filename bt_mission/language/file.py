@@ -34,6 +34,7 @@ class MissionFile(Written):
     robot: fields.Line = "waffle"
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
     map: Literal["known", "unknown"] = "known"
+    observe: fields.Observe = 0.0
     include: list[fields.Line] = []
     nodes: fields.NodeFactories = []
     inputs: dict[fields.Variable, fields.InputValue] = {}

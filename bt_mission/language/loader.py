@@ -102,6 +102,7 @@ def draft(
         robot=robot or written.robot,
         seed=written.seed if seed is None else seed,
         map=written.map,
+        observe=written.observe,
         nodes=node_factories(document, written.nodes),
         inputs=inputs,
         places=dict(written.places),

@@ -81,7 +81,8 @@ class Mission:
     `inputs` holds the values after `--set`, `places` its own named places, `follow` the variables
     that follow topics, `nodes` what makes the nodes of the user that join a simulation.
 
-    `map` tells whether the robot is given the map of its world or has to make one.
+    `observe` tells for how long time goes on after the end, s. `map` tells whether the robot is
+    given the map of its world or has to make one.
     """
 
     name: str
@@ -91,6 +92,7 @@ class Mission:
     robot: str = "waffle"
     seed: int = 0
     map: Literal["known", "unknown"] = "known"
+    observe: float = 0.0
     inputs: Mapping[str, Plain] = field(default_factory=dict)
     places: Mapping[str, Pose] = field(default_factory=dict)
     trees: Mapping[str, Tree] = field(default_factory=dict)

@@ -75,6 +75,7 @@ def facts_of(run: ObservedRun, start_ns: int) -> dict[str, str]:
         "file": mission.portable_name(mission.file),
         "seed": str(mission.seed),
         "robot": mission.robot,
+        **({"observe": f"{mission.observe:g}"} if mission.observe else {}),
         "node": node.get_fully_qualified_name(),
         "namespace": node.get_namespace(),
         "start_ns": str(start_ns),

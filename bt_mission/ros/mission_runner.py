@@ -147,7 +147,9 @@ class MissionRunner:
                 # Held, never used: servers in other processes see by it that this one is alive.
                 presence = node.create_publisher(Empty, TOPIC, PRESENCE)
                 made.callback(node.destroy_publisher, presence)
-            self.executive = Executive(build_tree(mission, self.scope), self, self.trace)
+            self.executive = Executive(
+                build_tree(mission, self.scope), self, self.trace, mission.observe
+            )
             for tell in (*self.started_listeners, options.on_mission_started):
                 tell(mission, self.executive)
             if options.has_controls:
@@ -248,8 +250,11 @@ class MissionRunner:
     def tick(self) -> None:
         """Tick the executive, all of it at one instant."""
         self._tick_ns = self._time.advance(self._ros_ns)
+        was_observing = self.executive.status is MissionStatus.OBSERVING
         try:
             self.executive.tick()
+            if self.executive.status is MissionStatus.OBSERVING and not was_observing:
+                self.tell(self.executive.explanation)
         finally:
             self._tick_ns = None
             self._note_end()

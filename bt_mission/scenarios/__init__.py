@@ -1,4 +1,4 @@
-"""Scenarios as data: a mission, its place, what goes wrong, and what must come out.
+"""Scenarios as data: a mission, its place, what goes wrong, and the expected result.
 
 - ``scenario``: :class:`Scenario`, and what a run of it came to
 - ``file``: what stands in a scenario file

@@ -51,7 +51,7 @@ class StartForm(Written):
 
 
 class ExpectForm(Written):
-    """What must come out; without a word of it, success and no violated requirement."""
+    """The expected result; by default, success and no violated requirement."""
 
     outcome: Literal["success", "failure", "interrupted", "any"] = "success"
     reason: Annotated[fields.Line | None, AfterValidator(lambda text: text and _pattern(text))] = (
@@ -80,5 +80,6 @@ class ScenarioFile(Written):
     obstacles: WrittenObstacles = []
     faults: WrittenFaults = []
     requirements: Requirements = {}
+    observe: fields.Observe | None = None
     limit: Annotated[float, fields.in_unit("s"), Field(gt=0, le=100_000)] = LIMIT_S
     expect: ExpectForm = ExpectForm()

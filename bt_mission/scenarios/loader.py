@@ -94,6 +94,8 @@ class _Loader:
         mission = self._mission(written, world)
         if mission is not None:
             mission = self._with_requirements(mission, written)
+            if written.observe is not None:
+                mission = replace(mission, observe=written.observe)
             nodes = node_factories(document, written.nodes)
             self._faults += factory_faults(nodes, self._changes.permissions)
             mission = replace(mission, nodes=(*mission.nodes, *nodes))

@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 
 from bt_mission.core.stamps import NS
 from bt_mission.coverage.record import CoverageRecord
+from bt_mission.executive.status import MissionStatus
 from bt_mission.faults.located import planned_on
 from bt_mission.scenarios.loader import ScenarioChanges, load_scenario
 from bt_mission.scenarios.scenario import TIME_IS_UP, Scenario, ScenarioResult
@@ -75,14 +76,18 @@ def _on_stage(scenario: Scenario) -> Iterator[Stage]:
 
 
 def stop_at(stage: Stage, time_s: float) -> None:
-    """Interrupt a mission once its first control step at a time, s since the start, is over."""
+    """Interrupt a mission once its first control step at a time, s since the start, is over.
+
+    The observation of one that has ended goes on.
+    """
     end_ns = stage.start_ns + round(time_s * NS)
     executive = stage.executive
     cycles = executive.cycles
 
     def look() -> None:
         nonlocal cycles
-        if executive.cycles != cycles and stage.now_ns >= end_ns:
+        is_over = executive.cycles != cycles and stage.now_ns >= end_ns
+        if is_over and executive.status is MissionStatus.RUNNING:
             executive.interrupt(TIME_IS_UP)
         cycles = executive.cycles
 

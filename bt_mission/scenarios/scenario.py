@@ -1,4 +1,4 @@
-"""A scenario: a mission, its place, what goes wrong, and what must come out."""
+"""A scenario: a mission, its place, what goes wrong, and the expected result."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Outcome = Literal["success", "failure", "interrupted", "any"]
 
 @dataclass(frozen=True)
 class Expectation:
-    """What must come out of a run.
+    """The expected result of a run.
 
     Attributes:
         reason: A regular expression that the mission's reason must have a match of.
@@ -54,7 +54,7 @@ class Expectation:
 
 @dataclass(frozen=True)
 class Scenario:
-    """Everything that a run follows from, and what must come out of it.
+    """Everything that a run follows from, and its expected result.
 
     Attributes:
         start: X m, y m and yaw degrees of the robot; None is where the world says.
@@ -84,7 +84,7 @@ class Scenario:
         return StageOptions(world=self.world, start=self.start, props=MOST_OBSTACLES)
 
     def judge(self, report: Report) -> ScenarioResult:
-        """Compare what came out with what must."""
+        """Compare the result with the expected one."""
         return ScenarioResult(self, report, tuple(self._differences(report)))
 
     def _differences(self, report: Report) -> Iterator[Diagnostic]:
@@ -172,8 +172,12 @@ class ScenarioResult:
         return {"name": self.scenario.name, "passed": self.passed, "differences": told}
 
     def __str__(self) -> str:
-        if self.passed:
-            return f"scenario {escape_control(self.scenario.name)}: came out as it must"
-        lines = "\n".join(map(str, self.differences))
         name = escape_control(self.scenario.name)
-        return f"{lines}\nscenario {name}: came out otherwise than it must"
+        if not self.passed:
+            lines = "\n".join(map(str, self.differences))
+            return f"{lines}\nscenario {name}: failed"
+        expect = self.scenario.expect
+        expected: list[str] = [] if expect.outcome in ("success", "any") else [expect.outcome]
+        if expect.violated:
+            expected.append(escape_control(f"violated: {', '.join(expect.violated)}"))
+        return f"scenario {name}: passed" + (f" (expected {'; '.join(expected)})" * bool(expected))

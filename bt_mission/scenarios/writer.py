@@ -71,6 +71,7 @@ def scenario_text(run: TestedRun, name: str, folder: Path) -> str:
         "scenario": name,
         **mission_as_data(run.mission, folder),
         "seed": run.mission.seed,
+        **({"observe": run.mission.observe} if run.mission.observe else {}),
     }
     if isinstance(run.options.world, World):
         data["world"] = run.options.world.model_dump(mode="json")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,6 +13,8 @@ from bt_mission.core.statistics import told_samples, wilson
 
 SHOWN_IN_FULL = 3
 SHOWN_IN_LINES = 10
+SHOWN_SEEDS = 10
+_NUMBER = re.compile(r"\d+(\.\d+)?")
 
 
 @dataclass(frozen=True)
@@ -89,12 +92,11 @@ class PassRate:
         return [self.failed[seed] for seed in sorted(self.failed)]
 
     def verdict(self) -> pytest.TestReport:
-        """The report of the test as a whole, where too few seeds passed."""
-        failures = [one for one in self.failures() if one.text]
-        parts = [self.line]
-        for one in failures[:SHOWN_IN_FULL]:
-            parts += ["", f"-------- seed {one.seed} --------", one.text]
-        parts += ["", *_lines(failures[SHOWN_IN_FULL:])]
+        """The report of the test as a whole, where too few seeds passed: a seed of each cause."""
+        causes = _by_cause([one for one in self.failures() if one.text])
+        parts = [self.line, *_lines(causes)]
+        for first, *_ in causes[:SHOWN_IN_FULL]:
+            parts += ["", f"-------- seed {first.seed} --------", first.text]
         return pytest.TestReport(
             nodeid=self.test,
             location=self.location,
@@ -134,11 +136,11 @@ class PassRates:
         return [rate for rate in self.run if rate.at_least is not None and not rate.reached]
 
     def summary(self) -> Iterator[str]:
-        """A line for each test, and one for each seed that failed."""
+        """A line for each test, and one for each cause of failures, with how to repeat it."""
         width = max(len(rate.test) for rate in self.run)
         for rate in sorted(self.run, key=lambda one: one.test):
             yield f"{rate.test:{width}}  {rate.line}"
-            yield from (f"  {line}" for line in _lines(rate.failures()))
+            yield from (f"  {line}" for line in _lines(_by_cause(rate.failures())))
 
     def failing(self, before: dict[str, list[int]]) -> dict[str, list[int]]:
         """The seeds that are to run first next time: those that failed and have not passed since.
@@ -161,12 +163,24 @@ class PassRates:
         return after
 
 
-def _lines(failures: list[Failure]) -> Iterator[str]:
-    for one in failures[:SHOWN_IN_LINES]:
-        yield f"{one.repeat}  {one.line}"
-    if len(failures) > SHOWN_IN_LINES:
-        more = ", ".join(str(one.seed) for one in failures[SHOWN_IN_LINES:])
-        yield f"and seeds {more}"
+def _by_cause(failures: list[Failure]) -> list[list[Failure]]:
+    """Return failures in groups whose lines differ in numbers only, the largest group first."""
+    groups: dict[str, list[Failure]] = {}
+    for one in failures:
+        groups.setdefault(_NUMBER.sub("#", one.line), []).append(one)
+    return sorted(groups.values(), key=len, reverse=True)
+
+
+def _lines(causes: list[list[Failure]]) -> Iterator[str]:
+    for failures in causes[:SHOWN_IN_LINES]:
+        seeds = ", ".join(str(one.seed) for one in failures[:SHOWN_SEEDS])
+        more = f" and {len(failures) - SHOWN_SEEDS} more" if len(failures) > SHOWN_SEEDS else ""
+        noun = "seed" if len(failures) == 1 else f"{len(failures)} seeds:"
+        yield f"{noun} {seeds}{more}: {failures[0].line}"
+        yield f"  {failures[0].repeat}"
+    if len(causes) > SHOWN_IN_LINES:
+        rest = sum(map(len, causes[SHOWN_IN_LINES:]))
+        yield f"and {rest} seeds with other causes"
 
 
 def _why(report: pytest.TestReport) -> str:

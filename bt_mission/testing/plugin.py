@@ -150,10 +150,22 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
     request.node.stash.setdefault(STAGES, []).append(made)
     yield made
     made.close()
-    if made.left_behind:
-        pytest.fail("orphaned goals: " + "; ".join(made.left_behind), pytrace=False)
-    if made.violated:
-        pytest.fail("requirements violated: " + "; ".join(made.violated), pytrace=False)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
+    """End the missions of a test as its last step, which fails where they left something wrong."""
+    result = yield
+    stages = pyfuncitem.stash.get(STAGES, [])
+    for made in stages:
+        made.close()
+    for what, lines in (
+        ("orphaned goals", [line for made in stages for line in made.left_behind]),
+        ("requirements violated", [line for made in stages for line in made.violated]),
+    ):
+        if lines:
+            pytest.fail(f"{what}: {'; '.join(lines)}", pytrace=False)
+    return result
 
 
 @pytest.fixture

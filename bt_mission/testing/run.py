@@ -183,7 +183,7 @@ class Run(Assertions):
 
     @property
     def status(self) -> str:
-        """``running``, ``ending``, ``success``, ``failure`` or ``interrupted``."""
+        """``running``, ``ending``, ``observing``, ``success``, ``failure`` or ``interrupted``."""
         return str(self.stage.executive.status)
 
     @property

@@ -21,7 +21,7 @@ from bt_mission.testing.stages import Stages
 
 
 class ScenarioFailed(AssertionError):  # noqa: N818 - its name stands in pytest's summary
-    """A scenario came out otherwise than it must."""
+    """A scenario had another result than expected."""
 
 
 class ScenarioItems(pytest.File):

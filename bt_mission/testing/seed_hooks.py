@@ -85,10 +85,14 @@ class SeedHooks:
         self._rates.add(report, told)
 
     @pytest.hookimpl(wrapper=True)
-    def pytest_runtestloop(self) -> Generator[None, object, object]:
-        """Once all tests have run, fail those of which too few seeds have passed."""
+    def pytest_runtestloop(self, session: pytest.Session) -> Generator[None, object, object]:
+        """Once all tests have run, fail those of which too few seeds have passed.
+
+        Each such report counts as one more test, so that the progress is 100 % at the end.
+        """
         result = yield
         for rate in self._rates.missed if self._rates else ():
+            session.testscollected += bool(session.testscollected)
             self._config.hook.pytest_runtest_logreport(report=rate.verdict())
         return result
 

@@ -71,6 +71,7 @@ class Stages:
         self.scripted: dict[str, ScriptedServer] = {}
         """The servers that the test plays, by the full names of their actions."""
         self._exit = ExitStack()
+        self._is_closed = False
         self._context: Context | None = None
 
     def run(
@@ -81,6 +82,7 @@ class Stages:
         robot: str | None = None,
         seed: int | None = None,
         inputs: Mapping[str, Plain] | None = None,
+        observe: float | None = None,
         **options: Any,
     ) -> Run:
         """Put a mission on the stage, ready for its first step.
@@ -93,6 +95,7 @@ class Stages:
             seed: Of everything random; instead of the test's (``@pytest.mark.scenario``), and of
                 the mission's.
             inputs: Values of the mission's inputs.
+            observe: For how long time goes on after the mission's end, s; instead of the mission's.
             options: For :class:`bt_mission.sessions.stage_robot.StageOptions`.
 
         Raises:
@@ -106,7 +109,10 @@ class Stages:
             "world": None if world is None else str(self.world(world)),
             "robot": robot,
         }
-        return self._begin(self.mission(mission, **changes), options)
+        found = self.mission(mission, **changes)
+        if observe is not None:
+            found = replace(found, observe=observe)
+        return self._begin(found, options)
 
     def plan(self, run: Run, *faults: str | PlannedFault) -> FaultPlan:
         """Have faults begin in a run at their times or on their conditions.
@@ -215,7 +221,10 @@ class Stages:
         return self._context
 
     def close(self) -> None:
-        """End what runs, and take everything down."""
+        """End what runs, and take everything down; once is enough."""
+        if self._is_closed:
+            return
+        self._is_closed = True
         try:
             for run in self.runs:
                 self.left_behind += run.close()

@@ -44,7 +44,7 @@ def test_a_run_exits_with_0_where_what_must_come_out_does(
     assert main(["run", scenario(FAILS)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert "     0.50 s    fault begins: kill_server action turn" in lines
-    assert lines[-1] == "scenario it turns: came out as it must"
+    assert lines[-1] == "scenario it turns: passed"
 
 
 def test_a_run_exits_with_1_where_something_else_comes_out(
@@ -55,7 +55,7 @@ def test_a_run_exits_with_1_where_something_else_comes_out(
     assert main(["run", path]) == 1
     out = capsys.readouterr().out
     assert f"{path}:10:19: error: expected success, got failure: " in out
-    assert out.endswith("scenario it turns: came out otherwise than it must\n")
+    assert out.endswith("scenario it turns: failed\n")
 
 
 def test_json_tells_what_came_out(scenario: Any, capsys: pytest.CaptureFixture[str]) -> None:

@@ -38,7 +38,7 @@ def test_a_scenario_is_run_in_one_line(scenario: Any) -> None:
     """What must come out is success, where nothing else is said."""
     result = bt_mission.run_scenario(scenario())
     assert result.passed
-    assert str(result) == "scenario it: came out as it must"
+    assert str(result) == "scenario it: passed"
     assert result.report.status == "success"
 
 
@@ -98,7 +98,7 @@ def test_what_comes_out_otherwise_has_its_place(
     assert message in difference.message
     assert difference.line == line
     assert not result.passed
-    assert str(result).endswith("scenario it: came out otherwise than it must")
+    assert str(result).endswith("scenario it: failed")
 
 
 def test_names_that_are_not_there_are_errors_before_the_start(scenario: Any) -> None:

@@ -40,10 +40,11 @@ def counted(failing: list[int], total: int, at_least: float | None = None) -> Pa
 
 
 def test_a_rate_is_told_with_its_interval_and_how_to_repeat_what_failed():
-    """One line for the test, one for each seed that failed."""
+    """One line for the test, two for each cause of a failure."""
     assert list(counted([3], 20).summary()) == [
         "a.py::test  19 of 20 passed: 0.950 (0.764 to 0.991)",
-        "  pytest 'a.py::test[seed3]'  it broke",
+        "  seed 3: it broke",
+        "    pytest 'a.py::test[seed3]'",
     ]
 
 
@@ -59,11 +60,29 @@ def test_seeds_with_identical_runs_count_as_one():
     )
 
 
-def test_many_failures_are_cut_short():
-    """Ten lines, and the other seeds by number."""
-    *_, tenth, last = counted(list(range(13)), 13).summary()
-    assert "seed9]" in tenth
-    assert last == "  and seeds 10, 11, 12"
+def test_failures_of_one_cause_are_one_line():
+    """Their numbers aside, they have the same line; ten seeds are named, one can be repeated."""
+    rates = PassRates()
+    for seed in range(15):
+        report, told = reported(seed, failed=True)
+        report.longrepr = "it fell" if seed == 7 else f"{seed / 3:.1f} m were left of 8"
+        rates.add(report, told)
+    assert list(rates.summary())[1:] == [
+        "  14 seeds: 0, 1, 2, 3, 4, 5, 6, 8, 9, 10 and 4 more: 0.0 m were left of 8",
+        "    pytest 'a.py::test[seed0]'",
+        "  seed 7: it fell",
+        "    pytest 'a.py::test[seed7]'",
+    ]
+
+
+def test_many_causes_are_cut_short():
+    """Ten of them, and how many seeds are left."""
+    rates = PassRates()
+    for seed in range(13):
+        report, told = reported(seed, failed=True)
+        report.longrepr = "x" * (seed + 1)
+        rates.add(report, told)
+    assert list(rates.summary())[-1] == "  and 3 seeds with other causes"
 
 
 def test_a_seed_whose_fixture_fails_after_it_passed_has_failed():
@@ -82,7 +101,7 @@ def test_a_test_misses_its_rate_only_below_it():
 
 
 def test_the_verdict_shows_the_failures():
-    """Three in full, with their sections, and the rest in a line each."""
+    """All in a line for each cause, and the first seed of a cause in full, with its sections."""
     (missed,) = counted([1, 2, 3, 4], 5, at_least=1.0).missed
     verdict = missed.verdict()
     assert verdict.nodeid == "a.py::test"
@@ -90,9 +109,9 @@ def test_the_verdict_shows_the_failures():
     assert verdict.failed
     text = verdict.longreprtext
     assert text.startswith("1 of 5 passed: 0.200 (0.036 to 0.624), at least 1 wanted\n")
-    assert "-------- seed 3 --------\nit broke\nin the middle\n---- mission ----\ntree" in text
-    assert "seed 4 ----" not in text
-    assert text.endswith("pytest 'a.py::test[seed4]'  it broke")
+    assert "4 seeds: 1, 2, 3, 4: it broke\n  pytest 'a.py::test[seed1]'\n" in text
+    assert "-------- seed 1 --------\nit broke\nin the middle\n---- mission ----\ntree" in text
+    assert "seed 2 ----" not in text
 
 
 def test_a_seed_that_failed_is_kept_until_it_passes():

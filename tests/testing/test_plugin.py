@@ -60,8 +60,30 @@ def test_a_test_that_leaves_a_goal_behind_fails(pytester: pytest.Pytester) -> No
     """Its mission was interrupted with the test, and the server never confirmed the cancel."""
     pytester.makepyfile(LEAVES)
     result = pytester.runpytest("-p", "no:cacheprovider")
-    result.assert_outcomes(passed=1, errors=1)
+    result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["orphaned goals: /turn goal ???????? of 'turn' (lost)"])
+
+
+def test_a_test_whose_mission_violates_a_requirement_fails_once(pytester: pytest.Pytester) -> None:
+    """It is one failure, not a passed test with an error; after its own failure, it is that."""
+    pytester.makepyfile(
+        """
+        MISSION = "mission: m\\nrequirements: {rests: always time < 0.1}\\ntree: {wait: 0.3}\\n"
+
+        def test_it(stage):
+            stage.run(MISSION).until_done()
+
+        def test_it_fails(stage):
+            stage.run(MISSION).until_done()
+            assert False
+
+        def test_it_is_left(stage):
+            stage.run(MISSION).advance(0.2)
+        """
+    )
+    result = pytester.runpytest("-p", "no:cacheprovider")
+    result.assert_outcomes(failed=3)
+    result.stdout.fnmatch_lines(["test_*FFF*", "requirements violated: rests: violated*"])
 
 
 @pytest.mark.process

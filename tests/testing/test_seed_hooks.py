@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 
 import pytest
@@ -74,7 +75,8 @@ def test_a_test_runs_once_for_each_seed(scenarios):
             "pytest 'test_a.py::TestAll::test_it[[]*seed4*[]]'",
             "*= scenarios: seeds that passed, as a rate with its 95 % interval =*",
             "test_a.py::TestAll::test_it[[]burger[]]  1 of 2 passed: 0.500 (0.095 to 0.905)",
-            "  pytest 'test_a.py::TestAll::test_it[[]*seed4*[]]'  AssertionError:*",
+            "  seed 4: AssertionError:*",
+            "    pytest 'test_a.py::TestAll::test_it[[]*seed4*[]]'",
             "test_a.py::TestAll::test_it[[]waffle[]]  2 of 2 passed: 1.000 (0.342 to 1.000)",
             "test_a.py::test_most * 10 of 10 passed: 1.000 (0.722 to 1.000), at least 0.8 wanted",
         ]
@@ -87,7 +89,11 @@ def test_some_seeds_may_fail(scenarios):
     result.assert_outcomes(passed=8, xfailed=2)
     assert result.ret == 0
     result.stdout.fnmatch_lines(
-        ["test_a.py::test_most  8 of 10 passed: 0.800 *", "  pytest 'test_a.py::test_most[[]seed2*"]
+        [
+            "test_a.py::test_most  8 of 10 passed: 0.800 *",
+            "  2 seeds: 2, 5: *",
+            "    pytest 'test_a.py::test_most[[]seed2*",
+        ]
     )
 
 
@@ -112,6 +118,8 @@ def test_too_few_seeds_fail_the_test_as_a_whole(scenarios, pytester, workers):
     cases = ET.parse(pytester.path / "junit.xml").iter("testcase")  # noqa: S314 - our own
     (whole,) = (case for case in cases if case.get("name") == "test_most")
     assert whole.find("failure") is not None
+    percents = [int(one) for one in re.findall(r"\[ *(\d+)%\]", result.stdout.str())]
+    assert max(percents) == 100
     result = scenarios("-v", "-k", "most")
     assert [name[-7:] for name in order(result)[:4]] == ["[seed2]", "[seed5]", "[seed7]", "[seed0]"]
 

@@ -18,7 +18,7 @@ from bt_mission.executive.executive import Executive
 from bt_mission.executive.journal.file import JournalFile
 from bt_mission.executive.journal.state import JournalState, Record
 from bt_mission.executive.journal.values import Pack, encode, pack_generator
-from bt_mission.executive.status import Change
+from bt_mission.executive.status import Change, MissionStatus
 from bt_mission.goals.goal import Goal
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.requirements.resumption import written
@@ -58,6 +58,7 @@ class JournalRecorder:
         self._scopes = _scopes(executive, runtime.scope)
         self._known: dict[str, dict[str, Any]] = {path: {} for path in self._scopes}
         self._is_broken = False
+        self._has_ended = False
         executive.listeners.append(self._on_change)
         executive.goal_listeners.append(self._on_goal)
         executive.after_tick.append(self._after_tick)
@@ -84,9 +85,11 @@ class JournalRecorder:
             return  # what it is to go on from stands here already
         if self._executive.is_resumable:
             return  # it can go on from before the tick that ended it
-        if self._executive.is_done:
-            end = {"status": str(self._executive.status), "reason": self._executive.reason}
-            self._write({"t": now_ns, "end": end})
+        if self._executive.is_done or self._executive.status is MissionStatus.OBSERVING:
+            if not self._has_ended:
+                end = {"status": str(self._executive.verdict), "reason": self._executive.reason}
+                self._write({"t": now_ns, "end": end})
+            self._has_ended = True
             return
         judged, has_news = self._judged()
         if self._dirty or self._ended_goals():

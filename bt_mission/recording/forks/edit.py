@@ -44,6 +44,7 @@ def edited(source: ForkSource, path: Path, permissions: Permissions) -> ForkChan
         world=recorded.world,
         robot=recorded.robot,
         seed=recorded.seed,
+        observe=found.observe or recorded.observe,
         nodes=recorded.nodes,
         inputs={**found.inputs, **kept},
         requirements=(*found.requirements, *added),

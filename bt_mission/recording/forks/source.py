@@ -289,6 +289,7 @@ def _missions_of(
     mission = replace(
         mission,
         nodes=(*mission.nodes, *_nodes_of(facts)),
+        observe=float(facts.texts.get("observe", "0")),
         requirements=requirements_in(file),
     )
     faults = [one for one in code_faults(mission, permissions) if one.severity == "error"]

@@ -45,6 +45,7 @@ LONGEST_NAME = 32
 STATE_STATUSES = {
     "running": Status.RUNNING,
     "ending": Status.RUNNING,
+    "observing": Status.RUNNING,
     "success": Status.SUCCESS,
     "failure": Status.FAILURE,
     "interrupted": Status.FAILURE,

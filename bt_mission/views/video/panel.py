@@ -19,6 +19,7 @@ STATES = {
     "running": "#1f6feb",
     "paused": "#8a6d1d",
     "ending": "#8a6d1d",
+    "observing": "#8a6d1d",
     "success": "#1a7f37",
     "failure": "#c5221f",
     "interrupted": "#b35c00",
