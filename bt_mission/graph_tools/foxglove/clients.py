@@ -25,6 +25,9 @@ PROTOCOL = "foxglove.sdk.v1"
 BACKLOG = 256
 """Messages that may wait for a client; the oldest are dropped where it is slower."""
 
+BACKLOG_BYTES = 4 << 20
+"""Bytes of these messages, but for the newest."""
+
 MESSAGE, TIME = 1, 2
 """Kinds of binary messages."""
 
@@ -73,17 +76,29 @@ class Client:
     ) -> None:
         self.time_ns = 0
         """The newest time of the graph."""
+        self.waiting_bytes = 0
+        """Of the messages that wait for it."""
         self._socket, self._channels, self._on_subscribe = socket, channels, on_subscribe
         self._known: dict[int, Channel] = {}
         self._subscribed: dict[int, Channel] = {}
-        self._waiting: deque[bytes] = deque(maxlen=BACKLOG)
+        self._waiting: deque[bytes] = deque()
         self._errors: deque[str] = deque(maxlen=BACKLOG)
         self._news = asyncio.Event()
 
     def put(self, message: bytes) -> None:
         """Send it when the client takes it."""
         self._waiting.append(message)
+        self.waiting_bytes += len(message)
+        while len(self._waiting) > 1 and (
+            len(self._waiting) > BACKLOG or self.waiting_bytes > BACKLOG_BYTES
+        ):
+            self._next()
         self._news.set()
+
+    def _next(self) -> bytes:
+        message = self._waiting.popleft()
+        self.waiting_bytes -= len(message)
+        return message
 
     def wake(self) -> None:
         """Send what has changed: the channels, the time."""
@@ -121,7 +136,7 @@ class Client:
             while self._errors:
                 await self._say(op="status", level=ERROR, message=self._errors.popleft())
             while self._waiting:
-                await self._socket.send_bytes(self._waiting.popleft())
+                await self._socket.send_bytes(self._next())
             if self.time_ns != sent_ns:
                 sent_ns = self.time_ns
                 await self._socket.send_bytes(struct.pack("<BQ", TIME, sent_ns))

@@ -32,6 +32,7 @@ if not all(find_spec(name) for name in NEEDED):
 
 from bt_mission.core.guarded_server import FrameRate
 from bt_mission.graph_tools.foxglove import server as server_module
+from bt_mission.graph_tools.foxglove.clients import Client
 from bt_mission.graph_tools.foxglove.server import FoxgloveServer
 from tests.support.foxglove_client import FoxgloveClient
 from tests.support.processes import PATIENCE_S
@@ -248,6 +249,15 @@ def test_nonsense_is_answered_and_changes_nothing(capfd: pytest.CaptureFixture[s
         assert published == ["/parameter_events"]  # which every node of rclpy has
         assert not it.server.is_broken
     assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize(("size", "kept"), [(10, 256), (1 << 20, 4), (8 << 20, 1)])
+def test_what_waits_for_a_slow_client_is_bounded(size: int, kept: int):
+    """In number and in bytes; the newest is always kept."""
+    client = Client(None, {}, lambda _: None)
+    for _ in range(300):
+        client.put(bytes(size))
+    assert client.waiting_bytes == kept * size
 
 
 def test_silent_connections_keep_no_client_out(monkeypatch: pytest.MonkeyPatch):
