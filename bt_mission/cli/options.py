@@ -8,7 +8,7 @@ from typing import Any
 
 from bt_mission.cli.argument_types import assignment, input_file, seed
 from bt_mission.core.diagnostics import Diagnostic, InputError
-from bt_mission.core.files import look_deeper, look_for
+from bt_mission.core.files import look_deeper, look_for, other_suffix
 from bt_mission.core.output import write_file
 
 
@@ -132,7 +132,11 @@ def known_mission_file(options: argparse.Namespace) -> Path | None:
     if path.exists() and not (is_name and path.is_dir()):
         return path
     if not is_name:
-        return look_for("missions", path) or path
+        found = look_for("missions", path)
+        hint = None if found else other_suffix("missions", path)
+        if hint is not None:
+            raise InputError([Diagnostic("no such file", str(path), hint=hint)])
+        return found or path
     if (path / "missions").is_dir():
         message = f"expected a mission, got a folder; commands are called in it: cd {path}"
         raise InputError([Diagnostic(message, str(path))])

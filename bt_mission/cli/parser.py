@@ -52,8 +52,9 @@ class Parser(argparse.ArgumentParser):
         return options, rest
 
     def error(self, message: str) -> NoReturn:
-        """Leave with an error, on one line after the usage."""
-        super().error(escape_control(message))
+        """Leave with an error on one line, which ends with where the help is."""
+        said = escape_control(message)
+        self.exit(BAD_INPUT, f"{self.prog}: error: {said}; see '{self.prog} --help'\n")
 
     @property
     def arguments(self) -> Sequence[argparse.Action]:

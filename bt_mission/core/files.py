@@ -49,7 +49,8 @@ def find(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -
     known = names(kind)
     what = "parameter file" if kind == "parameters" else kind.removesuffix("s")
     message = f"no such {what} (known: {listed(known)})"
-    raise InputError([Diagnostic(message, wanted, hint=did_you_mean(Path(wanted).stem, known))])
+    hint = other_suffix(kind, Path(wanted)) or did_you_mean(Path(wanted).stem, known)
+    raise InputError([Diagnostic(message, wanted, hint=hint)])
 
 
 def look_for(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -> Path | None:
@@ -70,6 +71,15 @@ def look_for(kind: Kind, name_or_path: str | Path, near: str | Path | None = Non
             for suffix in SUFFIXES
         ]
     return next((path for path in candidates if is_file(path)), None)
+
+
+def other_suffix(kind: Kind, path: Path) -> str | None:
+    """Return a hint at a file of the same name with the other suffix of YAML, or None."""
+    for suffix in SUFFIXES:
+        other = path.with_suffix(suffix)
+        if path.suffix in SUFFIXES and suffix != path.suffix and look_for(kind, other):
+            return f"did you mean '{other}'?"
+    return None
 
 
 def look_deeper(kind: Kind, name: str) -> Path | None:

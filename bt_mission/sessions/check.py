@@ -27,7 +27,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.language.checks.mission import type_faults, warnings
+from bt_mission.language.checks.mission import type_faults, warnings, word_inputs
 from bt_mission.language.checks.python_code import code_faults
 from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.expressions.places import Pose
@@ -180,6 +180,7 @@ def _faults(
         *code_faults(mission, permissions, has_stage=servers is not None),
         *_place_faults(document, mission, permissions),
         *_base_faults(mission),
+        *word_inputs(mission),
         *_camera_faults(mission, permissions),
     ]
     find: FindShapes | None = None

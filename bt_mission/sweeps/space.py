@@ -15,6 +15,7 @@ VARY_OPTION = "--vary"
 PLACES = ("world", "robot", "start.x", "start.y", "start.yaw")
 """Parameters of the place of a run; others are inputs of the mission."""
 
+_COLON = re.compile(r"([+-]?[\d.]+):([+-]?[\d.]+)")
 EXAMPLES = "'speed=0.1,0.2' or 'speed=0.1..0.26'"
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _INTERVAL = re.compile(rf"\s*({NUMBER})\s*\.\.\s*({NUMBER})\s*")
@@ -98,6 +99,9 @@ def parse_parameter(text: str, option: str = VARY_OPTION) -> Parameter:
         is_whole = all(re.fullmatch(r"[+-]?\d+", one) for one in found.groups())
         made = Interval(name, float(found[1]), float(found[2]), is_whole)
         return _checked(made, text, option)
+    if colon := _COLON.fullmatch(written.strip()):
+        instead = f"write '{name}={colon[1]}..{colon[2]}'"
+        raise _wrong(text, f"expected values as in {EXAMPLES}; {instead}", option)
     try:
         values = read_text(f"[{written}]").data
     except InputError:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from pathlib import Path
 
 import pytest
 
@@ -15,34 +16,37 @@ def error_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[str, 
     with pytest.raises(SystemExit) as left:
         main(arguments)
     assert left.value.code == 2
-    said = capsys.readouterr().err.splitlines()
-    return said[0].split(" [")[0], said[-1]
+    (said,) = capsys.readouterr().err.splitlines()
+    return said.partition(": error: ")[0], said
 
 
 @pytest.mark.parametrize(
-    ("arguments", "usage", "hint"),
+    ("arguments", "command", "hint"),
     [
-        (["rnu"], "usage: bt-mission", "'rnu'; did you mean 'run'? (choose from run, watch,"),
-        (["actions", "lst"], "usage: bt-mission actions", "did you mean 'list'?"),
-        (["run", "square", "--sped", "1"], "usage: bt-mission run", "did you mean '--speed'?"),
-        (["run", "square", "--wrold=x"], "usage: bt-mission run", "did you mean '--world'?"),
-        (["actions", "list", "--jsno"], "usage: bt-mission actions list", "mean '--json'?"),
-        (["serve", "--on-new-goal", "relpace"], "usage: bt-mission serve", "mean 'replace'?"),
+        (["rnu"], "bt-mission", "'rnu'; did you mean 'run'? (choose from run, watch,"),
+        (["actions", "lst"], "bt-mission actions", "did you mean 'list'?"),
+        (["run", "square", "--sped", "1"], "bt-mission run", "did you mean '--speed'?"),
+        (["run", "square", "--wrold=x"], "bt-mission run", "did you mean '--world'?"),
+        (["actions", "list", "--jsno"], "bt-mission actions list", "mean '--json'?"),
+        (["serve", "--on-new-goal", "relpace"], "bt-mission serve", "mean 'replace'?"),
     ],
 )
 def test_a_word_that_is_nearly_right_gets_the_right_one(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], usage: str, hint: str
+    capsys: pytest.CaptureFixture[str], arguments: list[str], command: str, hint: str
 ) -> None:
-    """With the usage of the command that it was said to."""
+    """On one line, with the command whose help says more."""
     shown, error = error_of(capsys, *arguments)
-    assert shown == usage
+    assert shown == command
+    assert error.endswith(f"; see '{shown} --help'")
     assert hint in error
 
 
 def test_a_word_too_many_gets_no_hint(capsys: pytest.CaptureFixture[str]) -> None:
     """Nothing is near it."""
     _, error = error_of(capsys, "run", "square", "circle")
-    assert error == "bt-mission run: error: unrecognized arguments: circle"
+    assert error == (
+        "bt-mission run: error: unrecognized arguments: circle; see 'bt-mission run --help'"
+    )
 
 
 HELP = [
@@ -111,4 +115,17 @@ def test_an_unknown_option_without_a_command_is_named(capsys: pytest.CaptureFixt
     """Rather than the command that is missing."""
     _, error = error_of(capsys, "--verson")
     hint = "unrecognized arguments: --verson; did you mean '--version'?"
-    assert error == f"bt-mission: error: {hint}"
+    assert error == f"bt-mission: error: {hint}; see 'bt-mission --help'"
+
+
+def test_a_file_with_the_other_suffix_is_suggested(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of shipped missions, and of files that lie there."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.yaml").write_text("mission: m\ntree: {wait: 1}\n", encoding="utf-8")
+    for name, other in (("explore.yml", "explore.yaml"), ("mine.yml", "mine.yaml")):
+        assert main(["run", name]) == 2
+        assert f"no such file; did you mean '{other}'?" in capsys.readouterr().err
+    assert main(["sweep", "square", "--vary", "speed=0.1:0.2"]) == 2
+    assert "write 'speed=0.1..0.2'" in capsys.readouterr().err

@@ -35,6 +35,15 @@ _EXPECTED = {
     "finite_number": "a finite number",
     "string_type": "a string",
 }
+_BOOLEANS = {"yes": "true", "on": "true", "y": "true", "no": "false", "off": "false", "n": "false"}
+
+
+def word_for_boolean(value: Any) -> str | None:
+    """Return a hint where a value is a word that older YAML takes for a boolean, or None."""
+    word = _BOOLEANS.get(value.lower()) if isinstance(value, str) else None
+    return word and f"in YAML 1.2 a boolean is written '{word}'"
+
+
 _LIMITS = {
     "greater_than": "more than {gt}",
     "greater_than_equal": "at least {ge}",
@@ -98,7 +107,8 @@ def _fault(document: Document, detail: ErrorDetails, model: Any, path: Sequence[
     if kind in _LIMITS:
         return document.fault(where, f"expected {_LIMITS[kind].format(**context)}, got {got}")
     if kind in _EXPECTED:
-        return document.fault(where, f"expected {_EXPECTED[kind]}, got {got}")
+        hint = word_for_boolean(detail["input"]) if kind.startswith("bool") else None
+        return document.fault(where, f"expected {_EXPECTED[kind]}, got {got}", hint)
     if kind in ("literal_error", "enum"):
         literals = str(context["expected"]).replace(" or ", ", ").split(", ")
         valid = [name.strip("'") for name in literals]

@@ -10,6 +10,7 @@ from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.interface_units import unit_of_field
 from bt_mission.core.units import COMPUTED, UNITS
 from bt_mission.core.yaml.document import Document
+from bt_mission.core.yaml.models import word_for_boolean
 from bt_mission.language.checks.comments import cut_texts
 from bt_mission.language.checks.conditions import constant_conditions
 from bt_mission.language.checks.python_code import leaf_faults
@@ -163,6 +164,22 @@ def _texts(value: Any, path: Path) -> Iterator[tuple[Path, Text]]:
         case list() | tuple():
             for index, part in enumerate(value):
                 yield from _texts(part, (*path, index))
+
+
+def word_inputs(mission: Mission) -> Iterator[Diagnostic]:
+    """Yield a warning for each input that is `yes`, `off` or the like, without quotes."""
+    for tree in mission.all_trees:
+        head = () if tree.is_main else tree.path
+        for name, value in tree.inputs.items():
+            hint = word_for_boolean(value)
+            path = (*head, "inputs", name)
+            if hint is None or not _has(tree.document, path[:-1], name):
+                continue
+            line, column = tree.document.position(path)
+            written = tree.document.lines[line - 1][column - 1 :]
+            if written.startswith(str(value)):
+                message = f"the input '{name}' is the string '{value}'"
+                yield tree.document.fault(path, message, hint, severity="warning")
 
 
 def warnings(mission: Mission) -> Iterator[Diagnostic]:

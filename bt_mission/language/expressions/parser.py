@@ -320,7 +320,9 @@ class ExpressionParser:
         """Take the parenthesis that closes another one."""
         if not self.takes(closing):
             message = f"expected '{closing}' for the '{opened.text}' in column {opened.column}"
-            raise ExpressionError(message, self.next.column)
+            is_cut = self.next.kind == "end"
+            hint = "inside {} or [] a comma ends the text: put it in quotes" if is_cut else None
+            raise ExpressionError(message, self.next.column, hint)
 
     def call(self, token: Token) -> syntax.SyntaxNode:
         """Parse the call of a function."""

@@ -243,6 +243,9 @@ class RequirementParser(ExpressionParser):
         if node.variable:
             return SignalValue(node.column, "$", (node.name,))
         signal = SIGNALS.get(node.name)
+        if signal is None and self.tokens[max(self.at - 2, 0)].text in ("==", "!="):
+            message = f"unknown signal {quoted(node.name)}"
+            raise ExpressionError(message, node.column, f"a text stands in quotes: '{node.name}'")
         if signal is None:
             raise _unknown(node.name, node.column)
         if signal.arguments:

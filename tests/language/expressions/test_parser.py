@@ -5,6 +5,8 @@ import pytest
 from bt_mission.language.expressions.parser import MAX_DEPTH, MAX_LENGTH, RESERVED, parse
 from bt_mission.language.expressions.values import ExpressionError, LooseText
 
+CUT = "inside {} or [] a comma ends the text: put it in quotes"
+
 
 @pytest.mark.parametrize(
     ("text", "column", "message", "hint"),
@@ -14,8 +16,8 @@ from bt_mission.language.expressions.values import ExpressionError, LooseText
         ("1 + * 2", 5, "expected a number, a name or a '(', got '*'", None),
         ("1 2", 3, "expected an operator or the end, got '2'", None),
         ("2mu", 2, "expected an operator or the end, got 'mu'", "did you mean 'm'?"),
-        ("(1", 3, "expected ')' for the '(' in column 1", None),
-        ("sin(1", 6, "expected ')' for the '(' in column 4", None),
+        ("(1", 3, "expected ')' for the '(' in column 1", CUT),
+        ("sin(1", 6, "expected ')' for the '(' in column 4", CUT),
         ("1)", 2, "expected an operator or the end, got ')'", None),
         ("a = 1", 3, "unexpected token '='", "write '=='"),
         ("a && b", 3, "unexpected token '&&'", "write 'and'"),
