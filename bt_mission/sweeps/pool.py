@@ -6,6 +6,7 @@ import asyncio
 from collections import Counter, deque
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Iterable, Iterator
 from contextlib import AsyncExitStack, suppress
+from dataclasses import replace
 from itertools import count
 from typing import Any, Self, TypeAlias
 
@@ -105,10 +106,10 @@ class ScenarioPool:
         suspects: Killed = []
         async for row in self._rows(iter(scenarios), self._room, suspects):
             yield row
-        for scenario, _ in suspects:
+        for scenario, before in suspects:
             alone: Killed = []
             async for row in self._rows(iter([scenario]), lambda: 1, alone):
-                yield row
+                yield replace(row, attempts=row.attempts + before)
             for _, kills in alone:
                 reason = f"it has killed its worker {kills} times, alone there"
                 yield row_of_error(scenario, reason, attempts=2 * kills)
@@ -165,7 +166,8 @@ class ScenarioPool:
             future, result = await self._next(ended)
             scenario = under_way.pop(future)
             if future.status == "finished":
-                yield result
+                more = errors[scenario.id] + await self._deaths(future.key)
+                yield replace(result, attempts=result.attempts + more)
             elif future.status == "error":
                 error = await future.exception()
                 if isinstance(error, KilledWorker):
@@ -188,6 +190,17 @@ class ScenarioPool:
         # A key of its own for each try: Dask takes a key that it has for the same task.
         key = f"{self._name}-{scenario.id}-{next(self._tries)}"
         return self._client.submit(what, scenario, *more, key=key, pure=False)
+
+    async def _deaths(self, key: str) -> int:
+        """Return how many workers have died that a task had been given to.
+
+        The function goes to the scheduler by value, since it need not have this package.
+        """
+        found: int = await self._client.run_on_scheduler(
+            lambda dask_scheduler, key: getattr(dask_scheduler.tasks.get(key), "suspicious", 0),
+            key=key,
+        )
+        return found
 
     def _ended(self, futures: list[Any]) -> Any:
         return as_completed(futures, self._client.loop, with_results=True, raise_errors=False)

@@ -60,7 +60,7 @@ class ScenarioRow:
             are one sample. Empty where it could not run.
         versions: First digits of the digest of all versions; the store has them in full.
         worker: The process that carried it out.
-        attempts: How often it was begun, as far as is known.
+        attempts: How often a worker was given it: once more for each that died with it.
     """
 
     id: str

@@ -53,6 +53,7 @@ class FakeCluster:
     """A scheduler, to which workers can be added."""
 
     def __init__(self, scheduler: Scheduler) -> None:
+        self.scheduler = scheduler
         self.options = PoolOptions(scheduler=scheduler.address)
         self.workers: list[Worker] = []
 
@@ -245,5 +246,31 @@ def test_workers_keep_no_profile_while_they_take_part() -> None:
         async with ScenarioPool(EMPTY, made.options):
             assert [one.is_running() for one in profilers] == [False, False]
         assert [one.is_running() for one in profilers] == [True, True]
+
+    in_cluster(test)
+
+
+def test_a_row_tells_how_often_its_worker_died(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was begun again elsewhere; rows of workers that live were begun once."""
+
+    async def test(made: FakeCluster) -> None:
+        loop = asyncio.get_running_loop()
+        carry_out = FakeScenarios.carry_out
+
+        def dying(self: FakeScenarios, scenario: ConcreteScenario) -> ScenarioRow:
+            worker = get_worker()
+            if worker.name == "doomed":
+                removal = made.scheduler.remove_worker(worker.address, stimulus_id="it died")
+                asyncio.run_coroutine_threadsafe(removal, loop).result()
+            return carry_out(self, scenario)
+
+        monkeypatch.setattr(FakeScenarios, "carry_out", dying)
+        await made.add("doomed")
+        async with ScenarioPool(EMPTY, made.options) as pool:
+            await made.add("lasting")
+            rows = [one async for one in pool.rows(scenarios(12))]
+        assert sorted(one.number for one in rows) == list(range(12))
+        assert {one.worker for one in rows} == {"lasting"}
+        assert sorted({one.attempts for one in rows}) == [1, 2]
 
     in_cluster(test)
