@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -11,11 +13,18 @@ from py_trees.common import Status
 from bt_mission.behaviours import snapshot
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.hooks import Hooked
-from bt_mission.behaviours.runtime import MissionFailure, placed
+from bt_mission.behaviours.runtime import MissionFailure, Runtime, placed
+from bt_mission.core.diagnostics import describe
+from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.plugins import find_class
 
 RUNNING, INVALID = Status.RUNNING, Status.INVALID
+
+MOST_WALL_S = 2.0
+"""Seconds of wall time that one tick may take without a warning."""
+
+_STATUSES = ("SUCCESS", "FAILURE", "RUNNING")
 
 
 class PythonLeaf(Hooked):
@@ -37,6 +46,7 @@ class PythonLeaf(Hooked):
         for child in self.children:
             child.parent = self
         self._values = values
+        self._is_noted = False
 
     @property
     def _node(self) -> Any:
@@ -66,6 +76,7 @@ class PythonLeaf(Hooked):
 
     def setup(self, **kwargs: Any) -> None:
         """Hand the runtime on."""
+        self._runtime: Runtime = kwargs["runtime"]
         self.behaviour.parent = self.parent
         self.behaviour.setup(**kwargs)
 
@@ -77,9 +88,11 @@ class PythonLeaf(Hooked):
             for attribute, value in self._values.resolve(self._node.inputs).items():
                 setattr(ours, attribute, value)
         self.tell_call_hooks("update")
-        for node in ours.tick():
+        watch = Stopwatch()
+        for node in self._tick_of_leaf() if type(ours).tick is Behaviour.tick else ours.tick():
             if node is not ours:
                 yield node
+        self._note_wall_time(watch.elapsed_s)
         if ours.status is not RUNNING:
             try:
                 self.tell_call_hooks("terminate")
@@ -88,6 +101,46 @@ class PythonLeaf(Hooked):
                 ours.stop(INVALID)
                 raise
         yield self
+
+    def _tick_of_leaf(self) -> Iterator[Behaviour]:
+        """Tick a behaviour without children as py_trees does; refuse what is no status.
+
+        Raises:
+            MissionFailure: With the file and the line of the method.
+        """
+        ours = self.behaviour
+        if ours.status is not RUNNING:
+            ours.initialise()
+        status: object = ours.update()
+        if not isinstance(status, Status) or status is INVALID:
+            ours.stop(INVALID)
+            raise MissionFailure(self._no_status(status))
+        if status is not RUNNING:
+            ours.stop(status)
+        ours.status = status
+        yield ours
+
+    def _no_status(self, status: object) -> str:
+        """Return what is said of an `update` that returns something else than a status."""
+        kind = type(self.behaviour)
+        code = inspect.unwrap(kind.update).__code__
+        name = str(status).rpartition(".")[2].upper()
+        expected = "Status.SUCCESS, Status.FAILURE or Status.RUNNING"
+        hint = f"; write Status.{name}" if name in _STATUSES else ""
+        got = "nothing" if status is None else describe(status)
+        where = f"{Path(code.co_filename).name}:{code.co_firstlineno}"
+        return (
+            f"{self._values.place}: '{self._node.label}': {kind.__name__}.update() ({where}) "
+            f"returned {got}, expected {expected}{hint}"
+        )
+
+    def _note_wall_time(self, elapsed_s: float) -> None:
+        """Warn of a tick that blocks: nothing else happens meanwhile. Once for each leaf."""
+        if elapsed_s >= MOST_WALL_S and not self._is_noted:
+            self._is_noted = True
+            leaf = f"{self._values.place}: '{self._node.label}' ({self._node.target})"
+            blocked = f"{leaf} blocked a tick for {elapsed_s:.1f} s of wall time"
+            self._runtime.warn(f"{blocked}; return Status.RUNNING and continue at the next tick")
 
     def update(self) -> Status:
         """Return what the user's behaviour has come to; :meth:`walk` ticks it."""

@@ -184,6 +184,9 @@ class Runtime(Protocol):
     def log(self, text: str) -> None:
         """Say something to the people who watch the mission."""
 
+    def warn(self, text: str) -> None:
+        """Write a warning to the node's log; it is in no trace."""
+
 
 def read_field(message: Any, dotted: str) -> Any:
     """A field of a message by its dotted name; arrays come as lists."""

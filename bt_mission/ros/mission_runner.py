@@ -350,5 +350,9 @@ class MissionRunner:
             said = f"skipped {jump_s:.2f} s: they count as passed"
         log_of(self.node).warning(f"the ROS clock {said}")
 
+    def warn(self, text: str) -> None:
+        """Write a warning to the node's log; it is in no trace."""
+        log_of(self.node).warning(text)
+
     def _log_line(self, text: str) -> None:
         log_of(self.node).info(text)

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from bt_mission.behaviours import python_leaf
 from bt_mission.core.errors import BtMissionError
 from tests.support.project import ROOT
 
@@ -137,3 +138,52 @@ def test_a_halt_reaches_its_terminate(
     (module,) = [one for name, one in sys.modules.items() if name.endswith("_halted")]
     assert module.Halted.seen == "INVALID"
     assert "s" not in story.scope.values
+
+
+@pytest.mark.parametrize(
+    ("returned", "message"),
+    [
+        ("'SUCCESS'", "returned string 'SUCCESS', expected Status.SUCCESS, Status.FAILURE or"),
+        ("None", "returned nothing, expected"),
+        ("True", "returned true, expected"),
+        ("Status.INVALID", "expected Status.SUCCESS"),
+    ],
+)
+def test_what_is_no_status_is_reported_with_its_file_and_line(
+    play: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, returned: str, message: str
+) -> None:
+    """The mission fails, and says where and what to write."""
+    (tmp_path / "words.py").write_text(
+        "from py_trees.behaviour import Behaviour\nfrom py_trees.common import Status\n\n\n"
+        f"class Words(Behaviour):\n    def update(self):\n        return {returned}\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    story = play("  python: 'words.py:Words'")
+    story.tick()
+    reason = story.executive.reason
+    assert "Words.update() (words.py:6)" in reason
+    assert message in reason
+    assert reason.endswith("; write Status.SUCCESS") is (returned == "'SUCCESS'")
+
+
+def test_a_leaf_that_blocks_is_named_once_and_not_in_the_trace(
+    play: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the wall, which says that each tick has taken so long."""
+
+    class SlowWall:
+        elapsed_s = 2.4
+
+    monkeypatch.setattr(python_leaf, "Stopwatch", SlowWall)
+    story = play("  python: own_leaves.py:Countdown\n  inputs: {ticks: 3}")
+    story.tick(3)
+    (warning,) = story.warned
+    assert "(own_leaves.py:Countdown) blocked a tick for 2.4 s of wall time" in warning
+    assert story.said == []
+
+
+def test_a_leaf_that_does_not_block_is_not_named(play: Any) -> None:
+    """As most do not."""
+    story = play("  python: own_leaves.py:Countdown\n  inputs: {ticks: 3}")
+    story.tick(3)
+    assert story.warned == []

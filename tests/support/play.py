@@ -107,6 +107,7 @@ class Play:
         self.now_ns = S
         self.servers: dict[str, Any] = {}
         self.said: list[str] = []
+        self.warned: list[str] = []
         self.services: dict[str, ScriptedService] = {}
         self.topics: dict[str, ScriptedTopic] = {}
         self.speeches: dict[str, ScriptedSpeech] = {}
@@ -131,6 +132,9 @@ class Play:
 
     def publisher(self, topic: str, type_name: str) -> ScriptedSpeech:
         return self.speeches.setdefault(topic, ScriptedSpeech(topic))
+
+    def warn(self, text: str) -> None:
+        self.warned.append(text)
 
     def log(self, text: str) -> None:
         self.said.append(text)

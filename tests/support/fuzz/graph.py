@@ -200,6 +200,9 @@ class Graph:
     def publisher(self, topic: str, type_name: str) -> Any:
         return self._part(Topic, topic, type_name)
 
+    def warn(self, text: str) -> None:
+        pass
+
     def log(self, text: str) -> None:
         pass
 
