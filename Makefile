@@ -6,8 +6,6 @@ SHELL := /bin/bash
 
 VENV ?= .venv
 MISSION ?= missions/explore.yaml
-# Of tests at once. One more than there are processors: tests of processes wait most of their time.
-PROCESSES ?= $(shell expr $$(nproc) + 1)
 FUZZ_ARGS ?= --target all --seconds 50
 # The newest of these that works is taken; `make demo PYTHON=python3.12` takes that one.
 PYTHONS := $(or $(PYTHON),python3.13 python3.12 python3.11 python3)
@@ -35,8 +33,8 @@ help: ## say what can be made
 demo: $(runs) ## run the main job: explore.yaml on a simulated TurtleBot3
 	@$(bin)/bt-mission run $(MISSION)
 
-test: $(installed) ## run all tests, on all processors
-	@$(bin)/pytest --numprocesses=$(PROCESSES) $(PYTEST_ARGS)
+test: $(installed) ## run all tests
+	@$(bin)/pytest $(PYTEST_ARGS)
 
 fuzz: $(installed) ## mutate what comes from outside for a minute, and look for what is not caught
 	@$(bin)/python tools/fuzz.py $(FUZZ_ARGS)
@@ -61,8 +59,9 @@ format: $(installed) ## put the sources in order
 docs: $(installed) ## build the documentation site, build/site; REFS="v1 main" adds these versions
 	@$(bin)/python tools/build_site.py $(REFS)
 
-generated: $(installed) ## write what docs/ takes from the code: the tables of faults and keys, the picture of the packages
+generated: $(installed) ## write what docs/ takes from the code: the tables of faults, nature and keys, the picture of the packages
 	@$(bin)/python tools/make_fault_table.py
+	@$(bin)/python tools/make_nature_table.py
 	@$(bin)/python tools/make_key_tables.py
 	@$(bin)/python tools/draw_layers.py
 

@@ -170,7 +170,9 @@ _NONE: dict[str, PartFaults] = {
 
 
 class RobotFaultState:
-    """What is wrong with one robot at present, part by part. Nothing, at the start.
+    """The faults that one robot has at present, part by part.
+
+    At the start there are none, but for what :meth:`set_usual` makes usual.
 
     `on_wheels` is called with every change of the wheels' faults. `lacks` says why parts that
     others have cannot break here.
@@ -183,6 +185,7 @@ class RobotFaultState:
     ) -> None:
         self._on_wheels = on_wheels
         self.lacks = lacks
+        self._usual = dict(_NONE)
         self.lidar = NO_LIDAR_FAULTS
         self.odometry = NO_ODOMETRY_FAULTS
         self.imu = ImuFaults()
@@ -207,16 +210,23 @@ class RobotFaultState:
         except FaultError as error:
             raise FaultError(f"{part}: {error}") from None
 
+    def set_usual(self, part: str, **usual: Any) -> None:
+        """Make figures of a part usual: it has them now, and again whenever it is cleared."""
+        self._usual[part] = replace(_NONE[part], **usual)
+        self._put(part, self._usual[part])
+
     def clear(self, part: str | None = None) -> None:
-        """Mend a part, or all. Raises FaultError for a part that is none."""
+        """Make a part as usual, or all. Raises FaultError for an unknown part."""
         for each in _NONE if part is None else (part,):
             self._of(each)
-            self._put(each, _NONE[each])
+            self._put(each, self._usual[each])
 
     @property
     def present(self) -> dict[str, PartFaults]:
         """The parts with which something is wrong."""
-        return {part: now for part in _NONE if (now := self._of(part)) != _NONE[part]}
+        return {
+            part: now for part, usual in self._usual.items() if (now := self._of(part)) != usual
+        }
 
     def _of(self, part: str) -> PartFaults:
         if part not in _NONE:

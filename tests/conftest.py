@@ -18,7 +18,6 @@ from tests.support.play import Play
 pytest_plugins = [
     "pytester",
     "tests.support.checkout",
-    "tests.support.no_skips",
     "tests.support.node_graph",
     "tests.support.recorded_runs",
 ]

@@ -9,6 +9,7 @@ from typing import Any
 from bt_mission.cli.argument_types import assignment, input_file, seed
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.files import look_deeper, look_for, other_suffix
+from bt_mission.core.nature import PROFILES, Nature
 from bt_mission.core.output import write_file
 
 
@@ -40,6 +41,22 @@ def add_set_option(parser: argparse.ArgumentParser) -> None:
         type=assignment,
         help="give an input of the mission another value; may be repeated",
     )
+
+
+def add_nature_option(parser: argparse.ArgumentParser, default: str) -> None:
+    """Add the choice of a profile of nature; `default` says what holds without it."""
+    parser.add_argument(
+        "--nature",
+        choices=PROFILES,
+        help="what differs from run to run: start, localization, wheels, lidar, latency, drawn "
+        f"from the seed (docs/reference/nature.md; default: as mission, scenario or world say, "
+        f"else {default})",
+    )
+
+
+def nature_of(options: argparse.Namespace) -> Nature | None:
+    """Return the nature that the options name; None where they do not."""
+    return None if options.nature is None else Nature(options.nature)
 
 
 def add_require_option(

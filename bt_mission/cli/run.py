@@ -21,6 +21,7 @@ from bt_mission.cli.network import add_duplicates_option, add_network_option, pr
 from bt_mission.cli.options import (
     add_fault_option,
     add_mission_file,
+    add_nature_option,
     add_overrides,
     add_plain_option,
     add_python_option,
@@ -68,6 +69,7 @@ def add_parser(commands: Any) -> None:
     add_require_option(parser)
     add_fault_option(parser)
     add_overrides(parser)
+    add_nature_option(parser, "none")
     add_python_option(parser)
     parser.add_argument(
         "--speed",
@@ -246,8 +248,8 @@ def refuse_contradictions(options: argparse.Namespace) -> None:
     refuse_view(options)
     if options.attach and options.speed is not None:
         raise BtMissionError("--speed: an attached run has the pace of the graph that it joins")
-    if options.attach and (options.world or options.robot):
-        raise BtMissionError("--world, --robot: an attached run has those of its graph")
+    if options.attach and (options.world or options.robot or options.nature):
+        raise BtMissionError("--world, --robot, --nature: an attached run has those of its graph")
     if options.attach and options.visible:
         raise BtMissionError("--visible: an attached run is seen anyway")
     if options.network and not (options.attach or options.visible):

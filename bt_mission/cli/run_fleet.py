@@ -111,6 +111,7 @@ def _run(options: argparse.Namespace, plan: FleetPlan) -> FleetReport:
 def _stage(options: argparse.Namespace, plan: FleetPlan) -> Stage:
     from dataclasses import replace
 
+    from bt_mission.cli.options import nature_of
     from bt_mission.sessions.stage import Stage
 
     return Stage(
@@ -119,6 +120,7 @@ def _stage(options: argparse.Namespace, plan: FleetPlan) -> Stage:
         say=lambda _: None,  # the view hears of it robot by robot
         options=replace(
             plan.stage_options,
+            nature=nature_of(options),
             visible=options.visible,
             network=options.network,
             watched=options.tui or options.web or options.foxglove,

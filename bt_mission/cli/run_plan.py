@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.check import examined_file
+from bt_mission.cli.options import nature_of
 from bt_mission.cli.outputs import files_of, refuse_overwritten
 from bt_mission.core.errors import BtMissionError
 
@@ -38,6 +39,7 @@ class RunPlan:
         own = self.scenario.stage_options if self.scenario else StageOptions()
         return replace(
             own,
+            nature=nature_of(options) or own.nature,
             visible=options.visible,
             network=options.network,
             watched=options.tui or options.web or options.foxglove,

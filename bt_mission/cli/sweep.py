@@ -25,6 +25,7 @@ from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import (
     add_fault_option,
     add_mission_file,
+    add_nature_option,
     add_plain_option,
     add_python_option,
     add_require_option,
@@ -118,6 +119,7 @@ def add_parser(commands: Any) -> None:
     add_set_option(parser)
     parser.add_argument("--world", help="a world's name or file instead of the mission's")
     parser.add_argument("--robot", help="a robot's name or file instead of the mission's")
+    add_nature_option(parser, "usual")
     add_require_option(parser)
     add_python_option(parser)
     parser.add_argument(
@@ -312,7 +314,10 @@ def _tell(
         about["report"] = str(write_page(store, options.report, None))
     except BtMissionError as error:
         about["report_lacks"] = str(error)
-    print(json.dumps({**progress.tally.as_dict(), **about}))
+    from bt_mission.sweeps.report.columns import SweepColumns
+    from bt_mission.sweeps.report.explanation import results_as_dict
+
+    print(json.dumps({**results_as_dict(SweepColumns.of(store.rows())), **about}))
 
 
 def _judge(options: argparse.Namespace, progress: SweepProgress) -> int:

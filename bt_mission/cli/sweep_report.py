@@ -137,10 +137,11 @@ def _write_csv(store: ResultStore, path: Path | None) -> None:
 
 def _print_json(store: ResultStore, worst: int) -> None:
     from bt_mission.sweeps.report.columns import SweepColumns
+    from bt_mission.sweeps.report.explanation import results_as_dict
 
     columns = SweepColumns.of(store.rows())
     about = {"results": str(store.folder), "of": store.about.get("scenarios")}
-    print(json.dumps({**columns.tally.as_dict(), "worst": columns.worst.ids(worst), **about}))
+    print(json.dumps({**results_as_dict(columns), "worst": columns.worst.ids(worst), **about}))
 
 
 def tell_results(store: ResultStore, page: Path | None = None, worst: int | None = None) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import count, port
 from bt_mission.cli.check import permissions_of
+from bt_mission.cli.options import nature_of
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -95,6 +96,7 @@ def base_changes(options: argparse.Namespace) -> BaseChanges:
         faults=options.fault,
         world=options.world,
         robot=options.robot,
+        nature=nature_of(options),
         permissions=permissions_of(options),
     )
 

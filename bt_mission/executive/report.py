@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.core.nature import told
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import escape_control
 from bt_mission.events.log import verdict
@@ -77,6 +78,8 @@ class Report:
         trace_sha256: Equal for two runs in which the same things happened at the same times.
         sample: Equal for two runs with the same outcome and signals, whatever their seeds: these
             are one sample in every statistic.
+        nature: What differs from run to run, as it was drawn, by the names of its quantities
+            (`docs/reference/nature.md`); empty where nothing was.
         leaves: What each leaf came to, where they were counted.
         failure: What made the tree fail; None where that did not.
         requirements: What each requirement came to.
@@ -99,6 +102,7 @@ class Report:
     distance_travelled_m: float | None
     trace_sha256: str
     sample: str = ""
+    nature: Mapping[str, float] = field(default_factory=dict)
     leaves: tuple[LeafSummary, ...] = ()
     failure: FailurePath | None = None
     requirements: tuple[RequirementResult, ...] = ()
@@ -133,6 +137,8 @@ class Report:
             f"  {self.virtual_s:.2f} s in {self.wall_s:.2f} s of wall time "
             f"({self.real_time_factor:.1f} x real time), seed {self.seed}"
         )
+        if self.nature:
+            lines.append(f"  nature: {told(self.nature)}")
         facts = [f"{counted(self.goals_sent, 'goal')} sent", f"{self.goals_left_behind} orphaned"]
         if self.distance_travelled_m is not None:
             facts.append(f"{self.distance_travelled_m:.2f} m driven")

@@ -140,6 +140,7 @@ def report_of_robot(
         report,
         world=stage.world,
         collisions=run.robot.collisions,
+        nature=run.nature,
         distance_travelled_m=round(run.robot.distance_travelled, 6),
         leaves=leaves.summaries(),
     )

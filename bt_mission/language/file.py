@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, SkipValidation
 
+from bt_mission.core.nature import WrittenNature
 from bt_mission.language.follow import FollowSettings
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import Trees, Written, WrittenNode
@@ -35,6 +36,7 @@ class MissionFile(Written):
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
     map: Literal["known", "unknown"] = "known"
     observe: fields.Observe = 0.0
+    nature: WrittenNature | None = None
     include: list[fields.Line] = []
     nodes: fields.NodeFactories = []
     inputs: dict[fields.Variable, fields.InputValue] = {}

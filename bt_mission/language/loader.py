@@ -104,6 +104,7 @@ def draft(
         map=written.map,
         observe=written.observe,
         nodes=node_factories(document, written.nodes),
+        nature=written.nature,
         inputs=inputs,
         places=dict(written.places),
         trees=trees,

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from bt_mission.core.diagnostics import Diagnostic
+from bt_mission.core.nature import Nature
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain, Type, type_of
@@ -82,7 +83,8 @@ class Mission:
     that follow topics, `nodes` what makes the nodes of the user that join a simulation.
 
     `observe` tells for how long time goes on after the end, s. `map` tells whether the robot is
-    given the map of its world or has to make one.
+    given the map of its world or has to make one, `nature` what differs from run to run in a
+    simulation; None is what the world says.
     """
 
     name: str
@@ -93,6 +95,7 @@ class Mission:
     seed: int = 0
     map: Literal["known", "unknown"] = "known"
     observe: float = 0.0
+    nature: Nature | None = None
     inputs: Mapping[str, Plain] = field(default_factory=dict)
     places: Mapping[str, Pose] = field(default_factory=dict)
     trees: Mapping[str, Tree] = field(default_factory=dict)

@@ -6,6 +6,10 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from pydantic_core import PydanticCustomError
+
+from bt_mission.core.nature import read_nature
+
 FACTS, SUMMARY = "bt_mission", "bt_mission_summary"
 """The names of the metadata records."""
 
@@ -65,9 +69,18 @@ def _is_pair_of_texts(value: Any) -> bool:
     return _is_list(value) and len(value) == 2 and all(isinstance(one, str) for one in value)
 
 
+def _is_nature(value: Any) -> bool:
+    try:
+        read_nature(value)
+    except PydanticCustomError:
+        return False
+    return isinstance(value, dict)
+
+
 _STAGE: Mapping[str, IsValid] = {
     "sensor_seed": _is_count,
     "start": lambda value: value is None or _is_hull(value),
+    "nature": _is_nature,
     "props": _is_count,
     "without": _is_list,
     "has_tools": lambda value: isinstance(value, bool),

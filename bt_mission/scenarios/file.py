@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
 
 from bt_mission.core.diagnostics import describe
+from bt_mission.core.nature import WrittenNature
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import Written
 from bt_mission.language.requirements.written import Requirements
@@ -77,6 +78,7 @@ class ScenarioFile(Written):
     seed: Annotated[int, Field(ge=0, lt=2**63)] | None = None
     inputs: dict[fields.Variable, fields.InputValue] = {}
     start: StartForm | None = None
+    nature: WrittenNature | None = None
     obstacles: WrittenObstacles = []
     faults: WrittenFaults = []
     requirements: Requirements = {}

@@ -113,6 +113,7 @@ class _Loader:
             mission=mission,
             world=world,
             start=None if start is None else (start.x, start.y, start.yaw),
+            nature=written.nature,
             faults=tuple(made.faults),
             expect=_expectation(written),
             limit=written.limit,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from bt_mission.core.diagnostics import Diagnostic, quoted
+from bt_mission.core.nature import Nature
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import Document, Key
 from bt_mission.coverage.record import CoverageRecord
@@ -58,6 +59,7 @@ class Scenario:
 
     Attributes:
         start: X m, y m and yaw degrees of the robot; None is where the world says.
+        nature: Instead of the mission's; None is that.
         world: Instead of the mission's; None is that.
         faults: Obstacles included, which appear at 0 s.
         limit: The mission is interrupted at this time, s since the start.
@@ -68,6 +70,7 @@ class Scenario:
     description: str = ""
     world: World | None = None
     start: tuple[float, float, float] | None = None
+    nature: Nature | None = None
     faults: tuple[WrittenFault, ...] = ()
     expect: Expectation = Expectation()
     limit: float = LIMIT_S
@@ -81,7 +84,9 @@ class Scenario:
     @property
     def stage_options(self) -> StageOptions:
         """How its stage is set up."""
-        return StageOptions(world=self.world, start=self.start, props=MOST_OBSTACLES)
+        return StageOptions(
+            world=self.world, start=self.start, nature=self.nature, props=MOST_OBSTACLES
+        )
 
     def judge(self, report: Report) -> ScenarioResult:
         """Compare the result with the expected one."""

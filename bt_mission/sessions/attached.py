@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Self
 
 from rclpy.node import Node
@@ -53,6 +54,7 @@ class AttachedSession:
     image_folder: Path | None = None
     world: str | None = None
     collisions: int | None = None
+    nature: Mapping[str, float] = MappingProxyType({})
     distance_travelled_m: float | None = None
 
     def __init__(

@@ -77,6 +77,10 @@ class Session(Stepped, Protocol):
     def distance_travelled_m(self) -> float | None:
         """True length of the robot's path, where it is known."""
 
+    @property
+    def nature(self) -> Mapping[str, float]:
+        """What nature has drawn for the robot, where it is simulated."""
+
 
 class SessionObserver(Protocol):
     """What looks on, such as a recorder."""
@@ -362,5 +366,6 @@ def summarise(session: Session, wall_s: float) -> Report:
         ),
         world=session.world,
         collisions=session.collisions,
+        nature=session.nature,
         distance_travelled_m=None if distance is None else round(distance, 6),
     )

@@ -6,8 +6,8 @@ rclpy and DDS, as between processes; only time is ours.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import ExitStack, suppress
 from itertools import chain, count
 from pathlib import Path
 from typing import Self
@@ -25,13 +25,15 @@ from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.observable_publisher import ObservableNode
+from bt_mission.sessions import stage_nature
 from bt_mission.sessions.own_nodes import OwnNodes
 from bt_mission.sessions.session import SessionObserver
 from bt_mission.sessions.stage_files import StageFiles, stage_facts
 from bt_mission.sessions.stage_nodes import StageSimNode
 from bt_mission.sessions.stage_robot import FleetRobot, FleetRun, StageOptions
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test
-from sim.physics.spawn import RobotSpawn
+from sim.physics.spawn import RobotSpawn, RobotSpawnError
+from sim.robot.fit import SpawnError
 from sim.ros.node import SimNode, SimOptions
 from sim.world.world import Spawn, World
 
@@ -101,6 +103,7 @@ class Stage:
             x, y, yaw = self._options.start
             world = world.model_copy(update={"spawn": Spawn(x=x, y=y, yaw=yaw)})
         models = [load_robot(one) for one in files.robots]
+        self._natures = stage_nature.natures(members, self._options, world)
         self_test()
         self.image_folder = free_folder(image_folder)
         with ExitStack() as made:
@@ -120,6 +123,7 @@ class Stage:
                 start_ns=START_NS, world=self.sim, context=self.context
             )
             made.callback(self.clock.shutdown)
+            stage_nature.delay(self.clock, self.runs, self._seed)
             self.clock.add_node(self.sim)
             servers = [*chain(*(run.nodes for run in self.runs))]
             executives = [run.node for run in self.runs]
@@ -133,7 +137,7 @@ class Stage:
         self.world: str | None = world.name
         self.facts = {
             "world": world.name,
-            **stage_facts(members, self._options),
+            **stage_facts(members, self._options, first.nature),
         }
         self.files = files.texts
         self._observers: list[SessionObserver] = []
@@ -153,19 +157,46 @@ class Stage:
                 seed=run.member.mission.seed,
             )
 
+    @property
+    def _seed(self) -> int:
+        """Of all sensor noise and of nature."""
+        return self.mission.seed if self._options.seed is None else self._options.seed
+
     def _make_sim(
         self, world: World, members: Sequence[FleetRobot], models: Sequence[RobotModel]
     ) -> SimNode:
-        seed = self.mission.seed if self._options.seed is None else self._options.seed
+        """Make the simulator; where there is no room, robots start nearer to where they should."""
+        *shares, last = stage_nature.SHARES if any(self._natures) else (1.0,)
+        for share in shares:
+            with suppress(SpawnError, RobotSpawnError):
+                return self._sim_with(share, world, members, models)
+        return self._sim_with(last, world, members, models)
+
+    def _sim_with(
+        self,
+        share: float,
+        world: World,
+        members: Sequence[FleetRobot],
+        models: Sequence[RobotModel],
+    ) -> SimNode:
+        """Make the simulator with a share of the offsets that nature gives the starts."""
         spawns = [
-            RobotSpawn(model, one.name, Spawn(x=one.x, y=one.y, yaw=one.yaw))
-            for one, model in zip(members, models, strict=True)
+            RobotSpawn(
+                model,
+                one.name,
+                stage_nature.moved(Spawn(x=one.x, y=one.y, yaw=one.yaw), nature, share),
+            )
+            for one, model, nature in zip(members, models, self._natures, strict=True)
         ]
-        return StageSimNode(
+        is_alone = not members[0].name
+        if is_alone and self._natures[0]:
+            spawn = stage_nature.moved(world.spawn, self._natures[0], share)
+            world = world.model_copy(update={"spawn": spawn})
+        made = StageSimNode(
             world,
-            spawns if members[0].name else models[0],
+            models[0] if is_alone else spawns,
             SimOptions(
-                seed=seed,
+                seed=self._seed,
                 start_ns=START_NS,
                 lean=True,
                 has_parameters=self._options.visible,
@@ -175,6 +206,9 @@ class Stage:
                 places=_places_of(members),
             ),
         )
+        for nature in filter(None, self._natures):
+            nature.update({name: share * nature[name] for name in stage_nature.STARTS})
+        return made
 
     def _make_runs(
         self,
@@ -185,8 +219,9 @@ class Stage:
     ) -> list[FleetRun]:
         """Make the servers of every robot, then every executive."""
         runs = []
-        for member, robot in zip(members, self.sim.robots, strict=True):
+        for member, robot, nature in zip(members, self.sim.robots, self._natures, strict=True):
             run = FleetRun(member, robot, self.context, self.image_folder, self._options, offered)
+            run.live_with(nature)
             made.callback(run.destroy)
             runs.append(run)
         for run in runs:
@@ -218,6 +253,11 @@ class Stage:
     def is_done(self) -> bool:
         """Has every mission ended, with every goal accounted for?"""
         return all(run.executive.is_done for run in self.runs)
+
+    @property
+    def nature(self) -> Mapping[str, float]:
+        """What nature has drawn for the robot; empty where nothing."""
+        return self.runs[0].nature
 
     @property
     def now_ns(self) -> int:

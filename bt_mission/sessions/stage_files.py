@@ -52,12 +52,15 @@ class StageFiles:
         return parts | {f"robots/{Path(one.file).name}": one.text for one in self.robots}
 
 
-def stage_facts(members: Sequence[FleetRobot], options: StageOptions) -> Mapping[str, str]:
+def stage_facts(
+    members: Sequence[FleetRobot], options: StageOptions, nature: Mapping[str, float]
+) -> Mapping[str, str]:
     """Return what else of a stage a run depends on, as JSON, for those who run it again."""
     seed = members[0].mission.seed if options.seed is None else options.seed
     known = {
         "sensor_seed": seed,
         "start": options.start,
+        "nature": nature,
         "props": options.props,
         "without": sorted(options.without),
         "has_tools": options.has_tools,

@@ -14,6 +14,7 @@ from rclpy.node import Node
 
 from action_servers.mapping.node import MapperNode, MapperOptions
 from action_servers.server.node import ServerOptions, ServersNode
+from bt_mission.core.nature import NO_NATURE, Nature
 from bt_mission.core.yaml.document import Document
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission, NodeFactory
@@ -38,8 +39,10 @@ class StageOptions:
         world: The world, its name, path or text; None is that of the first mission.
         robot: Text of the robot's model, for all robots; None is that of each mission.
         start: Where a robot alone starts: x m, y m, yaw degrees; None is where the world says.
-        seed: Of all sensor noise; None is that of the first mission. Each mission's own seed
-            decides the rest.
+        nature: What differs from run to run; None is as the mission says, or else the world.
+        default_nature: Where neither these options nor mission nor world say it.
+        seed: Of all sensor noise and of nature; None is that of the first mission. Each mission's
+            own seed decides the rest.
         visible: May other processes of this machine look on, and take part?
         network: With `visible`, may those of other machines?
         watched: Offer the topics and services for tools also where nobody else may look on.
@@ -54,6 +57,8 @@ class StageOptions:
     world: str | Path | Document | World | None = None
     robot: Document | None = None
     start: tuple[float, float, float] | None = None
+    nature: Nature | None = None
+    default_nature: Nature = NO_NATURE
     seed: int | None = None
     visible: bool = False
     network: bool = False
@@ -123,6 +128,8 @@ class FleetRun:
     ) -> None:
         self.member = member
         self.robot = robot
+        self.nature: Mapping[str, float] = {}
+        """What nature has drawn for it; empty where nothing."""
         self.runner: MissionRunner
         self.node: MissionNode
         self._context = context
@@ -177,6 +184,12 @@ class FleetRun:
         if options.has_controls:
             relay = RobotRelay(self.node, self._snapshot)
             self.executive.after_tick.append(relay.flush)
+
+    def live_with(self, nature: Mapping[str, float]) -> None:
+        """Have the robot be as nature has drawn it; nothing changes where nothing is drawn."""
+        self.nature = nature
+        if nature:
+            self.robot.live_with(nature)
 
     @property
     def mission(self) -> Mission:

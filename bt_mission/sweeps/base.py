@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.core.diagnostics import InputError
-from bt_mission.core.files import is_scenario
+from bt_mission.core.files import find, is_scenario
+from bt_mission.core.nature import USUAL, Nature
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.mission import Mission
@@ -19,6 +20,7 @@ from bt_mission.sessions.check import examine
 from bt_mission.sweeps.bundle import Bundle, bundle_of
 from bt_mission.sweeps.concrete import ConcreteScenario, varied
 from bt_mission.sweeps.space import Parameter
+from sim.world.loader import load_world
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,7 @@ class BaseChanges:
         set: Inputs, as texts or values.
         requirements: Further ones, as a scenario file has them.
         faults: Further ones, as texts.
+        nature: None is what scenario, mission or world say; where none of them does, the usual one.
         limit: Virtual seconds after which a run is interrupted; None is what the scenario says.
     """
 
@@ -37,6 +40,7 @@ class BaseChanges:
     faults: Sequence[str] = ()
     world: str | None = None
     robot: str | None = None
+    nature: Nature | None = None
     limit: float | None = None
     permissions: Permissions = ANYTHING
 
@@ -124,9 +128,20 @@ def load_base(
     _add(data, "requirements", changes.requirements)
     if changes.faults:
         data["faults"] = [*data.get("faults", ()), *changes.faults]
+    if changes.nature is not None:
+        data["nature"] = changes.nature.written
+    elif "nature" not in data and not _says_nature(mission, worlds, data.get("world")):
+        data["nature"] = USUAL.written
     if changes.limit is not None:
         data["limit"] = changes.limit
     return BaseScenario(Path(path), mission, data, bundle, written, changes)
+
+
+def _says_nature(mission: Mission, worlds: Iterable[str], written: Any) -> bool:
+    """Does the mission, or one of its worlds, say what differs from run to run?"""
+    found = [load_world(find("worlds", one, mission.file)).nature for one in worlds]
+    here = isinstance(written, dict) and "nature" in written
+    return here or any(one is not None for one in (mission.nature, *found))
 
 
 def _add(data: dict[str, Any], key: str, more: Mapping[str, Any]) -> None:

@@ -15,6 +15,7 @@ from bt_mission.core.output import cannot_write, write_file
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.trees import all_steps
+from bt_mission.sweeps.folder import within
 
 MISSION_FOLDER, SHIPPED = "missions", "shipped"
 """The folder of the bundle in which a mission lies; worlds and robots lie in folders beside it."""
@@ -49,7 +50,7 @@ class Bundle:
             BtMissionError: When they cannot be written.
         """
         for name, text in self.files.items():
-            path = folder / name
+            path = within(folder, name)
             try:
                 path.parent.mkdir(parents=True, exist_ok=True)
             except OSError as error:

@@ -7,8 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Self
 
+from pydantic import BaseModel, ValidationError
+
 from bt_mission.coverage.record import coverage_places
 from bt_mission.sweeps.bundle import Bundle
+from bt_mission.sweeps.folder import StoreError
 from bt_mission.sweeps.plan import SweepPlan
 from bt_mission.sweeps.store import ResultStore
 
@@ -47,10 +50,44 @@ class SweepOrigin:
         text = store.value(ORIGIN_KEY)
         if text is None:
             return None
-        found = json.loads(text)
+        try:
+            found = _Origin.model_validate_json(text, strict=True).model_dump()
+        except ValidationError as error:
+            what = (
+                f"the files that the sweep was made from cannot be read: {error.errors()[0]['msg']}"
+            )
+            raise StoreError(f"{store.folder}: {what}") from None
         found["bundle"] = Bundle(**found["bundle"])
-        found["places"] = tuple(found["places"])
         return cls(**found)
+
+
+class _Bundle(BaseModel):
+    """Of a :class:`Bundle`, as it is written."""
+
+    files: dict[str, str]
+    mission: str
+    worlds: dict[str, str]
+    robots: dict[str, str]
+
+
+class _Options(BaseModel):
+    """Of the options of a :class:`SweepOrigin`, as they are written."""
+
+    set: dict[str, Any]
+    fault: list[str]
+    world: str | None
+    robot: str | None
+
+
+class _Origin(BaseModel):
+    """Of a :class:`SweepOrigin`, as it is written."""
+
+    path: str
+    command: str
+    is_scenario: bool
+    options: _Options | None
+    bundle: _Bundle
+    places: tuple[str, ...]
 
 
 def origin_of(plan: SweepPlan, command: str = "", path: str = "") -> SweepOrigin:

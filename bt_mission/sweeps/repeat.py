@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 from collections.abc import Iterator
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from bt_mission.core.output import write_file
@@ -13,9 +13,10 @@ from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.scenarios.scenario import TIME_IS_UP
 from bt_mission.sweeps.concrete import ConcreteScenario, varied
+from bt_mission.sweeps.folder import StoreError, within
 from bt_mission.sweeps.origin import SweepOrigin
 from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.store import ResultStore, StoreError
+from bt_mission.sweeps.store import ResultStore
 
 SCENARIOS = "scenarios"
 """The folder of the results for scenario files, with all that they need."""
@@ -50,6 +51,7 @@ class Repeater:
         if origin is None or origin.options is None or row.reason == TIME_IS_UP:
             return None
         given = dict(origin.options)
+        nature = self._about["scenario"].get("nature")
         values = dict(given["set"])
         faults = [*given["fault"], *self._about.get("plans", {}).get(row.plan, ())]
         for name, value in row.parameters.items():
@@ -67,6 +69,7 @@ class Repeater:
             str(row.seed),
             *(word for name, value in values.items() for word in ("--set", f"{name}={value}")),
             *(word for name in ("world", "robot") for word in _option(name, given[name])),
+            *(_option("nature", nature) if isinstance(nature, str) else ()),
             *(word for fault in faults for word in ("--fault", fault)),
         ]
 
@@ -79,7 +82,10 @@ class Repeater:
         if self.origin is None:
             raise StoreError(f"{self._store.folder}: holds no files of its mission")
         bundle = self.origin.bundle
-        data = varied(self._about["scenario"], row.parameters, bundle)
+        try:
+            data = varied(self._about["scenario"], row.parameters, bundle)
+        except KeyError as error:
+            raise StoreError(f"{self._store.folder}: holds no world or robot {error}") from None
         data["seed"] = row.seed
         if more := self._about.get("plans", {}).get(row.plan, ()):
             data["faults"] = [*data.get("faults", ()), *more]
@@ -97,7 +103,7 @@ class Repeater:
         scenario = self.scenario(row)
         assert self.origin is not None, "the scenario has come from it"
         bundle = self.origin.bundle
-        bundle.write_to(self._store.folder / SCENARIOS)
+        bundle.write_to(within(self._store.folder, SCENARIOS))
         path = self._path(row)
         remarks = "".join(f"# {escape_control(line)}\n" for line in self._remarks(row))
         data = {"scenario": scenario.data["scenario"], **scenario.data}
@@ -106,8 +112,9 @@ class Repeater:
 
     def _path(self, row: ScenarioRow) -> Path:
         assert self.origin is not None, "asked for where the files are known"
-        beside = self._store.folder / SCENARIOS / self.origin.bundle.mission
-        return beside.with_name(f"{row.id}.scenario.yaml")
+        beside = PurePosixPath(SCENARIOS, self.origin.bundle.mission)
+        name = beside.with_name(f"{row.id}.scenario.yaml").as_posix()
+        return within(self._store.folder, name)
 
     def _remarks(self, row: ScenarioRow) -> Iterator[str]:
         yield f"Scenario {row.number} of a sweep: {told_parameters(row) or f'seed {row.seed}'}."

@@ -41,6 +41,7 @@ class ScenarioRow:
         parameters: The values of what is varied.
         plan: The name of its plan of faults.
         faults: All faults, as texts.
+        nature: What nature has drawn, by the names of its quantities.
         outcome: How the mission ended; ``error`` where it could not run, or killed its worker.
         passed: Did everything come out as it must? For a mission that is success with no
             requirement violated and no goal orphaned, for a scenario what it expects.
@@ -71,6 +72,7 @@ class ScenarioRow:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     plan: str = ""
     faults: tuple[str, ...] = ()
+    nature: Mapping[str, float] = field(default_factory=dict)
     outcome: RowOutcome = "error"
     passed: bool = False
     cause_kind: CauseKind | Literal[""] = ""
@@ -148,6 +150,7 @@ def row_of(scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float)
         parameters=scenario.parameters,
         plan=scenario.plan,
         faults=tuple(one.planned.text for one in result.scenario.faults),
+        nature=report.nature,
         outcome=report.status,  # type: ignore[arg-type] # a mission that has ended has one of these
         passed=result.passed,
         cause_kind=kind or "",

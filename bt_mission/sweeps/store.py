@@ -16,8 +16,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
+from bt_mission.sweeps.folder import StoreError, within
+from bt_mission.sweeps.row import ScenarioRow
+from bt_mission.sweeps.row_reader import JSON, RowError, row_of_columns
 
 FILE = "results.sqlite"
 LOCK = "lock"
@@ -26,12 +27,8 @@ FORMAT = 2
 
 _NAMES = tuple(one.name for one in fields(ScenarioRow))
 _TYPES = {"int": "INTEGER", "bool": "INTEGER", "float": "REAL"}
-_JSON = ("parameters", "faults", "requirements")
-"""Columns that hold JSON."""
-
-
-class StoreError(BtMissionError):
-    """A folder of results that cannot be used; it says what to do."""
+_BESIDE = ("", "-wal", "-shm", "-journal")
+"""Ends of the names of the file and of those that SQLite opens beside it."""
 
 
 class ResultStore:
@@ -124,7 +121,11 @@ class ResultStore:
         file = folder / FILE if folder.is_dir() else folder
         if not file.is_file():
             raise StoreError(f"{folder}: no results of a sweep are there (no {FILE})")
+        if folder.is_dir():
+            _refuse_links(folder)
         connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
+        # Text that is no UTF-8 must not end the reading without the row's name.
+        connection.text_factory = lambda data: data.decode(errors="replace")
         store = cls(file.parent, connection)
         store.check_format()
         return store
@@ -133,7 +134,8 @@ class ResultStore:
     def _writable(cls, folder: Path) -> Self:
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            lock = (folder / LOCK).open("w")
+            _refuse_links(folder)
+            lock = within(folder, LOCK).open("w")
         except OSError as error:
             raise StoreError(f"cannot write {folder}: {error.strerror or error}") from error
         try:
@@ -169,7 +171,13 @@ class ResultStore:
     def about(self) -> dict[str, Any]:
         """What the sweep is."""
         text = self.value("sweep")
-        return {} if text is None else json.loads(text)
+        try:
+            found = {} if text is None else json.loads(text)
+        except (ValueError, RecursionError):
+            found = None
+        if not isinstance(found, dict) or not _is_about(found):
+            raise StoreError(f"{self.folder / FILE}: the description of the sweep cannot be read")
+        return found
 
     def value(self, key: str) -> str | None:
         """A value beside the rows; None where there is none."""
@@ -188,7 +196,7 @@ class ResultStore:
             StoreError: Where it cannot be written, on a full disk, say.
         """
         given = asdict(row)
-        values = [json.dumps(given[key]) if key in _JSON else given[key] for key in _NAMES]
+        values = [json.dumps(given[key]) if key in JSON else given[key] for key in _NAMES]
         marks = ", ".join("?" * len(values))
         with self._transaction("write a row") as connection:
             connection.execute(f"INSERT OR REPLACE INTO scenarios VALUES ({marks})", values)  # noqa: S608 - question marks only
@@ -210,9 +218,16 @@ class ResultStore:
         query = f"SELECT {', '.join(_NAMES)} FROM scenarios{condition} ORDER BY number, id"  # noqa: S608 - no text of a user's
         try:
             for found in self._connection.execute(query, values):
-                yield _row(dict(zip(_NAMES, found, strict=True)))
+                yield self._row(dict(zip(_NAMES, found, strict=True)))
         except sqlite3.DatabaseError as error:
             raise StoreError(f"{self.folder / FILE}: {error}") from error
+
+    def _row(self, found: Mapping[str, Any]) -> ScenarioRow:
+        try:
+            return row_of_columns(found)
+        except RowError as error:
+            row = f"row {found['number']!r} (id {found['id']!r})"
+            raise StoreError(f"{self.folder / FILE}: {row}: {error}") from None
 
     # ---- ends ----------------------------------------------------------------------------
 
@@ -259,14 +274,23 @@ def _column(written: str) -> str:
     return _TYPES.get(written.partition(" ")[0], "TEXT")
 
 
-def _row(found: dict[str, Any]) -> ScenarioRow:
-    for key in _JSON:
-        found[key] = json.loads(found[key])
-    found["faults"] = tuple(found["faults"])
-    margins = found["requirements"].items()
-    found["requirements"] = {name: RequirementMargin(**one) for name, one in margins}
-    found["passed"] = bool(found["passed"])
-    return ScenarioRow(**found)
+def _refuse_links(folder: Path) -> None:
+    for end in _BESIDE:
+        within(folder, f"{FILE}{end}")
+
+
+def _is_about(found: Mapping[str, Any]) -> bool:
+    """Is it what a plan writes of itself, as far as anybody reads it?"""
+    kinds = {"vary": list, "plans": dict, "scenario": dict}
+    return (
+        all(isinstance(found.get(name, kind()), kind) for name, kind in kinds.items())
+        and isinstance(found.get("scenario", {}).get("inputs", {}), dict)
+        and all(isinstance(one, list) for one in found.get("plans", {}).values())
+        and isinstance(found.get("scenarios", 0), int)
+        and isinstance(found.get("sample"), int | None)
+        and isinstance(found.get("seeds"), str | None)
+        and all(isinstance(found.get(name, ""), str) for name in ("mission", "mission_hash"))
+    )
 
 
 def _refuse_other(folder: Path, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:

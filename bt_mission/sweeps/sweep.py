@@ -7,6 +7,7 @@ from pathlib import Path
 
 from bt_mission.core.output import cannot_write, write_file
 from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.folder import within
 from bt_mission.sweeps.plan import SweepPlan
 from bt_mission.sweeps.pool import ScenarioPool
 from bt_mission.sweeps.recording import FOLDER
@@ -78,10 +79,10 @@ async def record(
             path.parent.mkdir(exist_ok=True)
         except OSError as error:
             raise cannot_write(path, error) from error
-        write_file(path.with_suffix(".html"), page)
+        write_file(within(store.folder, f"{FOLDER}/{one.id}.html"), page)
         write_file(path, recording)
         on_recorded()
 
 
 def _recording(store: ResultStore, scenario: ConcreteScenario) -> Path:
-    return store.folder / FOLDER / f"{scenario.id}.mcap"
+    return within(store.folder, f"{FOLDER}/{scenario.id}.mcap")

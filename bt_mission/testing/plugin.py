@@ -134,6 +134,7 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
     ``run = stage.run("missions/explore.yaml", world="empty_arena", seed=3)``
     """
     os.environ.setdefault("ROS_LOG_DIR", str(tmp_path / "log"))
+    from bt_mission.core.nature import NO_NATURE, USUAL
     from bt_mission.testing.seeds import seeded
     from bt_mission.testing.stages import Stages
 
@@ -144,6 +145,7 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
     made = Stages(
         tmp_path,
         seed=None if one is None else one.seed,
+        nature=NO_NATURE if one is None or one.at_least is None else USUAL,
         records=records,
         replay=partial(results.replay_command, request.node),
     )

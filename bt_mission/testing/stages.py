@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from pydantic_core import PydanticCustomError
 from rclpy.context import Context
 from rclpy.node import Node
 
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
+from bt_mission.core.nature import NO_NATURE, Nature, read_nature
 from bt_mission.faults import Faults, PlannedFault, parse_fault
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.located import planned_in
@@ -43,6 +45,7 @@ class Stages:
     Args:
         folder: For worlds, pictures, and what failed runs leave.
         seed: Of every run that is given none of its own; None is the mission's.
+        nature: Of every run for which neither the test nor its files say it.
         records: Record every run, in the folder.
         replay: Gives what to type to see a run again, if the test fails.
     """
@@ -52,11 +55,13 @@ class Stages:
         folder: Path,
         seed: int | None = None,
         *,
+        nature: Nature = NO_NATURE,
         records: bool = False,
         replay: Callable[[Run], str] | None = None,
     ) -> None:
         self.folder = folder
         self.seed = seed
+        self.nature = nature
         self._records = records
         self._replay = replay
         self.runs: list[Run] = []
@@ -83,6 +88,7 @@ class Stages:
         seed: int | None = None,
         inputs: Mapping[str, Plain] | None = None,
         observe: float | None = None,
+        nature: str | Mapping[str, float] | Nature | None = None,
         **options: Any,
     ) -> Run:
         """Put a mission on the stage, ready for its first step.
@@ -96,13 +102,17 @@ class Stages:
                 the mission's.
             inputs: Values of the mission's inputs.
             observe: For how long time goes on after the mission's end, s; instead of the mission's.
+            nature: A profile, or a mapping with numbers (`docs/reference/nature.md`); instead of
+                the mission's or the world's.
             options: For :class:`bt_mission.sessions.stage_robot.StageOptions`.
 
         Raises:
             InputError: With every fault of the mission, world or robot.
-            ScenarioError: While another run is on the stage.
+            ScenarioError: While another run is on the stage, and for an invalid nature.
         """
         self._clear()
+        if nature is not None:
+            options["nature"] = _nature(nature)
         changes: dict[str, Any] = {
             "set": dict(inputs or {}),
             "seed": self.seed if seed is None else seed,
@@ -137,7 +147,7 @@ class Stages:
         if not isinstance(scenario, Scenario):
             scenario = load_scenario(scenario)
         self._clear()
-        run = self._begin(scenario.mission, {"world": scenario.world, "start": scenario.start})
+        run = self._begin(scenario.mission, scenario_options(scenario))
         with planned_in(run, scenario.faults, self.faults) as with_outcomes:
             stop_at(run.stage, scenario.limit)
             while not run.is_done:
@@ -239,7 +249,7 @@ class Stages:
             self.folder,
             context=self.context,
             without=tuple(name.strip("/") for name in self.scripted),
-            **{"props": MOST_OBSTACLES, **options},
+            **{"props": MOST_OBSTACLES, "default_nature": self.nature, **options},
         )
         for server in self.scripted.values():
             made.stage.add_node(server.node)
@@ -267,6 +277,18 @@ class Stages:
                     "run.close() before the next, or use a stage for each"
                 )
             self.left_behind += run.close()
+
+
+def scenario_options(scenario: Scenario) -> dict[str, Any]:
+    """Return what a scenario says of its stage."""
+    return {"world": scenario.world, "start": scenario.start, "nature": scenario.nature}
+
+
+def _nature(written: str | Mapping[str, float] | Nature) -> Nature:
+    try:
+        return read_nature(written)
+    except PydanticCustomError as error:
+        raise ScenarioError(f"nature: {error.message()}") from None
 
 
 def _mission_file(name: str | Path) -> Path:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,7 @@ from sim.physics.spawn import RobotSpawn
 from sim.physics.wheels import Wheels
 from sim.robot import fit
 from sim.robot.drive import DifferentialDrive
+from sim.robot.localization import Localization, LocalizationError
 from sim.sensors.battery import Battery
 from sim.sensors.imu import Imu, Inertial
 from sim.sensors.lidar import Lidar
@@ -74,6 +75,7 @@ class SimulatedRobot:
         self._drive = DifferentialDrive(self.robot, STEP_NS / 1e9)
         self.patience = 1.0
         self.odometry = Odometry(self.robot)
+        self.localization = Localization(None, seed, entrant.name)
         self.battery = Battery(self.robot.battery)
         self.motors_on = True
         self._way = self._rest_z = 0.0
@@ -90,12 +92,42 @@ class SimulatedRobot:
         self._drive = DifferentialDrive(self.robot, STEP_NS / 1e9, patience=self.patience)
         self.battery = Battery(self.robot.battery)
         self._contacts.forget()
+        self.localization.restart()
         self._switch_motors(on=True)
         self.reset_odometry()
 
     def be_patient(self, patience: float) -> None:
         """Let commands hold for so many times the robot's command timeout, from the next one on."""
         self.patience = self._drive.patience = patience
+
+    def live_with(self, nature: Mapping[str, float]) -> None:
+        """Have sensors, wheels and localization be as a nature has them.
+
+        Args:
+            nature: Values by the names of :data:`bt_mission.core.nature.QUANTITIES`.
+        """
+        radius, difference = nature["wheel_radius"] / 100, nature["wheel_difference"] / 100
+        self.faults.set_usual(
+            "odometry",
+            left_radius_error=radius + difference / 2,
+            right_radius_error=radius - difference / 2,
+        )
+        grip = nature["wheel_grip"]
+        self.faults.set_usual("wheels", left_grip=grip, right_grip=grip)
+        self.faults.set_usual(
+            "lidar",
+            noise=nature["lidar_noise"],
+            bias=nature["lidar_bias"],
+            dropout=nature["lidar_dropout"] / 100,
+        )
+        error = LocalizationError(
+            nature["localization_error"],
+            math.radians(nature["localization_yaw_error"]),
+            nature["localization_jumps"] / 60,
+            nature["localization_jump"],
+        )
+        is_exact = error == LocalizationError()
+        self.localization = Localization(None if is_exact else error, self.seed, self.name)
 
     @property
     def command_timeout_s(self) -> float:

@@ -236,10 +236,10 @@ class RobotPublishers:
             if wanted(odometry_out) and not faults.odometry.dead:
                 motion = reading.linear, reading.angular
                 odometry_out.publish(odometry.packed(*message_fields.planar(*here), *motion))
+            to_odom = robot.localization.map_to_odom(robot.pose, here, robot.physics.time_ns)
             if wanted(moving_out) and not faults.odometry.dead:
                 places: tuple[float, ...] = message_fields.planar(*here)
                 if localises:
-                    to_odom = frames.map_to_odom(robot.pose, here)
                     places = (*message_fields.planar(*to_odom), *places)
                 moving_out.publish(moving.packed(*places))
             if wanted(truth_out):

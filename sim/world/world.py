@@ -15,6 +15,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from bt_mission.core.nature import WrittenNature
 from sim.world.colours import Colour
 from sim.world.motion import Circling, Motion, Patrolling
 from sim.world.shapes import Obstacle
@@ -227,6 +228,7 @@ class World(WorldPart):
     description: str = ""
     size: tuple[Extent, Extent]
     spawn: Spawn = Spawn()
+    nature: WrittenNature | None = None
     walls: Annotated[tuple[Wall, ...], Field(max_length=2000)] = ()
     boxes: Annotated[tuple[Box, ...], Field(max_length=2000)] = ()
     cylinders: Annotated[tuple[Cylinder, ...], Field(max_length=2000)] = ()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import sqlite3
 import sys
 
 import pytest
@@ -164,3 +165,22 @@ def test_what_a_message_says_commands_no_terminal(tmp_path, capsys):
     out = capsys.readouterr().out
     assert "\x1b[2J" not in out
     assert "\\x1b[2J[bold]gone" in out
+
+
+def test_the_page_is_not_written_through_a_link(folder, tmp_path, capsys):
+    """A folder that comes from others may have links out of it."""
+    victim = tmp_path / "victim"
+    victim.write_text("precious")
+    (folder / "sweep.html").symlink_to(victim)
+    report(folder)
+    assert "a symbolic link" in capsys.readouterr().err
+    assert victim.read_text() == "precious"
+
+
+def test_a_broken_row_ends_with_its_name(folder, capsys):
+    """And exit code 2, in each form of the report."""
+    with sqlite3.connect(folder / "results.sqlite") as connection:
+        connection.execute("UPDATE scenarios SET parameters = ? WHERE number = 3", ('{"a": [1',))
+    for words in ([], ["--json"], ["--csv", "-"]):
+        assert report(folder, *words) == 2
+        assert "row 3" in capsys.readouterr().err

@@ -67,6 +67,7 @@ def test_what_is_as_in_the_mission_is_left_out(base: BaseScenario, tmp_path: Pat
         "scenario": "short: violates 'drive'",
         "mission": "../short.yaml",
         "faults": ["at 3.0: spawn_box ahead 1.0"],
+        "nature": "usual",
         "expect": {"outcome": "any"},
     }
 

@@ -12,8 +12,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+from bt_mission.sweeps.folder import StoreError
 from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.store import ResultStore, StoreError
+from bt_mission.sweeps.store import ResultStore
 
 LONGEST_S = 120.0
 LOOK_S = 0.05

@@ -12,11 +12,12 @@ from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.scenario import TIME_IS_UP
 from bt_mission.sweeps.base import BaseChanges, load_base
 from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.folder import StoreError
 from bt_mission.sweeps.origin import SweepOrigin, origin_of, resume_command
 from bt_mission.sweeps.plan import SweepPlan
 from bt_mission.sweeps.repeat import Repeater, find_row
 from bt_mission.sweeps.space import parse_parameter
-from bt_mission.sweeps.store import ResultStore, StoreError
+from bt_mission.sweeps.store import ResultStore
 from bt_mission.sweeps.work import ScenarioWorker
 from tests.sweeps.conftest import ABOUT, BUNDLE, origin, write_results
 from tests.sweeps.rows import row

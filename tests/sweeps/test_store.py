@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from bt_mission.sweeps.folder import StoreError
 from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
-from bt_mission.sweeps.store import FILE, ResultStore, StoreError
+from bt_mission.sweeps.store import FILE, ResultStore
 
 ROW = ScenarioRow(
     id="a1",
@@ -18,6 +19,7 @@ ROW = ScenarioRow(
     parameters={"speed": 0.1, "zones": ["a"]},
     faults=("at 1.0: drop scan",),
     outcome="failure",
+    cause_kind="failed",
     reason="'drive' aborted: ünlucky",
     requirements={"slow": RequirementMargin("violated", -0.25, "m/s", 1.5)},
     least_margin=-0.25,
@@ -132,3 +134,90 @@ def test_results_in_which_nothing_is_are_begun_anew(tmp_path: Path):
         store.add(ROW)
     with pytest.raises(StoreError, match="has results of a sweep"):
         ResultStore.create(tmp_path, {"seeds": "0..9"})
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "words"),
+    [
+        ("parameters", '{"a": [1', "column 'parameters': '{\"a\": [1' is not JSON"),
+        ("parameters", "[" * 100_000, "column 'parameters': '[[[["),
+        ("parameters", "[1]", "column 'parameters': '[1]' is invalid"),
+        ("parameters", '{"a": ' + "[" * 20 + "]" * 20 + "}", "is invalid"),
+        ("virtual_s", "long", "column 'virtual_s': 'long' is invalid"),
+        ("virtual_s", float("inf"), "column 'virtual_s': inf is invalid"),
+        ("seed", "seven", "column 'seed': 'seven' is invalid"),
+        ("number", b"x", "row b'x' (id 'a1'): column 'number'"),
+        ("id", "../../away", "column 'id'"),
+        ("sample", "ff" * 9, "column 'sample'"),
+        ("coverage", "zz", "column 'coverage'"),
+        ("outcome", "fine", "column 'outcome'"),
+        ("passed", 2, "column 'passed'"),
+        ("passed", 1, "column 'cause_kind': 'failed' contradicts"),
+        ("cause_kind", "unlucky", "column 'cause_kind'"),
+        ("faults", '{"a": 1}', "column 'faults'"),
+        ("nature", '{"rain": 1}', "column 'nature'"),
+        ("nature", '{"start_x": "far"}', "column 'nature'"),
+        ("requirements", '{"slow": 3}', "column 'requirements'"),
+        ("requirements", '{"slow": {"verdict": "maybe"}}', "column 'requirements'"),
+    ],
+)
+def test_a_broken_row_is_named(tmp_path: Path, column: str, value: object, words: str):
+    """With its column, wherever the file comes from."""
+    with ResultStore.create(tmp_path, {}) as store:
+        store.add(ROW)
+    with sqlite3.connect(tmp_path / FILE) as connection:
+        connection.execute(f"UPDATE scenarios SET {column} = ?", (value,))  # noqa: S608
+    with ResultStore.read(tmp_path) as store, pytest.raises(StoreError) as caught:
+        list(store.rows())
+    assert words in str(caught.value)
+    assert "results.sqlite: row" in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["[", "3", '{"vary": 3}', '{"scenario": {"inputs": []}}'])
+def test_a_broken_description_is_refused(tmp_path: Path, text: str):
+    """Whatever is wrong with it."""
+    ResultStore.create(tmp_path, {}).close()
+    with sqlite3.connect(tmp_path / FILE) as connection:
+        connection.execute("UPDATE about SET value = ? WHERE key = 'sweep'", (text,))
+    with ResultStore.read(tmp_path) as store, pytest.raises(StoreError, match="description"):
+        store.about  # noqa: B018 - the reading is what fails
+
+
+def test_text_that_is_no_utf_8_is_read(tmp_path: Path):
+    """What cannot be decoded is replaced."""
+    with ResultStore.create(tmp_path, {}) as store:
+        store.add(ROW)
+    with sqlite3.connect(tmp_path / FILE) as connection:
+        connection.execute("UPDATE scenarios SET reason = CAST(x'ff41' AS TEXT)")
+    with ResultStore.read(tmp_path) as store:
+        assert [one.reason for one in store.rows()] == ["\ufffdA"]
+
+
+@pytest.mark.parametrize("end", ["", "-wal", "-shm", "-journal"])
+def test_a_link_in_place_of_the_results_is_not_followed(tmp_path: Path, end: str):
+    """Neither to read nor to write; a link to the folder is the user's."""
+    with ResultStore.create(tmp_path / "real", {}) as store:
+        store.add(ROW)
+    (tmp_path / "named").symlink_to(tmp_path / "real")
+    with ResultStore.read(tmp_path / "named") as store:
+        assert store.ids() == {"a1"}
+    foreign = tmp_path / "foreign"
+    foreign.mkdir()
+    if end:
+        (foreign / FILE).write_bytes((tmp_path / "real" / FILE).read_bytes())
+    (foreign / f"{FILE}{end}").symlink_to(tmp_path / "real" / FILE)
+    for opened in (ResultStore.read, lambda folder: ResultStore.resume(folder, {})):
+        with pytest.raises(StoreError, match="a symbolic link"):
+            opened(foreign)
+
+
+def test_a_link_in_place_of_the_lock_is_not_followed(tmp_path: Path):
+    """What it leads to is not emptied."""
+    victim = tmp_path / "victim"
+    victim.write_text("precious")
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    (folder / "lock").symlink_to(victim)
+    with pytest.raises(StoreError, match="a symbolic link"):
+        ResultStore.create(folder, {})
+    assert victim.read_text() == "precious"

@@ -11,6 +11,7 @@ from typing import Any
 from bt_mission.btcpp.document import document_of
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.nature import read_nature
 from bt_mission.core.stamps import NS
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.executive.trace import VERSION
@@ -134,6 +135,7 @@ class ForkSource:
         return StageOptions(
             world=self.world,
             robot=self.robot,
+            nature=read_nature(self.stage["nature"]),
             seed=self.stage["sensor_seed"],
             start=None if start is None else (start[0], start[1], start[2]),
             props=max(props, self.stage["props"]),

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from bt_mission.scenarios.cause import Cause
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.summary import SweepTally, sample_of
 from bt_mission.sweeps.worst import WorstRows, margins_of
@@ -18,6 +19,9 @@ from bt_mission.sweeps.worst import WorstRows, margins_of
 Floats: TypeAlias = npt.NDArray[np.float64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
 Counts: TypeAlias = npt.NDArray[np.int64]
+
+NATURE = "nature."
+"""Begins the names of nature's quantities among the parameters."""
 
 PLAN = "plan of faults"
 """What the plans of faults are called among the parameters."""
@@ -30,7 +34,8 @@ class SweepColumns:
         tally: What they come to.
         worst: Finds the worst of them.
         values: Of each parameter, a value for each row; None where a row has none. Plans of faults
-            are a parameter, too.
+            and what nature has drawn are parameters, too.
+        causes: Why each row has not passed; None for one that has.
         coverage: How often each bitmap of coverage came out.
         versions: The fingerprints of the versions that the rows were made with.
     """
@@ -39,12 +44,14 @@ class SweepColumns:
         self.tally = SweepTally()
         self.worst = WorstRows()
         self.values: dict[str, list[Any]] = {}
+        self.causes: list[Cause | None] = []
         self.coverage: Counter[str] = Counter()
         self.versions: Counter[str] = Counter()
         self._count = 0
         self._passed = bytearray()
         self._is_error = bytearray()
         self._seconds = array("d")
+        self._known_causes: dict[Cause | None, Cause | None] = {}
         self._samples = array("Q")
         self._margins: dict[str, array[float]] = defaultdict(lambda: array("d"))
 
@@ -60,7 +67,8 @@ class SweepColumns:
         """Add a row."""
         self.tally.add(row)
         self.worst.add(row)
-        values = {**row.parameters, PLAN: row.plan} if row.plan else row.parameters
+        values = {**row.parameters, **({PLAN: row.plan} if row.plan else {})}
+        values |= {f"{NATURE}{name}": value for name, value in row.nature.items()}
         for name, value in values.items():
             if name not in self.values:
                 self.values[name] = [None] * self._count
@@ -74,6 +82,8 @@ class SweepColumns:
         self._is_error.append(row.is_error)
         self._seconds.append(row.virtual_s)
         self._samples.append(sample_of(row))
+        cause = row.cause
+        self.causes.append(self._known_causes.setdefault(cause, cause))
         self.coverage[row.coverage] += 1
         self.versions[row.versions] += 1
         self._count += 1

@@ -12,6 +12,7 @@ import numpy as np
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.output import write_file
 from bt_mission.core.text import escape_markup
+from bt_mission.sweeps.folder import within
 from bt_mission.sweeps.repeat import Repeater
 from bt_mission.sweeps.report import sections
 from bt_mission.sweeps.report.charts import (
@@ -52,7 +53,7 @@ def write_sweep_page(
     Raises:
         BtMissionError: Where Plotly is not installed, or the file cannot be written.
     """
-    path = store.folder / PAGE if output is None else output
+    path = within(store.folder, PAGE) if output is None else output
     if columns is None:
         columns = SweepColumns.of(store.rows())
     page = SweepPage(store, columns, worst).text(path.parent)

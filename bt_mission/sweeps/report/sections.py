@@ -16,6 +16,7 @@ from bt_mission.scenarios.cause import KINDS
 from bt_mission.sweeps.origin import SweepOrigin, resume_command
 from bt_mission.sweeps.repeat import Repeater, told_parameters
 from bt_mission.sweeps.report.columns import SweepColumns
+from bt_mission.sweeps.report.explanation import Explainer, Explanation
 from bt_mission.sweeps.report.factors import Level
 from bt_mission.sweeps.report.markup import command_line, line
 from bt_mission.sweeps.row import ScenarioRow
@@ -110,10 +111,14 @@ def failures(columns: SweepColumns, repeater: Repeater) -> str:
     if not groups:
         return hint("Every scenario has succeeded.")
     total = columns.tally.count.scenarios
+    explainer = Explainer(columns)
     parts: list[str] = []
     for kind, several in groupby(groups, lambda one: one.kind):
         of_kind = list(several)
-        shown = rows(_failure(one, total, repeater) for one in of_kind[:MOST_GROUPS])
+        shown = rows(
+            _failure(one, total, repeater, explainer.explain(one.cause))
+            for one in of_kind[:MOST_GROUPS]
+        )
         left = len(of_kind) - MOST_GROUPS
         more = f"{left} more causes are in the output of sweep-report --json." if left > 0 else ""
         heading = element("h3", KINDS[kind].capitalize())
@@ -121,7 +126,9 @@ def failures(columns: SweepColumns, repeater: Repeater) -> str:
     return rows(parts)
 
 
-def _failure(one: FailureGroup, total: int, repeater: Repeater) -> str:
+def _failure(
+    one: FailureGroup, total: int, repeater: Repeater, explanation: Explanation | None
+) -> str:
     head = element("b", f"{one.count:,}") + " "
     if one.path:
         head += element("span", escape_markup(one.node), class_="leaf")
@@ -137,6 +144,9 @@ def _failure(one: FailureGroup, total: int, repeater: Repeater) -> str:
                 element("p", head, class_="count"),
                 element("p", escape_markup(one.reason), class_="why"),
                 _way(one.path),
+                element("p", escape_markup(f"{explanation}."), class_="explained")
+                if explanation
+                else "",
                 element("p", escape_markup(example), class_="hint"),
                 command_line(repeater.command(one.example)),
             ]
@@ -210,7 +220,8 @@ def _links(row: ScenarioRow, folder: Path, near: Path) -> str:
     links = []
     recordings = Path(os.path.relpath(folder / RECORDINGS, near)).as_posix()
     for suffix, text in ((".html", "report"), (".mcap", "recording")):
-        if (folder / RECORDINGS / f"{row.id}{suffix}").is_file():
+        path = folder / RECORDINGS / f"{row.id}{suffix}"
+        if path.is_file() and not path.is_symlink():
             links.append(element("a", text, href=quote(f"{recordings}/{row.id}{suffix}")))
     return element("p", " · ".join(links), class_="links") if links else ""
 

@@ -12,10 +12,11 @@ from rich.text import Text
 
 from bt_mission.scenarios.cause import KINDS
 from bt_mission.sweeps.repeat import Repeater, told_parameters
-from bt_mission.sweeps.report.columns import SweepColumns
+from bt_mission.sweeps.report.columns import NATURE, SweepColumns
+from bt_mission.sweeps.report.explanation import Explainer
 from bt_mission.sweeps.report.factors import Factor, factors_of
 from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.summary import FailureGroup, percent, span
+from bt_mission.sweeps.summary import percent, span
 from bt_mission.views.html_report.markup import number
 
 MOST_GROUPS = 8
@@ -37,11 +38,13 @@ def told(
         f"{tally.orphaned_goals:,} goals orphaned, {tally.collisions:,} collisions"
     )
     for factor in factors_of(columns):
+        if factor.name.startswith(NATURE):
+            continue  # they are too many; the page has them
         yield from _section(f"by {factor.name}", _levels(factor))
     if tally.requirements:
         yield from _section("requirements", _requirements(columns))
     if tally.failures:
-        yield from _failures(tally.failures, repeater)
+        yield from _failures(columns, repeater)
     if worst:
         yield from _section("the worst", _worst(worst))
 
@@ -84,13 +87,16 @@ def _requirements(columns: SweepColumns) -> Table:
     return table
 
 
-def _failures(groups: Sequence[FailureGroup], repeater: Repeater) -> Iterator[RenderableType]:
+def _failures(columns: SweepColumns, repeater: Repeater) -> Iterator[RenderableType]:
     """Yield the most frequent causes of each kind under its heading."""
-    for kind, several in groupby(groups, lambda one: one.kind):
+    explainer = Explainer(columns)
+    for kind, several in groupby(columns.tally.failures, lambda one: one.kind):
         of_kind = list(several)
         parts = []
         for one in of_kind[:MOST_GROUPS]:
             parts.append(Text.assemble((f"  {one.count:,} times ", "bold"), one.reason))
+            if explanation := explainer.explain(one.cause):
+                parts.append(Text(f"    {explanation}"))
             parts.append(Text(f"    {repeater.command(one.example)}", style="dim"))
         if len(of_kind) > MOST_GROUPS:
             left = len(of_kind) - MOST_GROUPS

@@ -1,0 +1,356 @@
+"""Nature: what differs from one run to the next in the real world, and nothing is wrong with.
+
+One table declares every quantity. A profile draws each of them from the seed, by a generator with
+the quantity's name; a number in place of a draw fixes it.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Annotated, Any, Literal, TypeAlias, get_args
+
+from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
+from bt_mission.core.units import UNITS, converted
+
+Profile: TypeAlias = Literal["none", "mild", "usual", "harsh"]
+PROFILES: tuple[Profile, ...] = get_args(Profile)
+
+Shape: TypeAlias = Literal["normal", "up to", "down to"]
+"""How a quantity is drawn of the value of its profile: ``normal`` about 0, with the value for one
+standard deviation, cut at two of them; ``up to``, evenly from 0 to the value; ``down to``, evenly
+from the value to 1."""
+
+_DIGITS = 6
+_CUT = 2.0
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One thing that differs from run to run.
+
+    Attributes:
+        unit: Of its values; empty for a plain number.
+        shape: How it is drawn.
+        mild: The value of that profile, from which it is drawn; likewise the others.
+        neutral: What it is where nothing is drawn.
+        least: The smallest number that can be set.
+        most: The greatest.
+        text: What it is.
+        source: Where its values come from.
+    """
+
+    name: str
+    unit: str
+    shape: Shape
+    mild: float
+    usual: float
+    harsh: float
+    least: float
+    most: float
+    text: str
+    source: str
+    neutral: float = 0.0
+
+    def drawn(self, profile: Profile, generator: random.Random) -> float:
+        """Return a value of a profile, of six digits."""
+        if profile == "none":
+            return self.neutral
+        scale: float = getattr(self, profile)
+        match self.shape:
+            case "normal":
+                value = scale * max(-_CUT, min(_CUT, generator.gauss()))
+            case "up to":
+                value = scale * generator.random()
+            case "down to":
+                value = scale + (1 - scale) * generator.random()
+        return float(f"{value:.{_DIGITS}g}")
+
+
+_PLACED = "a robot placed by hand on a mark (an assumption)"
+_LDS = "LDS-01: accuracy 15 mm below 0.5 m, precision 10 mm (ROBOTIS e-manual)"
+_AMCL = (
+    "a mean error of 6.7 cm with ROS, odometry and depth images is 0.05 m along each axis "
+    "(Schmitt and others, IPIN 2012)"
+)
+_JUMPS = "relocalization of a particle filter in symmetric surroundings (an assumption)"
+_WIRELESS = "a robot and its servers on one wireless network (an assumption)"
+
+QUANTITIES: tuple[Quantity, ...] = (
+    Quantity(
+        "start_x",
+        "m",
+        "normal",
+        *(0.01, 0.03, 0.06),
+        *(-1.0, 1.0),
+        "offset of the start along the map's x",
+        _PLACED,
+    ),
+    Quantity(
+        "start_y",
+        "m",
+        "normal",
+        *(0.01, 0.03, 0.06),
+        *(-1.0, 1.0),
+        "offset of the start along the map's y",
+        _PLACED,
+    ),
+    Quantity(
+        "start_yaw",
+        "deg",
+        "normal",
+        *(1.0, 3.0, 8.0),
+        *(-180.0, 180.0),
+        "offset of the heading at the start",
+        _PLACED,
+    ),
+    Quantity(
+        "localization_error",
+        "m",
+        "up to",
+        *(0.02, 0.05, 0.1),
+        *(0.0, 1.0),
+        "standard deviation of the localization's error along x and y; it changes with each update",
+        _AMCL,
+    ),
+    Quantity(
+        "localization_yaw_error",
+        "deg",
+        "up to",
+        *(0.5, 2.0, 5.0),
+        *(0.0, 90.0),
+        "standard deviation of the localization's error of the heading",
+        "0.05 m over the 1.5 m to the walls of a small arena (derived)",
+    ),
+    Quantity(
+        "localization_jumps",
+        "1/min",
+        "up to",
+        *(0.0, 0.5, 2.0),
+        *(0.0, 60.0),
+        "how often the localization jumps, while the robot moves",
+        _JUMPS,
+    ),
+    Quantity(
+        "localization_jump",
+        "m",
+        "up to",
+        *(0.0, 0.15, 0.4),
+        *(0.0, 5.0),
+        "length of such a jump; later updates reduce it",
+        _JUMPS,
+    ),
+    Quantity(
+        "wheel_radius",
+        "%",
+        "normal",
+        *(0.3, 1.0, 2.0),
+        *(-50.0, 50.0),
+        "by how much odometry takes the wheels for larger than they are",
+        "0.3 mm of 33 mm: wear of a tyre and dirt on it (an assumption)",
+    ),
+    Quantity(
+        "wheel_difference",
+        "%",
+        "normal",
+        *(0.05, 0.1, 0.3),
+        *(-20.0, 20.0),
+        "by how much odometry takes the left wheel for larger than the right one",
+        "a TurtleBot3 corrects its heading by its IMU, so less than of the radius (an assumption)",
+    ),
+    Quantity(
+        "wheel_grip",
+        "",
+        "down to",
+        *(0.8, 0.5, 0.3),
+        *(0.0, 1.0),
+        "coefficient of friction between wheels and floor",
+        "rubber on a dry floor 1 to 0.5, on a dusty one 0.3 (an assumption)",
+        1.0,
+    ),
+    Quantity(
+        "lidar_noise",
+        "m",
+        "up to",
+        *(0.005, 0.01, 0.03),
+        *(0.0, 1.0),
+        "standard deviation of noise on each distance, on top of the sensor's own",
+        _LDS,
+    ),
+    Quantity(
+        "lidar_bias",
+        "m",
+        "normal",
+        *(0.003, 0.0075, 0.015),
+        *(-1.0, 1.0),
+        "error of all distances alike",
+        _LDS,
+    ),
+    Quantity(
+        "lidar_dropout",
+        "%",
+        "up to",
+        *(0.5, 2.0, 10.0),
+        *(0.0, 100.0),
+        "share of the rays without a reading, other ones in each scan",
+        "1 % of an LDS-02's, more on dark and shiny surfaces (an assumption)",
+    ),
+    Quantity(
+        "topic_latency",
+        "s",
+        "up to",
+        *(0.005, 0.02, 0.05),
+        *(0.0, 2.0),
+        "mean delay of scans, odometry, transforms, pictures and commands; each message takes half "
+        "to one and a half times as long",
+        _WIRELESS,
+    ),
+    Quantity(
+        "server_latency",
+        "s",
+        "up to",
+        *(0.01, 0.05, 0.15),
+        *(0.0, 10.0),
+        "mean delay of goals, cancel requests, results and feedback, likewise",
+        _WIRELESS,
+    ),
+)
+"""Every quantity, in the order in which they are shown."""
+
+BY_NAME: Mapping[str, Quantity] = {one.name: one for one in QUANTITIES}
+
+
+@dataclass(frozen=True)
+class Nature:
+    """A profile, with numbers in place of draws.
+
+    Attributes:
+        set: Values by the names of quantities, in their units.
+    """
+
+    profile: Profile = "none"
+    set: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+
+    def drawn(self, seed: int, robot: str = "") -> dict[str, float]:
+        """Return the value of each quantity in a run; empty where nothing is drawn or set.
+
+        Args:
+            robot: The name of one of several robots, of which each has draws of its own.
+        """
+        if self.profile == "none" and not self.set:
+            return {}
+        return {
+            one.name: self.set[one.name]
+            if one.name in self.set
+            else one.drawn(self.profile, generator(seed, one.name, robot))
+            for one in QUANTITIES
+        }
+
+    @property
+    def written(self) -> str | dict[str, Any]:
+        """As it stands in a file."""
+        return {"profile": self.profile, **self.set} if self.set else self.profile
+
+
+NO_NATURE = Nature()
+USUAL = Nature("usual")
+
+
+def generator(seed: int, name: str, robot: str = "") -> random.Random:
+    """Return the generator of a name, the same in every run of a seed."""
+    return random.Random(f"{seed}/nature/{robot}/{name}")
+
+
+def told(values: Mapping[str, float]) -> str:
+    """Return drawn values in a line, with their units."""
+    parts = (f"{name} {value:g} {BY_NAME[name].unit}" for name, value in values.items())
+    return ", ".join(one.rstrip() for one in parts)
+
+
+def read_nature(written: Any) -> Nature:
+    """Return the nature of what stands in a file: a profile, or a mapping with numbers.
+
+    Raises:
+        PydanticCustomError: With what is wrong.
+    """
+    if isinstance(written, Nature):
+        return written
+    if isinstance(written, str):
+        return Nature(_profile(written))
+    if not isinstance(written, Mapping):
+        raise _refused(f"expected one of {listed(PROFILES)}, or a mapping, got {describe(written)}")
+    numbers = {str(name): value for name, value in written.items() if name != "profile"}
+    return Nature(
+        _profile(written.get("profile", "none")),
+        {name: _number(name, value) for name, value in numbers.items()},
+    )
+
+
+def _profile(written: Any) -> Profile:
+    for one in PROFILES:
+        if one == written:
+            return one
+    message = f"expected a profile of {listed(PROFILES)}, got {describe(written)}"
+    raise _refused(message, did_you_mean(str(written), PROFILES))
+
+
+def _number(name: str, written: Any) -> float:
+    if name not in BY_NAME:
+        names = tuple(BY_NAME)
+        message = f"there is no quantity {quoted(name)} (known: {listed(names, len(names))})"
+        raise _refused(message, did_you_mean(name, names))
+    quantity = BY_NAME[name]
+    value = _in_unit(quantity, written)
+    if not quantity.least <= value <= quantity.most:
+        limits = f"{quantity.least:g} to {quantity.most:g} {quantity.unit}".rstrip()
+        raise _refused(f"{name}: expected {limits}, got {describe(written)}")
+    return value
+
+
+def _in_unit(quantity: Quantity, written: Any) -> float:
+    """Return a number in the quantity's unit: a plain number, or a text such as ``2 cm``."""
+    if isinstance(written, int | float) and not isinstance(written, bool):
+        return float(written)
+    base = UNITS[quantity.unit][1] if quantity.unit in UNITS else None
+    units = [name for name, (_, other) in UNITS.items() if other == base] or [quantity.unit]
+    if isinstance(written, str):
+        number, _, unit = written.strip().partition(" ")
+        with suppress(ValueError):
+            if unit.strip() in units and unit:
+                value = float(number)
+                return value if base is None else converted(value, unit.strip(), quantity.unit)
+    expected = f"a number, or one with a unit of {listed(units)}" if quantity.unit else "a number"
+    raise _refused(f"{quantity.name}: expected {expected}, got {describe(written)}")
+
+
+def _refused(message: str, hint: str | None = None) -> PydanticCustomError:
+    context = {"message": message, "hint": hint, "offset": None}
+    return PydanticCustomError("refused", "{message}", context)
+
+
+def _schema() -> dict[str, Any]:
+    numbers: dict[str, Any] = {
+        one.name: {
+            "description": f"{one.text}; in {one.unit}" if one.unit else one.text,
+            "type": ["number", "string"] if one.unit else "number",
+        }
+        for one in QUANTITIES
+    }
+    properties = {"profile": {"enum": list(PROFILES)}, **numbers}
+    mapping = {"type": "object", "properties": properties, "additionalProperties": False}
+    return {"anyOf": [{"enum": list(PROFILES)}, mapping]}
+
+
+WrittenNature: TypeAlias = Annotated[
+    Nature,
+    PlainValidator(read_nature),
+    PlainSerializer(lambda one: one.written),
+    WithJsonSchema(_schema()),
+]
+"""The field of a file's model."""

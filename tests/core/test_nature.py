@@ -1,0 +1,86 @@
+"""Nature: its profiles, its draws, and how it is written."""
+
+from __future__ import annotations
+
+import statistics
+
+import pytest
+from pydantic_core import PydanticCustomError
+
+from bt_mission.core.nature import BY_NAME, NO_NATURE, QUANTITIES, USUAL, Nature, read_nature
+
+
+def test_without_a_profile_nothing_is_drawn():
+    """Nor by `none` with a seed."""
+    assert NO_NATURE.drawn(3) == {}
+
+
+def test_a_draw_follows_from_seed_and_name_alone():
+    """Each quantity and each robot has a generator of its own."""
+    drawn = USUAL.drawn(3)
+    assert drawn == USUAL.drawn(3)
+    assert set(drawn) == set(BY_NAME)
+    fixed = Nature("usual", {"lidar_noise": 0.5}).drawn(3)
+    assert fixed == drawn | {"lidar_noise": 0.5}
+    assert all(USUAL.drawn(4)[name] != value for name, value in drawn.items())
+    assert USUAL.drawn(3, "robot1")["start_x"] != drawn["start_x"]
+
+
+@pytest.mark.parametrize("one", QUANTITIES, ids=lambda one: one.name)
+def test_draws_have_the_shape_that_is_declared(one):
+    """A normal one has its standard deviation, another its ends; each fits its limits."""
+    values = [USUAL.drawn(seed)[one.name] for seed in range(300)]
+    assert all(one.least <= value <= one.most for value in values)
+    low, high = min(values), max(values)
+    match one.shape:
+        case "normal":
+            assert (low, high) == (-2 * one.usual, 2 * one.usual)
+            assert statistics.stdev(values) == pytest.approx(one.usual, rel=0.15)
+        case "up to":
+            assert 0 <= low < 0.1 * one.usual
+            assert 0.9 * one.usual < high <= one.usual
+        case "down to":
+            assert one.usual <= low < high <= 1
+
+
+def test_profiles_grow():
+    """Harsh is at least as much as usual, usual as mild."""
+    for one in QUANTITIES:
+        order = [one.mild, one.usual, one.harsh]
+        assert order == sorted(order, reverse=one.shape == "down to")
+
+
+@pytest.mark.parametrize(
+    ("written", "nature"),
+    [
+        ("usual", USUAL),
+        ({"profile": "mild", "lidar_noise": 0.02}, Nature("mild", {"lidar_noise": 0.02})),
+        ({"lidar_noise": "2 cm"}, Nature("none", {"lidar_noise": 0.02})),
+        ({"topic_latency": "20 ms", "wheel_radius": "1 %"},
+         Nature("none", {"topic_latency": 0.02, "wheel_radius": 1.0})),
+    ],
+)  # fmt: skip
+def test_it_is_a_profile_or_a_mapping(written, nature):
+    """A number may have a unit."""
+    assert read_nature(written) == nature
+    assert read_nature(nature.written) == nature
+
+
+@pytest.mark.parametrize(
+    ("written", "words"),
+    [
+        ("usuall", "harsh, got string 'usuall'"),
+        ({"profile": 3}, "expected a profile of none, mild, usual, harsh, got the number 3"),
+        (["usual"], "or a mapping, got a list"),
+        ({"lidar_nois": 1}, "there is no quantity 'lidar_nois'"),
+        ({"lidar_noise": "2 s"}, "expected a number, or one with a unit of m, cm, mm"),
+        ({"lidar_noise": True}, "lidar_noise: expected a number"),
+        ({"wheel_grip": 2}, "wheel_grip: expected 0 to 1, got the number 2"),
+        ({"lidar_noise": float("nan")}, "lidar_noise: expected 0 to 1 m"),
+    ],
+)
+def test_what_is_invalid_is_refused(written, words):
+    """With what is expected."""
+    with pytest.raises(PydanticCustomError) as caught:
+        read_nature(written)
+    assert words in caught.value.message()

@@ -1,0 +1,71 @@
+"""The place on the map that the simulator says: exact, or off as that of a particle filter."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from itertools import pairwise
+
+import pytest
+
+from sim.robot.localization import Localization, LocalizationError
+
+START_NS = 1_000_000_000
+
+
+def drive(error, seconds=400, seed=1):
+    """Drive straight on at 0.25 m/s; returns the error of the place on the map at each 0.1 s."""
+    localization = Localization(error, seed, "")
+    found = []
+    for step in range(seconds * 10):
+        x = step * 0.025
+        place = localization.map_to_odom((x, 0.0, 0.0), (x, 0.0, 0.0), START_NS + step * 10**8)
+        found.append(place)
+    return found
+
+
+def test_without_an_error_it_is_the_truth():
+    """Also where odometry has drifted."""
+    localization = Localization(None, 1, "")
+    assert localization.map_to_odom((2.0, 1.0, 0.5), (1.5, 1.0, 0.5), 0) == pytest.approx(
+        (0.5, 0, 0)
+    )
+
+
+def test_between_updates_it_goes_by_odometry():
+    """It changes once in 0.25 m, and while the robot stands not at all."""
+    found = drive(LocalizationError(place=0.05), seconds=20)
+    assert len(set(found)) == 20
+    localization = Localization(LocalizationError(place=0.05, jumps=1.0, jump=1.0), 1, "")
+    standing = {localization.map_to_odom((0, 0, 0), (0, 0, 0), step) for step in range(100)}
+    assert len(standing) == 1
+    turned = localization.map_to_odom((0, 0, 0.21), (0, 0, 0.21), 10**9)
+    assert turned not in standing
+
+
+def test_its_error_has_the_standard_deviation_that_is_said():
+    """Over many updates."""
+    places = drive(LocalizationError(place=0.05), seconds=4000)[::10]
+    assert statistics.stdev(y for _, y, _ in places) == pytest.approx(0.05, rel=0.15)
+    headings = drive(LocalizationError(yaw=0.03), seconds=4000)[::10]
+    assert statistics.stdev(yaw for *_, yaw in headings) == pytest.approx(0.03, rel=0.15)
+
+
+def test_it_jumps_as_often_as_is_said():
+    """A jump of a metre stands out of an error of a millimetre."""
+    error = LocalizationError(place=0.001, jumps=0.05, jump=1.0)
+    found = drive(error, seconds=2000)
+    steps = [math.dist(a[:2], b[:2]) for a, b in pairwise(found)]
+    assert sum(one > 0.7 for one in steps) == pytest.approx(100, rel=0.3)
+
+
+def test_it_follows_from_its_seed():
+    """And begins again as at the start."""
+    error = LocalizationError(place=0.05)
+    assert drive(error) == drive(error)
+    assert drive(error, seed=2) != drive(error)
+    localization = Localization(error, 1, "")
+    first = localization.map_to_odom((0, 0, 0), (0, 0, 0), 0)
+    localization.map_to_odom((1, 0, 0), (1, 0, 0), 1)
+    localization.restart()
+    assert localization.map_to_odom((0, 0, 0), (0, 0, 0), 0) == first
