@@ -15,7 +15,7 @@ from bt_mission.core.files import fleets, is_file, is_scenario, look_for, names,
 if TYPE_CHECKING:
     from bt_mission.graph_tools.live_names import LiveKind
 
-_PLAIN_NAME = re.compile(r"[\w.+@%/-]+=?", re.ASCII)
+_PLAIN_NAME = re.compile(r"[\w.+@%/-]+(=[\w.+@%/-]*)?", re.ASCII)
 """Names that a shell takes as they are: it expands `$(...)` and blanks in what it completes."""
 
 
@@ -61,23 +61,40 @@ def _inputs(words: list[str]) -> list[str]:
     for word in given:
         path = None if word.startswith("-") else look_for("missions", word)
         if path is not None:
-            return [f"{name}=" for name in _inputs_of(path)]
+            return [
+                text
+                for name, places in _inputs_of(path).items()
+                for text in (f"{name}=", *(f"{name}={place}" for place in places))
+            ]
     return []
 
 
-def _inputs_of(path: Path) -> list[str]:
-    """Read the inputs of a mission, or of the one of a scenario, without checking it."""
+def _inputs_of(path: Path) -> dict[str, list[str]]:
+    """Read the inputs of a mission, or of the one of a scenario, without checking it.
+
+    Those that hold the name of a place have the names of all places.
+    """
     from bt_mission.core.yaml.document import read
 
     if path.suffix == ".xml":
-        return []
+        return {}
     if is_scenario(path):
         data = _mapping(read(path).data)
         name = str(data.get("mission") or "")
         beside = path.parent / name
         inner = beside if is_file(beside) else look_for("missions", name, path)
-        return [] if inner is None or is_scenario(inner) else _inputs_of(inner)
-    return [str(name) for name in _mapping(_mapping(read(path).data).get("inputs"))]
+        return {} if inner is None or is_scenario(inner) else _inputs_of(inner)
+    from bt_mission.language.expressions.places import Places
+    from bt_mission.language.places import zones_of_file
+
+    data = _mapping(read(path).data)
+    zones = zones_of_file(str(data.get("world") or ""), str(path))
+    own = {str(name): (0.0, 0.0, 0.0) for name in _mapping(data.get("places"))}
+    places = Places(own, lambda: zones)
+    return {
+        str(name): sorted(places.all) if isinstance(value, str) and places.find(value) else []
+        for name, value in _mapping(data.get("inputs")).items()
+    }
 
 
 def _mapping(value: Any) -> Mapping[Any, Any]:

@@ -31,11 +31,14 @@ def places_of(
     """
     if zones is not None:
         return Places(own, partial(dict, zones))
-    return Places(own, partial(_zones, world or "", file, permissions))
+    return Places(own, partial(zones_of_file, world or "", file, permissions))
 
 
-def _zones(world: str, file: str, permissions: Permissions) -> Mapping[str, Pose]:
-    """Return the zones of a world file; what is wrong with it is reported where it is loaded."""
+def zones_of_file(world: str, file: str, permissions: Permissions = ANYTHING) -> Mapping[str, Pose]:
+    """Return the zones of a world, by its name or path, for a mission in a file.
+
+    What is wrong with the world is reported where it is loaded.
+    """
     found = look_for("worlds", world, file) if world else None
     if found is None or not permissions.allows(found, "worlds"):
         return {}

@@ -176,6 +176,10 @@ def test_every_command_is_in_every_script(shell: str) -> None:
         ("bt-mission run m.xml --set", []),
         ("bt-mission run round.scenario.yaml --set", []),
         ("bt-mission run list.yaml --set", []),
+        (
+            "bt-mission run place.yaml --set",
+            ["to=", "to=A", "to=B", "to=C", "to=D", "to=dock", "laps="],
+        ),
         ("bt-mission run --set", []),
         ("", []),
     ],
@@ -192,6 +196,8 @@ def test_inputs_are_those_of_the_mission_of_the_line(
         "torn.yaml": "mission: [\n",
         "m.xml": "<root/>",
         "list.yaml": "mission: m\ninputs: [a]\n",
+        "place.yaml": "mission: m\nworld: nav_arena\nplaces: {dock: [0, 0]}\n"
+        "inputs: {to: zone B, laps: 2}\n",
     }
     for name, text in texts.items():
         Path(name).write_text(text, encoding="utf-8")
