@@ -5,6 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from bt_mission.core.errors import BtMissionError
 from bt_mission.ros.journal import open_journal
 from bt_mission.ros.mission_runner import MissionRunner
 
@@ -67,3 +70,18 @@ def test_what_was_open_is_judged_from_the_resumption_on(ros: Any, tmp_path: Path
     assert verdicts(second)["is quick"] == "violated"
     (said,) = [line for line in ros.said if "is quick" in line]
     assert said.startswith("requirement is quick: violated by 0.03 s at 1.25 s")
+
+
+def test_a_mission_that_was_observed_has_ended(ros: Any, tmp_path: Path) -> None:
+    """A process that dies while time goes on after the end leaves nothing to resume."""
+    text = MISSION.replace("REPORT", "report").replace("mission: m\n", "mission: m\nobserve: 5\n")
+    first = ros.mission(text)
+    journal = open_journal(tmp_path / "journal", first.mission, first, resume=False)
+    ros.run(6)
+    assert first.status == "observing"
+    journal.close()  # nothing is written any more
+    first.close()
+    assert first.status == "success"
+    second = ros.mission(text)
+    with pytest.raises(BtMissionError, match="success"):
+        open_journal(tmp_path / "journal", second.mission, second, resume=True)

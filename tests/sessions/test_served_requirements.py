@@ -78,3 +78,33 @@ def test_the_code_of_a_violation_is_that_of_the_definition() -> None:
     text = (ROOT / "interfaces/bt_mission_interfaces/action/ExecuteMission.action").read_text()
     assert f"uint16 VIOLATED={VIOLATED} " in text
     assert VIOLATED not in (EXECUTIVE_LOST, *ErrorCode)
+
+
+MEASURED = """\
+mission: m
+requirements:
+  starts once: always count(starts(running("later"))) <= 1
+  goes evenly: always abs(rate(time) - 1) < 0.5
+  is late: eventually mean(time) over 0.5 s > 0.9
+  takes its time: >-
+    whenever ends(running("later")):
+    time - value(time) at last starts(running("later")) > 1
+observe: 1
+tree:
+  sequence:
+    - wait: 0.3
+    - {wait: 1.2, name: later}
+"""
+
+
+def test_counts_means_and_rates_need_no_simulation(ros: Any, send: Any) -> None:
+    """A served mission is judged by what its executive knows, also in an observation."""
+    ros.serve()
+    status, result = send(text=MEASURED).end()
+    assert (status, result.status, result.error_code) == ("succeeded", "success", 0)
+    assert [line.strip() for line in result.summary.splitlines() if "requirement" in line] == [
+        "requirement starts once: holds by 0 at 0.30 s",
+        "requirement goes evenly: holds by 0.5 at 2.10 s",
+        "requirement is late: holds by 1.35 s at 2.50 s",
+        "requirement takes its time: holds by 0.2 s at 1.50 s",
+    ]
