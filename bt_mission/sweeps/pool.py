@@ -196,11 +196,13 @@ class ScenarioPool:
 
         The function goes to the scheduler by value, since it need not have this package.
         """
-        found: int = await self._client.run_on_scheduler(
+        asked = self._client.run_on_scheduler(
             lambda dask_scheduler, key: getattr(dask_scheduler.tasks.get(key), "suspicious", 0),
             key=key,
         )
-        return found
+        with suppress(Exception):  # a scheduler that is gone knows of none
+            return int(await asyncio.wait_for(asked, LOOK_S))
+        return 0
 
     def _ended(self, futures: list[Any]) -> Any:
         return as_completed(futures, self._client.loop, with_results=True, raise_errors=False)
