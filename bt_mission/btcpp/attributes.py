@@ -120,10 +120,13 @@ def refuse_attribute(
 
 
 def _instead(name: str) -> str:
-    if name == "_autoremap":
-        return 'name each port: x="{x}"'
     if name == "_description":
         return "use 'name', or a comment"
+    if name == "_skipIf":
+        return (
+            "it is read below a Sequence or Fallback that has a child without it; else write "
+            '<Precondition if=... else="SUCCESS">'
+        )
     return "use nodes instead: ScriptCondition, Script, Precondition, WhileDoElse"
 
 

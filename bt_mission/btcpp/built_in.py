@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bt_mission.btcpp.attributes import NAME, located, mapping
+from bt_mission.btcpp.attributes import NAME, LocatedValue, located, mapping
 from bt_mission.btcpp.elements import Tag
 from bt_mission.btcpp.nav2 import NAV2
-from bt_mission.btcpp.node_parts import NodeData, NodeElement
+from bt_mission.btcpp.node_parts import NodeData, NodeElement, negated
 from bt_mission.btcpp.scripts import ScriptError, assignments, written_assignments
 from bt_mission.core.diagnostics import quoted
 
@@ -129,12 +129,34 @@ def _write_force(node: NodeData) -> Tag:
 
 
 def _read_guard(node: NodeElement) -> dict[str, Any]:
-    question, child = node.exactly(2)
-    return {"guard": node.condition(question), "do": node.read(child)}
+    """Return a WhileDoElse; one that has an else is two guards, of which one goes on at a time."""
+    if node.count_children != 3:
+        question, child = node.exactly(2)
+        return {"guard": node.condition(question), "do": node.read(child)}
+    question, child, other = node.exactly(3)
+    condition = node.condition(question)
+    opposite = LocatedValue(negated(condition.data), condition.place)
+    first = located({"guard": condition, "do": node.read(child)}, child.at)
+    second = located({"guard": opposite, "do": node.read(other)}, other.at)
+    return {"fallback": [first, second], "memory": False}
 
 
 def _write_guard(node: NodeData) -> Tag:
     return Tag("WhileDoElse", {}, (node.condition("guard"), node.child()))
+
+
+def _read_try(node: NodeElement) -> dict[str, Any]:
+    """Return a TryCatch: what is tried, and what is done after a failure, which it stays."""
+    halted = node.take("catch_on_halt", needed=False)
+    if halted is not None and halted.value.lower() not in ("false", "0"):
+        message = "'catch_on_halt' has no counterpart"
+        node.report(halted.at, message, "write the mission in YAML, with 'finally'")
+    if node.count_children < 2:
+        node.report(node.at, f"expected 2 nodes or more in <TryCatch>, got {node.count_children}")
+    *tried, caught = node.first(max(2, node.count_children))
+    attempts = [node.read(one) for one in tried]
+    attempt = attempts[0] if len(attempts) == 1 else {"sequence": attempts}
+    return {"fallback": [attempt, {"force": "failure", "do": node.read(caught)}]}
 
 
 def _read_when(node: NodeElement) -> dict[str, Any]:
@@ -276,6 +298,7 @@ BUILT_IN = {
         (),
         lambda node: {"repeat": {"while": True}, "do": node.child()},
     ),
+    "TryCatch": (("catch_on_halt",), _read_try),
     "SetBlackboard": (("value", "output_key"), _read_blackboard),
     **NAV2,
     **{tag: (names, kind.read) for kind in KINDS.values() for tag, names in kind.tags.items()},

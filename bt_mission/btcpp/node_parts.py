@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from bt_mission.btcpp.attributes import (
@@ -29,6 +29,14 @@ from bt_mission.language.nodes.fields import SECONDS, is_quantity
 
 _THOUSANDTH = re.compile(r"\$([A-Za-z_][A-Za-z0-9_]*) / 1000")
 _LARGEST_MSEC = 2**31 - 1
+
+SKIP = "_skipIf"
+_ON_SKIP = {
+    **dict.fromkeys(("Sequence", "AsyncSequence", "ReactiveSequence"), "sequence"),
+    **dict.fromkeys(("Fallback", "AsyncFallback", "ReactiveFallback"), "fallback"),
+}
+"""The composites that go on with the next child where one is skipped. Where all are, they are
+skipped themselves, which has no counterpart."""
 
 
 class NodeElement:
@@ -61,16 +69,41 @@ class NodeElement:
         """Return the nodes below it."""
         if not self._children:
             self.report(self.at, f"<{self.tag}> has nothing in it")
-        return [self.read(child) for child in self._children]
+        has_other = any(SKIP not in child.attributes for child in self._children)
+        skips = _ON_SKIP.get(self.tag) if has_other else None
+        return [
+            self._skipped(child, skips) if skips and SKIP in child.attributes else self.read(child)
+            for child in self._children
+        ]
+
+    def _skipped(self, child: Element, skips: str) -> LocatedValue:
+        """Return a child that is left out where the condition of its `_skipIf` holds."""
+        rest = dict(child.attributes)
+        attribute = rest.pop(SKIP)
+        inner = self.read(replace(child, attributes=rest))
+        code = self._literal(attribute)
+        asked = LocatedValue(negated(code.data), code.place)
+        if skips == "sequence":
+            return located({"when": asked, "do": inner}, child.at)
+        return located({"sequence": [located({"check": asked}, child.at), inner]}, child.at)
+
+    @property
+    def count_children(self) -> int:
+        """How many children it has."""
+        return len(self._children)
 
     def exactly(self, count: int) -> list[Element]:
         """Return so many children, with those that are missing made up."""
-        found = self._children
-        if len(found) != count:
+        if len(self._children) != count:
             nodes = "1 node" if count == 1 else f"{count} nodes"
-            self.report(self.at, f"expected {nodes} in <{self.tag}>, got {len(found)}")
-        missing = count - len(found)
-        return [*found, *(Element("AlwaysSuccess", self.at) for _ in range(missing))][:count]
+            self.report(self.at, f"expected {nodes} in <{self.tag}>, got {len(self._children)}")
+        return self.first(count)
+
+    def first(self, count: int) -> list[Element]:
+        """Return the first children, with those that are missing made up, and no report of it."""
+        missing = count - len(self._children)
+        made_up = (Element("AlwaysSuccess", self.at) for _ in range(missing))
+        return [*self._children, *made_up][:count]
 
     def child(self) -> LocatedValue:
         """Return the one node below it."""
@@ -146,8 +179,10 @@ class NodeElement:
     def code(self, name: str) -> LocatedValue:
         """Return the condition that an attribute holds as a script."""
         attribute = self.take(name)
-        if attribute is None:
-            return located(True, self.at)
+        return located(True, self.at) if attribute is None else self._literal(attribute)
+
+    def _literal(self, attribute: Attribute) -> LocatedValue:
+        """Return what an attribute holds as a script."""
         try:
             return located(literal(attribute.value.strip()), attribute.value_at)
         except ScriptError as error:
@@ -247,3 +282,8 @@ class NodeData:
         if code is not None:
             return Tag("ScriptCondition", {"code": code})
         return self.writer.leaf("check", {"check": self.data[key]}, self.path)
+
+
+def negated(condition: Any) -> bool | str:
+    """Return the opposite of a condition."""
+    return not condition if isinstance(condition, bool) else f"not ({condition})"

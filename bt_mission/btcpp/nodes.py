@@ -23,10 +23,24 @@ from bt_mission.language.node_reader import NodeReader, Signature
 EXPLICIT = ("Action", "Condition", "Control", "Decorator")
 """Elements that name their node by the attribute ID."""
 
+STAND_IN = (
+    "an <action> leaf, for a node with an action server, or a <python> leaf can stand in for your "
+    "own node (docs/how-to/groot.md)"
+)
+
 _HINTS = {
     "SequenceWithMemory": "a 'Sequence' begins anew after a failure; there is no other",
     "RunOnce": "write 'Precondition' on a variable that a 'Script' sets",
     "SubTreePlus": "write 'SubTree'",
+    **{f"Switch{count}": "write an IfThenElse for each case" for count in range(2, 7)},
+    **dict.fromkeys(
+        ("LoopBool", "LoopDouble", "LoopInt", "LoopString"), "write 'for_each', which only YAML has"
+    ),
+    **dict.fromkeys(
+        ("SkipUnlessUpdated", "WaitValueUpdate", "WasEntryUpdated"),
+        "no variable of a mission knows when it was written; use a leaf 'wait_for' on a topic",
+    ),
+    "UnsetBlackboard": "set the variable to a value that stands for none",
     **NAV2_HINTS,
 }
 
@@ -60,9 +74,11 @@ class XmlNodeReader:
             known, read = BUILT_IN[named.tag]
             node = NodeElement(named, self.node, self.report)
             return node.node(read(node), known)
-        hint = _HINTS.get(named.tag) or did_you_mean(named.tag, [*BUILT_IN, SUBTREE, *LEAVES])
-        message = f"the node {quoted(named.tag)} has no counterpart"
-        self.report(named.at, message, hint or "docs/how-to/groot.md lists those that have")
+        hint = _HINTS.get(named.tag)
+        if hint is None:
+            near = did_you_mean(named.tag, [*BUILT_IN, SUBTREE, *LEAVES])
+            hint = f"{near} {STAND_IN}" if near else STAND_IN
+        self.report(named.at, f"the node {quoted(named.tag)} has no counterpart", hint)
         for child in named.children:
             self.node(child)
         return located({}, element.at)
@@ -95,6 +111,8 @@ class NodeWriter:
     limits: GoalLimitsTable
     used: dict[str, dict[str, bool]]
     faults: list[Diagnostic] = field(default_factory=list)
+    _names: set[str] = field(default_factory=set)
+    """Of the uses of trees so far."""
 
     def refuse(self, path: Path, what: str, instead: str, *, key: bool = False) -> None:
         """Note what XML cannot say."""
@@ -109,6 +127,13 @@ class NodeWriter:
         if kind in KINDS:
             tag = KINDS[kind].write(NodeData(data, path, self))
         elif kind == "tree":
+            if (name := data.get("name")) in self._names:
+                hint = "give one of them another name: BehaviorTree.CPP refuses two of one name"
+                self.refuse(
+                    (*path, "name"), f"two uses of trees with the name {quoted(name)}", hint
+                )
+            elif name:
+                self._names.add(name)
             tag = write_use(data, path, self.signatures, self.refuse)
         elif kind in LEAVES:
             return self.leaf(kind, data, path)

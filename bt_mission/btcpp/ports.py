@@ -129,11 +129,11 @@ def _declare(ports: TreePorts, element: Element, report: FaultReport) -> None:
     if name is None:
         report(element.at, "the attribute 'name' is missing")
         return
-    word = None if label is None else _word(label.value)
+    word = "text" if label is None else _word(label.value)
     if word is None:
-        shown = "nothing" if label is None else quoted(label.value)
+        assert label is not None, "a port without a type is a string"
         message = f"expected a type ({listed(LABELS.values())}) of the port {quoted(name.value)}"
-        report(element.at, f"{message}, got {shown}")
+        report(element.at, f"{message}, got {quoted(label.value)}")
         word = "list"
     default = element.attributes.get("default")
     is_input = element.tag == "input_port"
@@ -207,20 +207,35 @@ def read_use(element: Element, trees: Mapping[str, TreePorts], report: FaultRepo
         message = f"no tree is called {quoted(name.value)} (trees: {listed(trees)})"
         report(name.value_at, message, did_you_mean(name.value, trees))
         return located({}, at)
+    remaps = _is_remapped(attributes.pop("_autoremap", None), report)
     use: dict[str, list[Entry]] = {"name": [], "inputs": [], "outputs": []}
     for attribute in attributes.values():
         found = _port_use(attribute, name.value, ports, report)
         if found is not None:
             use[found[0]].append((attribute.name, attribute.at, found[1]))
+    if remaps:
+        given = {key for entries in use.values() for key, _, _ in entries}
+        taken = (one for one in ports.inputs if one not in given)
+        use["inputs"] += [(one, at, located(f"${one}", at)) for one in taken]
+        use["outputs"] += [(one, at, located(one, at)) for one in ports.outputs if one not in given]
     tree = LocatedValue(ports.tree_name(name).value, plain_text(name).place)
     inputs, outputs = use["inputs"], use["outputs"]
     if inputs:
-        given = ("inputs", inputs[0][1], mapping(at, inputs))
-        tree = mapping(at, [("name", name.at, tree), given])
+        inner = ("inputs", inputs[0][1], mapping(at, inputs))
+        tree = mapping(at, [("name", name.at, tree), inner])
     entries = [("tree", at, tree), *use["name"]]
     if outputs:
         entries.append(("outputs", outputs[0][1], mapping(at, outputs)))
     return mapping(at, entries)
+
+
+def _is_remapped(attribute: Attribute | None, report: FaultReport) -> bool:
+    """Return whether the ports of a SubTree that are not given have the variable of their name."""
+    if attribute is None or attribute.value.lower() in ("false", "0"):
+        return False
+    if attribute.value.lower() not in ("true", "1"):
+        report(attribute.value_at, f"expected true or false, got {quoted(attribute.value)}")
+    return True
 
 
 def _port_use(

@@ -94,8 +94,9 @@ class TreeLibrary:
     def _include(
         self, document: Document, place: tuple[Key, ...], entry: str, within: tuple[Path, ...]
     ) -> None:
+        attached = document.included.get(entry)
         try:
-            shown, path = self._located(document, entry)
+            shown, path = self._located(document, entry, attached)
         except InputError as error:
             self.faults += [document.fault(place, one.message, one.hint) for one in error.faults]
             return
@@ -109,7 +110,7 @@ class TreeLibrary:
                 self.faults.append(document.fault(place, message))
                 return
             try:
-                included = self._read_file(shown)
+                included = attached or self._read_file(shown)
             except InputError as error:
                 self.faults += error.faults
                 return
@@ -120,8 +121,15 @@ class TreeLibrary:
             if library is not None:
                 self._gather(included, library, (*within, path))
 
-    def _located(self, document: Document, entry: str) -> tuple[Path, Path]:
+    def _located(
+        self, document: Document, entry: str, attached: Document | None
+    ) -> tuple[Path, Path]:
         """Return an included file as it is shown, and what it is told from others by."""
+        if attached is not None:
+            path = Path(attached.file)
+            if self.texts is None and not self.permissions.allows(path, "missions"):
+                raise InputError([Diagnostic(f"no such file {quoted(entry)}", entry)])
+            return path, _real(path) or path
         if self.texts is None:
             return _located(document, entry, self.permissions)
         beside = os.path.normpath(Path(document.file).parent / entry)

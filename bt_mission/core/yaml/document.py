@@ -5,8 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,8 @@ class Document:
     data: Any
     place: Place
     lines: tuple[str, ...]
+    included: Mapping[str, Document] = field(default_factory=dict, repr=False, compare=False)
+    """Files that it includes and that were read with it, by their entries."""
 
     @property
     def text(self) -> str:

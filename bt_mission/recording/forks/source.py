@@ -270,7 +270,8 @@ def _missions_of(
     if name not in texts:
         raise ForkError(f"{file.path}: it lacks the mission's file '{name}'")
     is_xml = Path(name).suffix == XML
-    document = (document_of if is_xml else read_text)(texts[name], name)
+    text = texts[name]
+    document = document_of(text, name, texts) if is_xml else read_text(text, name)
     if isinstance(document.data, dict) and isinstance(document.data.get("mission"), dict):
         document = document.under("mission")  # it was written in a scenario
     seed = facts.texts.get("seed", "")
