@@ -294,3 +294,19 @@ def test_a_run_of_a_scenario_is_forked(tmp_path: Path, capsys: pytest.CaptureFix
     assert told["is_identical"]
     assert told["forked"]["faults"][0]["began"] == 2
     assert told["forked"]["requirements"] == told["recorded"]["requirements"]
+
+
+def test_places_of_a_fork_are_those_of_the_recorded_world(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also where the world stands in a scenario, and is in no file."""
+    scenario, path = tmp_path / "z.yaml", tmp_path / "z.mcap"
+    scenario.write_text(
+        "scenario: z\nworld: {name: w, size: [4, 4], zones: [{name: Z, x: 0.3, y: 0}]}\n"
+        "mission:\n  mission: m\n  world: nav_arena\n"
+        "  tree: {navigate_to_pose: {pose: Z}, timeout: 60 s}\n",
+        encoding="utf-8",
+    )
+    assert main(["run", str(scenario), "--record", str(path)]) == 0
+    assert main(["fork", str(path), "--at", "1.0"]) == 0
+    assert "identical" in capsys.readouterr().out

@@ -19,6 +19,7 @@ from bt_mission.language.checks.python_code import code_faults
 from bt_mission.language.loader import draft, finished
 from bt_mission.language.mission import Mission, NodeFactory, node_factories
 from bt_mission.language.permissions import Permissions
+from bt_mission.language.places import zones_in
 from bt_mission.recording.contents import versions
 from bt_mission.recording.expected_types import TEXT, expect
 from bt_mission.recording.facts import RunFacts
@@ -277,7 +278,8 @@ def _missions_of(
     seed = facts.texts.get("seed", "")
     if not seed.isdecimal():
         raise ForkError(f"{file.path}: it has no seed")
-    written = finished(draft(document, permissions=permissions, texts=texts))
+    zones = zones_in(_text_of(file, "world", "worlds/").data)
+    written = finished(draft(document, permissions=permissions, texts=texts, zones=zones))
     mission = finished(
         draft(
             document,
@@ -287,6 +289,7 @@ def _missions_of(
             facts.texts.get("robot"),
             permissions,
             texts,
+            zones,
         )
     )
     mission = replace(
