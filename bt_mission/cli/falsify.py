@@ -183,8 +183,6 @@ def _searched(
     interrupts: InterruptSignals,
 ) -> SearchSession:
     """Search; gives what it has come to."""
-    import asyncio
-
     from bt_mission.cli.search_progress import SearchProgress
     from bt_mission.search.session import SearchOptions, SearchSession, aim_of
 
@@ -205,7 +203,8 @@ def _searched(
         options.simplify,
     )
     session = SearchSession(base, ranges, wanted, watch)
-    asyncio.run(_carry_out(base, session.run, options))
+    if _is_cut_short(base, session.run, options, interrupts):
+        session.state.is_interrupted = True
     progress.end()
     return session
 
@@ -217,8 +216,6 @@ def _cover(
     interrupts: InterruptSignals,
 ) -> int:
     """Drive towards what was not reached; gives the exit code."""
-    import asyncio
-
     from bt_mission.cli.search_progress import SearchProgress
     from bt_mission.search.cover import CoverSession, CoverState
 
@@ -229,27 +226,61 @@ def _cover(
         return not interrupts.count
 
     session = CoverSession(base, ranges, options.strategy, options.search_seed, watch)
-    asyncio.run(_carry_out(base, lambda runner: session.run(runner, options.budget), options))
+    if _is_cut_short(base, lambda runner: session.run(runner, options.budget), options, interrupts):
+        session.state.is_interrupted = True
     progress.end()
     return falsify_cover.tell(session, options)
+
+
+def _is_cut_short(
+    base: BaseScenario,
+    search: Callable[[ScenarioRunner], Coroutine[Any, Any, None]],
+    options: argparse.Namespace,
+    interrupts: InterruptSignals,
+) -> bool:
+    """Search; tell whether a signal has ended that in the middle of a run.
+
+    A run of a long mission takes minutes, and nobody waits for it.
+    """
+    import asyncio
+
+    def leave() -> None:
+        if interrupts.count:
+            raise asyncio.CancelledError
+
+    try:
+        asyncio.run(_carry_out(base, search, options, leave))
+    except asyncio.CancelledError:
+        return True
+    return False
 
 
 async def _carry_out(
     base: BaseScenario,
     search: Callable[[ScenarioRunner], Coroutine[Any, Any, None]],
     options: argparse.Namespace,
+    leave: Callable[[], None],
 ) -> None:
-    """Search with the workers that the options name."""
+    """Search with the workers that the options name.
+
+    Args:
+        leave: Called often; raises where the search is to end.
+    """
     if is_alone(options):
+        from functools import partial
+
+        from bt_mission.scenarios.run import run_scenario
         from bt_mission.scenarios.runner import silence_logs
         from bt_mission.sweeps.runner import SerialRunner
         from bt_mission.sweeps.work import ScenarioWorker
 
         silence_logs()
-        with ScenarioWorker(base.bundle) as worker:
+        with ScenarioWorker(base.bundle, partial(run_scenario, before_step=leave)) as worker:
             await search(SerialRunner(worker))
         return
     async with pool_for(options, base.bundle) as pool:
+        leave()
+        pool.on_wait = leave
         await search(pool)
 
 

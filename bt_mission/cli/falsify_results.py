@@ -49,7 +49,9 @@ def tell(session: SearchSession, folder: Path, options: argparse.Namespace) -> i
     from bt_mission.search.result import write_found
 
     state = session.state
-    files = write_found(session.base, state.found, folder) if state.found else None
+    files = None
+    if state.found is not None:
+        files = write_found(session.base, state.found, folder, runs_again=not state.is_interrupted)
     if options.json:
         print(json.dumps(_as_dict(session, files, options)))
     else:
@@ -89,8 +91,8 @@ def _as_dict(
             "folder": str(files.folder),
             "scenario": str(files.scenario),
             "test": str(files.test),
-            "recording": str(files.recording),
-            "report": str(files.report),
+            "recording": files.recording and str(files.recording),
+            "report": files.report and str(files.report),
         }
     return told
 
@@ -111,12 +113,14 @@ def _lines(session: SearchSession, files: FoundFiles | None) -> list[str]:
         told.append("  it breaks as it is, with nothing varied: there is nothing to search for")
     else:
         told.append(f"  found in {state.runs} runs, made small in {state.simplifying_runs}{errors}")
-    if not files.repeats:
+    if files.repeats is False:
         told.append("  the run of the file has another trace than the one of the search")
     told += [
         f"  {files.scenario}: bt-mission run repeats it",
         f"  {files.test}: fails until the mission is mended",
-        f"  {files.recording}, {files.report}: the run",
+        f"  {files.recording}, {files.report}: the run"
+        if files.recording
+        else f"  interrupted, so not run again: bt-mission run {files.scenario} --record FILE.mcap",
     ]
     return told
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +19,11 @@ from bt_mission.sessions.stage import Stage
 
 
 def run_scenario(
-    scenario: str | Path | Scenario, *, seed: int | None = None, with_coverage: bool = False
+    scenario: str | Path | Scenario,
+    *,
+    seed: int | None = None,
+    with_coverage: bool = False,
+    before_step: Callable[[], None] = lambda: None,
 ) -> ScenarioResult:
     """Carry a scenario out in a simulation of its own; gives what it came to.
 
@@ -29,6 +33,7 @@ def run_scenario(
         scenario: A file, or what `load_scenario` gives.
         seed: Of everything random, instead of the scenario's.
         with_coverage: Record what the run reaches of its mission, too.
+        before_step: Called before each step; what it raises ends the run.
 
     Raises:
         InputError: With every error of the file, and of names that its faults find nothing of.
@@ -47,6 +52,7 @@ def run_scenario(
             record = CoverageRecord.attach(scenario.mission, stage.executive)
         stop_at(stage, scenario.limit)
         while not stage.is_done:
+            before_step()
             stage.step()
         result = scenario.judge(with_outcomes(summarise(stage, 0.0)))
     return replace(result, coverage=record)

@@ -43,21 +43,28 @@ class FoundFiles:
     """What was written of a find.
 
     Attributes:
+        recording: Of a run of the scenario from its file; None where it was not run again.
+        report: The page of the recording.
         sentence: What breaks.
-        repeats: Is the trace of the scenario's run, from its file, that of the search?
+        repeats: Is the trace of that run the one of the search? None where it was not run again.
     """
 
     folder: Path
     scenario: Path
     test: Path
-    recording: Path
-    report: Path
+    recording: Path | None
+    report: Path | None
     sentence: str
-    repeats: bool
+    repeats: bool | None
 
 
-def write_found(base: BaseScenario, found: Found, folder: Path) -> FoundFiles:
+def write_found(
+    base: BaseScenario, found: Found, folder: Path, *, runs_again: bool = True
+) -> FoundFiles:
     """Write a find into a folder, and run it once more from there.
+
+    Args:
+        runs_again: Without that there is no recording. A run may take minutes.
 
     Raises:
         BtMissionError: When it cannot be written.
@@ -68,13 +75,15 @@ def write_found(base: BaseScenario, found: Found, folder: Path) -> FoundFiles:
     recording, page = folder / f"{name}.mcap", folder / f"{name}.html"
     data = scenario_data(base, found, folder)
     _write(scenario, to_yaml(data))
-    report = record_scenario(load_scenario(scenario), recording)
+    report = record_scenario(load_scenario(scenario), recording) if runs_again else None
     told = sentence(found.failure, report, found.candidate)
     full = textwrap.fill(f"{told[0].upper()}{told[1:]}.", 90, break_on_hyphens=False)
     head = f"{textwrap.indent(full, '# ')}\n#\n#   bt-mission run {scenario}\n\n"
     _write(scenario, head + to_yaml(data))
     quoted = full.replace("\\", "\\\\").replace('"', "'")
     _write(test, TEST.format(sentence=quoted, name=name, file=scenario.name))
+    if report is None:
+        return FoundFiles(folder, scenario, test, None, None, told, None)
     write_page_of(recording, page)
     is_same = report.trace_sha256 == found.row.trace_sha256
     return FoundFiles(folder, scenario, test, recording, page, told, is_same)

@@ -12,14 +12,26 @@ from bt_mission.search.candidate import OBSTACLES, Candidate
 from bt_mission.search.guide import Failure
 
 
-def sentence(failure: Failure, report: Report, candidate: Candidate) -> str:
+def sentence(failure: Failure, report: Report | None, candidate: Candidate) -> str:
     """Return what breaks, and when it does.
 
     Args:
-        report: Of the run.
+        report: Of the run; None leaves out what only that tells, such as the margin.
         candidate: What differs from the mission as it is.
     """
-    return " ".join([_what(failure, report), *_when(candidate)])
+    what = _in_short(failure) if report is None else _what(failure, report)
+    return " ".join([what, *_when(candidate)])
+
+
+def _in_short(failure: Failure) -> str:
+    match failure.kind:
+        case "violated":
+            return f"requirement '{failure.what}' is violated"
+        case "collision":
+            return "the robot touches something"
+        case "orphaned":
+            return "a goal is orphaned"
+    return f"the mission fails in '{failure.what}'"
 
 
 def _what(failure: Failure, report: Report) -> str:

@@ -38,6 +38,9 @@ ANSWER_S = 60.0
 """A worker may load bt-mission from a slow disk in so long, s."""
 
 CLOSE_S = 20.0
+LEAVE_S = 1.0
+"""Worker processes that nobody waits for are killed when they have not ended after this time, s."""
+
 NEVER = "1000 days"
 MUST_BE_EQUAL = ("dask", "distributed")
 """Packages that the scheduler must have as they are here."""
@@ -114,7 +117,12 @@ async def connected(options: PoolOptions) -> AsyncIterator[Client]:
             scheduler_kwargs={"allowed_failures": MOST_KILLS - 1},
         )
     async with _closing(cluster), _closing(await Client(cluster, asynchronous=True)) as client:
-        yield client
+        try:
+            yield client
+        except BaseException:  # nobody waits for the scenarios that are under way
+            closed = (one.close(timeout=LEAVE_S) for one in cluster.workers.values())
+            await asyncio.gather(*closed, return_exceptions=True)
+            raise
 
 
 async def _join(address: str) -> Client:

@@ -8,6 +8,7 @@ from collections.abc import AsyncGenerator, AsyncIterator, Callable, Iterable, I
 from contextlib import AsyncExitStack, suppress
 from dataclasses import replace
 from itertools import count
+from types import TracebackType
 from typing import Any, Self, TypeAlias
 
 from distributed import Client, KilledWorker, as_completed
@@ -76,8 +77,13 @@ class ScenarioPool:
             self._stack = self._stack.pop_all()
         return self
 
-    async def __aexit__(self, *_: object) -> None:
-        await self._stack.aclose()
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await self._stack.__aexit__(kind, error, trace)
 
     # ---- what it offers ------------------------------------------------------------------
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import runpy
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ import pytest
 from bt_mission.cli import main
 from bt_mission.core.yaml.document import read
 from bt_mission.recording.verification import read_verified_run
+from bt_mission.search.simplify import simplify
+from bt_mission.sessions.stage import Stage
 
 DEFECT = """\
 mission: careless
@@ -120,6 +123,57 @@ def test_a_mission_that_fails_as_it_is(folder: Path, capsys: pytest.CaptureFixtu
     told = json.loads(capsys.readouterr().out)
     assert (told["runs"], told["found"]["what"]) == (1, "drive")
     assert read(folder / told["found"]["scenario"]).data["expect"] == {"outcome": "success"}
+
+
+def test_a_signal_ends_the_run_that_is_under_way(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A run of a long mission takes minutes; those that have ended are told."""
+    (folder / "careless.yaml").write_text(DEFECT.replace("gap: 0.2", "gap: 0.5"))
+    step, runs = Stage.step, []
+
+    def signalled(stage: Stage) -> None:
+        if stage not in runs:
+            runs.append(stage)
+        step(stage)
+        if len(runs) == 2 and stage.now_ns > 2_000_000_000:
+            signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr(Stage, "step", signalled)
+    assert main([*SEARCH, "--budget", "40"]) == 130
+    assert capsys.readouterr().out.startswith("careless: interrupted in 1 run\n")
+    assert len(runs) == 2
+    assert runs[-1].now_ns < 2_100_000_000
+    runs.clear()
+    assert main(["falsify", "careless.yaml", "--cover", "--workers", "1"]) == 130
+    assert "of the tree reached in 1 run\n" in capsys.readouterr().out
+
+
+def test_what_is_found_by_a_signal_is_written(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As it was found, and without running it again for a recording."""
+
+    async def simplified(*arguments: Any) -> None:
+        signal.raise_signal(signal.SIGTERM)
+        await simplify(*arguments)
+
+    monkeypatch.setattr("bt_mission.search.session.simplify", simplified)
+    monkeypatch.setattr(
+        "bt_mission.search.result.record_scenario", lambda *_: pytest.fail("it is run again")
+    )
+    assert main([*SEARCH, "--budget", "40"]) == 130
+    out = capsys.readouterr().out
+    assert re.match("careless: requirement 'keeps its distance' is violated when a ", out)
+    scenario = "found/careless/keeps_its_distance.scenario.yaml"
+    assert f"  interrupted, so not run again: bt-mission run {scenario} --record FILE" in out
+    assert {path.name for path in (folder / "found" / "careless").iterdir()} == {
+        "keeps_its_distance.scenario.yaml",
+        "test_keeps_its_distance.py",
+    }
+    monkeypatch.undo()
+    monkeypatch.chdir(folder)
+    assert main(["run", scenario, "--json"]) == 1
 
 
 @pytest.mark.parametrize(
