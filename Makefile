@@ -6,6 +6,8 @@ SHELL := /bin/bash
 
 VENV ?= .venv
 MISSION ?= missions/explore.yaml
+# Of tests at once. One more than there are processors: tests of processes wait most of their time.
+PROCESSES ?= $(shell expr $$(nproc) + 1)
 FUZZ_ARGS ?= --target all --seconds 50
 # The newest of these that works is taken; `make demo PYTHON=python3.12` takes that one.
 PYTHONS := $(or $(PYTHON),python3.13 python3.12 python3.11 python3)
@@ -33,8 +35,8 @@ help: ## say what can be made
 demo: $(runs) ## run the main job: explore.yaml on a simulated TurtleBot3
 	@$(bin)/bt-mission run $(MISSION)
 
-test: $(installed) ## run all tests
-	@$(bin)/pytest $(PYTEST_ARGS)
+test: $(installed) ## run all tests, on all processors
+	@$(bin)/pytest --numprocesses=$(PROCESSES) $(PYTEST_ARGS)
 
 fuzz: $(installed) ## mutate what comes from outside for a minute, and look for what is not caught
 	@$(bin)/python tools/fuzz.py $(FUZZ_ARGS)

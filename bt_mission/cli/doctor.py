@@ -25,6 +25,9 @@ PROBE_LIMIT_S = 30.0
 """How long a probe may take before it counts as hung, in seconds of the wall clock."""
 
 PACKAGES = ("mujoco", "py-trees", "numpy", "scipy", "pillow", "pydantic", "pyyaml", "rich")
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+"""What tests show pages in."""
+
 RMW = "RMW_IMPLEMENTATION"
 """Where it names a middleware that is absent, importing rclpy ends the process."""
 
@@ -159,6 +162,16 @@ def compiler(environ: Mapping[str, str] = os.environ) -> CheckResult:
     return CheckResult("ok", found)
 
 
+def browser(environ: Mapping[str, str] = os.environ) -> CheckResult:
+    """A Chromium, which only tests of pages need."""
+    path = environ.get("PATH")
+    found = next(filter(None, (shutil.which(name, path=path) for name in BROWSERS)), None)
+    if found is None:
+        remedy = "only `make test` needs it: tests of pages are skipped; apt install chromium"
+        return CheckResult("warning", "not found", remedy)
+    return CheckResult("ok", found)
+
+
 def packages(names: Iterable[str] = PACKAGES) -> CheckResult:
     """The Python packages beside ROS."""
     versions, absent = [], []
@@ -253,6 +266,7 @@ CHECKS = (
         partial(probe, "render", otherwise="warning", remedy=RENDERING),
         needs=("Python packages",),
     ),
+    DoctorCheck("Chromium", browser),
 )
 
 

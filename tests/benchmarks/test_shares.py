@@ -91,6 +91,7 @@ def test_an_alarm_that_is_handled_late_does_not_start_the_timer_again(shares):
     samples = shares.Samples(ROOT)
     with shares.sampling(samples, random.Random(1)):
         handler = signal.getsignal(signal.SIGALRM)
+    assert callable(handler)
     taken = samples.rooms.total()
     handler(signal.SIGALRM, None)
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)

@@ -76,6 +76,15 @@ def test_another_python_is_missing(version):
     assert "3.11, 3.12 or 3.13" in finding.remedy
 
 
+def test_without_a_browser_only_tests_are_skipped(tmp_path):
+    """The finding says which."""
+    finding = doctor.browser({"PATH": str(tmp_path)})
+    assert (finding.state, finding.found) == ("warning", "not found")
+    assert "tests of pages are skipped; apt install chromium" in finding.remedy
+    (tmp_path / "chromium").touch(mode=0o755)
+    assert doctor.browser({"PATH": str(tmp_path)}).state == "ok"
+
+
 def test_without_a_compiler_only_installing_is_in_the_way(tmp_path):
     """What is installed runs without one."""
     finding = doctor.compiler({"PATH": str(tmp_path)})

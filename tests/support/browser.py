@@ -15,9 +15,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
+from bt_mission.cli.doctor import BROWSERS
+
+BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
 
 
 class Page:
