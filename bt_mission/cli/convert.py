@@ -9,6 +9,7 @@ from typing import Any
 from bt_mission.cli.argument_types import input_file, output_file
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.options import add_force_option, mission_file, write_output
+from bt_mission.cli.outputs import refuse_overwritten
 from bt_mission.core.errors import BtMissionError
 
 DESCRIPTION = """\
@@ -61,6 +62,8 @@ def add_parser(commands: Any) -> None:
 
 def convert(options: argparse.Namespace) -> int:
     """Write the other form of a file."""
+    from bt_mission.core.file_index import files_of
+
     if options.file is None and not options.palette:
         raise BtMissionError("expected the file of a mission, or --palette")
     file = options.file and mission_file(options)
@@ -68,6 +71,7 @@ def convert(options: argparse.Namespace) -> int:
     if options.output is None:
         print(text, end="")
     else:
+        refuse_overwritten(options, [] if file is None else files_of(file))
         write_output(options.output, text.encode())
     return SUCCESS
 

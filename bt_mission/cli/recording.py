@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from bt_mission.cli.argument_types import output_file
 from bt_mission.cli.options import add_force_option
 from bt_mission.cli.outputs import file_of_robot
-from bt_mission.core.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError, cause_of
 
 if TYPE_CHECKING:
     from bt_mission.core.output import OutputFile
@@ -241,8 +241,8 @@ class RunFiles:
                 pages = pages_of(recording, self.page, None)
                 for robot, page in pages.items():
                     write_page(recording, page, robot)
-            except BtMissionError as error:
-                return kept | {"report_lacks": str(error)}
+            except Exception as error:  # noqa: BLE001 - the run has ended, and is told of
+                return kept | {"report_lacks": cause_of(error)}
             kept["report"] = ", ".join(map(str, pages.values()))
         return kept
 

@@ -69,6 +69,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("run two.fleet.yaml --trace part.yaml --force", "part.yaml: is read for this run"),
         ("tree m.yaml --format dot -o trees.yaml --force", "trees.yaml: is read for this run"),
         ("convert m.yaml -o m.yaml --force", "--output m.yaml: is the file that FILE names"),
+        ("convert m.yaml -o trees.yaml --force", "trees.yaml: is read for this run"),
         ("sweep m.yaml --seeds 2 --report trees.yaml", "trees.yaml: is read for this run"),
         ("sweep m.yaml --seeds 2 --report m.yaml", "--report m.yaml: is the file that FILE names"),
         ("run m.yaml --trace sub", "--trace sub: is a folder; name a file"),

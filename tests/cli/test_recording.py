@@ -72,6 +72,24 @@ def test_the_camera_alone_is_not_recorded(mission: str, capsys: pytest.CaptureFi
     assert "--record FILE.mcap" in capsys.readouterr().err
 
 
+def test_a_report_that_fails_hides_no_outcome(
+    mission: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Whatever goes wrong in it, the run has ended by then."""
+
+    def broken(_: object) -> str:
+        raise ZeroDivisionError("a defect")
+
+    monkeypatch.setattr("bt_mission.views.html_report.page.page_of", broken)
+    assert main(["run", mission, "--json", "--report", str(tmp_path / "run.html")]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["status"] == "success"
+    assert told["report_lacks"].startswith("ZeroDivisionError: a defect (test_recording.py:")
+
+
 @pytest.mark.process
 def test_a_full_disk_is_told_at_the_end(mission: str, tmp_path: Path) -> None:
     """The mission itself succeeds."""
