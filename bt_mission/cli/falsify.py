@@ -278,9 +278,8 @@ async def _carry_out(
         with ScenarioWorker(base.bundle, partial(run_scenario, before_step=leave)) as worker:
             await search(SerialRunner(worker))
         return
-    async with pool_for(options, base.bundle) as pool:
+    async with pool_for(options, base.bundle, on_wait=leave) as pool:
         leave()
-        pool.on_wait = leave
         await search(pool)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import signal
-from collections.abc import Coroutine
+from collections.abc import Callable, Coroutine
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -106,8 +106,14 @@ def is_alone(options: argparse.Namespace) -> bool:
     return options.workers == 1 and options.scheduler is None
 
 
-def pool_for(options: argparse.Namespace, bundle: Bundle) -> ScenarioPool:
-    """Return the workers that the options name, ready to be entered."""
+def pool_for(
+    options: argparse.Namespace, bundle: Bundle, on_wait: Callable[[], None] = lambda: None
+) -> ScenarioPool:
+    """Return the workers that the options name, ready to be entered.
+
+    Args:
+        on_wait: Called each second in which no scenario ends.
+    """
     from bt_mission.sweeps.cluster import WORKER_MEMORY, PoolOptions, memory
     from bt_mission.sweeps.pool import ScenarioPool
 
@@ -117,7 +123,7 @@ def pool_for(options: argparse.Namespace, bundle: Bundle) -> ScenarioPool:
         memory=memory(options.worker_memory or WORKER_MEMORY),
         dashboard=options.dashboard,
     )
-    return ScenarioPool(bundle, given)
+    return ScenarioPool(bundle, given, on_wait)
 
 
 def run_interruptible(main: Coroutine[Any, Any, None]) -> str:

@@ -51,13 +51,16 @@ class ScenarioPool:
     Args:
         bundle: The files of all scenarios, which every worker is given.
         options: Where the workers are.
-
-    Attributes:
-        on_wait: Called each second in which no scenario ends.
+        on_wait: Called each second in which no scenario ends. It may be set later, too.
     """
 
-    def __init__(self, bundle: Bundle, options: PoolOptions | None = None) -> None:
-        self.on_wait: Callable[[], None] = lambda: None
+    def __init__(
+        self,
+        bundle: Bundle,
+        options: PoolOptions | None = None,
+        on_wait: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.on_wait = on_wait
         self._bundle = bundle
         self._options = options or PoolOptions()
         self._client: Client
