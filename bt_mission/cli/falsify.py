@@ -49,6 +49,8 @@ examples:
   bt-mission falsify explore --find collision   ... in which the robot touches something?
   bt-mission falsify explore --cover            what of its tree does no run reach?
   bt-mission falsify mine.yaml --require safe.yaml --within ranges.yaml --budget 200
+  bt-mission falsify mine.yaml --reference good.yaml --keep-going 5
+                                                up to five causes that good.yaml does not have
 
 a file of ranges, in which everything may be left out (docs/reference/search.md):
   seeds: 0..999
@@ -57,6 +59,7 @@ a file of ranges, in which everything may be left out (docs/reference/search.md)
   start: anywhere
   obstacles: {most: 1, ahead: 0.8..2}
   faults: {most: 2, kinds: [network, lidar_dead], times: 0..20}
+  assume: [always clearance > 0.05]
 
 exit codes: 0 nothing was found, 1 something was, 2 bad input, 130 interrupted: what was found so
 far is written
@@ -116,6 +119,19 @@ def _add_search_options(parser: argparse.ArgumentParser) -> None:
         "reached, and list those that stay",
     )
     parser.add_argument(
+        "--reference",
+        type=input_file,
+        metavar="GOOD.yaml",
+        help="a mission that is good: what breaks it in the same scenario does not count",
+    )
+    parser.add_argument(
+        "--keep-going",
+        type=count,
+        default=1,
+        metavar="N",
+        help="go on until N different causes are found (default: 1)",
+    )
+    parser.add_argument(
         "--within", type=input_file, metavar="RANGES.yaml", help="what may vary, and by how much"
     )
     parser.add_argument(
@@ -150,9 +166,11 @@ def _falsify(options: argparse.Namespace) -> int:
     if not is_alone(options):
         refuse_worker_options(options)
     if options.cover:
-        for name in ("find", "output"):
+        for name in ("find", "output", "reference"):
             if getattr(options, name) is not None:
                 raise BtMissionError(f"--cover lists what was reached: it has no --{name}")
+        if options.keep_going != 1:
+            raise BtMissionError("--cover lists what was reached: it has no --keep-going")
     announce(f"loading {options.file}, starting the simulation")
     from bt_mission.core.dds.middleware import prepare_middleware
     from bt_mission.core.interrupts import InterruptSignals
@@ -167,24 +185,38 @@ def _falsify(options: argparse.Namespace) -> int:
         plain = load_base(path, replace(changes, requirements={}))
         with_requirements(plain.mission, options.require)
     base = load_search(path, changes, ranges, options.find)
+    good = None
+    if options.reference is not None:
+        from bt_mission.search.reference import load_reference
+
+        good = load_reference(options.reference, base, ranges)
     folder = None if options.cover else _folder(options, base)
     prepare_middleware()
     with InterruptSignals(most=1) as interrupts:
         if folder is None:
             return _cover(base, ranges, options, interrupts)
-        session = _searched(base, ranges, options, interrupts)
+        session = _searched(base, good, ranges, options, interrupts)
     return falsify_results.tell(session, folder, options)
 
 
 def _searched(
     base: BaseScenario,
+    good: BaseScenario | None,
     ranges: RangesFile,
     options: argparse.Namespace,
     interrupts: InterruptSignals,
 ) -> SearchSession:
     """Search; gives what it has come to."""
+    from contextlib import ExitStack
+    from functools import partial
+
     from bt_mission.cli.search_progress import SearchProgress
+    from bt_mission.scenarios.run import run_scenario
+    from bt_mission.scenarios.runner import silence_logs
+    from bt_mission.search.reference import Reference
     from bt_mission.search.session import SearchOptions, SearchSession, aim_of
+    from bt_mission.sweeps.runner import SerialRunner
+    from bt_mission.sweeps.work import ScenarioWorker
 
     progress = SearchProgress()
 
@@ -201,10 +233,18 @@ def _searched(
         options.strategy,
         options.search_seed,
         options.simplify,
+        options.keep_going,
     )
-    session = SearchSession(base, ranges, wanted, watch)
-    if _is_cut_short(base, session.run, options, interrupts):
-        session.state.is_interrupted = True
+    with ExitStack() as stack:
+        reference = None
+        if good is not None:
+            silence_logs()
+            run = partial(run_scenario, before_step=_leaving(interrupts))
+            worker = stack.enter_context(ScenarioWorker(good.bundle, run))
+            reference = Reference(good, SerialRunner(worker))
+        session = SearchSession(base, ranges, wanted, watch, reference)
+        if _is_cut_short(base, session.run, options, interrupts):
+            session.state.is_interrupted = True
     progress.end()
     return session
 
@@ -244,15 +284,22 @@ def _is_cut_short(
     """
     import asyncio
 
+    try:
+        asyncio.run(_carry_out(base, search, options, _leaving(interrupts)))
+    except asyncio.CancelledError:
+        return True
+    return False
+
+
+def _leaving(interrupts: InterruptSignals) -> Callable[[], None]:
+    """Return what cancels a search once there was a signal."""
+    import asyncio
+
     def leave() -> None:
         if interrupts.count:
             raise asyncio.CancelledError
 
-    try:
-        asyncio.run(_carry_out(base, search, options, leave))
-    except asyncio.CancelledError:
-        return True
-    return False
+    return leave
 
 
 async def _carry_out(

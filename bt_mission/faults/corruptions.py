@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from std_msgs.msg import Header
 from bt_mission.core.errors import described
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.parameters import OneOf
+from bt_mission.ros.interface_types import FillError, fill
 
 STAMP_S = 10
 """By so many seconds a wrong stamp is wrong."""
@@ -60,6 +61,31 @@ def changed_by(how: str | Callable[[Any], Any], field: str | None) -> Callable[[
     return change_freely
 
 
+def setting(what: str, fields: Mapping[str, Any]) -> Callable[[Any], Any]:
+    """Return what gives fields of a message other values, and returns the message.
+
+    Args:
+        what: The fault, for errors.
+        fields: Values by dotted names.
+
+    Raises:
+        ScenarioError: When there are none; later, for a field or a value that does not fit.
+    """
+    if not fields:
+        raise ScenarioError(f"{what}: give fields, such as error_code=906")
+
+    def change(message: Any) -> Any:
+        for field, value in fields.items():
+            owner, (name,) = _find(message, field)
+            try:
+                fill(owner, {name: value})
+            except FillError as error:
+                raise ScenarioError(f"{what}: {error}") from error
+        return message
+
+    return change
+
+
 def restamp(message: Any, like: Any) -> None:
     """Give a message the stamps of another of its type.
 
@@ -92,7 +118,7 @@ def _find(message: Any, field: str | None) -> tuple[Any, list[str]]:
 
 def _checked(message: Any, name: str) -> str:
     if not hasattr(message, "get_fields_and_field_types"):
-        raise ScenarioError(f"corrupt: there is no field '{name}' in {message!r}, a plain value")
+        raise ScenarioError(f"there is no field '{name}' in {message!r}, a plain value")
     known = list(message.get_fields_and_field_types())
     if name not in known:
         raise no_such(f"field of {type(message).__name__}", name, known)

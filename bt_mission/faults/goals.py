@@ -13,7 +13,7 @@ from typing import Any, Literal
 from action_msgs.srv import CancelGoal
 from unique_identifier_msgs.msg import UUID
 
-from bt_mission.faults.corruptions import ReadyMadeName, changed_by
+from bt_mission.faults.corruptions import ReadyMadeName, changed_by, setting
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.faults.fault import Begin, Fates, FaultInstance, Tap
 from bt_mission.faults.maker import (
@@ -282,6 +282,48 @@ class GoalFaults(Maker):
             return (Delivery(passing.message),)
 
         return _feedback(action, corrupt)
+
+    @makes_fault
+    def set_feedback(
+        self, /, action: ActionText, *, lasting: Seconds | None = None, **fields: Any
+    ) -> Begin:
+        """Give fields of the feedback other values.
+
+        Args:
+            fields: By their dotted names, such as ``remaining_angle=0.5``.
+        """
+        change = setting("set_feedback", fields)
+
+        def tap(_: FaultInstance, passing: Passing) -> Fates:
+            change(passing.message.feedback)
+            return (Delivery(passing.message),)
+
+        def begin(fault: FaultInstance) -> None:
+            change(fault.action_type(action).Feedback())  # an unknown field is refused
+            fault.tap(part_of(fault, action, "feedback"), Side.MESSAGE, tap)
+
+        return begin
+
+    @makes_fault
+    def set_result(
+        self, /, action: ActionText, *, lasting: Seconds | None = None, **fields: Any
+    ) -> Begin:
+        """Give fields of the results other values; how a goal has ended stays as it is.
+
+        Args:
+            fields: By their dotted names, such as ``error_code=906``.
+        """
+        change = setting("set_result", fields)
+
+        def tap(_: FaultInstance, passing: Passing) -> Fates:
+            change(passing.message.result)
+            return (Delivery(passing.message),)
+
+        def begin(fault: FaultInstance) -> None:
+            change(fault.action_type(action).Result())  # an unknown field is refused
+            fault.tap(part_of(fault, action, "result"), Side.RESPONSE, tap)
+
+        return begin
 
 
 def tap_parts(action: str, tap: Tap, *sides: tuple[str, Side]) -> Begin:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
-from bt_mission.faults.corruptions import ReadyMadeName, changed_by, restamp
+from bt_mission.faults.corruptions import ReadyMadeName, changed_by, restamp, setting
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.faults.fault import Begin, Fates, FaultInstance, Tap
 from bt_mission.faults.maker import (
@@ -20,6 +20,7 @@ from bt_mission.faults.maker import (
     repeated,
 )
 from bt_mission.faults.parameters import NodeName, Seconds, TopicName
+from bt_mission.ros.interface_types import topic_type
 from bt_mission.virtual_time import Delivery, Passing, Side
 
 
@@ -176,6 +177,25 @@ class TopicFaults(Maker):
         change = changed_by(how, field)
         corrupt = for_share(share, lambda _, passing: (Delivery(change(passing.message)),))
         return _at(topic, receiver, corrupt)
+
+    @makes_fault
+    def set_fields(
+        self, /, topic: TopicName, *, lasting: Seconds | None = None, **fields: Any
+    ) -> Begin:
+        """Give fields of the messages other values.
+
+        Args:
+            fields: By their dotted names, such as ``percentage=0.1``.
+        """
+        change = setting("set_fields", fields)
+
+        def begin(fault: FaultInstance) -> None:
+            name = fault.topic(topic)
+            types = dict(fault.run.stage.node.get_topic_names_and_types())
+            change(topic_type(types[name][0])())  # an unknown field is refused as it begins
+            fault.tap(name, Side.MESSAGE, lambda _, it: (Delivery(change(it.message)),))
+
+        return begin
 
 
 def _at(topic: str, receiver: str | None, tap: Tap) -> Begin:

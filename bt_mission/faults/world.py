@@ -29,7 +29,7 @@ class WorldFaults(Maker):
     """
 
     @makes_fault
-    def spawn_box(
+    def spawn_box(  # noqa: PLR0913 - keywords
         self,
         ahead: Metres | None = None,
         left: Metres = 0.0,
@@ -39,6 +39,7 @@ class WorldFaults(Maker):
         yaw: Degrees = 0.0,
         size: tuple[Metres, Metres, Metres] = BOX,
         even_into_the_robot: bool = False,
+        nearest_free: bool = False,
         lasting: Seconds | None = None,
     ) -> Begin:
         """Have a box appear; it vanishes when the fault ends.
@@ -47,12 +48,18 @@ class WorldFaults(Maker):
             yaw: Deg, from the robot's heading, or ``at`` a place, from the map's x.
             size: Length, width and height, m.
             name: In collisions, and for ``move_box``; a number is added where it is taken.
+            nearest_free: Where there is no room, at the nearest place that has some.
         """
-        shape = {"size": size, "yaw_deg": yaw, "even_into_the_robot": even_into_the_robot}
+        shape = {
+            "size": size,
+            "yaw_deg": yaw,
+            "even_into_the_robot": even_into_the_robot,
+            "nearest_free": nearest_free,
+        }
         return _spawn("spawn_box", (ahead, left, at), shape, name)
 
     @makes_fault
-    def spawn_cylinder(
+    def spawn_cylinder(  # noqa: PLR0913 - keywords
         self,
         ahead: Metres | None = None,
         left: Metres = 0.0,
@@ -62,10 +69,20 @@ class WorldFaults(Maker):
         radius: Metres = 0.1,
         height: Metres = 0.5,
         even_into_the_robot: bool = False,
+        nearest_free: bool = False,
         lasting: Seconds | None = None,
     ) -> Begin:
-        """Have a cylinder appear; it vanishes when the fault ends."""
-        shape = {"radius": radius, "height": height, "even_into_the_robot": even_into_the_robot}
+        """Have a cylinder appear; it vanishes when the fault ends.
+
+        Args:
+            nearest_free: Where there is no room, at the nearest place that has some.
+        """
+        shape = {
+            "radius": radius,
+            "height": height,
+            "even_into_the_robot": even_into_the_robot,
+            "nearest_free": nearest_free,
+        }
         return _spawn("spawn_cylinder", (ahead, left, at), shape, name)
 
     @makes_fault
@@ -77,16 +94,22 @@ class WorldFaults(Maker):
         *,
         at: Place | None = None,
         speed: MetresPerSecond = 0.5,
+        nearest_free: bool = False,
     ) -> Begin:
         """Have an obstacle go somewhere, straight, whatever stands in its way.
 
         Args:
             box: What made it appear, or its name.
             speed: M/s, at most 2.
+            nearest_free: To the nearest place of the floor, where the place lies outside of it.
         """
 
         def begin(fault: FaultInstance) -> None:
             x, y, _ = _place(fault, (ahead, left, at))
+            if nearest_free:
+                length, width = fault.run.stage.sim.simulation.world.size
+                x = min(max(x, -length / 2), length / 2)
+                y = min(max(y, -width / 2), width / 2)
             with mistakes_of_test("move_box"):
                 _prop(fault, box).move_to(x, y, speed)
 

@@ -30,6 +30,12 @@ class Candidate:
     faults: tuple[PlannedFault, ...] = ()
     limit: float | None = None
 
+    @property
+    def size(self) -> tuple[int, int, int]:
+        """How much it takes besides the base: faults, other changes, and characters of faults."""
+        changes = len(self.values) + (self.seed is not None)
+        return len(self.faults), changes, sum(len(one.text) for one in self.faults)
+
     def concrete(self, base: BaseScenario, number: int) -> ConcreteScenario:
         """Return what a worker carries out."""
         faults = [one.text for one in self.faults]

@@ -8,6 +8,8 @@ from typing import Any
 
 from bt_mission.coverage.record import CoverageRecord, coverage_places
 from bt_mission.search.candidate import Candidate
+from bt_mission.search.material import material_of
+from bt_mission.search.probing import present_in
 from bt_mission.search.ranges import Ranges, RangesFile, Span
 from bt_mission.search.search import carry_out, run_as_it_is
 from bt_mission.search.session import with_limit
@@ -17,7 +19,7 @@ from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.runner import ScenarioRunner
 
-COVER_KINDS = ["servers", "network", "hardware"]
+COVER_KINDS = ["servers", "network", "hardware", "messages"]
 """Faults that are drawn where the ranges name no kinds: outcomes of goals come from servers."""
 
 
@@ -96,7 +98,8 @@ class CoverSession:
         state.count(as_it_is, row)
         state.is_interrupted = not self._watch(state)
         ranges = with_limit(_for_cover(ranges, row.virtual_s), self.base, row)
-        space = SearchSpace(self.base, ranges, self._ranges.parameters, row.virtual_s)
+        material = await present_in(material_of(self.base.mission), self.base, runner)
+        space = SearchSpace(self.base, ranges, self._ranges.parameters, row.virtual_s, material)
         strategy = STRATEGIES[self._strategy](space, self._seed)
         while state.runs < budget and state.record.missing and not state.is_interrupted:
             asked = strategy.ask(min(BATCH, budget - state.runs))
@@ -110,13 +113,9 @@ class CoverSession:
 def _for_cover(ranges: Ranges, latest_s: float) -> Ranges:
     """Return ranges with what reaches more of a tree, where they do not say else.
 
-    Goals are sent from 0 s on, and some of their outcomes take a server that is silent for long.
+    Some outcomes of goals take a server that is silent for long.
     """
-    usual = {
-        "kinds": COVER_KINDS,
-        "times": Span(0.0, latest_s),
-        "lasting": Span(LEAST_S, max(LEAST_S, latest_s)),
-    }
+    usual = {"kinds": COVER_KINDS, "lasting": Span(LEAST_S, max(LEAST_S, latest_s))}
     left = {key: one for key, one in usual.items() if key not in ranges.faults.model_fields_set}
     changes: dict[str, Any] = {"faults": ranges.faults.model_copy(update=left)}
     if "most" not in ranges.obstacles.model_fields_set:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from bt_mission.scenarios.cause import masked
 from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
 
 Aim = Literal["violated", "failed", "orphaned", "collision", "anything"]
@@ -24,17 +26,35 @@ WORST = -1.0
 BEST = 1.0
 
 
+ASSUMED, BRANCH = "assumed: ", "branch: "
+"""What the names of requirements begin with that only a search has: assumptions of the ranges, and
+distances to branches that no run has taken."""
+
+
+def is_hidden(name: str) -> bool:
+    """Tell whether a requirement is the search's own."""
+    return name == CLEARANCE or name.startswith((ASSUMED, BRANCH))
+
+
 @dataclass(frozen=True)
 class Failure:
-    """How a run breaks its mission; equal for the same failure.
+    """How a run breaks its mission; equal for the same cause.
 
     Attributes:
-        what: The requirement, or the leaf that failed and why in a word; empty where there is
-            nothing more to say.
+        what: The requirement, or the leaf that failed; empty where there is nothing more to say.
+        node: The node whose failure came last, where the mission has not succeeded.
+        reason: Of such a mission, each number masked.
     """
 
     kind: FailureKind
     what: str = ""
+    node: str = ""
+    reason: str = ""
+
+    def is_like(self, other: Failure) -> bool:
+        """Tell whether another is the same one, also where its run ends sooner."""
+        same = (self.kind, self.what) == (other.kind, other.what)
+        return same and (self.kind != "failed" or self.reason == other.reason)
 
 
 def default_aim(*, has_requirements: bool) -> Aim:
@@ -44,6 +64,8 @@ def default_aim(*, has_requirements: bool) -> Aim:
 
 class Guide:
     """Judges runs, beside that of the mission as it is.
+
+    Runs are told to it in their order (`learn`), so that a search repeats.
 
     Args:
         aim: What is searched for.
@@ -55,51 +77,99 @@ class Guide:
         self._usual = {
             name: one.margin for name, one in as_it_is.requirements.items() if one.margin
         }
+        self._has_booleans = bool({"failed", "orphaned"} & set(self._kinds)) or (
+            "violated" in self._kinds
+            and any(
+                name not in self._usual and not is_hidden(name) for name in as_it_is.requirements
+            )
+        )
+        self._reached: Counter[int] = Counter()
+        self._taken: set[str] = set()
+
+    def learn(self, row: ScenarioRow) -> None:
+        """Take note of what of the tree a run has reached."""
+        self._reached.update(_places(row))
+        self._taken |= {name for name, one in row.requirements.items() if one.verdict == "violated"}
+
+    def is_assumed(self, row: ScenarioRow) -> bool:
+        """Tell whether a run keeps to the assumptions."""
+        return not any(
+            name.startswith(ASSUMED) and one.verdict == "violated"
+            for name, one in row.requirements.items()
+        )
 
     def failures(self, row: ScenarioRow) -> tuple[Failure, ...]:
         """Return what a run shows of what is searched for, the worst first."""
-        if row.is_error:
+        if row.is_error or not self.is_assumed(row):
             return ()
+        end: tuple[str, str] = ("", "")
+        if row.outcome != "success":
+            end = row.failed_node, masked(row.reason.partition("\n")[0])
         found: list[Failure] = []
         if "violated" in self._kinds:
             broken = [
                 (self._share(name, one), name)
                 for name, one in row.requirements.items()
-                if one.verdict == "violated" and name != CLEARANCE
+                if one.verdict == "violated" and not is_hidden(name)
             ]
-            found += [Failure("violated", name) for _, name in sorted(broken)]
+            found += [Failure("violated", name, *end) for _, name in sorted(broken)]
         if "collision" in self._kinds and row.collisions:
-            found.append(Failure("collision"))
+            found.append(Failure("collision", "", *end))
         if "orphaned" in self._kinds and row.orphaned_goals:
-            found.append(Failure("orphaned"))
+            found.append(Failure("orphaned", "", *end))
         if "failed" in self._kinds and row.outcome != "success":
-            found.append(Failure("failed", failed_by(row)))
+            found.append(Failure("failed", failed_by(row), *end))
         return tuple(found)
 
     def score(self, row: ScenarioRow) -> float:
         """Return how near a run came to what is searched for: from 1, not at all, to -1, there.
 
         It is the smallest margin of all requirements, each as a share of what it is in the mission
-        as it is. What has no margin counts as 1, and -1 where it was found.
+        as it is. What has no margin is approached by new places of the tree and by the distance to
+        branches that no run has taken; where there is both, the mean counts.
         """
-        if row.is_error:
+        if row.is_error or not self.is_assumed(row):
             return BEST
         if self.failures(row):
             return WORST
-        return min([one for one, _ in self._margins(row)], default=BEST)
+        margin = min([one for one, _ in self._margins(row)], default=None)
+        if not self._has_booleans:
+            return BEST if margin is None else margin
+        new = self._novelty(row)
+        return new if margin is None else (margin + new) / 2
 
     def smallest(self, row: ScenarioRow) -> tuple[float, str] | None:
         """Return the smallest margin of a run as a share, and the requirement's name."""
         return min(self._margins(row), default=None)
 
+    def _novelty(self, row: ScenarioRow) -> float:
+        """Return how little new a run has reached: from 1, nothing, to 0.
+
+        Half of it is the place of the tree that fewest runs have reached, `1 / (1 + n)`; the other
+        half the nearest branch not taken, `1 / (1 + distance)`, the distance as a share of the
+        usual one. The form of the latter is that of A. Arcuri: "It really does matter how you
+        normalize the branch distance in search-based software testing", Software Testing,
+        Verification and Reliability 23 (2013).
+        """
+        rarest = max((1 / (1 + self._reached[one]) for one in _places(row)), default=0.0)
+        distances = [
+            one.margin / abs(self._usual.get(name) or 1.0)
+            for name, one in row.requirements.items()
+            if name.startswith(BRANCH) and name not in self._taken and one.margin is not None
+        ]
+        nearest = max((1 / (1 + max(0.0, one)) for one in distances), default=0.0)
+        return BEST - 0.5 * rarest - 0.5 * nearest
+
     def _margins(self, row: ScenarioRow) -> list[tuple[float, str]]:
-        if row.is_error:
+        if row.is_error or not self.is_assumed(row):
             return []
-        counts = "violated" in self._kinds
+        names = {CLEARANCE} if "collision" in self._kinds else set()
+        if "violated" in self._kinds:
+            names |= {name for name in row.requirements if not is_hidden(name)}
         return [
             (self._share(name, one), name)
             for name, one in row.requirements.items()
-            if (counts or ("collision" in self._kinds and name == CLEARANCE))
+            if name in names
             and one.margin is not None
             and (self._usual.get(name) or one.verdict == "violated")
         ]
@@ -109,6 +179,12 @@ class Guide:
             return WORST if margin.verdict == "violated" else BEST
         usual = abs(self._usual.get(name) or 1.0)
         return max(WORST, min(BEST, margin.margin / usual))
+
+
+def _places(row: ScenarioRow) -> list[int]:
+    """Return the numbers of the places of the tree that a run has reached."""
+    bits = int(row.coverage or "0", 16)
+    return [number for number in range(bits.bit_length()) if bits >> number & 1]
 
 
 def failed_by(row: ScenarioRow) -> str:

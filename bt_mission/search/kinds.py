@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 from bt_mission.core.diagnostics import did_you_mean, quoted
-from bt_mission.language.mission import Mission
-from bt_mission.language.nodes.action import GoalNode
-from bt_mission.language.trees import all_steps
 from bt_mission.testing.generators.faults import DRAWN, IN_LEAVES, OF_A_BOX
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
@@ -40,7 +36,16 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
         "shove",
     ),
     "camera": ("camera_noise", "camera_black", "camera_frozen", "camera_dead"),
-    "messages": ("freeze", "corrupt", "corrupt_feedback", "freeze_feedback", "forge_feedback"),
+    "messages": (
+        "freeze",
+        "corrupt",
+        "corrupt_feedback",
+        "freeze_feedback",
+        "forge_feedback",
+        "set_fields",
+        "set_feedback",
+        "set_result",
+    ),
     "servers": (
         "reject_goals",
         "ignore_goals",
@@ -62,6 +67,10 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
 }
 """The first is the simplest of each."""
 
+DEFAULT_KINDS = ("network", "hardware", "servers", "messages")
+"""Groups that faults are drawn from where the ranges name none; those of the camera and the battery
+besides, where the mission uses them."""
+
 _DRAWABLE = (*(set(DRAWN) - set(OF_A_BOX) - {"spawn_box", "spawn_cylinder"}), *IN_LEAVES)
 
 
@@ -79,15 +88,3 @@ def unknown_kind(name: str) -> tuple[str, str | None] | None:
 def faults_of(kinds: Iterable[str]) -> tuple[str, ...]:
     """Return the faults of kinds and groups, each once."""
     return tuple(dict.fromkeys(one for kind in kinds for one in GROUPS.get(kind, (kind,))))
-
-
-def actions_of(mission: Mission) -> Sequence[str]:
-    """Return the actions that a mission has goals for."""
-    found = (one.ros_name for one in all_steps(mission) if isinstance(one, GoalNode))
-    return tuple(dict.fromkeys(found))
-
-
-def leaves_of(mission: Mission) -> Sequence[str]:
-    """Return the leaves of a mission that send goals and have a name of their own."""
-    found = Counter(one.label for one in all_steps(mission) if isinstance(one, GoalNode))
-    return tuple(name for name, count in found.items() if count == 1)

@@ -21,12 +21,15 @@ from bt_mission.core.files import look_for, names
 from bt_mission.core.yaml.document import Document, read, read_text
 from bt_mission.core.yaml.models import validate
 from bt_mission.faults.world import MOST_OBSTACLES
+from bt_mission.language.checks.requirements import MissionNames
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import Written
+from bt_mission.language.requirements.written import WrittenFormula
 from bt_mission.search.kinds import unknown_kind
 from bt_mission.sessions.check import has_camera
 from bt_mission.sweeps.space import NUMBER, Interval, Parameter, parse_parameter, read_parameters
+from sim.world.world import FASTEST
 
 _SPAN = re.compile(rf"\s*({NUMBER})\s*\.\.\s*({NUMBER})\s*")
 
@@ -59,6 +62,13 @@ def _positive_span(value: Any) -> Span:
     return span
 
 
+def _speed_span(value: Any) -> Span:
+    span = _span(value)
+    if span.low < 0 or span.high > FASTEST:
+        raise fields.refusal(f"expected speeds from 0 to {FASTEST:g} m/s, got {describe(value)}")
+    return span
+
+
 def _time_span(value: Any) -> Span:
     span = _span(value)
     if span.low < 0:
@@ -77,6 +87,7 @@ def _seeds(value: Any) -> range:
 
 AnySpan = Annotated[Any, PlainValidator(_span)]
 PositiveSpan = Annotated[Any, PlainValidator(_positive_span)]
+SpeedSpan = Annotated[Any, PlainValidator(_speed_span)]
 TimeSpan = Annotated[Any, PlainValidator(_time_span)]
 Seeds = Annotated[Any, PlainValidator(_seeds)]
 
@@ -90,7 +101,11 @@ class StartRanges(Written):
 
 
 class ObstacleRanges(Written):
-    """Obstacles that may appear; m from the robot as it stands then, s since the start."""
+    """Obstacles that may appear; m from the robot as it stands then, s since the start.
+
+    Where there is no room, an obstacle appears at the nearest place that has some. One in three
+    moves, m/s; none where `speed` is 0.
+    """
 
     most: Annotated[int, Field(ge=0, le=MOST_OBSTACLES)] = 3
     times: TimeSpan | None = None
@@ -98,15 +113,21 @@ class ObstacleRanges(Written):
     left: AnySpan = Span(-0.6, 0.6)
     size: PositiveSpan = Span(0.1, 0.4)
     lasting: PositiveSpan | None = None
+    speed: SpeedSpan = Span(0.1, 0.5)
 
 
 class FaultRanges(Written):
-    """Faults that may happen, s since the start."""
+    """Faults that may happen, s since the start.
+
+    Without `kinds`, those of `DEFAULT_KINDS`. Without `times`, faults begin at a time of the run or
+    with an event of the mission. Without `lasting`, they go on for 0.25 s to 3 s, or for a little
+    less or more than a limit of the mission.
+    """
 
     most: Annotated[int, Field(ge=0, le=10)] = 3
-    kinds: list[fields.Line] = ["network", "hardware"]
+    kinds: list[fields.Line] | None = None
     times: TimeSpan | None = None
-    lasting: PositiveSpan = Span(0.25, 3.0)
+    lasting: PositiveSpan | None = None
 
 
 class Ranges(Written):
@@ -119,6 +140,7 @@ class Ranges(Written):
     start: Literal["anywhere"] | StartRanges | None = None
     obstacles: ObstacleRanges = ObstacleRanges()
     faults: FaultRanges = FaultRanges()
+    assume: list[WrittenFormula] = []
     limit: Annotated[float, Field(gt=0, le=100_000)] | None = None
 
 
@@ -156,7 +178,7 @@ class RangesFile:
         return tuple(found)
 
     def _wrong_kinds(self) -> Iterator[Diagnostic]:
-        for number, kind in enumerate(self.ranges.faults.kinds):
+        for number, kind in enumerate(self.ranges.faults.kinds or ()):
             if found := unknown_kind(kind):
                 yield self.document.fault(("faults", "kinds", number), *found)
 
@@ -200,7 +222,7 @@ class RangesFile:
         Raises:
             InputError: With the kinds that need one where the robot has none.
         """
-        kinds = enumerate(self.ranges.faults.kinds)
+        kinds = enumerate(self.ranges.faults.kinds or ())
         needing = [(n, kind) for n, kind in kinds if kind.partition("_")[0] == "camera"]
         if needing and not has_camera(mission):
             raise InputError(
@@ -210,6 +232,21 @@ class RangesFile:
                 )
                 for number, kind in needing
             )
+
+    def check_assumptions(self, mission: Mission) -> None:
+        """Look for the nodes and variables that assumptions name.
+
+        Raises:
+            InputError: With those that the mission does not have.
+        """
+        names = MissionNames(mission)
+        wrong = [
+            self.document.fault(("assume", number), one.message, one.hint, offset=one.column - 1)
+            for number, formula in enumerate(self.ranges.assume)
+            for one in names.unknown_in(formula.root)
+        ]
+        if wrong:
+            raise InputError(wrong)
 
     def refused_value(self, name: str, message: str) -> Diagnostic:
         """Tell that a mission refuses a value of an input, at its place."""

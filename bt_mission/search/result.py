@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import re
 import textwrap
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from bt_mission.core.output import cannot_write, write_file
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.writer import mission_as_data
-from bt_mission.search.guide import CLEARANCE, Failure
+from bt_mission.search.guide import Failure, is_hidden
 from bt_mission.search.search import Found
 from bt_mission.search.sentence import sentence
 from bt_mission.sweeps.base import BaseScenario
@@ -58,18 +60,38 @@ class FoundFiles:
     repeats: bool | None
 
 
+def write_all(
+    base: BaseScenario, found: Sequence[Found], folder: Path, *, runs_again: bool = True
+) -> list[FoundFiles]:
+    """Write finds into a folder, each under a name of its own, and run each once more from there.
+
+    Args:
+        runs_again: Without that there are no recordings. A run may take minutes.
+
+    Raises:
+        BtMissionError: When one cannot be written.
+    """
+    written: dict[str, FoundFiles] = {}
+    for one in found:
+        stem = _name(one.failure)
+        others = (f"{stem}_{number}" for number in count(2))
+        name = next(name for name in chain([stem], others) if name not in written)
+        written[name] = write_found(base, one, folder, name, runs_again=runs_again)
+    return list(written.values())
+
+
 def write_found(
-    base: BaseScenario, found: Found, folder: Path, *, runs_again: bool = True
+    base: BaseScenario, found: Found, folder: Path, name: str, *, runs_again: bool = True
 ) -> FoundFiles:
     """Write a find into a folder, and run it once more from there.
 
     Args:
-        runs_again: Without that there is no recording. A run may take minutes.
+        name: Of its files.
+        runs_again: As of `write_all`.
 
     Raises:
         BtMissionError: When it cannot be written.
     """
-    name = _name(found.failure)
     scenario = folder / f"{name}.scenario.yaml"
     test = folder / f"test_{name}.py"
     recording, page = folder / f"{name}.mcap", folder / f"{name}.html"
@@ -95,7 +117,8 @@ def scenario_data(base: BaseScenario, found: Found, folder: Path) -> dict[str, A
     of_mission = _mission(base, found, folder)
     for key in ("mission", "world", "robot", "inputs", "expect"):
         made.pop(key, None)
-    requirements = {k: v for k, v in made.pop("requirements", {}).items() if k != CLEARANCE}
+    given = made.pop("requirements", {})
+    requirements = {name: one for name, one in given.items() if not is_hidden(name)}
     name = f"{base.mission.name}: {_phrase(found.failure)}"
     head = {"scenario": name[:200], **of_mission}
     if found.candidate.seed is None and "seed" not in base.data:

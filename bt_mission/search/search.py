@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import AsyncGenerator, Callable, Sequence
 from contextlib import aclosing
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.search.candidate import Candidate
-from bt_mission.search.guide import Failure, Guide
+from bt_mission.search.guide import BEST, Failure, Guide
+from bt_mission.search.reference import Reference
 from bt_mission.search.strategies import BATCH, Strategy
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.row import ScenarioRow
@@ -21,11 +22,13 @@ class Found:
 
     Attributes:
         failure: The worst of what it shows.
+        runs: How many runs of the search have shown the same.
     """
 
     candidate: Candidate
     row: ScenarioRow
     failure: Failure
+    runs: int = 1
 
 
 @dataclass
@@ -34,11 +37,13 @@ class SearchState:
 
     Attributes:
         runs: Scenarios that were carried out.
-        errors: Those among them that could not run, such as an obstacle where something stands.
+        errors: Those among them that could not run, such as one whose world is full.
         first_error: Why the first of them could not.
+        outside: Runs that violated an assumption.
+        unfair: Runs that broke the reference mission, too.
         smallest: The smallest margin so far as a share of that of the mission as it is, and the
             requirement's name.
-        found: What was found; made smaller later.
+        found: What was found, one for each cause; made smaller later.
         simplifying_runs: Scenarios that were carried out to make it small.
         is_interrupted: Has somebody ended it?
     """
@@ -46,8 +51,10 @@ class SearchState:
     runs: int = 0
     errors: int = 0
     first_error: str = ""
+    outside: int = 0
+    unfair: int = 0
     smallest: tuple[float, str] | None = None
-    found: Found | None = None
+    found: list[Found] = field(default_factory=list)
     simplifying_runs: int = 0
     is_interrupted: bool = False
 
@@ -57,9 +64,22 @@ class SearchState:
         if row.is_error:
             self.errors += 1
             self.first_error = self.first_error or row.reason
+        elif not guide.is_assumed(row):
+            self.outside += 1
         smallest = guide.smallest(row)
         if smallest is not None and (self.smallest is None or smallest < self.smallest):
             self.smallest = smallest
+
+    def add(self, candidate: Candidate, row: ScenarioRow, failure: Failure) -> None:
+        """Take in a find: another run of its cause, or the first; the one with less stays."""
+        for number, known in enumerate(self.found):
+            if known.failure == failure:
+                kept = replace(known, runs=known.runs + 1)
+                if candidate.size < known.candidate.size:
+                    kept = replace(kept, candidate=candidate, row=row)
+                self.found[number] = kept
+                return
+        self.found.append(Found(candidate, row, failure))
 
 
 Watch = Callable[[SearchState], bool]
@@ -76,6 +96,7 @@ class Search:
         guide: Judges them.
         state: How far it is.
         watch: Looks on.
+        reference: A mission that must not break where a find is to count.
     """
 
     base: BaseScenario
@@ -83,14 +104,16 @@ class Search:
     guide: Guide
     state: SearchState
     watch: Watch
+    reference: Reference | None = None
 
-    async def find(self, strategy: Strategy, budget: int) -> None:
-        """Try candidates until one breaks the mission, or the budget is used up.
+    async def find(self, strategy: Strategy, budget: int, causes: int = 1) -> None:
+        """Try candidates until so many causes are found, or the budget is used up.
 
         What is found is the first in the order of asking, whatever ended first.
 
         Args:
             budget: Runs of the state at most, those that it has already included.
+            causes: How many different ones.
         """
         state = self.state
         while state.runs < budget and not state.is_interrupted:
@@ -99,13 +122,23 @@ class Search:
             async with aclosing(self.tried(asked, state.runs)) as tried:
                 async for candidate, row in tried:
                     state.count(row, self.guide)
-                    scores.append(self.guide.score(row))
-                    if failures := self.guide.failures(row):
-                        state.found = Found(candidate, row, failures[0])
+                    failures = self.guide.failures(row)
+                    is_fair = not failures or await self.is_fair(candidate)
+                    if failures and is_fair:
+                        state.add(candidate, row, failures[0])
+                    state.unfair += not is_fair
+                    # What is known, or breaks any mission, is nothing to come nearer to.
+                    is_far = failures and (causes > 1 or not is_fair)
+                    scores.append(BEST if is_far else self.guide.score(row))
+                    self.guide.learn(row)
                     state.is_interrupted = not self.watch(state)
-                    if state.found or state.is_interrupted:
+                    if len(state.found) >= causes or state.is_interrupted:
                         return
             strategy.tell(scores)
+
+    async def is_fair(self, candidate: Candidate) -> bool:
+        """Tell whether the reference stands what breaks the mission; True without one."""
+        return self.reference is None or await self.reference.passes(candidate, self.guide)
 
     def tried(
         self, candidates: Sequence[Candidate], first: int

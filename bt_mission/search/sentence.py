@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from bt_mission.executive.report import Report
-from bt_mission.faults.planned import PlannedFault, Value
+from bt_mission.faults.planned import Beginning, PlannedFault, Value, WhenTrue
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.search.candidate import OBSTACLES, Candidate
 from bt_mission.search.guide import Failure
@@ -85,13 +85,23 @@ def _others(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _fault(fault: PlannedFault) -> str:
-    at = f"at {getattr(fault.begins, 'time_s', 0.0):g} s"
+    at = _beginning(fault.begins)
     if fault.name in OBSTACLES and "ahead" in fault.arguments:
         what = "a box" if fault.name == "spawn_box" else "a cylinder"
         return f"{what} appears {_place(fault.arguments)} {at}"
+    if fault.name == "move_box" and "ahead" in fault.arguments:
+        speed = fault.arguments.get("speed", 0.5)
+        return f"it moves at {speed:g} m/s to {_place(fault.arguments)} {at}"
     call = fault.call.partition(" lasting ")[0]
     lasting = "" if fault.lasting is None else f" for {fault.lasting:g} s"
     return f"'{call}' begins {at}{lasting}"
+
+
+def _beginning(begins: Beginning) -> str:
+    if isinstance(begins, WhenTrue):
+        held = f" for {begins.held_s:g} s" if begins.held_s else ""
+        return f"once {begins.condition.text}{held}"
+    return f"at {begins.time_s:g} s"
 
 
 def _place(arguments: Mapping[str, Value]) -> str:

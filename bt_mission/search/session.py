@@ -7,11 +7,25 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from bt_mission.core.diagnostics import Diagnostic, InputError
-from bt_mission.search.guide import CLEARANCE, CLEARANCE_FORMULA, Aim, Guide, default_aim
+from bt_mission.search.candidate import Candidate
+from bt_mission.search.guide import (
+    ASSUMED,
+    BRANCH,
+    CLEARANCE,
+    CLEARANCE_FORMULA,
+    Aim,
+    Guide,
+    default_aim,
+    is_hidden,
+)
+from bt_mission.search.material import branch_formulas, material_of
+from bt_mission.search.probing import present_in
 from bt_mission.search.ranges import Ranges, RangesFile
-from bt_mission.search.search import Found, Search, SearchState, Watch, run_as_it_is
+from bt_mission.search.reference import Reference
+from bt_mission.search.search import Search, SearchState, Watch, run_as_it_is
 from bt_mission.search.simplify import MOST_RUNS, simplify
 from bt_mission.search.space import SearchSpace
 from bt_mission.search.strategies import STRATEGIES
@@ -38,6 +52,7 @@ class SearchOptions:
         strategy: Of `STRATEGIES`.
         seed: The search follows from it.
         simplifying_runs: Runs at most that make a find small; 0 leaves it as it was found.
+        causes: The search goes on until it has found so many different ones.
     """
 
     aim: Aim | None = None
@@ -45,6 +60,7 @@ class SearchOptions:
     strategy: str = "optuna"
     seed: int = 0
     simplifying_runs: int = MOST_RUNS
+    causes: int = 1
 
 
 def load_search(
@@ -56,20 +72,55 @@ def load_search(
         InputError: With every error.
     """
     ranges.check_worlds(path)
-    if aim in ("collision", "anything"):
-        requirements = {**changes.requirements, CLEARANCE: CLEARANCE_FORMULA}
-        changes = replace(changes, requirements=requirements)
     base = load_base(path, changes, ranges.parameters)
     ranges.check_inputs(base.mission)
     ranges.check_camera(base.mission)
+    ranges.check_assumptions(base.mission)
     _check_ends(base, ranges)
-    return base
+    return with_measures(base, ranges, aim)
+
+
+def with_measures(base: BaseScenario, ranges: RangesFile, aim: Aim | None) -> BaseScenario:
+    """Return a base with requirements that only a search has.
+
+    They are the assumptions of the ranges, the distances to branches, and the clearance where a
+    collision counts. Obstacles of the base appear where there is room.
+    """
+    measures = {f"{ASSUMED}{one.text}": one.text for one in ranges.ranges.assume}
+    formulas = branch_formulas(material_of(base.mission).branches)
+    measures |= {f"{BRANCH}{name}": text for name, text in formulas.items()}
+    if aim_of(base, aim) in ("collision", "anything"):
+        measures[CLEARANCE] = CLEARANCE_FORMULA
+    data: dict[str, Any] = {**base.data}
+    if measures:
+        data["requirements"] = {**data.get("requirements", {}), **measures}
+    moves = ranges.ranges.start is not None or ranges.ranges.worlds
+    for key in ("faults", *(["obstacles"] if moves else [])):
+        if key in data:
+            data[key] = [_with_room(one) for one in data[key]]
+    return replace(base, data=data)
+
+
+def _with_room(written: Any) -> Any:
+    """Return a fault of the base, at the nearest free place where it is an obstacle.
+
+    What is varied may bring the robot to where the base has something appear.
+    """
+    if isinstance(written, str):
+        is_spawned = "spawn_" in written and "nearest_free" not in written
+        return f"{written} nearest_free" if is_spawned else written
+    return {**written, "nearest_free": True} if isinstance(written, dict) else written
+
+
+def has_requirements(base: BaseScenario) -> bool:
+    """Tell whether a base has requirements that are not the search's own."""
+    given = [*(one.name for one in base.mission.requirements), *base.data.get("requirements", ())]
+    return any(not is_hidden(name) for name in given)
 
 
 def aim_of(base: BaseScenario, aim: Aim | None) -> Aim:
     """Return what is searched for."""
-    has_requirements = bool(base.mission.requirements or base.data.get("requirements"))
-    return aim or default_aim(has_requirements=has_requirements)
+    return aim or default_aim(has_requirements=has_requirements(base))
 
 
 def _check_ends(base: BaseScenario, ranges: RangesFile) -> None:
@@ -98,10 +149,16 @@ class SearchSession:
         ranges: By how much.
         options: How.
         watch: Looks on after each run.
+        reference: What breaks it as well is no find.
     """
 
     def __init__(
-        self, base: BaseScenario, ranges: RangesFile, options: SearchOptions, watch: Watch
+        self,
+        base: BaseScenario,
+        ranges: RangesFile,
+        options: SearchOptions,
+        watch: Watch,
+        reference: Reference | None = None,
     ) -> None:
         self.base = base
         self.aim = aim_of(base, options.aim)
@@ -110,6 +167,7 @@ class SearchSession:
         self._ranges = ranges
         self._options = options
         self._watch = watch
+        self._reference = reference
 
     async def run(self, runner: ScenarioRunner) -> None:
         """Search, and make what is found small.
@@ -118,23 +176,28 @@ class SearchSession:
             BtMissionError: When the mission cannot run as it is.
         """
         ranges, options, state = self._ranges.ranges, self._options, self.state
-        space = SearchSpace(self.base, ranges, self._ranges.parameters, 0.0)
-        row = await run_as_it_is(self.base, space.as_it_is(), runner)
+        as_it_is = Candidate(limit=ranges.limit)
+        row = await run_as_it_is(self.base, as_it_is, runner)
         self.as_it_is = row
         guide = Guide(self.aim, row)
         state.count(row, guide)
-        search = Search(self.base, runner, guide, state, self._watch)
+        guide.learn(row)
+        search = Search(self.base, runner, guide, state, self._watch, self._reference)
         if failures := guide.failures(row):
-            state.found = Found(space.as_it_is(), row, failures[0])
-        elif self._watch(state):
-            ranges = with_limit(ranges, self.base, row)
-            space = SearchSpace(self.base, ranges, self._ranges.parameters, row.virtual_s)
-            strategy = STRATEGIES[options.strategy](space, options.seed)
-            await search.find(strategy, options.budget)
-        else:
+            state.add(as_it_is, row, failures[0])
+            return
+        if not self._watch(state):
             state.is_interrupted = True
-        if state.found and not state.is_interrupted and options.simplifying_runs:
-            await simplify(search, space, options.simplifying_runs)
+            return
+        ranges = with_limit(ranges, self.base, row)
+        material = await present_in(material_of(self.base.mission), self.base, runner)
+        space = SearchSpace(self.base, ranges, self._ranges.parameters, row.virtual_s, material)
+        strategy = STRATEGIES[options.strategy](space, options.seed)
+        await search.find(strategy, options.budget, options.causes)
+        for number in range(len(state.found)):
+            if not state.is_interrupted and options.simplifying_runs:
+                await simplify(search, space, number, options.simplifying_runs)
+        state.found.sort(key=lambda one: one.candidate.size)
 
 
 def with_limit(ranges: Ranges, base: BaseScenario, row: ScenarioRow) -> Ranges:

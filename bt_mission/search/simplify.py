@@ -8,10 +8,12 @@ from contextlib import aclosing
 from dataclasses import replace
 from typing import Any
 
-from bt_mission.faults.planned import AtTime, PlannedFault, Value
+from bt_mission.faults.planned import AtTime, Beginning, PlannedFault, Value, WhenTrue
+from bt_mission.language.requirements.formula import CONTROL_STEP_S
 from bt_mission.search.candidate import Candidate
-from bt_mission.search.search import Found, Search
+from bt_mission.search.search import Search
 from bt_mission.search.space import SearchSpace
+from bt_mission.testing.generators.faults import OF_A_BOX
 
 AT_ONCE = 4
 """Candidates that are tried at once, however many workers there are."""
@@ -26,18 +28,23 @@ MOST_ROUNDER = 5
 """Rounder numbers that are tried in the place of one."""
 
 
-async def simplify(search: Search, space: SearchSpace, most_runs: int = MOST_RUNS) -> None:
+async def simplify(
+    search: Search, space: SearchSpace, number: int = 0, most_runs: int = MOST_RUNS
+) -> None:
     """Make what a search has found small, as long as the same failure is there.
 
     First the fewest faults and obstacles, then default values for all else, then the roundest
     numbers, and the shortest run. `search.state` has the smallest so far at any time.
+
+    Args:
+        number: Of the find.
     """
-    simplifier = _Simplifier(search, space, most_runs)
+    simplifier = _Simplifier(search, space, number, most_runs)
     await simplifier.fewest_faults()
     await simplifier.defaults()
     before = None
-    while before != search.state.found:
-        before = search.state.found
+    while before != search.state.found[number]:
+        before = search.state.found[number]
         await simplifier.round_numbers()
         await simplifier.fewest_faults()
     await simplifier.shortest()
@@ -46,19 +53,17 @@ async def simplify(search: Search, space: SearchSpace, most_runs: int = MOST_RUN
 class _Simplifier:
     """Replaces what a search has found, step by step."""
 
-    def __init__(self, search: Search, space: SearchSpace, most_runs: int) -> None:
+    def __init__(self, search: Search, space: SearchSpace, number: int, most_runs: int) -> None:
         self._space = space
-        assert search.state.found is not None, "it is made small once it is found"
         self._search = search
-        self._most = most_runs
-        self._failure = search.state.found.failure
+        self._number = number
+        self._most = search.state.simplifying_runs + most_runs
+        self._failure = search.state.found[number].failure
         self._tried: set[str] = set()
 
     @property
     def _now(self) -> Candidate:
-        found = self._search.state.found
-        assert found is not None, "it stays found"
-        return found.candidate
+        return self._search.state.found[self._number].candidate
 
     async def fewest_faults(self) -> None:
         """Leave faults out, half of them at once while that works (delta debugging).
@@ -70,7 +75,7 @@ class _Simplifier:
         while size >= 1:
             faults = self._now.faults
             fewer = [
-                replace(self._now, faults=faults[:start] + faults[start + size :])
+                replace(self._now, faults=_whole(faults[:start] + faults[start + size :]))
                 for start in range(0, len(faults), size)
             ]
             if not await self._first_that_fails(fewer):
@@ -103,8 +108,7 @@ class _Simplifier:
 
     async def shortest(self) -> None:
         """End the run soon after a violation; what ends the mission or comes after it stays."""
-        found = self._search.state.found
-        assert found is not None, "it stays found"
+        found = self._search.state.found[self._number]
         margin = found.row.requirements.get(self._failure.what)
         if self._failure.kind != "violated" or margin is None or margin.at is None:
             return
@@ -128,9 +132,14 @@ class _Simplifier:
             async with aclosing(search.tried(some, first)) as tried:
                 async for candidate, row in tried:
                     state.simplifying_runs += 1
-                    is_found = self._failure in search.guide.failures(row)
+                    same = next(
+                        (one for one in search.guide.failures(row) if one.is_like(self._failure)),
+                        None,
+                    )
+                    is_found = same is not None and await search.is_fair(candidate)
                     if is_found:
-                        state.found = Found(candidate, row, self._failure)
+                        known = state.found[self._number]
+                        state.found[self._number] = replace(known, candidate=candidate, row=row)
                     state.is_interrupted = not search.watch(state)
                     if is_found or state.is_interrupted:
                         return is_found
@@ -149,6 +158,18 @@ class _Simplifier:
 # ---- simpler faults ------------------------------------------------------------------------
 
 BEGINS, LASTING = "begins", "lasting"
+NEEDED = ("ahead", "at", "name", "box")
+"""Arguments that stay: places, and names by which other faults know an obstacle."""
+
+
+def _whole(faults: tuple[PlannedFault, ...]) -> tuple[PlannedFault, ...]:
+    """Return faults without those of obstacles that no longer appear."""
+    names = {one.arguments.get("name", one.name.removeprefix("spawn_")) for one in faults}
+    return tuple(
+        one
+        for one in faults
+        if one.name not in OF_A_BOX or one.arguments.get("box", "box") in names
+    )
 
 
 def _with_fault(candidate: Candidate, index: int, fault: PlannedFault) -> Candidate:
@@ -163,20 +184,32 @@ def _parts(fault: PlannedFault) -> list[str]:
 def _simpler(fault: PlannedFault, part: str) -> Iterator[PlannedFault]:
     """Yield a fault with a part of it left out or rounder, the simplest first."""
     if part == BEGINS:
-        for time in rounder_numbers(_time(fault)):
-            if time >= 0:
-                yield replace(fault, begins=AtTime(time))
+        yield from (replace(fault, begins=one) for one in _simpler_beginnings(fault.begins))
     elif part == LASTING:
         assert fault.lasting is not None, "it has one"
         for lasting in rounder_numbers(fault.lasting):
             if lasting > 0:
                 yield replace(fault, lasting=lasting)
     elif part in fault.arguments:
-        if not fault.kind.parameters[part].is_required and part not in ("ahead", "at"):
+        parameter = fault.kind.parameters.get(part)
+        if parameter and not parameter.is_required and part not in NEEDED:
             left = {name: one for name, one in fault.arguments.items() if name != part}
             yield replace(fault, arguments=left)
         for value in _rounder_values(fault.arguments[part]):
             yield replace(fault, arguments={**fault.arguments, part: value})
+
+
+def _simpler_beginnings(begins: Beginning) -> Iterator[Beginning]:
+    if isinstance(begins, WhenTrue):
+        if begins.held_s:
+            yield WhenTrue(begins.condition)
+        for held in rounder_numbers(begins.held_s):
+            if held >= CONTROL_STEP_S:
+                yield WhenTrue(begins.condition, held)
+        return
+    for time in rounder_numbers(begins.time_s):
+        if time >= 0:
+            yield AtTime(time)
 
 
 def _rounder_values(value: Value) -> Iterator[Value]:

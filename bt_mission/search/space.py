@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
-from bt_mission.faults.planned import AtTime, PlannedFault
+from bt_mission.faults.planned import PlannedFault
 from bt_mission.faults.values import planned_fault
+from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.search.candidate import OBSTACLES, Candidate
-from bt_mission.search.kinds import actions_of, faults_of, leaves_of
+from bt_mission.search.kinds import DEFAULT_KINDS, faults_of
+from bt_mission.search.material import Material, material_of
 from bt_mission.search.ranges import ObstacleRanges, Ranges, Span, StartRanges
 from bt_mission.search.starts import FreeSpace
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.space import Interval, Parameter
-from bt_mission.testing.generators.draws import Draws, number, one_of
-from bt_mission.testing.generators.faults import STEP_S, FaultChoice, drawn_fault
+from bt_mission.testing.generators.draws import Draws, maybe, number, one_of
+from bt_mission.testing.generators.faults import (
+    LONGEST_S,
+    STEP_S,
+    FaultChoice,
+    can_be_drawn,
+    drawn_fault,
+)
 
 PartDraws = Callable[[str], Draws]
 """Gives what draws a part of a candidate, by the part's name."""
@@ -28,6 +37,12 @@ PLACE_STEP = 0.05
 YAW_STEP = 5.0
 """Degrees."""
 
+TO_AHEAD, TO_LEFT = Span(-0.5, 2.0), Span(-1.5, 1.5)
+"""Where an obstacle that moves goes, m from the robot as it stands when the obstacle appears."""
+
+SLOWEST = 0.05
+"""M/s, of an obstacle that moves."""
+
 
 class SearchSpace:
     """All scenarios that a search may try.
@@ -37,6 +52,7 @@ class SearchSpace:
         ranges: By how much.
         parameters: Its inputs and worlds.
         latest_s: The last time of faults and obstacles where the ranges do not say, s.
+        material: What the mission gives to draw from; None is that of the base.
     """
 
     def __init__(
@@ -45,8 +61,10 @@ class SearchSpace:
         ranges: Ranges,
         parameters: Sequence[Parameter],
         latest_s: float,
+        material: Material | None = None,
     ) -> None:
         self.base = base
+        given = material_of(base.mission) if material is None else material
         self._seeds: range = ranges.seeds
         self._parameters = tuple(parameters)
         self._start = StartRanges() if ranges.start == "anywhere" else ranges.start
@@ -55,20 +73,33 @@ class SearchSpace:
         whole_run = Span(0.0, max(STEP_S, latest_s))
         usual = Span(STEP_S, whole_run.high)
         self._obstacles: ObstacleRanges = ranges.obstacles
+        self._most_obstacles = min(ranges.obstacles.most, MOST_OBSTACLES - _obstacles_in(base))
         self._obstacle_times: Span = ranges.obstacles.times or whole_run
         self._fault_times: Span = ranges.faults.times or whole_run
-        self._drawn_times = _steps(ranges.obstacles.times or usual)
-        self._lasting: Span = ranges.faults.lasting
-        kinds = faults_of(ranges.faults.kinds)
-        leaves = leaves_of(base.mission)
-        self._choice = FaultChoice(
-            kinds if leaves else tuple(one for one in kinds if one != "raise_in_leaf"),
-            leaves,
-            actions_of(base.mission),
-            _steps(ranges.faults.times or usual),
-            _steps(Span(max(STEP_S, self._lasting.low), self._lasting.high)),
+        self._lasting: Span | None = ranges.faults.lasting
+        lasting = self._lasting or Span(STEP_S, LONGEST_S)
+        limits = [one for one in given.limits if self._lasting is None or _is_in(lasting, one)]
+        choice = FaultChoice(
+            (),
+            given.leaves,
+            given.actions,
+            _steps(self._fault_times),
+            _steps(Span(max(STEP_S, lasting.low), lasting.high)),
+            topics=given.topics,
+            services=given.services,
+            fields=given.fields,
+            events=given.events if ranges.faults.times is None else (),
+            limits=limits,
         )
-        self._most_faults = ranges.faults.most if self._choice.names else 0
+        kinds = faults_of(ranges.faults.kinds or _default_kinds(given))
+        names = [one for one in kinds if can_be_drawn(one, choice) and one not in given.lacking]
+        self._choice = replace(choice, names=names)
+        self._appearing = replace(
+            choice,
+            times=_steps(ranges.obstacles.times or usual),
+            events=given.events if ranges.obstacles.times is None else (),
+        )
+        self._most_faults = ranges.faults.most if names else 0
 
     def as_it_is(self) -> Candidate:
         """The base, with nothing varied."""
@@ -87,9 +118,9 @@ class SearchSpace:
         for slot in range(self._most_faults):
             draws = parts(f"fault {slot}")
             faults += drawn_fault(draws, self._choice) if draws.whole(0, 1) else ()
-        for slot in range(self._obstacles.most):
+        for slot in range(self._most_obstacles):
             draws = parts(f"obstacle {slot}")
-            faults += [self._drawn_obstacle(draws)] if draws.whole(0, 1) else []
+            faults += self._drawn_obstacle(draws, slot + 1) if draws.whole(0, 1) else []
         return Candidate(seed, values, tuple(faults), self._limit)
 
     def allows(self, candidate: Candidate) -> bool:
@@ -104,18 +135,20 @@ class SearchSpace:
 
     def _allows_fault(self, fault: PlannedFault) -> bool:
         time = getattr(fault.begins, "time_s", 0.0)
-        if fault.name not in OBSTACLES:
-            lasting = self._lasting
-            is_long = fault.lasting is None or lasting.low <= fault.lasting <= lasting.high
-            return is_long and self._fault_times.low <= time <= self._fault_times.high
         ranges = self._obstacles
         given = fault.arguments
+        if fault.name == "move_box":
+            return _is_in(self._obstacle_times, time) and _is_in(ranges.speed, given["speed"])
+        if fault.name not in OBSTACLES:
+            lasting = self._lasting
+            is_long = fault.lasting is None or lasting is None or _is_in(lasting, fault.lasting)
+            return is_long and _is_in(self._fault_times, time)
         within = [(time, self._obstacle_times), (given.get("ahead", 0.0), ranges.ahead)]
         within.append((given.get("left", 0.0), ranges.left))
         size = given.get("size")
         if isinstance(size, tuple):
             within.append((size[0], ranges.size))
-        return all(span.low <= value <= span.high for value, span in within)
+        return all(_is_in(span, value) for value, span in within)
 
     def _drawn_start(
         self, draws: Draws, ranges: StartRanges, world: str | None
@@ -126,20 +159,45 @@ class SearchSpace:
         x, y = self._free.nearest(world, x, y)
         return {"start.x": x, "start.y": y, "start.yaw": _within(draws, ranges.yaw, YAW_STEP)}
 
-    def _drawn_obstacle(self, draws: Draws) -> PlannedFault:
+    def _drawn_obstacle(self, draws: Draws, slot: int) -> list[PlannedFault]:
+        """Draw an obstacle that appears, and perhaps its way."""
         ranges = self._obstacles
-        begins = AtTime(_within(draws, self._drawn_times, STEP_S))
+        begins = self._appearing.beginning(draws)
         ahead = _within(draws, ranges.ahead, PLACE_STEP)
         left = _within(draws, ranges.left, PLACE_STEP)
-        options: dict[str, Any] = {}
+        name = f"drawn {slot}"
+        options: dict[str, Any] = {"name": name, "nearest_free": True}
         size = _within(draws, ranges.size, PLACE_STEP)
         if ranges.lasting is not None:
             options["lasting"] = max(STEP_S, _within(draws, ranges.lasting, STEP_S))
         if one_of(draws, OBSTACLES) == "spawn_box":
             options["size"] = (size, size, 0.3)
-            return planned_fault(begins, "spawn_box", ahead, left, **options)
-        options["radius"] = round(size / 2, 6)
-        return planned_fault(begins, "spawn_cylinder", ahead, left, **options)
+            found = [planned_fault(begins, "spawn_box", ahead, left, **options)]
+        else:
+            options["radius"] = round(size / 2, 6)
+            found = [planned_fault(begins, "spawn_cylinder", ahead, left, **options)]
+        if ranges.speed.high > 0 and maybe(draws, 3):
+            to = _within(draws, TO_AHEAD, PLACE_STEP), _within(draws, TO_LEFT, PLACE_STEP)
+            speed = max(SLOWEST, _within(draws, ranges.speed, PLACE_STEP))
+            moves = {"speed": speed, "nearest_free": True}
+            found.append(planned_fault(begins, "move_box", name, *to, **moves))
+        return found
+
+
+def _default_kinds(given: Material) -> list[str]:
+    kinds = list(DEFAULT_KINDS)
+    kinds += ["camera"] if given.uses_camera else []
+    return [*kinds, "battery"] if given.uses_battery else kinds
+
+
+def _obstacles_in(base: BaseScenario) -> int:
+    """Count the obstacles that the base has already."""
+    spawned = sum("spawn_" in str(one) for one in base.data.get("faults", ()))
+    return min(MOST_OBSTACLES, len(base.data.get("obstacles", ())) + spawned)
+
+
+def _is_in(span: Span, value: Any) -> bool:
+    return bool(span.low <= value <= span.high)
 
 
 def _within(draws: Draws, span: Span, step: float) -> float:

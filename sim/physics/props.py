@@ -28,6 +28,9 @@ from sim.world.motion import Course, Drifting, PassingCourse, Point
 from sim.world.shapes import Obstacle
 from sim.world.world import FASTEST, World
 
+RING = 0.05
+"""Metres between the rings of places that are tried where a free one is wanted."""
+
 _TOUCHING = 1e-6
 """Metres by which two must be in each other; what stands side by side does not touch."""
 
@@ -199,31 +202,59 @@ class Props:
         height: float = 0.5,
         colour: str = "orange",
         even_into_the_robot: bool = False,
+        nearest_free: bool = False,
     ) -> Prop:
         """Put a box of this size (along its own x, y, z), or a cylinder, on the floor; metres.
 
         Raises PropError where all props are in the world already, for a name that is taken, a
         size, place or colour that cannot be, and where it would touch a robot or an obstacle;
-        robots do not count with `even_into_the_robot`, and are then pushed out of it.
+        robots do not count with `even_into_the_robot`, and are then pushed out of it. With
+        `nearest_free` it is put at the nearest place where it touches nothing.
         """
         obstacle = shape(name, (x, y, yaw_deg), size, radius, height, colour)
-        return self.put(obstacle, even_into_the_robot=even_into_the_robot)
+        return self.put(
+            obstacle, even_into_the_robot=even_into_the_robot, nearest_free=nearest_free
+        )
 
-    def put(self, obstacle: Obstacle, *, even_into_the_robot: bool = False) -> Prop:
+    def put(
+        self,
+        obstacle: Obstacle,
+        *,
+        even_into_the_robot: bool = False,
+        nearest_free: bool = False,
+    ) -> Prop:
         """Put an obstacle of any shape where it says. Raises PropError as `place` does."""
-        name, x, y = obstacle.name, obstacle.x, obstacle.y
-        slot = self._free(name)
-        self._check_name(name)
-        self.check_floor(name, x, y)
-        self._bodies.show(slot, obstacle)
+        slot = self._free(obstacle.name)
+        self._check_name(obstacle.name)
+        if not nearest_free:
+            self.check_floor(obstacle.name, obstacle.x, obstacle.y)
         prop = self._placed[slot] = Prop(self, slot, obstacle)
-        self._changed()
-        touched = self._touched(slot, robots=not even_into_the_robot)
-        if touched is not None:
-            self.remove(slot)
-            hint = ", or say even_into_the_robot=True"
-            raise _no_room(obstacle, touched, hint if touched not in self._obstacles() else "")
-        return prop
+        touched: str | None = None
+        for tried in self._around(obstacle) if nearest_free else (obstacle,):
+            prop.obstacle = tried
+            prop.begin_anew()
+            self._bodies.show(slot, tried)
+            self._changed()
+            touched = self._touched(slot, robots=not even_into_the_robot)
+            if touched is None:
+                return prop
+        self.remove(slot)
+        assert touched is not None, "at least one place was tried"
+        hint = ", or say even_into_the_robot=True"
+        raise _no_room(obstacle, touched, hint if touched not in self._obstacles() else "")
+
+    def _around(self, obstacle: Obstacle) -> Iterator[Obstacle]:
+        """Yield an obstacle at places of the floor, the nearest to its own first."""
+        length, width = self._physics.world.size
+        x = min(max(obstacle.x, -length / 2), length / 2)
+        y = min(max(obstacle.y, -width / 2), width / 2)
+        yield replace(obstacle, x=x, y=y)
+        for ring in range(1, math.ceil(math.hypot(length, width) / RING)):
+            for number in range(count := 6 * ring):
+                angle = 2 * math.pi * number / count
+                to_x, to_y = x + ring * RING * math.cos(angle), y + ring * RING * math.sin(angle)
+                if abs(to_x) <= length / 2 and abs(to_y) <= width / 2:
+                    yield replace(obstacle, x=round(to_x, 6), y=round(to_y, 6))
 
     def relocate(self, prop: Prop, place: tuple[float, float, float]) -> None:
         """Put one that is in the world elsewhere at once, to stand: x m, y m, yaw rad.

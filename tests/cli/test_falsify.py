@@ -62,7 +62,7 @@ def test_what_is_found_fails_until_the_mission_is_mended(
     """A scenario, a test, a recording, a report and a sentence; the run repeats exactly."""
     assert main([*SEARCH, "--json", "--budget", "40", "--simplify", "12"]) == 1
     told = json.loads(capsys.readouterr().out)
-    found = told["found"]
+    (found,) = told["found"]
     assert (found["kind"], found["what"]) == ("violated", "keeps its distance")
     told_so = r"requirement 'keeps its distance' is violated by 0\.\d+ m at \d\.\d s when a "
     assert re.match(told_so + r"(box|cylinder) appears \S+ m ahead", found["sentence"])
@@ -121,8 +121,8 @@ def test_a_mission_that_fails_as_it_is(folder: Path, capsys: pytest.CaptureFixtu
     assert "as it is, with nothing varied, the mission ends in failure: 'drive' " in err
     assert main([*SEARCH, "--find", "failed", "--json"]) == 1
     told = json.loads(capsys.readouterr().out)
-    assert (told["runs"], told["found"]["what"]) == (1, "drive")
-    assert read(folder / told["found"]["scenario"]).data["expect"] == {"outcome": "success"}
+    assert (told["runs"], told["found"][0]["what"]) == (1, "drive")
+    assert read(folder / told["found"][0]["scenario"]).data["expect"] == {"outcome": "success"}
 
 
 def test_a_signal_ends_the_run_that_is_under_way(

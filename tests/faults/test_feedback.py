@@ -117,3 +117,42 @@ def test_a_field_that_is_not_there(stage: Any, turn: Any) -> None:
     run.do(stage.faults.corrupt_feedback("turn", "nan", field="angle"))
     with pytest.raises(ScenarioError, match=r"no field of Turn_Feedback 'angle', but: current_a"):
         run.until_done()
+
+
+def test_a_field_of_feedback_that_is_set(stage: Any, turn: Any) -> None:
+    """A condition reads it; the robot turns as ever."""
+    run = turn(timeout=5, cancel_when="current_angle > 30")
+    run.at(0.3, stage.faults.set_feedback("turn", current_angle=30.3))
+    assert outcome(run) == (
+        0.35,
+        "canceled by condition: current_angle > 30 (current_angle = 30.3)",
+    )
+
+
+def test_a_field_of_a_result_that_is_set(stage: Any) -> None:
+    """A variable takes it; how the goal has ended stays."""
+    run = stage.run(
+        "mission: looks\nworld: empty_arena\ntree:\n  sequence:\n"
+        "    - {turn: {angle: 10}, timeout: 9, outputs: {error_code: code}}\n"
+        "    - check: $code == 906\n"
+    )
+    run.do(stage.faults.set_result("turn", error_code=906))
+    run.until_done()
+    assert run.succeeded
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda f: f.set_feedback("turn", angle=1.0), "no field of Turn_Feedback 'angle'"),
+        (lambda f: f.set_result("turn", error_code=0.5), "set_result: error_code: "),
+        (lambda f: f.set_fields("odom", twist=1.0), "set_fields: twist: "),
+        (lambda f: f.set_fields("odom"), "set_fields: give fields, such as error_code=906"),
+    ],
+)
+def test_a_field_that_cannot_be_set(stage: Any, turn: Any, make: Any, message: str) -> None:
+    """Is told as the fault begins."""
+    run = turn(timeout=5)
+    with pytest.raises(ScenarioError) as caught:
+        run.do(make(stage.faults))
+    assert message in str(caught.value)

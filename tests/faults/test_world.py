@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -123,3 +124,30 @@ def test_spare_obstacles_change_no_run(stage: Any) -> None:
 def props(run: Any) -> Any:
     """The obstacles in the world that were spawned."""
     return run.stage.sim.simulation.props
+
+
+def test_the_nearest_free_place(stage: Any) -> None:
+    """Where there is no room, an obstacle stands beside what is there; where there is, as said."""
+    run = stage.run(WAITS)
+    for at in ((1.0, 0.0), (0.0, 0.0), (1.99, 0.0), (1.0, 0.0)):
+        run.do(stage.spawn_box(at=at, nearest_free=True))
+    run.until(lambda s: s.t >= 0.1)
+    free, robot, wall, box = (one.position for one in props(run))
+    assert free == (1.0, 0.0)
+    assert 0.15 < math.hypot(*robot) < 0.5
+    assert 1.7 < wall[0] < 1.9
+    assert 0.19 < math.dist(free, box) < 0.35
+    run.until_done()
+    assert run.never(lambda s: s.collisions)
+
+
+def test_beyond_the_floor(stage: Any) -> None:
+    """The nearest place of the floor counts, for what appears and for what moves."""
+    run = stage.run(WAITS)
+    run.do(stage.spawn_box(at=(9.0, 0.0), nearest_free=True))
+    run.at(0.5, stage.move_box(at=(0.8, 50.0), speed=2.0, nearest_free=True))
+    run.until(lambda s: s.t >= 0.1)
+    (box,) = props(run)
+    assert 1.7 < box.position[0] < 1.9
+    run.until_done()
+    assert 1.5 < box.position[1] < 2.3

@@ -15,11 +15,12 @@ from tests.search.conftest import MISSION
 
 
 def test_a_file_that_says_nothing_has_defaults() -> None:
-    """A thousand seeds, three obstacles, three faults of network and hardware."""
+    """A thousand seeds, three obstacles, three faults; which of them follows from the mission."""
     ranges = RangesFile().ranges
     assert ranges.seeds == range(1000)
     assert (ranges.obstacles.most, ranges.faults.most) == (3, 3)
-    assert ranges.faults.kinds == ["network", "hardware"]
+    assert ranges.faults.kinds is None
+    assert ranges.assume == []
     assert ranges.start is None
 
 
@@ -58,6 +59,9 @@ limit: 40
         ("faults: {lasting: soon}", "1:19", "a range such as '0.5..2', got string 'soon'"),
         ("faults: {kinds: [netwrk]}", "1:18", "did you mean 'network'?"),
         ("faults: {kinds: [spawn_box]}", "1:18", "obstacles have ranges of their own"),
+        ("obstacles: {speed: 0.1..9}", "1:20", "expected speeds from 0 to 2 m/s"),
+        ("assume: [always sped < 1]", "1:17", "unknown signal 'sped'"),
+        ("assume: [speed < 1]", "1:16", "this speaks of the start alone"),
         ("inputs: {speed: 3..1}", "1:17", "expected the lower end first"),
         ("inputs: {speed: fast}", "1:17", "a range such as '0.1..0.26', or a list"),
         ("inputs: {speed: {low: 1}}", "1:17", "a range such as '0.1..0.26', or a list"),
@@ -76,6 +80,7 @@ def test_errors_have_their_place(text: str, place: str, message: str) -> None:
     [
         ("worlds: [empty_arena, nowhere]", "1:23", "no such world: 'nowhere'"),
         ("inputs: {sped: 1..2}", "1:10", "did you mean 'speed'?"),
+        ("assume: [\"always not failed('driv')\"]", "1:22", "did you mean 'drive'?"),
         ("inputs: {rounds: [two]}", "1:18", "input 'rounds' expects a number, got string 'two'"),
         ("inputs: {speed: 0.1..7}", "1:17", "fwd_velocity"),
     ],

@@ -32,11 +32,11 @@ def simplified(search: Search, texts: tuple[str, ...], most: int = 150) -> Candi
     faults = tuple(map(parse_fault, texts))
     candidate = Candidate(99, {"speed": 0.237}, faults)
     of_it = row(candidate.concrete(search.base, 1), -0.1)
-    search.state.found = Found(candidate, of_it, Failure("violated", "keeps its distance"))
+    search.state.found = [Found(candidate, of_it, Failure("violated", "keeps its distance"))]
     file = RangesFile(read_text("inputs: {speed: 0.1..0.25}"))
     space = SearchSpace(search.base, file.ranges, file.parameters, 20.0)
-    asyncio.run(simplify(search, space, most))
-    return search.state.found.candidate
+    asyncio.run(simplify(search, space, 0, most))
+    return search.state.found[0].candidate
 
 
 def needs(*parts: str) -> Judge:
@@ -62,6 +62,30 @@ def test_what_matters_stays(search_by: Callable[[Judge], Search]) -> None:
     made = simplified(search_by(needs("spawn_box", "0.35 jitter")), (*OTHERS, BOX))
     assert [one.name for one in made.faults] == ["delay", "spawn_box"]
     assert made.faults[0].arguments["by"] == 0.35
+
+
+def test_an_obstacle_goes_with_its_way(search_by: Callable[[Judge], Search]) -> None:
+    """What moves it could not begin without it."""
+    texts = (BOX + " name one", "at 4.0: move_box one 1.0 0.0 speed 0.3", OTHERS[1])
+    tried: list[list[str]] = []
+
+    def judge(one: ConcreteScenario) -> float:
+        tried.append(one.data.get("faults", []))
+        return -0.1 if any("lidar_dead" in text for text in tried[-1]) else 0.4
+
+    made = simplified(search_by(judge), texts)
+    assert [one.name for one in made.faults] == ["lidar_dead"]
+    for faults in tried:
+        moves = any("move_box" in text for text in faults)
+        assert not moves or any("spawn_box" in text for text in faults)
+
+
+def test_an_event_is_simplified(search_by: Callable[[Judge], Search]) -> None:
+    """It need not have been true for a time, and nothing else takes its place."""
+    made = simplified(
+        search_by(needs("lidar_dead")), ('when running("drive") for 1.75 s: lidar_dead lasting 1',)
+    )
+    assert [one.text for one in made.faults] == ['when running("drive"): lidar_dead lasting 1']
 
 
 def test_the_runs_are_bounded(search_by: Callable[[Judge], Search]) -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 
 from bt_mission.core.yaml.document import read_text
+from bt_mission.faults.planned import AtTime, WhenTrue
 from bt_mission.faults.text import parse_fault
 from bt_mission.search.candidate import OBSTACLES, Candidate
 from bt_mission.search.ranges import RangesFile
@@ -15,6 +17,7 @@ from bt_mission.search.starts import FreeSpace
 from bt_mission.search.strategies import RandomStrategy
 from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
 from bt_mission.sweeps.work import ScenarioWorker
+from tests.search.conftest import MISSION
 
 RANGES = """\
 seeds: 3..5
@@ -39,11 +42,48 @@ def test_everything_is_within_the_ranges(base: BaseScenario) -> None:
     assert {one.values["rounds"] for one in drawn} == {1, 2}
     assert all(0.1 <= one.values["speed"] <= 0.2 for one in drawn)
     assert all(abs(one.values["start.y"]) <= 0.5 for one in drawn)
-    assert {len(one.faults) for one in drawn} == {0, 1, 2, 3, 4}
     faults = [fault for one in drawn for fault in one.faults]
-    assert {one.name for one in faults} == {"lidar_dead", "slow_server", *OBSTACLES}
+    assert {one.name for one in faults} == {"lidar_dead", "slow_server", "move_box", *OBSTACLES}
     assert {one.arguments.get("action") for one in faults} == {None, "explore_forward"}
+    assert all(isinstance(one.begins, AtTime) for one in faults)
     assert all(space.allows(one) for one in drawn)
+
+
+def test_what_moves_is_there(base: BaseScenario) -> None:
+    """One obstacle in three goes somewhere, from the instant at which it appears."""
+    drawn = RandomStrategy(space_of(base, "faults: {most: 0}"), 0).ask(100)
+    moved = [(one, fault) for one in drawn for fault in one.faults if fault.name == "move_box"]
+    assert len(moved) > 20
+    for one, fault in moved:
+        (spawned,) = (
+            other for other in one.faults if other.arguments.get("name") == fault.arguments["box"]
+        )
+        assert spawned.begins == fault.begins
+        assert 0.1 <= fault.arguments["speed"] <= 0.5  # type: ignore[operator]
+    still = RandomStrategy(space_of(base, "obstacles: {speed: 0}"), 0).ask(50)
+    assert not any(fault.name == "move_box" for one in still for fault in one.faults)
+
+
+def test_faults_begin_with_events_too(base: BaseScenario) -> None:
+    """Where no times are given."""
+    drawn = RandomStrategy(space_of(base, "obstacles: {most: 0}"), 0).ask(200)
+    begins = [fault.begins for one in drawn for fault in one.faults]
+    texts = {one.condition.text for one in begins if isinstance(one, WhenTrue)}
+    assert texts == {f'{word}("drive")' for word in ("running", "succeeded", "failed")}
+    assert sum(isinstance(one, AtTime) for one in begins) > len(begins) / 3
+
+
+def test_there_are_no_more_obstacles_than_a_simulation_has(tmp_path: Path) -> None:
+    """Those of the base count."""
+    path = tmp_path / "it.scenario.yaml"
+    (tmp_path / "short.yaml").write_text(MISSION)
+    path.write_text(
+        "scenario: it\nmission: short.yaml\nobstacles: [{at: [1, 1]}, {at: [1, -1]}]\n"
+        "faults: ['at 2.0: spawn_box 1.0']\n"
+    )
+    space = space_of(load_base(path, BaseChanges()), "{}")
+    drawn = RandomStrategy(space, 0).ask(50)
+    assert max(sum(f.name in OBSTACLES for f in one.faults) for one in drawn) == 1
 
 
 def test_what_is_drawn_can_run(base: BaseScenario) -> None:

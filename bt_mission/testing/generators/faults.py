@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 from bt_mission.faults import PlannedFault
-from bt_mission.faults.faults import FAULTS
-from bt_mission.faults.planned import AtTime
+from bt_mission.faults.corruptions import READY_MADE
+from bt_mission.faults.planned import AtTime, Beginning, WhenTrue
 from bt_mission.faults.values import planned_fault
+from bt_mission.language.requirements.formula import Condition
+from bt_mission.ros.interface_types import message_type
 from bt_mission.testing.generators.draws import Draws, maybe, number, one_of
 
 MOST_FAULTS = 5
 STEP_S = 0.25
 LATEST_S = 20.0
 LONGEST_S = 3.0
+LONGEST_HELD_S = 3.0
+"""An event has been true for so long at most when a fault begins, s."""
 
-TOPICS = ("scan", "odom", "cmd_vel", "tf")
+TOPICS = {
+    "scan": "sensor_msgs/msg/LaserScan",
+    "odom": "nav_msgs/msg/Odometry",
+    "cmd_vel": "geometry_msgs/msg/TwistStamped",
+    "tf": "tf2_msgs/msg/TFMessage",
+}
+"""The topics that every mission uses, with their types."""
+
 ACTIONS = ("turn", "explore_forward", "move", "spin")
 SERVICES = ("stop", "release")
 CORRUPTIONS = ("nan", "zeros", "empty", "old stamp", "wrong frame")
@@ -30,16 +42,27 @@ Call = tuple[tuple[Any, ...], dict[str, Any]]
 
 
 @dataclass(frozen=True)
-class FaultDraw:
-    """What draws the calls of a fault.
+class FieldValues:
+    """Values that a field of messages can be given.
 
-    Args:
-        make: Draws arguments and options, but for `lasting`.
-        ends: The fault takes `lasting`; others are over at once.
+    Attributes:
+        fault: The fault that gives them: ``set_feedback``, ``set_result`` or ``set_fields``.
+        target: The action or the topic.
+        field: Its dotted name.
     """
 
-    make: Callable[[Draws], Call]
-    ends: bool = True
+    fault: str
+    target: str
+    field: str
+    values: tuple[bool | int | float | str, ...]
+
+
+FIELDS = (
+    FieldValues("set_feedback", "turn", "remaining_angle", (0.0, 10.0, 180.0)),
+    FieldValues("set_result", "turn", "angle_turned", (0.0, 90.0, -90.0)),
+    FieldValues("set_fields", "odom", "pose.pose.position.x", (0.0, 1.0)),
+)
+"""Where no mission says which fields it reads."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +75,11 @@ class FaultChoice:
         actions: Of a mission; none are :data:`ACTIONS`.
         times: The first and the last, s since the start, in steps of :data:`STEP_S`.
         lasting: The shortest and the longest, s.
+        topics: With the names of their types.
+        fields: What fields may be given other values.
+        events: Conditions at which faults may begin, besides the times.
+        limits: Times that decide something, s: periods just below and above them are drawn as
+            often as all others.
     """
 
     names: Sequence[str]
@@ -59,6 +87,46 @@ class FaultChoice:
     actions: Sequence[str] = ()
     times: tuple[float, float] = (STEP_S, LATEST_S)
     lasting: tuple[float, float] = (STEP_S, LONGEST_S)
+    topics: Mapping[str, str] = field(default_factory=lambda: TOPICS)
+    services: Sequence[str] = SERVICES
+    fields: Sequence[FieldValues] = FIELDS
+    events: Sequence[str] = ()
+    limits: Sequence[float] = ()
+
+    def beginning(self, draws: Draws) -> Beginning:
+        """Draw when a fault begins: at a time, or with an event."""
+        time = number(draws, *self.times, STEP_S)
+        if not self.events or not maybe(draws, 2):
+            return AtTime(time)
+        held = number(draws, 0, LONGEST_HELD_S, STEP_S) if maybe(draws, 2) else 0.0
+        return WhenTrue(Condition(one_of(draws, self.events)), held)
+
+    def period(self, draws: Draws, low: float, high: float, step: float) -> float:
+        """Draw a period, s: one between two, or one beside a limit."""
+        if self.limits and maybe(draws, 2):
+            return one_of(draws, self.limits)
+        return number(draws, low, high, step)
+
+    def action(self, draws: Draws) -> str:
+        """Draw an action."""
+        return one_of(draws, self.actions or ACTIONS)
+
+    def topic(self, draws: Draws) -> str:
+        """Draw a topic."""
+        return one_of(draws, tuple(self.topics))
+
+
+@dataclass(frozen=True)
+class FaultDraw:
+    """What draws the calls of a fault.
+
+    Args:
+        make: Draws arguments and options, but for `lasting`.
+        ends: The fault takes `lasting`; others are over at once.
+    """
+
+    make: Callable[[Draws, FaultChoice], Call]
+    ends: bool = True
 
 
 def drawn_faults(
@@ -76,130 +144,167 @@ def drawn_faults(
     return tuple(fault for _ in range(count) for fault in drawn_fault(draws, choice))
 
 
+def can_be_drawn(name: str, choice: FaultChoice) -> bool:
+    """Tell whether there is anything that a fault could be about."""
+    if name in IN_LEAVES:
+        return bool(choice.leaves)
+    if name in ("delay_service", "ignore_service", "fail_service"):
+        return bool(choice.services)
+    if name in ("set_feedback", "set_result", "set_fields"):
+        return any(one.fault == name for one in choice.fields)
+    return True
+
+
 def drawn_fault(draws: Draws, choice: FaultChoice) -> tuple[PlannedFault, ...]:
     """One fault, and what it needs before it."""
-    time = number(draws, *choice.times, STEP_S)
+    begins = choice.beginning(draws)
     name = one_of(draws, choice.names)
     if name in IN_LEAVES:
         method = one_of(draws, ("update", "initialise", "terminate"))
-        return (planned_fault(AtTime(time), name, one_of(draws, choice.leaves), method=method),)
-    arguments, options = DRAWN[name].make(draws)
-    if choice.actions and "action" in FAULTS[name].parameters:
-        arguments = (one_of(draws, choice.actions), *arguments[1:])
+        return (planned_fault(begins, name, one_of(draws, choice.leaves), method=method),)
+    arguments, options = DRAWN[name].make(draws, choice)
     if DRAWN[name].ends:
-        options = options | {"lasting": number(draws, *choice.lasting, STEP_S)}
-    found = planned_fault(AtTime(time), name, *arguments, **options)
+        options = options | {"lasting": choice.period(draws, *choice.lasting, STEP_S)}
+    found = planned_fault(begins, name, *arguments, **options)
     if name in OF_A_BOX:
-        return (planned_fault(AtTime(time), "spawn_box", 1.0, 0.0, even_into_the_robot=True), found)
+        box = planned_fault(begins, "spawn_box", 1.0, 0.0, nearest_free=True)
+        return (box, found)
     return (found,)
 
 
-def _plainly(*arguments: Any, **options: Any) -> Callable[[Draws], Call]:
-    return lambda _: (arguments, options)
+@cache
+def corruptions_of(type_name: str) -> tuple[str, ...]:
+    """Return the ready-made corruptions that change a message of a type."""
+    message = message_type(type_name)
+    found = []
+    for one in CORRUPTIONS:
+        made = message()
+        if READY_MADE[one](made, list(made.get_fields_and_field_types())):
+            found.append(one)
+    return tuple(found)
 
 
-def _topic(draws: Draws) -> Call:
-    return (one_of(draws, TOPICS),), {}
+def _plainly(*arguments: Any, **options: Any) -> Callable[[Draws, FaultChoice], Call]:
+    return lambda *_: (arguments, options)
 
 
-def _drop(draws: Draws) -> Call:
-    return (one_of(draws, TOPICS),), {"share": number(draws, 0.25, 1, 0.25)}
+def _topic(draws: Draws, choice: FaultChoice) -> Call:
+    return (choice.topic(draws),), {}
 
 
-def _delay(draws: Draws) -> Call:
-    by = number(draws, 0.05, 0.5, 0.05)
-    return (one_of(draws, TOPICS), by), {"jitter": number(draws, 0, 0.1, 0.05)}
+def _drop(draws: Draws, choice: FaultChoice) -> Call:
+    return (choice.topic(draws),), {"share": number(draws, 0.25, 1, 0.25)}
 
 
-def _freeze(draws: Draws) -> Call:
-    return (one_of(draws, TOPICS),), {"fresh_stamps": True} if maybe(draws, 4) else {}
+def _delay(draws: Draws, choice: FaultChoice) -> Call:
+    by = choice.period(draws, 0.05, 0.5, 0.05)
+    return (choice.topic(draws), by), {"jitter": number(draws, 0, 0.1, 0.05)}
 
 
-def _corrupt(draws: Draws) -> Call:
-    return ("scan", one_of(draws, CORRUPTIONS)), {}
+def _freeze(draws: Draws, choice: FaultChoice) -> Call:
+    topic = choice.topic(draws)
+    has_stamps = "old stamp" in corruptions_of(choice.topics[topic])
+    return (topic,), {"fresh_stamps": True} if has_stamps and maybe(draws, 4) else {}
 
 
-def _goals(draws: Draws) -> Call:
-    return (one_of(draws, ACTIONS), draws.whole(1, 3)), {}
+def _corrupt(draws: Draws, choice: FaultChoice) -> Call:
+    ways = {topic: corruptions_of(kind) for topic, kind in choice.topics.items()}
+    topic = one_of(draws, [one for one, found in ways.items() if found])
+    return (topic, one_of(draws, ways[topic])), {}
 
 
-def _late(draws: Draws) -> Call:
-    return (one_of(draws, ACTIONS), number(draws, 0.1, 1.5, 0.1)), {}
+def _set(fault: str) -> Callable[[Draws, FaultChoice], Call]:
+    def make(draws: Draws, choice: FaultChoice) -> Call:
+        found = one_of(draws, [one for one in choice.fields if one.fault == fault])
+        return (found.target,), {found.field: one_of(draws, found.values)}
+
+    return make
 
 
-def _action(draws: Draws) -> Call:
-    return (one_of(draws, ACTIONS),), {}
+def _goals(draws: Draws, choice: FaultChoice) -> Call:
+    return (choice.action(draws), draws.whole(1, 3)), {}
 
 
-def _repeated(draws: Draws) -> Call:
+def _late(draws: Draws, choice: FaultChoice) -> Call:
+    return (choice.action(draws), choice.period(draws, 0.1, 1.5, 0.1)), {}
+
+
+def _action(draws: Draws, choice: FaultChoice) -> Call:
+    return (choice.action(draws),), {}
+
+
+def _repeated(draws: Draws, choice: FaultChoice) -> Call:
     part = one_of(draws, ("goal", "result", "cancel"))
-    return (one_of(draws, ACTIONS), part), {"after": number(draws, 0, 0.5, 0.1)}
+    return (choice.action(draws), part), {"after": number(draws, 0, 0.5, 0.1)}
 
 
-def _wrong_feedback(draws: Draws) -> Call:
-    return (one_of(draws, ACTIONS), one_of(draws, FEEDBACK_CORRUPTIONS)), {}
+def _wrong_feedback(draws: Draws, choice: FaultChoice) -> Call:
+    return (choice.action(draws), one_of(draws, FEEDBACK_CORRUPTIONS)), {}
 
 
-def _raised_in_maneuver(draws: Draws) -> Call:
-    return (one_of(draws, ACTIONS),), {"on": draws.whole(1, 20)}
+def _raised_in_maneuver(draws: Draws, choice: FaultChoice) -> Call:
+    return (choice.action(draws),), {"on": draws.whole(1, 20)}
 
 
-def _service(draws: Draws) -> Call:
-    return (one_of(draws, SERVICES),), {}
+def _service(draws: Draws, choice: FaultChoice) -> Call:
+    return (one_of(draws, choice.services),), {}
 
 
-def _late_service(draws: Draws) -> Call:
-    return (one_of(draws, SERVICES), number(draws, 0.1, 1.5, 0.1)), {}
+def _late_service(draws: Draws, choice: FaultChoice) -> Call:
+    return (one_of(draws, choice.services), choice.period(draws, 0.1, 1.5, 0.1)), {}
 
 
-def _metres(low: float, high: float, step: float) -> Callable[[Draws], Call]:
-    return lambda draws: ((number(draws, low, high, step),), {})
+def _metres(low: float, high: float, step: float) -> Callable[[Draws, FaultChoice], Call]:
+    return lambda draws, _: ((number(draws, low, high, step),), {})
 
 
-def _blind(draws: Draws) -> Call:
+def _blind(draws: Draws, _: FaultChoice) -> Call:
+    if maybe(draws, 2):
+        middle, half = number(draws, -180, 180, 15), number(draws, 5, 90, 5)
+        return ((middle - half, middle + half),), {}
     return (), {"share": number(draws, 0.1, 1, 0.1)}
 
 
-def _radius_error(draws: Draws) -> Call:
+def _radius_error(draws: Draws, _: FaultChoice) -> Call:
     return (), {"left_radius": number(draws, -0.2, 0.2, 0.05) or 0.05}
 
 
-def _drift(draws: Draws) -> Call:
+def _drift(draws: Draws, _: FaultChoice) -> Call:
     return (number(draws, -0.1, 0.1, 0.05),), {"turn": number(draws, -20, 20, 5)}
 
 
-def _wheel(draws: Draws) -> Call:
+def _wheel(draws: Draws, _: FaultChoice) -> Call:
     return (one_of(draws, WHEELS),), {}
 
 
-def _pushed(draws: Draws) -> Call:
+def _pushed(draws: Draws, _: FaultChoice) -> Call:
     return (number(draws, -20, 20, 5), number(draws, -20, 20, 5)), {}
 
 
-def _shoved(draws: Draws) -> Call:
+def _shoved(draws: Draws, _: FaultChoice) -> Call:
     ahead, left = number(draws, -0.3, 0.3, 0.1), number(draws, -0.3, 0.3, 0.1)
     return (ahead, left), {"turn": number(draws, -2, 2, 0.5)}
 
 
-def _place(draws: Draws) -> Call:
+def _place(draws: Draws, _: FaultChoice) -> Call:
     ahead, left = number(draws, 0.4, 2, 0.2), number(draws, -0.6, 0.6, 0.2)
-    return (ahead, left), {"even_into_the_robot": True}
+    return (ahead, left), {"nearest_free": True}
 
 
-def _box_moves(draws: Draws) -> Call:
+def _box_moves(draws: Draws, _: FaultChoice) -> Call:
     ahead, left = number(draws, -0.5, 1.5, 0.5), number(draws, -1, 1, 0.5)
-    return ("box", ahead, left), {"speed": number(draws, 0.1, 1, 0.1)}
+    return ("box", ahead, left), {"speed": number(draws, 0.1, 1, 0.1), "nearest_free": True}
 
 
-def _clock_jumps(draws: Draws) -> Call:
+def _clock_jumps(draws: Draws, _: FaultChoice) -> Call:
     return (number(draws, -2, 2, 0.5) or 0.5,), {"node": one_of(draws, NODES)}
 
 
-def _clock_stops(draws: Draws) -> Call:
+def _clock_stops(draws: Draws, _: FaultChoice) -> Call:
     return (), {"node": one_of(draws, NODES)}
 
 
-def _in_callback(draws: Draws) -> Call:
+def _in_callback(draws: Draws, _: FaultChoice) -> Call:
     return ("bt_mission_servers", one_of(draws, ("scan", "odom", "stop"))), {
         "on": draws.whole(1, 20)
     }
@@ -233,6 +338,9 @@ DRAWN: dict[str, FaultDraw] = {
     "freeze_feedback": FaultDraw(_action),
     "forge_feedback": FaultDraw(_action),
     "corrupt_feedback": FaultDraw(_wrong_feedback),
+    "set_feedback": FaultDraw(_set("set_feedback")),
+    "set_result": FaultDraw(_set("set_result")),
+    "set_fields": FaultDraw(_set("set_fields")),
     "abort_goal": FaultDraw(_action),
     "kill_server": FaultDraw(_action),
     "raise_in_maneuver": FaultDraw(_raised_in_maneuver),

@@ -1,0 +1,380 @@
+"""What a mission gives to draw from: names, limits, values beside its comparisons, and events."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from action_servers.core.tuning import TUNING
+from bt_mission.core.errors import BtMissionError
+from bt_mission.faults.corruptions import setting
+from bt_mission.faults.errors import ScenarioError
+from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.checks.requirements import MissionNames
+from bt_mission.language.expressions.expression import Expression
+from bt_mission.language.expressions.syntax import Comparison, EvaluationScope, Name, SyntaxNode
+from bt_mission.language.expressions.values import ExpressionError, Plain
+from bt_mission.language.mission import Mission, Tree
+from bt_mission.language.nodes.action import GoalNode, ShortActionNode
+from bt_mission.language.nodes.base import ConditionalNode, NodeModel
+from bt_mission.language.nodes.decorators import RepeatNode, TimeoutNode
+from bt_mission.language.nodes.interfaces import ServiceNode, WaitForNode
+from bt_mission.language.requirements.formula import Condition, Formula, signals_in, walk
+from bt_mission.language.requirements.syntax import SignalValue
+from bt_mission.language.trees import all_steps
+from bt_mission.ros.interface_types import action_type, message_type
+from bt_mission.testing.generators.faults import TOPICS, FieldValues
+
+CAMERA_TOPIC = {"camera/image_raw": "sensor_msgs/msg/Image"}
+SIGNAL_TOPICS = {"battery": {"battery_state": "sensor_msgs/msg/BatteryState"}}
+ROBOT_TOPICS = {
+    "imu": "sensor_msgs/msg/Imu",
+    "battery_state": "sensor_msgs/msg/BatteryState",
+    "joint_states": "sensor_msgs/msg/JointState",
+}
+"""Topics of a robot that a requirement may name without their types."""
+
+BESIDE_S = 0.1
+"""Periods are drawn so much below and above a limit, s: two control steps."""
+
+LONGEST_LIMIT_S = 30.0
+"""Longer limits are not tried: a run would take too long."""
+
+MOST_BRANCHES = 24
+"""Conditions whose distance is measured; each costs an evaluation at every control step."""
+
+
+class Branch(NamedTuple):
+    """A condition of a mission as a requirement can say it.
+
+    Attributes:
+        place: The node's name, and the key of the condition.
+        condition: Over signals.
+        has_two: The run can do without it being true, and without it being false.
+    """
+
+    place: str
+    condition: str
+    has_two: bool
+
+
+@dataclass(frozen=True)
+class Material:
+    """What faults of a mission are drawn from.
+
+    Attributes:
+        leaves: Nodes that send goals and have a name of their own.
+        actions: Of its goals.
+        topics: With the names of their types.
+        services: That it calls.
+        limits: Periods just below and above its time limits and those of the servers, s.
+        fields: Values of feedback, results and messages beside what they are compared with.
+        events: Conditions at which faults may begin.
+        branches: Its conditions.
+    """
+
+    leaves: tuple[str, ...]
+    actions: tuple[str, ...]
+    topics: Mapping[str, str]
+    services: tuple[str, ...]
+    limits: tuple[float, ...]
+    fields: tuple[FieldValues, ...]
+    events: tuple[str, ...]
+    branches: tuple[Branch, ...]
+    uses_camera: bool
+    uses_battery: bool
+    lacking: frozenset[str] = frozenset()
+    """Names of faults of parts that the robot does not have."""
+
+
+def material_of(mission: Mission) -> Material:
+    """Gather what a mission gives to draw from."""
+    steps = list(all_steps(mission))
+    goals = [one for one in steps if isinstance(one, GoalNode)]
+    labels = Counter(one.label for one in steps)
+    leaves = tuple(one.label for one in goals if labels[one.label] == 1)
+    comparisons = list(_comparisons(mission))
+    signals = [one for each in mission.requirements for one in signals_in(each.root)]
+    uses_camera = any(
+        ACTION_NAMES[one.short].needs_camera for one in goals if isinstance(one, ShortActionNode)
+    )
+    topics = _topics(mission, steps, signals) | (CAMERA_TOPIC if uses_camera else {})
+    branches = tuple(_branches(mission, set(leaves)))[:MOST_BRANCHES]
+    return Material(
+        leaves,
+        tuple(dict.fromkeys(one.ros_name for one in goals)),
+        topics,
+        tuple(dict.fromkeys(one.ros_name for one in steps if isinstance(one, ServiceNode))),
+        tuple(_limits(mission, steps)),
+        tuple(_field_values(comparisons, goals, topics)),
+        tuple(dict.fromkeys(_events(leaves, branches))),
+        branches,
+        uses_camera,
+        "battery_state" in topics,
+    )
+
+
+# ---- topics and limits -------------------------------------------------------------------------
+
+
+def _topics(mission: Mission, steps: list[NodeModel], signals: list[SignalValue]) -> dict[str, str]:
+    found = dict(TOPICS)
+    for tree in mission.all_trees:
+        found |= {one.settings.topic.strip("/"): one.type for one in tree.follow}
+    found |= {one.ros_name.strip("/"): one.type for one in steps if isinstance(one, WaitForNode)}
+    for one in signals:
+        found |= SIGNAL_TOPICS.get(one.name, {})
+        if one.name in ("age", "topic") and (name := one.arguments[0].strip("/")) in ROBOT_TOPICS:
+            found[name] = ROBOT_TOPICS[name]
+    return found
+
+
+def _limits(mission: Mission, steps: list[NodeModel]) -> Iterator[float]:
+    written: list[Any] = [TUNING.hold_after, TUNING.sensor_timeout, TUNING.blocked_after]
+    for one in steps:
+        match one:
+            case GoalNode():
+                written += [
+                    one.timeout,
+                    one.server_timeout,
+                    one.acceptance_timeout,
+                    one.feedback_timeout,
+                    one.cancel_timeout,
+                ]
+            case ServiceNode():
+                written += [one.timeout, one.server_timeout]
+            case WaitForNode():
+                written.append(one.timeout)
+            case TimeoutNode():
+                written.append(one.seconds)
+    written += [one.settings.timeout for tree in mission.all_trees for one in tree.follow]
+    known = {value for one in written if (value := _number(one, mission)) is not None}
+    for limit in sorted(known):
+        if BESIDE_S < limit <= LONGEST_LIMIT_S:
+            yield from (round(limit - BESIDE_S, 6), round(limit + BESIDE_S, 6))
+
+
+def _number(value: Any, mission: Mission) -> float | None:
+    """Return a number with the mission's inputs; None where only a run can tell."""
+    if isinstance(value, Expression):
+        with suppress(BtMissionError):
+            value = value.evaluate(mission.inputs, random.Random(0))
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return float(value) if is_number and math.isfinite(value) else None
+
+
+# ---- comparisons -------------------------------------------------------------------------------
+
+
+class _Compared(NamedTuple):
+    """A field of a message, and what it is compared with."""
+
+    fault: str
+    target: str
+    field: str
+    value: Plain
+
+
+def _comparisons(mission: Mission) -> Iterator[_Compared]:
+    for tree in mission.all_trees:
+        sources = _sources(tree)
+        for step, condition in _conditions(tree):
+            for name, value in _compared(condition.root, mission):
+                own = _own_field(step, name)
+                yield from (
+                    _Compared(*place, value) for place in (own or sources.get(name.name, ()))
+                )
+    known = {node.label: node.ros_name for node in all_steps(mission) if isinstance(node, GoalNode)}
+    for requirement in mission.requirements:
+        for signal, value in _compared_signals(requirement.root):
+            if signal.name == "feedback" and signal.arguments[0] in known:
+                node, field = signal.arguments
+                yield _Compared("set_feedback", known[node], field, value)
+            elif signal.name == "topic":
+                yield _Compared(
+                    "set_fields", signal.arguments[0].strip("/"), signal.arguments[1], value
+                )
+            elif signal.name == "battery":
+                yield _Compared("set_fields", "battery_state", "percentage", value)
+
+
+def _conditions(tree: Tree) -> Iterator[tuple[NodeModel, Expression]]:
+    for node in tree.body.walk():
+        found: list[Any] = []
+        if isinstance(node, GoalNode | WaitForNode | ConditionalNode):
+            found.append(node.condition)
+        elif isinstance(node, RepeatNode):
+            found += [node.settings.before, node.settings.after]
+        yield from ((node, one) for one in found if isinstance(one, Expression))
+
+
+def _sources(tree: Tree) -> dict[str, tuple[tuple[str, str, str], ...]]:
+    """Return which fields variables come from, by the variables' names."""
+    found: dict[str, tuple[tuple[str, str, str], ...]] = {}
+    for one in tree.follow:
+        settings = one.settings
+        place = ("set_fields", settings.topic.strip("/"), settings.field)
+        found[one.variable] = (*found.get(one.variable, ()), place)
+    for node in tree.body.walk():
+        if isinstance(node, GoalNode | WaitForNode):
+            fault = "set_result" if isinstance(node, GoalNode) else "set_fields"
+            for field, variable in node.outputs.items():
+                place = (fault, node.ros_name.strip("/"), field)
+                found[variable] = (*found.get(variable, ()), place)
+    return found
+
+
+def _own_field(node: NodeModel, name: Name) -> tuple[tuple[str, str, str], ...]:
+    """Return the field of a node's own messages that a name in its condition is."""
+    if name.variable:
+        return ()
+    if isinstance(node, GoalNode):
+        return (("set_feedback", node.ros_name, name.name),)
+    if isinstance(node, WaitForNode):
+        return (("set_fields", node.ros_name.strip("/"), name.name),)
+    return ()
+
+
+def _compared(root: SyntaxNode, mission: Mission) -> Iterator[tuple[Name, Plain]]:
+    """Yield each name in a comparison with the constant on its other side."""
+    for node in walk(root):
+        if not isinstance(node, Comparison):
+            continue
+        for left, right in pairwise((node.first, *(part for _, _, part in node.rest))):
+            for one, other in ((left, right), (right, left)):
+                value = _value(other, mission.inputs)
+                if value is not None:
+                    yield from ((name, value) for name in walk(one) if isinstance(name, Name))
+
+
+def _compared_signals(root: SyntaxNode) -> Iterator[tuple[SignalValue, Plain]]:
+    for node in walk(root):
+        if not isinstance(node, Comparison):
+            continue
+        for left, right in pairwise((node.first, *(part for _, _, part in node.rest))):
+            for one, other in ((left, right), (right, left)):
+                value = _value(other, {})
+                if value is not None:
+                    yield from ((signal, value) for signal in signals_in(one))
+
+
+def _value(node: SyntaxNode, inputs: Mapping[str, Plain]) -> Plain | None:
+    try:
+        return node.evaluate(EvaluationScope(inputs, {}, random.Random(0)))
+    except ExpressionError:
+        return None
+
+
+def _field_values(
+    compared: list[_Compared], goals: list[GoalNode], topics: Mapping[str, str]
+) -> Iterator[FieldValues]:
+    """Yield the values beside each comparison, and some of results that others depend on."""
+    found: dict[tuple[str, str, str], list[Any]] = {}
+    for one in compared:
+        found.setdefault(one[:3], []).extend(_beside(one.value))
+    for goal in goals:
+        for field in goal.outputs:
+            found.setdefault(("set_result", goal.ros_name.strip("/"), field), [-1.0, 0.0, 1.0])
+    types = {one.ros_name.strip("/"): one.type for one in goals}
+    for (fault, target, field), values in found.items():
+        type_name = (topics if fault == "set_fields" else types).get(target.strip("/"))
+        fitting = tuple(dict.fromkeys(one for one in values if _fits(fault, type_name, field, one)))
+        if fitting:
+            yield FieldValues(fault, target, field, fitting)
+
+
+def _beside(value: Plain) -> list[Any]:
+    """Return a value, and those just below and above it."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return [value, not value] if isinstance(value, bool) else [value, ""]
+    if not math.isfinite(value):
+        return []
+    step = max(abs(value) * 0.01, 0.01)
+    numbers = [value - step, value, value + step, 0.0, 2 * value]
+    whole = [int(value) - 1, int(value), int(value) + 1]
+    return [*whole, *(round(float(one), 6) for one in numbers)]
+
+
+def _fits(fault: str, type_name: str | None, field: str, value: Any) -> bool:
+    """Tell whether a field of the messages of a type takes a value."""
+    if type_name is None:
+        return False
+    if fault == "set_fields":
+        message = message_type(type_name)()
+    else:
+        kind = action_type(type_name)
+        message = kind.Result() if fault == "set_result" else kind.Feedback()
+    present = message
+    try:
+        for part in field.split("."):
+            present = getattr(present, part)
+        setting(fault, {field: value})(message)
+    except (ScenarioError, AttributeError):
+        return False
+    return isinstance(value, type(present))
+
+
+# ---- conditions as requirements say them -------------------------------------------------------
+
+
+def _branches(mission: Mission, leaves: set[str]) -> Iterator[Branch]:
+    """Yield the conditions of the mission's own tree that a requirement can say."""
+    names = MissionNames(mission)
+    for node, condition in _conditions(mission.main):
+        if isinstance(node, WaitForNode) or (
+            isinstance(node, GoalNode) and node.label not in leaves
+        ):
+            continue
+        text = _over_signals(node, condition, mission)
+        try:
+            root = Condition(text).root
+        except ExpressionError:
+            continue  # it always comes to the same, draws, or has what requirements do not
+        if not any(names.unknown_in(root)):
+            yield Branch(node.label, text, has_two=not isinstance(node, GoalNode))
+
+
+def _over_signals(node: NodeModel, condition: Expression, mission: Mission) -> str:
+    """Return a condition with signals in the place of its names."""
+    text = condition.text
+    variables = set(mission.inputs) | {one.variable for one in mission.follow}
+    for name in sorted(condition.references, key=lambda one: one.column, reverse=True):
+        start = name.column - 1
+        end = start + len(name.shown)
+        is_field = isinstance(node, GoalNode) and not name.variable and name.name not in variables
+        signal = f'feedback("{node.label}", "{name.name}")' if is_field else f"${name.name}"
+        text = text[:start] + signal + text[end:]
+    return text
+
+
+def _events(leaves: tuple[str, ...], branches: tuple[Branch, ...]) -> Iterator[str]:
+    """Yield conditions at which something may go wrong: as nodes begin and end, and near limits."""
+    for leaf in leaves:
+        yield from (f'{word}("{leaf}")' for word in ("running", "succeeded", "failed"))
+    for branch in branches:
+        root = Condition(branch.condition).root
+        match root:
+            case Comparison(first=SignalValue(key=key), rest=((sign, _, bound),)):
+                value = _value(bound, {})
+                if sign in (">", ">=") and isinstance(value, int | float) and value > 0:
+                    yield from (f"{key} > {share * value:g}" for share in (0.5, 0.95))
+
+
+def branch_formulas(branches: tuple[Branch, ...]) -> dict[str, str]:
+    """Return requirements whose margins are the distances to what a run did not do, by names."""
+    found: dict[str, str] = {}
+    for one in branches:
+        forms = [("true", f"never {one.condition}")]
+        if one.has_two:
+            forms.append(("false", f"always {one.condition}"))
+        for end, text in forms:
+            with suppress(ExpressionError):
+                Formula(text)
+                found[f"{one.place}: {one.condition} is {end}"] = text
+    return found

@@ -1,0 +1,95 @@
+"""A mission that is known to be good: what breaks it as well is no find."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import find
+from bt_mission.search.candidate import Candidate
+from bt_mission.search.guide import BRANCH, Guide
+from bt_mission.search.ranges import RangesFile
+from bt_mission.sweeps.base import BaseScenario, load_base
+from bt_mission.sweeps.runner import ScenarioRunner
+from bt_mission.sweeps.work import ScenarioWorker
+
+OF_THE_MISSION = ("scenario", "description", "mission", "inputs", "world", "robot", "requirements")
+"""Keys of a scenario that are not taken over as they are."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A good mission in the place of the one that is searched.
+
+    Attributes:
+        base: It, in the scenario that is varied.
+        runner: Carries scenarios of its bundle out.
+    """
+
+    base: BaseScenario
+    runner: ScenarioRunner
+
+    async def passes(self, candidate: Candidate, guide: Guide) -> bool:
+        """Tell whether it runs in a candidate's scenario without what is searched for."""
+        async for row in self.runner.rows([candidate.concrete(self.base, 0)]):
+            return not row.is_error and guide.is_assumed(row) and not guide.failures(row)
+        return False
+
+
+def load_reference(path: Path, base: BaseScenario, ranges: RangesFile) -> BaseScenario:
+    """Load a mission in the scenario of another: the same place, faults and requirements.
+
+    Its own requirements hold as well.
+
+    Raises:
+        InputError: With every error of its file, and for inputs of the ranges that it does not
+            have.
+        BtMissionError: When it does not fit the scenario: a requirement names a node that it does
+            not have, for example.
+    """
+    changes = replace(base.changes, world=_place(base), robot=_robot(base), requirements={})
+    own = load_base(path, replace(changes, faults=(), limit=None), ranges.parameters)
+    ranges.check_inputs(own.mission)
+    kept = {key: one for key, one in base.data.items() if key not in OF_THE_MISSION}
+    data = {**own.data, **kept}
+    inputs = base.data.get("inputs", {})
+    if taken := {name: one for name, one in inputs.items() if name in own.mission.inputs}:
+        data["inputs"] = {**data.get("inputs", {}), **taken}
+    if isinstance(base.data.get("world"), dict):
+        data["world"] = base.data["world"]
+    known = {one.name for one in own.mission.requirements}
+    wanted: dict[str, Any] = {
+        one.name: {"formula": one.text, "on_violation": one.on_violation}
+        for one in base.mission.requirements
+    }
+    wanted |= {
+        name: one
+        for name, one in base.data.get("requirements", {}).items()
+        if not name.startswith(BRANCH)
+    }
+    more = {name: one for name, one in wanted.items() if name not in known}
+    data["requirements"] = {**own.data.get("requirements", {}), **more}
+    made = replace(own, data=data)
+    try:
+        with ScenarioWorker(made.bundle) as worker:
+            worker.load(made.concrete({}))
+    except InputError as error:
+        message = "; ".join(one.message for one in error.faults if one.severity == "error")
+        raise BtMissionError(f"{path}: does not fit the scenario: {message}") from error
+    return made
+
+
+def _place(base: BaseScenario) -> str | None:
+    """Return the file of a scenario's world; None where the scenario holds the world itself."""
+    world = base.data.get("world")
+    if not isinstance(world, str):
+        return None
+    given = next(path for path, name in base.bundle.worlds.items() if name == world)
+    return str(find("worlds", given, near=base.mission.file).resolve())
+
+
+def _robot(base: BaseScenario) -> str:
+    return str(find("robots", base.mission.robot, near=base.mission.file).resolve())

@@ -1,0 +1,129 @@
+"""What a mission gives to draw from."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from bt_mission.language.mission import Mission
+from bt_mission.search.material import branch_formulas, material_of
+from bt_mission.search.probing import present_in
+from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
+from bt_mission.sweeps.runner import SerialRunner
+from bt_mission.sweeps.work import ScenarioWorker
+from bt_mission.testing.generators.faults import FieldValues
+
+MISSION = """\
+mission: rich
+world: empty_arena
+inputs: {far: 0.8, low: 20}
+follow:
+  - {topic: /battery_state, type: sensor_msgs/msg/BatteryState, field: percentage, as: charge}
+requirements:
+  turns enough: never feedback("round", "remaining_angle") < -5
+tree:
+  sequence:
+    - explore_forward: {fwd_velocity: 0.2, stopping_distance: 0.4}
+      name: drive
+      cancel_when: current_distance_travelled > $far
+      on_cancel: success
+      timeout: 12
+      feedback_timeout: 1.5
+      acceptance_timeout: 0.7
+      outputs: {closest_obstacle_angle: bearing}
+    - when: $bearing > 10 and $charge > low
+      do: {turn: {angle: 30}, name: round, timeout: 9}
+    - service: {name: motor_power, type: std_srvs/srv/SetBool, request: {data: true}}
+"""
+
+
+@pytest.fixture
+def rich(tmp_path: Path) -> BaseScenario:
+    """Load a mission that reads much."""
+    path = tmp_path / "rich.yaml"
+    path.write_text(MISSION)
+    return load_base(path, BaseChanges())
+
+
+@pytest.fixture
+def mission(rich: BaseScenario) -> Mission:
+    """Give the same as a mission."""
+    return rich.mission
+
+
+def test_names(mission: Mission) -> None:
+    """Its actions, its services, and the topics that it follows beside those of every mission."""
+    given = material_of(mission)
+    assert given.actions == ("explore_forward", "turn")
+    assert given.services == ("motor_power",)
+    assert set(given.topics) == {"scan", "odom", "cmd_vel", "tf", "battery_state"}
+    assert given.topics["battery_state"] == "sensor_msgs/msg/BatteryState"
+    assert (given.uses_battery, given.uses_camera) == (True, False)
+
+
+def test_limits(mission: Mission) -> None:
+    """Each a little less and a little more."""
+    limits = set(material_of(mission).limits)
+    assert {11.9, 12.1, 1.4, 1.6, 0.6, 0.8} <= limits
+    assert {4.9, 5.1, 0.5, 0.7} <= limits  # of the default, and of our servers
+
+
+def test_values_beside_comparisons(mission: Mission) -> None:
+    """Of feedback, results that variables come from, followed topics, and requirements."""
+    found = {(one.fault, one.field): one.values for one in material_of(mission).fields}
+    assert {0.79, 0.8, 0.81} <= set(found["set_feedback", "current_distance_travelled"])
+    assert {9.9, 10.0, 10.1} <= set(found["set_result", "closest_obstacle_angle"])
+    assert {19.8, 20.0, 20.2} <= set(found["set_fields", "percentage"])
+    assert {-5.05, -5.0, -4.95} <= set(found["set_feedback", "remaining_angle"])
+
+
+def test_values_fit_their_fields(tmp_path: Path) -> None:
+    """A code is no fraction and not below 0, and a field that is not there has none."""
+    path = tmp_path / "codes.yaml"
+    path.write_text(
+        "mission: codes\ntree:\n  sequence:\n"
+        "    - {turn: {angle: 30}, timeout: 9, outputs: {error_code: code}}\n"
+        "    - check: $code == 0\n"
+    )
+    (found,) = material_of(load_base(path, BaseChanges()).mission).fields
+    assert found == FieldValues("set_result", "turn", "error_code", (0, 1))
+
+
+def test_events(mission: Mission) -> None:
+    """Nodes that begin and end, and feedback on its way to a limit."""
+    events = material_of(mission).events
+    assert {'running("drive")', 'succeeded("drive")', 'failed("round")'} <= set(events)
+
+
+def test_branches_are_requirements(mission: Mission) -> None:
+    """A cancel condition is to become true, a condition on variables both."""
+    formulas = branch_formulas(material_of(mission).branches)
+    assert set(formulas.values()) == {
+        'never feedback("drive", "current_distance_travelled") > $far',
+        "never $bearing > 10 and $charge > $low",
+        "always $bearing > 10 and $charge > $low",
+    }
+
+
+def test_what_is_not_there_is_not_drawn(tmp_path: Path) -> None:
+    """An action without a server, a service without one, and a sensor that the robot lacks."""
+    path = tmp_path / "short.yaml"
+    path.write_text(
+        "mission: lonely\nworld: empty_arena\nrobot: burger\ntree:\n  fallback:\n"
+        "    - action: {name: /nowhere, type: nav2_msgs/action/Spin}\n"
+        "      timeout: 3\n"
+        "    - service: {name: /nobody, type: std_srvs/srv/Trigger}\n"
+        "    - {turn: {angle: 5}, timeout: 9}\n"
+    )
+    base = load_base(path, BaseChanges())
+    given = material_of(base.mission)
+    with ScenarioWorker(base.bundle) as worker:
+        there = asyncio.run(present_in(given, base, SerialRunner(worker)))
+    assert given.actions == ("/nowhere", "turn")
+    assert there.actions == ("turn",)
+    assert (given.services, there.services) == (("/nobody",), ())
+    assert set(there.topics) == {"scan", "odom", "cmd_vel", "tf"}
+    assert {"camera_dead", "camera_black"} <= there.lacking
+    assert not any(one.startswith("lidar") for one in there.lacking)
