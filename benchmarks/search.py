@@ -1,12 +1,16 @@
-"""Runs until `bt-mission falsify` finds a planted defect, for each strategy.
+"""Runs until `bt-mission falsify` finds a planted defect, for each strategy: a resumable campaign.
 
-The defects are those of the shipped scenarios (`tests/support/planted_defects.py`), without the
-obstacles and faults that show them there, and some that need a rare moment
-(`benchmarks/rare_defects.py`). A defect counts as found in a run that violates its requirement, in
-a scenario in which it holds without the defect. What the strategy `random` finds is made small, and
-its file is run once more.
+60 defects: 14 of the shipped scenarios and of rare moments that do not show at once
+(`tests/support/planted_defects.py`, `benchmarks/rare_defects.py`), 16 in short missions
+(`benchmarks/mission_defects.py`), and 30 by mutation, of missions and of the servers' methods
+(`benchmarks/mutants.py`). A find counts only where the mission without the defect stands the same
+scenario, as with `--reference`. Mutants that break as they are are passed over; some of the others
+may do the same as the original in every scenario, so no search can find all.
 
-Run it as: python benchmarks/search.py [--seeds N] [--budget N] [--only TEXT] [--table] FILE.jsonl
+What is done is in the file, so a campaign that was ended goes on where it was.
+
+Run it as: python benchmarks/search.py [--seeds N] [--budget N] [--minutes N] [--only TEXT]
+[--table] FILE.jsonl
 """
 
 from __future__ import annotations
@@ -16,65 +20,117 @@ import asyncio
 import json
 import statistics
 import tempfile
-from collections.abc import AsyncGenerator, Iterable
-from dataclasses import dataclass, replace
+import time
+from collections.abc import AsyncGenerator, Callable, Iterable, Iterator
+from dataclasses import dataclass
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Any
 
 import pytest
 from measuring import figure
+from mission_defects import BASES
+from mission_defects import DEFECTS as MISSION_DEFECTS
+from mutants import mission_mutants, server_mutants
 from rare_defects import RARE
-from rclpy.logging import LoggingSeverity, set_logger_level
 
 from bt_mission.core.dds.middleware import prepare_middleware
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import read, read_text
 from bt_mission.core.yaml.dump import to_yaml
-from bt_mission.scenarios.loader import load_scenario
-from bt_mission.scenarios.run import run_scenario
+from bt_mission.scenarios.runner import silence_logs
+from bt_mission.search.candidate import Candidate
+from bt_mission.search.guide import Guide
 from bt_mission.search.ranges import RangesFile
-from bt_mission.search.result import scenario_data
+from bt_mission.search.reference import Reference, load_reference
 from bt_mission.search.session import SearchOptions, SearchSession, load_search
 from bt_mission.search.strategies import STRATEGIES
 from bt_mission.sweeps.base import BaseChanges
 from bt_mission.sweeps.concrete import ConcreteScenario
-from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
+from bt_mission.sweeps.row import ScenarioRow
+from bt_mission.sweeps.runner import SerialRunner
 from bt_mission.sweeps.work import ScenarioWorker
 from tests.support.planted_defects import DEFECTS
+from tests.support.planting import Plant
 
 SHIPPED = Path("missions/scenarios").resolve()
 NO_CAMERA = Path("benchmarks/explore_no_camera.yaml").resolve()
+LIMIT = "limit: 40\n"
+AROUND = "obstacles: {ahead: -1.2..1.2}\n"
+"""Ranges of missions that do not drive ahead."""
+
+HIDDEN = (
+    "does not look for room to turn",
+    "stops 0.3 m late",
+    "does not slow down before an obstacle",
+    "looks at its first scan alone",
+    "drives on blind",
+    "is not held while the scan is old",
+    "drives on without odometry",
+    "backs up without a look behind",
+)
+"""Of the shipped scenarios' defects those that their missions do not show at once."""
+
+MISSION_MUTANTS, SERVER_MUTANTS = 18, 12
+MOST_TRIED = 60
+"""Mutants that are looked at to find so many."""
+
+
+def nothing(_: pytest.MonkeyPatch) -> None:
+    """Plant no defect in the program: it is in the mission."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A defect in a scenario that does not show it by what goes wrong there."""
+    """A defect, and the mission or scenario in which it is searched for.
 
+    Attributes:
+        kind: Of the table.
+        good: The same without the defect.
+        plant: Plants a defect in the program while the mission runs, and not while `good` does.
+        is_slow: A run takes a second or more.
+    """
+
+    kind: str
     what: str
     text: str
-    caught_by: str
-    plant: Any
+    good: str
+    plant: Plant = nothing
     ranges: str = "{}"
+    is_slow: bool = False
 
 
-def cases() -> list[Case]:
-    """Return all defects."""
-    found = [
-        Case(
-            one.what,
-            stripped(one.scenario),
-            one.caught_by,
-            one.plant,
-            AROUND if one.scenario in ("tight_turn", "back_up") else "{}",
-        )
-        for one in DEFECTS
-    ]
-    return found + [Case(*(getattr(one, name) for name in NAMES)) for one in RARE]
+def cases() -> Iterator[Case]:
+    """Yield all defects; those by mutation may be others than are tried in the end."""
+    for one in MISSION_DEFECTS:
+        good = BASES[one.base]
+        yield Case("missions", one.what, good.replace(one.good, one.bad), good, ranges=LIMIT)
+    for one in RARE:
+        yield Case("rare moments", one.what, one.scenario, one.scenario, one.plant, one.ranges)
+    for one in DEFECTS:
+        if one.what in HIDDEN:
+            text = stripped(one.scenario)
+            around = AROUND if one.scenario in ("tight_turn", "back_up") else "{}"
+            is_slow = one.scenario not in ("tight_turn", "back_up")
+            yield Case("shipped", one.what, text, text, one.plant, around, is_slow)
 
 
-AROUND = "obstacles: {ahead: -1.2..1.2}"
-"""Ranges of missions that do not drive ahead."""
-
-NAMES = ("what", "scenario", "caught_by", "plant", "ranges")
+def mutants() -> Iterator[Case]:
+    """Yield mutants that do not break as they are."""
+    drawn = [(name, mission_mutants(text, 25)) for name, text in BASES.items()]
+    of_missions = (
+        Case("mission mutants", f"{name}: {what}", text, BASES[name], ranges=LIMIT)
+        for name, found in cycle(drawn)
+        for what, text in islice(found, 1)
+    )
+    names = cycle(("drive", "turns", "careful"))
+    of_servers = (
+        Case("server mutants", f"{name}: {what}", BASES[name], BASES[name], plant, LIMIT)
+        for name, (what, plant) in zip(names, server_mutants(25), strict=False)
+    )
+    for found, wanted in ((of_missions, MISSION_MUTANTS), (of_servers, SERVER_MUTANTS)):
+        alive = (one for one in islice(found, MOST_TRIED) if stands(one))
+        yield from islice(alive, wanted)
 
 
 def stripped(name: str) -> str:
@@ -97,104 +153,147 @@ def stripped(name: str) -> str:
     return to_yaml(data)
 
 
-class DefectRunner:
-    """Carries scenarios out with a defect; what is violated without it as well does not count."""
+class PlantedRunner:
+    """Carries scenarios out with a defect."""
 
-    def __init__(self, worker: ScenarioWorker, case: Case) -> None:
+    def __init__(self, worker: ScenarioWorker, plant: Plant) -> None:
         self._worker = worker
-        self._case = case
+        self._plant = plant
 
     async def rows(
         self, scenarios: Iterable[ConcreteScenario]
     ) -> AsyncGenerator[ScenarioRow, None]:
-        """Yield the row of each scenario, with the one requirement that matters."""
+        """Yield the row of each scenario."""
         for one in scenarios:
             with pytest.MonkeyPatch.context() as patch:
-                self._case.plant(patch)
+                self._plant(patch)
                 row = self._worker.carry_out(one)
-            name = self._case.caught_by
-            margin = row.requirements.get(name)
-            if margin is not None and margin.verdict == "violated":
-                healthy = self._worker.carry_out(one).requirements.get(name)
-                if healthy is None or healthy.verdict == "violated":
-                    margin = RequirementMargin("holds", 0.01, margin.unit, margin.at)
-            yield replace(row, requirements={} if margin is None else {name: margin})
+            yield row
 
 
-def search(case: Case, strategy: str, seed: int, budget: int, folder: Path) -> dict[str, Any]:
-    """Search for a defect once; gives what came of it."""
-    path = folder / "case.scenario.yaml"
-    path.write_text(case.text)
-    ranges = RangesFile(read_text(case.ranges))
-    base = load_search(path, BaseChanges(), ranges, "violated")
-    is_simplified = strategy == "random"
-    options = SearchOptions("violated", budget, strategy, seed, 150 if is_simplified else 0)
-    session = SearchSession(base, ranges, options, lambda _: True)
-    with ScenarioWorker(base.bundle) as worker:
-        asyncio.run(session.run(DefectRunner(worker, case)))
-    state = session.state
-    told: dict[str, Any] = {"what": case.what, "strategy": strategy, "seed": seed}
-    told |= {"budget": budget, "runs": state.runs if state.found else None, "errors": state.errors}
-    if state.found and is_simplified:
-        file = folder / "elsewhere" / "found.scenario.yaml"
-        file.parent.mkdir(exist_ok=True)
-        file.write_text(to_yaml(scenario_data(base, state.found, file.parent)))
-        with pytest.MonkeyPatch.context() as patch:
+def aim_of(case: Case) -> Any:
+    """Return what is searched for."""
+    return "violated" if case.kind in ("shipped", "rare moments") else "anything"
+
+
+def written(case: Case, folder: Path) -> tuple[Path, Path]:
+    """Write the mission or scenario of a case, and the good one."""
+    end = ".scenario.yaml" if case.text.startswith("scenario:") else ".yaml"
+    bad, good = folder / f"bad{end}", folder / f"good{end}"
+    bad.write_text(case.text)
+    good.write_text(case.good)
+    return bad, good
+
+
+def stands(case: Case) -> bool:
+    """Tell whether a mutant succeeds as it is."""
+    with tempfile.TemporaryDirectory() as folder:
+        ranges = RangesFile(read_text(case.ranges))
+        try:
+            base = load_search(written(case, Path(folder))[0], BaseChanges(), ranges, aim_of(case))
+        except BtMissionError:
+            return False
+        with ScenarioWorker(base.bundle) as worker, pytest.MonkeyPatch.context() as patch:
             case.plant(patch)
-            result = run_scenario(load_scenario(file))
-        told |= {
-            "faults": [one.text for one in state.found.candidate.faults],
-            "simplifying_runs": state.simplifying_runs,
-            "repeats": result.report.trace_sha256 == state.found.row.trace_sha256,
-            "fails": not result.passed,
-        }
-    return told
+            row = worker.carry_out(Candidate(limit=ranges.ranges.limit).concrete(base, 0))
+    return not row.is_error and not Guide("anything", row).failures(row)
+
+
+def search(case: Case, strategy: str, seed: int, budget: int) -> dict[str, Any]:
+    """Search for a defect once; gives what came of it."""
+    ranges = RangesFile(read_text(case.ranges))
+    began = time.process_time()
+    with tempfile.TemporaryDirectory() as folder:
+        bad, good = written(case, Path(folder))
+        base = load_search(bad, BaseChanges(), ranges, aim_of(case))
+        sound = load_reference(good, base, ranges)
+        options = SearchOptions(aim_of(case), budget, strategy, seed, 0)
+        with ScenarioWorker(base.bundle) as worker, ScenarioWorker(sound.bundle) as other:
+            reference = Reference(sound, SerialRunner(other))
+            session = SearchSession(base, ranges, options, lambda _: True, reference)
+            asyncio.run(session.run(PlantedRunner(worker, case.plant)))
+    state = session.state
+    return {
+        "kind": case.kind,
+        "what": case.what,
+        "strategy": strategy,
+        "seed": seed,
+        "budget": budget,
+        "runs": state.runs if state.found else None,
+        "unfair": state.unfair,
+        "errors": state.errors,
+        "faults": [one.text for each in state.found for one in each.candidate.faults],
+        "cpu_s": round(time.process_time() - began, 2),
+    }
 
 
 def table(rows: list[dict[str, Any]]) -> str:
-    """Return the results as a table of Markdown."""
-    names = list(dict.fromkeys(one["what"] for one in rows))
-    lines = ["| defect | " + " | ".join(STRATEGIES) + " |", "|---|" + "---|" * len(STRATEGIES)]
-    totals: dict[str, list[float]] = {name: [] for name in STRATEGIES}
-    at_once = 0
-    for name in names:
-        of_one = [one for one in rows if one["what"] == name]
-        if all(one["runs"] == 1 for one in of_one):
-            at_once += 1
-            continue
-        cells = []
-        for strategy in STRATEGIES:
-            runs = [one for one in of_one if one["strategy"] == strategy]
-            values = [one["runs"] or one["budget"] + 1 for one in runs]
-            found = sum(one["runs"] is not None for one in runs)
-            totals[strategy] += values
-            middle = statistics.median(values) if values else 0
-            if not runs:
-                cells.append("")
-                continue
-            told = f"{middle:g}" if middle <= runs[0]["budget"] else f"> {runs[0]['budget']}"
-            cells.append(f"{told} ({found} of {len(runs)})")
-        lines.append(f"| {name} | {' | '.join(cells)} |")
-    middles = [f"{statistics.mean(values):.1f}" if values else "" for values in totals.values()]
-    lines.append(f"| mean of all above, not found as {'budget + 1'} | {' | '.join(middles)} |")
-    small = [one for one in rows if "faults" in one]
-    few = sum(len(one["faults"]) <= 2 for one in small)
-    same = sum(one["repeats"] for one in small)
-    lines.append("")
-    lines.append(
-        f"{at_once} defects show in the first run. Made small: at most 2 faults in {few} of"
-    )
-    lines.append(f"{len(small)}, the same trace from the file in {same} of {len(small)}.")
-    return "\n".join(lines)
+    """Return the results as tables of Markdown: all searches, and the pairs by kind."""
+    done = {(one["what"], one["strategy"], one["seed"]): one for one in rows if one["runs"] != 1}
+    pairs = [
+        (what, seed)
+        for what, seed in dict.fromkeys((what, seed) for what, _, seed in done)
+        if all((what, name, seed) in done for name in STRATEGIES)
+    ]
+    heads = [f"{one}: found" for one in STRATEGIES] + [f"{one}: runs" for one in STRATEGIES]
+    lines = [
+        f"| | searches of each | {' | '.join(heads)} |",
+        "|---" * (2 + 2 * len(STRATEGIES)) + "|",
+    ]
+
+    def add(name: str, chosen: Callable[[dict[str, Any]], bool]) -> None:
+        groups = [
+            [
+                done[what, strategy, seed]
+                for what, seed in pairs
+                if chosen(done[what, strategy, seed])
+            ]
+            for strategy in STRATEGIES
+        ]
+        if groups[0]:
+            found = [f"{sum(one['runs'] is not None for one in group)}" for group in groups]
+            lines.append(
+                f"| {name} | {len(groups[0])} | {' | '.join(found)} | "
+                f"{' | '.join(map(_spread, groups))} |"
+            )
+
+    for kind in dict.fromkeys(one["kind"] for one in rows):
+        add(kind, lambda one, kind=kind: one["kind"] == kind)
+    for seed in sorted({seed for _, seed in pairs}):
+        add(f"all, search seed {seed}", lambda one, seed=seed: one["seed"] == seed)
+    add("all", lambda _: True)
+    first, second = STRATEGIES
+    sooner = [0, 0, 0]
+    for what, seed in pairs:
+        one, other = (_runs(done[what, name, seed]) for name in (first, second))
+        sooner[0 if one < other else 1 if other < one else 2] += 1
+    found = {what for (what, _, _), one in done.items() if one["runs"]}
+    names = dict.fromkeys(what for what, _ in pairs)
+    never = [what for what in names if what not in found]
+    told = f"{len(names)} defects, {len(pairs)} pairs of searches: {first} sooner in {sooner[0]}, "
+    told += f"{second} in {sooner[1]}, equal in {sooner[2]}. Never found: {len(never)}."
+    return "\n".join([*lines, "", told, *(f"- {what}" for what in never)])
+
+
+def _runs(row: dict[str, Any]) -> int:
+    return int(row["runs"] or row["budget"] + 1)
+
+
+def _spread(group: list[dict[str, Any]]) -> str:
+    """Return the median with the quartiles."""
+    values = sorted(map(_runs, group))
+    low, middle, high = statistics.quantiles(values, n=4) if len(values) > 1 else 3 * values
+    return f"{middle:g} ({low:g} to {high:g})"
 
 
 def main() -> None:
     """Search for every defect by every strategy; append what comes of each to a file."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file", type=Path)
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--budget", type=int, default=60)
-    parser.add_argument("--only", default="")
+    parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--budget", type=int, default=150)
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="of processor time")
+    parser.add_argument("--only", default="", help="of the defects that are no mutants")
     parser.add_argument("--strategies", nargs="+", default=list(STRATEGIES))
     parser.add_argument("--table", action="store_true", help="print the table of what is there")
     options = parser.parse_args()
@@ -203,25 +302,25 @@ def main() -> None:
         print(table(rows))
         return
     prepare_middleware()
-    set_logger_level("", LoggingSeverity.FATAL)
+    silence_logs()
     known = {(one["what"], one["strategy"], one["seed"]) for one in rows}
-    at_once = {one["what"] for one in rows if one["runs"] == 1}
-    for seed in range(options.seeds):
-        for case in cases():
-            for strategy in options.strategies:
-                is_known = (case.what, strategy, seed) in known or case.what in at_once
-                if is_known or options.only not in case.what:
-                    continue
-                with tempfile.TemporaryDirectory() as folder:
-                    row = search(case, strategy, seed, options.budget, Path(folder))
-                if row["runs"] == 1:
-                    at_once.add(case.what)  # nothing of it depends on strategy or seed
-                with options.file.open("a") as file:
-                    file.write(json.dumps(row) + "\n")
-                print(row, flush=True)
-                rows.append(row)
+    used_s = sum(one["cpu_s"] for one in rows)
+    all_cases = [*cases(), *([] if options.only else mutants())]
+    searches = [(seed, case) for seed in range(options.seeds) for case in all_cases]
+    for seed, case in sorted(searches, key=lambda one: one[1].is_slow):
+        for strategy in options.strategies:
+            if (case.what, strategy, seed) in known or options.only not in case.what:
+                continue
+            if used_s > 60 * options.minutes:
+                continue
+            row = search(case, strategy, seed, options.budget)
+            used_s += row["cpu_s"]
+            with options.file.open("a") as file:
+                file.write(json.dumps(row) + "\n")
+            print(row, flush=True)
+            rows.append(row)
     now = [one for one in rows if options.only in one["what"]]
-    figure("runs until found", (one["runs"] or one["budget"] + 1 for one in now))
+    figure("runs until found", map(_runs, now))
 
 
 if __name__ == "__main__":

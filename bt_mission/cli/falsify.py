@@ -72,9 +72,9 @@ def add_parser(commands: Any) -> None:
         "falsify",
         description="Runs a mission with other seeds, obstacles that appear, and faults at their "
         "times, until a requirement is violated, the mission fails, a goal is orphaned or the "
-        "robot touches something. What is found is made small: fewest faults, roundest numbers, "
+        "robot touches something. What is found is minimized: fewest faults, roundest numbers, "
         "shortest run, each step checked by running it. The result is a folder with a scenario, a "
-        "test that fails until the mission is mended, a recording and its report.",
+        "test that fails until the mission is fixed, a recording and its report.",
         epilog=EPILOG,
     )
     add_mission_file(parser)
@@ -104,7 +104,7 @@ def _add_search_options(parser: argparse.ArgumentParser) -> None:
         type=count,
         default=1000,
         metavar="RUNS",
-        help="so many runs at most (default: 1000), besides those that make a find small",
+        help="so many runs at most (default: 1000), besides those that minimize what is found",
     )
     parser.add_argument(
         "--find",
@@ -152,7 +152,7 @@ def _add_search_options(parser: argparse.ArgumentParser) -> None:
         type=whole,
         default=150,
         metavar="RUNS",
-        help="so many runs at most to make a find small, 0 to leave it (default: 150)",
+        help="the most runs that minimize each find, 0 to leave it (default: 150)",
     )
 
 

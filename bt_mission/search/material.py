@@ -24,7 +24,7 @@ from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.action import GoalNode, ShortActionNode
 from bt_mission.language.nodes.base import ConditionalNode, NodeModel
 from bt_mission.language.nodes.decorators import RepeatNode, TimeoutNode
-from bt_mission.language.nodes.interfaces import ServiceNode, WaitForNode
+from bt_mission.language.nodes.interfaces import InterfaceNode, ServiceNode, WaitForNode
 from bt_mission.language.requirements.formula import Condition, Formula, signals_in, walk
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.language.trees import all_steps
@@ -99,6 +99,8 @@ def material_of(mission: Mission) -> Material:
     goals = [one for one in steps if isinstance(one, GoalNode)]
     labels = Counter(one.label for one in steps)
     leaves = tuple(one.label for one in goals if labels[one.label] == 1)
+    speaking = (one.label for one in steps if isinstance(one, InterfaceNode))
+    waiting = tuple(one for one in speaking if labels[one] == 1)
     comparisons = list(_comparisons(mission))
     signals = [one for each in mission.requirements for one in signals_in(each.root)]
     uses_camera = any(
@@ -113,7 +115,7 @@ def material_of(mission: Mission) -> Material:
         tuple(dict.fromkeys(one.ros_name for one in steps if isinstance(one, ServiceNode))),
         tuple(_limits(mission, steps)),
         tuple(_field_values(comparisons, goals, topics)),
-        tuple(dict.fromkeys(_events(leaves, branches))),
+        tuple(dict.fromkeys(_events(waiting, branches))),
         branches,
         uses_camera,
         "battery_state" in topics,
@@ -353,9 +355,9 @@ def _over_signals(node: NodeModel, condition: Expression, mission: Mission) -> s
     return text
 
 
-def _events(leaves: tuple[str, ...], branches: tuple[Branch, ...]) -> Iterator[str]:
+def _events(waiting: tuple[str, ...], branches: tuple[Branch, ...]) -> Iterator[str]:
     """Yield conditions at which something may go wrong: as nodes begin and end, and near limits."""
-    for leaf in leaves:
+    for leaf in waiting:
         yield from (f'{word}("{leaf}")' for word in ("running", "succeeded", "failed"))
     for branch in branches:
         root = Condition(branch.condition).root

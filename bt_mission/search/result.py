@@ -24,7 +24,7 @@ from bt_mission.sweeps.recording import record_scenario, write_page_of
 
 TEST = '''"""{sentence}
 
-Found by bt-mission falsify; it passes once the mission is mended. To look at it:
+Found by bt-mission falsify; it passes once the mission is fixed. To look at it:
 bt-mission run {file}
 """
 

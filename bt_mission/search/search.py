@@ -43,7 +43,7 @@ class SearchState:
         unfair: Runs that broke the reference mission, too.
         smallest: The smallest margin so far as a share of that of the mission as it is, and the
             requirement's name.
-        found: What was found, one for each cause; made smaller later.
+        found: What was found, one for each cause; minimized later.
         simplifying_runs: Scenarios that were carried out to make it small.
         is_interrupted: Has somebody ended it?
     """

@@ -147,7 +147,8 @@ class _Simplifier:
 
     def _is_worth_a_run(self, candidate: Candidate) -> bool:
         """Is it another one, within the ranges, and not tried before?"""
-        if candidate == self._now or not self._space.allows(candidate):
+        is_whole = _whole(candidate.faults) == candidate.faults
+        if candidate == self._now or not is_whole or not self._space.allows(candidate):
             return False
         scenario = candidate.concrete(self._search.base, 0).id
         is_new = scenario not in self._tried
@@ -158,8 +159,8 @@ class _Simplifier:
 # ---- simpler faults ------------------------------------------------------------------------
 
 BEGINS, LASTING = "begins", "lasting"
-NEEDED = ("ahead", "at", "name", "box")
-"""Arguments that stay: places, and names by which other faults know an obstacle."""
+NEEDED = ("ahead", "at", "box")
+"""Arguments that stay: places, and which obstacle it is."""
 
 
 def _whole(faults: tuple[PlannedFault, ...]) -> tuple[PlannedFault, ...]:

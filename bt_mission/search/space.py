@@ -138,7 +138,9 @@ class SearchSpace:
         ranges = self._obstacles
         given = fault.arguments
         if fault.name == "move_box":
-            return _is_in(self._obstacle_times, time) and _is_in(ranges.speed, given["speed"])
+            return _is_in(self._obstacle_times, time) and _is_in(
+                ranges.speed, given.get("speed", ranges.speed.low)
+            )
         if fault.name not in OBSTACLES:
             lasting = self._lasting
             is_long = fault.lasting is None or lasting is None or _is_in(lasting, fault.lasting)

@@ -60,7 +60,7 @@ def test_what_is_found_fails_until_the_mission_is_mended(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A scenario, a test, a recording, a report and a sentence; the run repeats exactly."""
-    assert main([*SEARCH, "--json", "--budget", "40", "--simplify", "12"]) == 1
+    assert main([*SEARCH, "--json", "--budget", "40", "--simplify", "40"]) == 1
     told = json.loads(capsys.readouterr().out)
     (found,) = told["found"]
     assert (found["kind"], found["what"]) == ("violated", "keeps its distance")
@@ -98,6 +98,53 @@ def test_nothing_is_found(folder: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert out.startswith("careless: nothing found (no violated requirement) in 3 runs")
     assert re.search(r"smallest margin \d+% of the usual one \('keeps its distance'\)", out)
     assert not (folder / "found").exists()
+
+
+def test_what_breaks_the_reference_does_not_count(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A mission that keeps 0.5 m stands the boxes that one with 0.2 m does not."""
+    good = DEFECT.replace("gap: 0.2", "gap: 0.5")
+    (folder / "good.yaml").write_text(good)
+    words = [*SEARCH, "--reference", "good.yaml", "--simplify", "4", "--json", "--budget", "40"]
+    assert main(words) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert [one["what"] for one in told["found"]] == ["keeps its distance"]
+    (folder / "good.yaml").write_text(DEFECT)
+    assert main([*words, "--budget", "8"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["found"] == []
+    assert told["broke_the_reference"] > 0
+
+
+def test_a_search_that_goes_on(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each cause is in a file of its own, the simplest first, with how often it was found."""
+    (folder / "safe.yaml").write_text(REQUIRED + '  sees: always age("scan") < 0.8\n')
+    boxes = BOXES.replace("{most: 0}", "{kinds: [lidar_dead], lasting: 1..2, times: 0.5..2}")
+    (folder / "ranges.yaml").write_text(boxes)
+    words = [*SEARCH, "--keep-going", "2", "--simplify", "10", "--budget", "30"]
+    assert main([*words, "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert {one["what"] for one in told["found"]} == {"keeps its distance", "sees"}
+    assert all(one["runs"] >= 1 and one["repeats"] for one in told["found"])
+    sizes = [len(one["faults"]) for one in told["found"]]
+    assert sizes == sorted(sizes)
+    for one in told["found"]:
+        assert main(["run", one["scenario"]]) == 1
+    capsys.readouterr()
+    assert main(words) == 1
+    out = capsys.readouterr().out
+    assert re.match(r"careless: 2 causes found after \d+ runs, minimized in \d+", out)
+    assert re.search(r"^1\. requirement '.+' is violated .+ \(\d+ runs?\)$", out, re.MULTILINE)
+
+
+def test_what_does_not_keep_to_an_assumption(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Is no find; it is told how many runs that were."""
+    (folder / "ranges.yaml").write_text(BOXES + "assume: [always scan_clearance > 0.6]\n")
+    assert main([*SEARCH, "--budget", "8"]) == 0
+    assert re.search(r"; \d did not keep to the assumptions", capsys.readouterr().out)
 
 
 def test_a_mission_that_breaks_as_it_is(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -179,6 +226,8 @@ def test_what_is_found_by_a_signal_is_written(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        (["--keep-going", "0"], "argument --keep-going: expected an integer from 1, got '0'"),
+        (["--reference", "nothing.yaml"], "nothing.yaml"),
         (["--budget", "0"], "argument --budget: expected an integer from 1, got '0'"),
         (["--simplify", "-1"], "argument --simplify: expected an integer from 0, got '-1'"),
         (["--find", "bugs"], "invalid choice: 'bugs'"),

@@ -78,7 +78,10 @@ def test_on_the_command_line(
     assert len(told["reached"]) + len(told["missing"]) == told["places"]
 
 
-@pytest.mark.parametrize(("option", "value"), [("--find", "failed"), ("--output", "here")])
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("--find", "failed"), ("--output", "here"), ("--reference", "x.yaml"), ("--keep-going", "2")],
+)
 def test_options_that_would_be_ignored(
     capsys: pytest.CaptureFixture[str], option: str, value: str
 ) -> None:

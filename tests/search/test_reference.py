@@ -26,7 +26,7 @@ def searched(base: BaseScenario, mission: Judge, good: Judge, budget: int = 60) 
     session = SearchSession(
         base,
         RANGES,
-        SearchOptions("violated", budget, "random", simplifying_runs=20),
+        SearchOptions("violated", budget, "random", 1, simplifying_runs=20),
         lambda _: True,
         Reference(base, MadeUpRunner(good)),
     )

@@ -54,7 +54,7 @@ def data_of(base: BaseScenario, found: Found, folder: Path) -> dict[str, Any]:
 def test_it_expects_what_should_hold(
     base: BaseScenario, tmp_path: Path, kind: str, changes: Any, expected: dict[str, Any]
 ) -> None:
-    """And nothing else, so that it passes once the mission is mended."""
+    """And nothing else, so that it passes once the mission is fixed."""
     found = found_in(base, kind, Candidate(faults=(FAULT,)), **changes)
     data = data_of(base, found, tmp_path / "out")
     assert data["expect"] == expected

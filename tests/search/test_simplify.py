@@ -80,6 +80,16 @@ def test_an_obstacle_goes_with_its_way(search_by: Callable[[Judge], Search]) -> 
         assert not moves or any("spawn_box" in text for text in faults)
 
 
+def test_what_moves_is_simplified(search_by: Callable[[Judge], Search]) -> None:
+    """Its speed may be the fault's own; the obstacle stays."""
+    texts = ("at 0.0: spawn_box 1.0 name one", "at 0.0: move_box one 1.25 0.35 speed 0.3")
+    made = simplified(search_by(needs("spawn_box", "move_box")), texts)
+    assert [one.text for one in made.faults] == [
+        "at 0.0: spawn_box ahead 1.0 name one",
+        "at 0.0: move_box box one ahead 0.0",
+    ]
+
+
 def test_an_event_is_simplified(search_by: Callable[[Judge], Search]) -> None:
     """It need not have been true for a time, and nothing else takes its place."""
     made = simplified(

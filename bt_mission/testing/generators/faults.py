@@ -94,8 +94,8 @@ class FaultChoice:
     limits: Sequence[float] = ()
 
     def beginning(self, draws: Draws) -> Beginning:
-        """Draw when a fault begins: at a time, or with an event."""
-        time = number(draws, *self.times, STEP_S)
+        """Draw when a fault begins: at the first time, at any, or with an event."""
+        time = self.times[0] if maybe(draws, 4) else number(draws, *self.times, STEP_S)
         if not self.events or not maybe(draws, 2):
             return AtTime(time)
         held = number(draws, 0, LONGEST_HELD_S, STEP_S) if maybe(draws, 2) else 0.0
