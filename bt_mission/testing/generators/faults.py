@@ -95,7 +95,8 @@ class FaultChoice:
 
     def beginning(self, draws: Draws) -> Beginning:
         """Draw when a fault begins: at the first time, at any, or with an event."""
-        time = self.times[0] if maybe(draws, 4) else number(draws, *self.times, STEP_S)
+        time = number(draws, *self.times, STEP_S)
+        time = self.times[0] if maybe(draws, 4) else time
         if not self.events or not maybe(draws, 2):
             return AtTime(time)
         held = number(draws, 0, LONGEST_HELD_S, STEP_S) if maybe(draws, 2) else 0.0
