@@ -5,9 +5,8 @@ ROS itself is not needed: the files are those that interface packages install.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 from bt_mission.core.cdr.definitions import file_text, share_folders
 from bt_mission.core.interface_comments import InterfaceText, read_interface
@@ -47,7 +46,8 @@ class FieldType:
     interface: str
 
 
-def type_of_field(type_name: str, part: str, path: Sequence[str | int]) -> FieldType:
+@lru_cache(maxsize=4096)
+def type_of_field(type_name: str, part: str, path: tuple[str | int, ...]) -> FieldType:
     """Return the type of a field, by the names and the indices that lead to it.
 
     Args:
@@ -72,7 +72,7 @@ def type_of_field(type_name: str, part: str, path: Sequence[str | int]) -> Field
     return FieldType(written, unit, interface)
 
 
-def unit_of_field(type_name: str, part: str, path: Sequence[str | int]) -> str | None:
+def unit_of_field(type_name: str, part: str, path: tuple[str | int, ...]) -> str | None:
     """Return the unit of a field: `SI` by REP 103, empty where it is not known.
 
     The arguments are those of `type_of_field`. A field that holds text has None.

@@ -36,4 +36,4 @@ def test_the_unit_of_a_field(
     interface: str, part: str, path: Sequence[str | int], unit: str | None
 ) -> None:
     """From its comment, by what it is, or by REP 103; none where nothing is known."""
-    assert unit_of_field(interface, part, path) == unit
+    assert unit_of_field(interface, part, tuple(path)) == unit

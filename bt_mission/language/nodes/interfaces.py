@@ -129,7 +129,7 @@ class InterfaceNode(base.NodeModel):
             return node
 
         def unit_of(name: Name) -> str:
-            path = name.name.split(".")
+            path = tuple(name.name.split("."))
             return "" if name.variable else unit_of_field(self.type, asks, path) or ""
 
         try:
