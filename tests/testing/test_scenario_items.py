@@ -86,7 +86,7 @@ def test_faults(stage):
     assert not run.report.trace_sha256
 
 def test_cut(stage):
-    run = stage.run(MISSION)
+    run = stage.run(MISSION, nature="usual")
     run.until(lambda s: s.t > 1)
     assert not run.stage.trace.sha256
 

@@ -193,6 +193,14 @@ def test_waits(stage):
         tree: {wait: 1}
         """).until_done()
 
+@pytest.mark.scenario(seeds=1, at_least=0.5)
+def test_has_the_usual_nature(stage):
+    assert stage.run("sweep").stage.nature["lidar_noise"] > 0
+
+@pytest.mark.scenario(seeds=1, at_least=0.5)
+def test_has_the_nature_that_it_asks_for(stage):
+    assert stage.run("sweep", nature="none").stage.nature == {}
+
 @pytest.mark.scenario(seeds=2)
 def test_chooses(stage):
     stage.run("""
@@ -206,9 +214,10 @@ def test_seeds_that_change_nothing_are_one_sample(pytester):
     """What the seed decides alone, such as ids of goals, does not make runs distinct."""
     pytester.makepyfile(IDENTICAL)
     result = pytester.runpytest()
+    result.assert_outcomes(passed=7)
     result.stdout.fnmatch_lines(
         [
-            "*::test_chooses  2 of 2 passed: 1.000 (0.342 to 1.000)",
+            "*::test_chooses *2 of 2 passed: 1.000 (0.342 to 1.000)",
             "*::test_waits * 3 of 3 passed: 1.000 (0.207 to 1.000); 3 runs, 1 distinct: *",
         ]
     )

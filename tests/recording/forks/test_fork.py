@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.core.files import find
+from bt_mission.core.nature import Nature, Profile
 from bt_mission.recording.forks.change import ForkChange
 from bt_mission.recording.forks.source import read_source
 from bt_mission.recording.forks.stage import forked_stage
@@ -15,14 +16,20 @@ from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage_robot import StageOptions
 
 
-@pytest.mark.parametrize("name", ["explore", "square", "sweep"])
-def test_the_same_happens_again_wherever_it_is_forked(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("name", "profile"), [("explore", "none"), ("square", "usual"), ("sweep", "harsh")]
+)
+def test_the_same_happens_again_wherever_it_is_forked(
+    name: str, profile: Profile, tmp_path: Path
+) -> None:
     """Byte for byte, to the end; benchmarks/forks.py does it a thousand times."""
     path = tmp_path / "run.mcap"
     mission = load(find("missions", name))
-    with Stage(mission, image_folder=tmp_path, say=lambda _: None) as stage:
+    options = StageOptions(nature=Nature(profile))
+    with Stage(mission, image_folder=tmp_path, say=lambda _: None, options=options) as stage:
         recorder = RunRecorder(stage, path)
         while not stage.is_done:
             stage.step()
