@@ -8,7 +8,6 @@ from typing import Any
 
 from bt_mission.btcpp.attributes import NAME, LocatedValue, located, mapping
 from bt_mission.btcpp.elements import Tag
-from bt_mission.btcpp.nav2 import NAV2
 from bt_mission.btcpp.node_parts import NodeData, NodeElement, negated
 from bt_mission.btcpp.scripts import ScriptError, assignments, written_assignments
 from bt_mission.core.diagnostics import quoted
@@ -300,7 +299,6 @@ BUILT_IN = {
     ),
     "TryCatch": (("catch_on_halt",), _read_try),
     "SetBlackboard": (("value", "output_key"), _read_blackboard),
-    **NAV2,
     **{tag: (names, kind.read) for kind in KINDS.values() for tag, names in kind.tags.items()},
 }
 """The nodes of BehaviorTree.CPP and Nav2 that have a counterpart, and what reads each."""

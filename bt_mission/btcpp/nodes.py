@@ -10,7 +10,6 @@ from bt_mission.btcpp.attributes import LocatedValue, is_constant, located, refe
 from bt_mission.btcpp.built_in import BUILT_IN, KINDS
 from bt_mission.btcpp.elements import Element, Tag, XmlSource
 from bt_mission.btcpp.leaves import LEAVES, Path, read_leaf, write_leaf
-from bt_mission.btcpp.nav2 import HINTS as NAV2_HINTS
 from bt_mission.btcpp.node_parts import NodeData, NodeElement
 from bt_mission.btcpp.ports import SUBTREE, TreePorts, read_use, write_use
 from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, did_you_mean, fault_at, quoted
@@ -41,7 +40,6 @@ _HINTS = {
         "no variable of a mission knows when it was written; use a leaf 'wait_for' on a topic",
     ),
     "UnsetBlackboard": "set the variable to a value that stands for none",
-    **NAV2_HINTS,
 }
 
 

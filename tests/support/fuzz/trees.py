@@ -10,7 +10,6 @@ from xml.etree import ElementTree as ET
 
 from bt_mission.btcpp.document import document_of
 from bt_mission.btcpp.mission_writer import mission_xml
-from bt_mission.btcpp.nav2 import HINTS, NAV2
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.loader import draft, load_text
@@ -99,11 +98,10 @@ def made(rng: Random) -> str:
 
 def _grow(rng: Random, parent: ET.Element, depth: int) -> None:
     leaves = [tag for tag, (_, most) in CHILDREN.items() if most == 0]
-    nav2 = [*NAV2, *(HINTS if rng.random() < 0.1 else ())]
     inner = [tag for tag in CHILDREN if tag not in leaves]
-    tag = rng.choice(leaves + nav2 if depth >= DEEPEST or rng.random() < 0.4 else inner + nav2)
+    tag = rng.choice(leaves if depth >= DEEPEST or rng.random() < 0.4 else inner)
     node = ET.SubElement(parent, tag)
-    ports = PORTS.get(tag) or (NAV2[tag][0] if tag in NAV2 else ("ID", "x", "value", "output_key"))
+    ports = PORTS.get(tag) or ("ID", "x", "value", "output_key")
     for port in sorted(ports):
         if rng.random() < 0.7:
             node.set(port, _value(rng))
@@ -111,7 +109,7 @@ def _grow(rng: Random, parent: ET.Element, depth: int) -> None:
         node.set("ID", rng.choice(("Sub", "Other", "Main", "nobody")))
     if rng.random() < 0.15:
         node.set(rng.choice(COMMON), _value(rng))
-    least, most = CHILDREN.get(tag, (2, 2) if tag == "RecoveryNode" else (0, 0))
+    least, most = CHILDREN.get(tag, (0, 0))
     if rng.random() < 0.03:
         least += 1
     for _ in range(rng.randint(least, max(least, min(most or 4, 4) if most != 0 else 0))):
