@@ -47,8 +47,8 @@ WALL_CLOCK_NAMES = (
 IN_ONE_PROCESS = "bt_mission.virtual_time.self_test"
 """The one module whose service has no clients but its own."""
 
-HOOKS = ("__getattr__",)
-"""What Python itself asks for in that way: of modules (PEP 562)."""
+HOOKS = ("__getattr__", "text_factory")
+"""What Python itself asks for in that way: of modules (PEP 562), of connections of sqlite3."""
 
 KNOWN = check_layers.modules()
 

@@ -82,7 +82,14 @@ def test_a_part_of_a_document_can_be_taken():
         ("name: a\ndoors: true", (2, 8, "expected an integer, got true")),
         ("name: a\ndoors: 7", (2, 8, "expected at most 5, got the number 7")),
         ("name: a\ndoors: 1", (2, 8, "expected at least 2, got the number 1")),
-        ("name: a\nelectric: yes", (2, 11, "expected a boolean, got string 'yes'")),
+        (
+            "name: a\nelectric: yes",
+            (
+                2,
+                11,
+                "expected a boolean, got string 'yes'; in YAML 1.2 a boolean is written 'true'",
+            ),
+        ),
         ("name: a\nwheels: 4", (2, 9, "expected a list, got the number 4")),
         ("name: a\nwheels: [4]", (2, 10, "expected a mapping, got the number 4")),
         ("name: a\nwheels: [{}]", (2, 10, "'radius' is missing")),
