@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, SkipValidation
 
-from bt_mission.core.nature import WrittenNature
+from bt_mission.core.nature_field import WrittenNature
 from bt_mission.language.follow import FollowSettings
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import Trees, Written, WrittenNode

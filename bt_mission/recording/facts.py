@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic_core import PydanticCustomError
 
-from bt_mission.core.nature import read_nature
+from bt_mission.core.nature_field import read_nature
 
 FACTS, SUMMARY = "bt_mission", "bt_mission_summary"
 """The names of the metadata records."""

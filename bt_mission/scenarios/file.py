@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
 
 from bt_mission.core.diagnostics import describe
-from bt_mission.core.nature import WrittenNature
+from bt_mission.core.nature_field import WrittenNature
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import Written
 from bt_mission.language.requirements.written import Requirements

@@ -366,6 +366,6 @@ def summarise(session: Session, wall_s: float) -> Report:
         ),
         world=session.world,
         collisions=session.collisions,
-        nature=session.nature,
+        nature=dict(session.nature),
         distance_travelled_m=None if distance is None else round(distance, 6),
     )

@@ -17,7 +17,8 @@ from rclpy.node import Node
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
-from bt_mission.core.nature import NO_NATURE, Nature, read_nature
+from bt_mission.core.nature import NO_NATURE, Nature
+from bt_mission.core.nature_field import read_nature
 from bt_mission.faults import Faults, PlannedFault, parse_fault
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.located import planned_in

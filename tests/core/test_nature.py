@@ -7,7 +7,8 @@ import statistics
 import pytest
 from pydantic_core import PydanticCustomError
 
-from bt_mission.core.nature import BY_NAME, NO_NATURE, QUANTITIES, USUAL, Nature, read_nature
+from bt_mission.core.nature import BY_NAME, NO_NATURE, QUANTITIES, USUAL, Nature
+from bt_mission.core.nature_field import read_nature
 
 
 def test_without_a_profile_nothing_is_drawn():

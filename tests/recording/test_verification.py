@@ -32,7 +32,6 @@ from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.stages import Stages
 from tests.requirements.test_semantics import drawn_formula
-from tests.support.project import ROOT
 from tests.support.recordings import edited, recording
 from tests.support.robot_bag import verify
 
@@ -332,20 +331,6 @@ def test_a_damaged_line_of_signals_makes_all_unknown(line: str, tmp_path: Path) 
     (found,) = verify(path, "always running('drive')").results
     assert found.verdict == "unknown"
     assert found.why.startswith("what the mission tells cannot be read: ")
-
-
-def test_recordings_of_earlier_versions_tell_what_they_hold() -> None:
-    """At instants of our own; clearance was not in them."""
-    found = verify(
-        ROOT / "tests/data/recordings/success.mcap",
-        "always clearance > 0",
-        "never collisions > 0",
-        "always speed < 0.5",
-        "eventually succeeded('0')",
-    )
-    assert [one.verdict for one in found.results] == ["unknown", "holds", "holds", "holds"]
-    assert "an earlier version" in found.results[0].why
-    assert found.notes == ("evaluated every 0.05 s: the run's own instants were not recorded",)
 
 
 def test_margins_over_time(tmp_path: Path) -> None:

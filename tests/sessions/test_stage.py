@@ -154,6 +154,7 @@ def test_a_callback_that_keeps_failing_does_not_hang_the_end(
     monkeypatch.setattr(next(iter(run.stage.node.timers)), "callback", explode)
     with pytest.raises(StageError, match=r"201 callbacks failed, the last .* broken for good"):
         run.until_done()
+    monkeypatch.undo()
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from typing import Any
 from bt_mission.btcpp.document import document_of
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.nature import read_nature
+from bt_mission.core.nature_field import read_nature
 from bt_mission.core.stamps import NS
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.executive.trace import VERSION

@@ -16,7 +16,7 @@ from tests.support.fuzz.recordings_verdict import judge
 from tests.support.fuzz.targets import Target
 from tests.support.project import ROOT
 
-FOLDERS = (ROOT / "tests/fuzz/corpus/recordings", ROOT / "tests/data/recordings")
+FOLDERS = (ROOT / "tests/fuzz/corpus/recordings",)
 
 NUMBERS = (0, 1, 2, 255, 2**15, 2**31 - 1, 2**31, 2**32 - 1, 2**48, 2**62, 2**63, 2**64 - 1)
 TIMES = (0, 1, -1, 10**9, 2**31, 2**53, 2**62, 2**63 - 1, 2**63, 2**64 - 1)

@@ -124,7 +124,7 @@ def test_the_command_writes_every_format(
     ("arguments", "words"),
     [
         (["square", "-o", "tree.xyz"], "tree.xyz: its suffix tells of no format"),
-        (["square", "-o", "/no/folder/x.svg"], "cannot write /no/folder/x.svg: No such file"),
+        (["square", "-o", "/no/folder/x.svg"], "/no/folder/x.svg: there is no folder /no/folder"),
         (["sqare"], "did you mean 'square'?"),
         (["square", "--set", "nothing=1"], "nothing"),
     ],

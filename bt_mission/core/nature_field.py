@@ -1,0 +1,97 @@
+"""The field ``nature`` of a file: a profile, or a mapping with numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Annotated, Any, TypeAlias
+
+from pydantic import PlainSerializer, PlainValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
+from bt_mission.core.nature import BY_NAME, PROFILES, QUANTITIES, Nature, Profile, Quantity
+from bt_mission.core.units import UNITS, converted
+
+
+def read_nature(written: Any) -> Nature:
+    """Return the nature of what stands in a file: a profile, or a mapping with numbers.
+
+    Raises:
+        PydanticCustomError: With what is wrong.
+    """
+    if isinstance(written, Nature):
+        return written
+    if isinstance(written, str):
+        return Nature(_profile(written))
+    if not isinstance(written, Mapping):
+        raise _refused(f"expected one of {listed(PROFILES)}, or a mapping, got {describe(written)}")
+    numbers = {str(name): value for name, value in written.items() if name != "profile"}
+    return Nature(
+        _profile(written.get("profile", "none")),
+        {name: _number(name, value) for name, value in numbers.items()},
+    )
+
+
+def _profile(written: Any) -> Profile:
+    for one in PROFILES:
+        if one == written:
+            return one
+    message = f"expected a profile of {listed(PROFILES)}, got {describe(written)}"
+    raise _refused(message, did_you_mean(str(written), PROFILES))
+
+
+def _number(name: str, written: Any) -> float:
+    if name not in BY_NAME:
+        names = tuple(BY_NAME)
+        message = f"there is no quantity {quoted(name)} (known: {listed(names, len(names))})"
+        raise _refused(message, did_you_mean(name, names))
+    quantity = BY_NAME[name]
+    value = _in_unit(quantity, written)
+    if not quantity.least <= value <= quantity.most:
+        limits = f"{quantity.least:g} to {quantity.most:g} {quantity.unit}".rstrip()
+        raise _refused(f"{name}: expected {limits}, got {describe(written)}")
+    return value
+
+
+def _in_unit(quantity: Quantity, written: Any) -> float:
+    """Return a number in the quantity's unit: a plain number, or a text such as ``2 cm``."""
+    if isinstance(written, int | float) and not isinstance(written, bool):
+        return float(written)
+    base = UNITS[quantity.unit][1] if quantity.unit in UNITS else None
+    units = [name for name, (_, other) in UNITS.items() if other == base] or [quantity.unit]
+    if isinstance(written, str):
+        number, _, unit = written.strip().partition(" ")
+        with suppress(ValueError):
+            if unit.strip() in units and unit:
+                value = float(number)
+                return value if base is None else converted(value, unit.strip(), quantity.unit)
+    expected = f"a number, or one with a unit of {listed(units)}" if quantity.unit else "a number"
+    raise _refused(f"{quantity.name}: expected {expected}, got {describe(written)}")
+
+
+def _refused(message: str, hint: str | None = None) -> PydanticCustomError:
+    context = {"message": message, "hint": hint, "offset": None}
+    return PydanticCustomError("refused", "{message}", context)
+
+
+def _schema() -> dict[str, Any]:
+    numbers: dict[str, Any] = {
+        one.name: {
+            "description": f"{one.text}; in {one.unit}" if one.unit else one.text,
+            "type": ["number", "string"] if one.unit else "number",
+        }
+        for one in QUANTITIES
+    }
+    properties = {"profile": {"enum": list(PROFILES)}, **numbers}
+    mapping = {"type": "object", "properties": properties, "additionalProperties": False}
+    return {"anyOf": [{"enum": list(PROFILES)}, mapping]}
+
+
+WrittenNature: TypeAlias = Annotated[
+    Nature,
+    PlainValidator(read_nature),
+    PlainSerializer(lambda one: one.written),
+    WithJsonSchema(_schema()),
+]
+"""The field of a file's model."""
