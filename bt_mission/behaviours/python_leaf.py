@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -15,6 +13,7 @@ from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.hooks import Hooked
 from bt_mission.behaviours.runtime import MissionFailure, Runtime, placed
 from bt_mission.core.diagnostics import describe
+from bt_mission.core.errors import BtMissionError, described, place_of
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.plugins import find_class
@@ -80,8 +79,25 @@ class PythonLeaf(Hooked):
         self.behaviour.parent = self.parent
         self.behaviour.setup(**kwargs)
 
+    @property
+    def _named(self) -> str:
+        """The place in the mission, and the label."""
+        return f"{self._values.place}: '{self._node.label}'"
+
     def walk(self) -> Iterator[Behaviour]:
-        """Set the inputs at entry; tick; read the outputs at the end."""
+        """Set the inputs at entry; tick; read the outputs at the end.
+
+        Raises:
+            MissionFailure: For what the user's code raises, with the place in the mission.
+        """
+        try:
+            yield from self._walk()
+        except BtMissionError:
+            raise
+        except Exception as error:
+            raise MissionFailure(f"{self._named}: {described(error)}") from error
+
+    def _walk(self) -> Iterator[Behaviour]:
         ours = self.behaviour
         if ours.status is not RUNNING:
             self.tell_call_hooks("initialise")
@@ -123,14 +139,12 @@ class PythonLeaf(Hooked):
     def _no_status(self, status: object) -> str:
         """Return what is said of an `update` that returns something else than a status."""
         kind = type(self.behaviour)
-        code = inspect.unwrap(kind.update).__code__
         name = str(status).rpartition(".")[2].upper()
         expected = "Status.SUCCESS, Status.FAILURE or Status.RUNNING"
         hint = f"; write Status.{name}" if name in _STATUSES else ""
         got = "nothing" if status is None else describe(status)
-        where = f"{Path(code.co_filename).name}:{code.co_firstlineno}"
         return (
-            f"{self._values.place}: '{self._node.label}': {kind.__name__}.update() ({where}) "
+            f"{self._named}: {kind.__name__}.update() ({place_of(kind.update)}) "
             f"returned {got}, expected {expected}{hint}"
         )
 
@@ -138,7 +152,7 @@ class PythonLeaf(Hooked):
         """Warn of a tick that blocks: nothing else happens meanwhile. Once for each leaf."""
         if elapsed_s >= MOST_WALL_S and not self._is_noted:
             self._is_noted = True
-            leaf = f"{self._values.place}: '{self._node.label}' ({self._node.target})"
+            leaf = f"{self._named} ({self._node.target})"
             blocked = f"{leaf} blocked a tick for {elapsed_s:.1f} s of wall time"
             self._runtime.warn(f"{blocked}; return Status.RUNNING and continue at the next tick")
 
@@ -170,9 +184,7 @@ class PythonLeaf(Hooked):
             return
         for attribute, variable in self._node.outputs.items():
             if not hasattr(self.behaviour, attribute):
-                place, name = self._values.place, self._node.label
-                message = f"{place}: '{name}' has no attribute '{attribute}' to give"
-                raise MissionFailure(message)
+                raise MissionFailure(f"{self._named} has no attribute '{attribute}' to give")
             self._values.context.scope.values[variable] = getattr(self.behaviour, attribute)
 
 

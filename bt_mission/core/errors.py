@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
+from typing import Any
 
 
 class BtMissionError(Exception):
@@ -32,6 +34,12 @@ def described(error: BaseException) -> str:
         file = Path(innermost.tb_frame.f_code.co_filename).name
         place = f" ({file}:{innermost.tb_lineno})"
     return f"{type(error).__name__}: {error}{place}"
+
+
+def place_of(function: Any) -> str:
+    """The file and line that define a function, such as ``server.py:12``; empty if unknown."""
+    code = getattr(inspect.unwrap(function), "__code__", None)
+    return f"{Path(code.co_filename).name}:{code.co_firstlineno}" if code else ""
 
 
 def cause_of(error: Exception) -> str:

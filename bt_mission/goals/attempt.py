@@ -284,7 +284,8 @@ class Attempt:
                 )
             return AttemptResult(_CANCELED[self._cause], self._cause_text, goal.result)
         if goal.status is GoalStatus.ABORTED:
-            return AttemptResult(Outcome.ABORTED, f"{name}{_say_error(goal.result)}", goal.result)
+            why = f": {goal.raised}" if goal.raised else _say_error(goal.result)
+            return AttemptResult(Outcome.ABORTED, f"{name}{why}", goal.result)
         return AttemptResult(Outcome.SERVER_LOST, f"{name} no longer knows the goal (restarted?)")
 
 

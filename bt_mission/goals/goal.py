@@ -146,6 +146,8 @@ class Goal:
     """Returns why the server has rejected it; empty where nobody knows."""
     refused: str = ""
     """The same, as it was known when the rejection came."""
+    raised: str = ""
+    """What the server's callback has raised, and where; empty where nobody knows."""
     feedback: Any = None
     unread: deque[Any] = field(default_factory=lambda: deque(maxlen=UNREAD_FEEDBACK))
     orphaned_ns: int | None = None

@@ -19,6 +19,7 @@ from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.ros.clients import RosClient
 from bt_mission.ros.graph import REQUESTS
 from bt_mission.ros.interface_types import action_type
+from bt_mission.virtual_time import VirtualTimeExecutor
 
 
 @dataclass(frozen=True)
@@ -176,6 +177,9 @@ class RosGoalClient(RosClient):
             if asked is not None:
                 self._tell("get_result", goal, asked, response)
             self._handles.pop(goal.id, None)
+            executor = self._node.executor
+            if isinstance(executor, VirtualTimeExecutor):
+                goal.raised = executor.take_raised(goal.id)
             goal.on_result(response.status, response.result)
 
         future = self._handles[goal.id].get_result_async()

@@ -22,18 +22,20 @@ resumed after every round of callbacks, as under rclpy's own executors.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from operator import itemgetter
 from typing import Any, Protocol
 
 from rclpy.context import Context
 from rclpy.node import Node
+from rclpy.task import Task
 from typing_extensions import override
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executors.callbacks import serve_timer
 from bt_mission.executors.entities import Entities, describe, describe_timer
 from bt_mission.virtual_time.discovery import wait_for_matching
+from bt_mission.virtual_time.execute_callbacks import ExecuteCallbacks, calls_one
 from bt_mission.virtual_time.node_clocks import Clocks
 from bt_mission.virtual_time.spin import NestedStepError, NothingDueError, Spinning, TimeStuckError
 
@@ -82,6 +84,7 @@ class VirtualTimeExecutor(Spinning):
         self._steps_here = 0
         self._is_serving = False
         self._alarms: list[tuple[int, Callable[[], Any]]] = []
+        self._execute_callbacks = ExecuteCallbacks()
 
     # ---- nodes and time ------------------------------------------------------------------
 
@@ -111,6 +114,27 @@ class VirtualTimeExecutor(Spinning):
             raise ValueError(f"{time_ns} ns is past: it is {self._now_ns} ns")
         self._alarms.append((time_ns, function))
         self._alarms.sort(key=itemgetter(0))  # those of one instant stay in order
+
+    @override
+    def create_task(
+        self, callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any, **kwargs: Any
+    ) -> Task:
+        """Run a function or coroutine with the next round; gives its future."""
+        if calls_one(callback):
+            call = self._execute_callbacks.call
+            return super().create_task(call, self._actions_served, callback, *args, **kwargs)
+        return super().create_task(callback, *args, **kwargs)
+
+    def take_raised(self, goal_id: bytes) -> str:
+        """Return what the execute callback of a goal has raised, and where, once.
+
+        Args:
+            goal_id: The UUID of the goal, 16 bytes.
+
+        Returns:
+            One line; empty for nothing.
+        """
+        return self._execute_callbacks.take_raised(goal_id)
 
     # ---- stepping ------------------------------------------------------------------------
 
@@ -189,6 +213,9 @@ class VirtualTimeExecutor(Spinning):
         entities = Entities(nodes, self._context, self.arrivals)
         wait_for_matching(nodes)
         return entities
+
+    def _actions_served(self, server: Any) -> tuple[str, ...]:
+        return () if self._entities.node_of(server) is None else self.actions_of(server)
 
     def _serve_round(self) -> list[Any]:
         """Run tasks as far as they get, then serve each ready entity once; gives those."""

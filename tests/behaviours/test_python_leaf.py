@@ -61,7 +61,7 @@ def test_an_exception_halts_the_tree_and_cancels_every_goal(
     story.tick()
     story.turn.accept()
     story.tick()
-    assert story.executive.reason == "ValueError: no (bad.py:5)"
+    assert story.executive.reason == "<text>:5:32: 'Bad': ValueError: no (bad.py:5)"
     assert story.turn.cancels == [story.turn.goal]
     story.turn.cancel(None)
     story.tick()

@@ -328,6 +328,81 @@ def test_a_callback_that_raises_ends_the_mission(tmp_path: Path) -> None:
     assert "worn out" in report.reason
 
 
+RAISES = "raise ValueError('jammed')"
+EXECUTES = """\
+from example_interfaces.action import Fibonacci
+from rclpy.action import ActionServer
+from rclpy.node import Node
+
+class Server(Node):
+    def __init__(self, **options):
+        super().__init__("numbers", **options)
+        self.server = ActionServer(self, Fibonacci, "fib", self.compute)
+
+    {prefix}def compute(self, goal):
+        {body}
+"""
+FIB = "{name: fib, type: example_interfaces/action/Fibonacci, goal: {order: 3}}"
+
+
+def executing(folder: Path, tree: str, body: str, prefix: str = "") -> Path:
+    """Write a server whose execute callback has this body, and a mission; gives the mission."""
+    (folder / "server.py").write_text(EXECUTES.format(body=body, prefix=prefix), encoding="utf-8")
+    path = folder / "numbers.yaml"
+    head = "mission: numbers\nworld: empty_arena\nnodes: [server.py:Server]\n"
+    path.write_text(f"{head}tree:\n{tree}", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("prefix", ["", "async "])
+def test_an_execute_callback_that_raises_aborts_its_goal(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], prefix: str
+) -> None:
+    """As under rclpy; the reason and one line of the log name the exception and its place."""
+    path = executing(tmp_path, f"  action: {FIB}\n", RAISES, prefix)
+    report = ran(load(path), tmp_path)
+    reason = "aborted: /fib: ValueError: jammed (server.py:11)"
+    assert (report.status, report.reason) == ("failure", f"'fib' {reason}")
+    assert report.failure is not None
+    assert (report.failure.nodes, report.failure.message) == (("fib",), reason)
+    assert report.goals_left_behind == 0
+    logged = capfd.readouterr().err
+    assert "Traceback" not in logged
+    callback = "Server.compute() (server.py:10), for '/fib' of node '/numbers',"
+    assert f"[numbers]: {callback} raised ValueError: jammed (server.py:11)" in logged
+    assert "assuming aborted" not in logged
+
+
+def test_a_mission_recovers_from_an_execute_callback_that_raises(tmp_path: Path) -> None:
+    """The goal fails, not the mission."""
+    tree = f"  fallback:\n    - action: {FIB}\n    - log: plan B\n"
+    report = ran(load(executing(tmp_path, tree, RAISES)), tmp_path)
+    assert (report.status, report.goals_left_behind) == ("success", 0)
+
+
+def test_the_reason_of_an_abort_is_that_of_its_own_goal(tmp_path: Path) -> None:
+    """A later goal that the same server aborts has none."""
+    body = "self.goals = getattr(self, 'goals', 0) + 1\n        if self.goals == 1:\n"
+    body += f"            {RAISES}\n        goal.abort()\n        return Fibonacci.Result()"
+    tree = f"  fallback:\n    - action: {FIB}\n    - action: {FIB}\n"
+    report = ran(load(executing(tmp_path, tree, body)), tmp_path)
+    assert report.reason == "'fib' aborted: /fib"
+
+
+@pytest.mark.parametrize(("returned", "words"), [("", "nothing"), ("5", "the number 5")])
+def test_an_execute_callback_without_a_result_ends_the_mission(
+    tmp_path: Path, returned: str, words: str
+) -> None:
+    """The reason names the callback, the action and the node."""
+    body = f"goal.succeed()\n        return {returned}"
+    report = ran(load(executing(tmp_path, f"  action: {FIB}\n", body)), tmp_path)
+    assert (report.status, report.goals_left_behind) == ("failure", 0)
+    assert report.reason == (
+        "a callback failed: Server.compute() (server.py:10), for '/fib' of node '/numbers', "
+        f"returned {words}, expected Fibonacci.Result"
+    )
+
+
 def test_a_test_of_pytest_adds_nodes(tmp_path: Path) -> None:
     """An option of the run, which takes anything that makes a node."""
 

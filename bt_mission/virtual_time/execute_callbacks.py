@@ -1,0 +1,89 @@
+"""Execute callbacks of action servers: what they raise, and what they return."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Coroutine, Sequence
+from typing import Any
+
+from rclpy.action import ActionServer
+from rclpy.executors import await_or_execute
+from rclpy.node import Node
+
+from bt_mission.core.diagnostics import describe, quoted
+from bt_mission.core.errors import BtMissionError, described, place_of
+from bt_mission.core.ros_log import log_of
+
+
+def calls_one(task: Any) -> bool:
+    """Is this what an action server of rclpy has its executor run for a goal?"""
+    return getattr(task, "__func__", None) is ActionServer._execute_goal
+
+
+class ExecuteCallbacks:
+    """Calls execute callbacks as rclpy does, and keeps what they raise.
+
+    A goal whose callback raises is aborted with an empty result, as by rclpy, and the log of the
+    node has one line in place of a traceback.
+    """
+
+    def __init__(self) -> None:
+        self._raised: dict[bytes, str] = {}
+
+    def take_raised(self, goal_id: bytes) -> str:
+        """Return what the callback of a goal (its UUID) has raised, once; empty for nothing."""
+        return self._raised.pop(goal_id, "")
+
+    async def call(
+        self,
+        actions_of: Callable[[ActionServer], tuple[str, ...]],
+        execute_goal: Callable[..., Coroutine[Any, Any, None]],
+        callback: Callable[[Any], Any],
+        goal: Any,
+    ) -> None:
+        """Execute a goal.
+
+        Args:
+            actions_of: Returns the full names of the actions that a server can be of.
+            execute_goal: The server's method that calls the callback and ends the goal.
+            callback: The server's execute callback.
+            goal: The handle of the goal.
+
+        Raises:
+            BtMissionError: When the callback returns no result of the action, for which rclpy
+                raises an exception that names neither the node nor the callback.
+        """
+        server: ActionServer = execute_goal.__self__
+        expected = server.action_type
+        wrong: BtMissionError | None = None
+
+        async def result_of(goal: Any) -> Any:
+            nonlocal wrong
+            try:
+                result = await await_or_execute(callback, goal)
+            except Exception as error:  # noqa: BLE001 - whatever a user's code raises
+                cause = described(error)
+                self._raised[bytes(goal.goal_id.uuid)] = cause
+                named = _named(callback, actions_of(server), server._node)
+                log_of(server._node).error(f"{named} raised {cause}")
+                if goal.is_active:
+                    goal.abort()
+                return expected.Result()
+            if isinstance(result, expected.Result):
+                return result
+            got = "nothing" if result is None else describe(result)
+            named = _named(callback, actions_of(server), server._node)
+            wrong = BtMissionError(f"{named} returned {got}, expected {expected.__name__}.Result")
+            return expected.Result()
+
+        await execute_goal(result_of, goal)
+        if wrong:
+            raise wrong
+
+
+def _named(callback: Callable[[Any], Any], actions: Sequence[str], node: Node) -> str:
+    """Name a callback, its action and its node, for people."""
+    name = getattr(callback, "__qualname__", type(callback).__name__)
+    place = place_of(callback)
+    where = f" ({place})" if place else ""
+    of = f"{' or '.join(map(quoted, actions))} of node" if actions else "node"
+    return f"{name}(){where}, for {of} {quoted(node.get_fully_qualified_name())},"
