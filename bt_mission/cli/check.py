@@ -215,7 +215,7 @@ def _check_file(options: argparse.Namespace) -> int:
     from bt_mission.core.diagnostics import InputError
 
     try:
-        mission, warnings = _checked(options)
+        mission, warnings = _located(options)
     except InputError as error:
         print(error, file=sys.stderr)
         count = sum(fault.severity == "error" for fault in error.faults)
@@ -251,6 +251,22 @@ def _explain_windows(mission: Any) -> None:
                 f"  requirement {one.name}: its window that looks back is full at {full_s:g} s and "
                 "decides nothing until then; with 'so far' it counts from the start on"
             )
+
+
+def _located(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
+    """Load and check a file; an error without a place in it is one of the whole file.
+
+    Raises:
+        InputError: With every error.
+    """
+    from bt_mission.core.diagnostics import Diagnostic, InputError
+
+    try:
+        return _checked(options)
+    except InputError:
+        raise
+    except BtMissionError as error:
+        raise InputError([Diagnostic(str(error), str(options.file))]) from error
 
 
 def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
@@ -340,7 +356,7 @@ def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:
     code = SUCCESS
     for options in each:
         try:
-            faults += _checked(options)[1]
+            faults += _located(options)[1]
         except InputError as error:
             faults += error.faults
             code = BAD_INPUT

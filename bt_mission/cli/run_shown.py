@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from bt_mission.cli import recording
@@ -160,9 +161,10 @@ def _open_session(options: argparse.Namespace, plan: RunPlan, say: Any) -> Attac
         raise BtMissionError("--namespace names a robot of a running graph: add --attach")
     from bt_mission.sessions.stage import Stage
 
-    return Stage(
-        plan.mission,
-        image_folder=options.images,
-        say=say,
-        options=plan.stage_options(options),
-    )
+    with plan.scenario.at_its_start() if plan.scenario else nullcontext():
+        return Stage(
+            plan.mission,
+            image_folder=options.images,
+            say=say,
+            options=plan.stage_options(options),
+        )

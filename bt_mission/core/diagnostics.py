@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -23,6 +24,12 @@ SHOWN_FAULTS = 50
 
 MOST_FAULTS = 200
 """After so many faults no more are looked for."""
+
+CUT = "inside {} or [] a comma ends the text: put it in quotes"
+"""The hint at a text that ends where a parenthesis in it is still open."""
+
+_REST = re.compile(r",[^)\]}]*\)?[^,\]}]*")
+"""What a comma cuts off such a text: up to its closing parenthesis, and the end of that value."""
 
 LIKENED_NAMES = 500
 """Names that a mistaken one is compared with; comparing takes some 20 us each."""
@@ -94,10 +101,28 @@ class InputError(BtMissionError):
 
 
 def in_order(faults: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Return faults in the order of their file, each once; one file after another."""
-    found = dict.fromkeys(faults)
+    """Return faults in the order of their file, each once; one file after another.
+
+    Where a comma has cut a text off, faults of its rest are left out.
+    """
+    given = dict.fromkeys(faults)
+    rests = [(one, _end_of_rest(one)) for one in given if one.hint == CUT]
+    found = [
+        fault
+        for fault in given
+        if not any(
+            (fault.file, fault.line) == (cut.file, cut.line) and cut.column < fault.column <= end
+            for cut, end in rests
+        )
+    ]
     files = list(dict.fromkeys(fault.file for fault in found))
     return tuple(sorted(found, key=lambda one: (files.index(one.file), one.line, one.column)))
+
+
+def _end_of_rest(cut: Diagnostic) -> int:
+    """Return the column behind what a comma has cut off a text; 0 where no comma follows it."""
+    rest = _REST.match(cut.source, max(cut.column - 1, 0))
+    return rest.end() + 1 if rest else 0
 
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str | None:

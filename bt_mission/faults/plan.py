@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,8 +13,10 @@ from bt_mission.executive.report import FaultOutcome
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.fault import Fault, FaultInstance, FaultTarget
 from bt_mission.faults.faults import Faults
+from bt_mission.faults.maker import mistakes_of_test
 from bt_mission.faults.planned import AfterStep, AtTime, PlannedFault, WhenTrue
 from bt_mission.faults.robot import Breakage
+from bt_mission.faults.world import OBSTACLES
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.requirements import MissionNames
 from bt_mission.language.requirements.formula import Condition
@@ -79,7 +82,8 @@ class FaultPlan:
             stage.step_listeners.append(self._after_step)
 
     def problems(self) -> Iterator[FaultProblem]:
-        """Yield what planned faults name or break, and what is not there as the run begins."""
+        """Yield what planned faults name, break or place, and what is not there at the start."""
+        yield from self._misplaced()
         for number, one in enumerate(self.planned):
             finders = self._finders(self._faults[number])
             for parameter in one.kind.parameters.values():
@@ -97,6 +101,40 @@ class FaultPlan:
                     yield FaultProblem(number, why, one.kind.name)
             if isinstance(one.begins, WhenTrue):
                 yield from self._unknown(number, one.begins.condition)
+
+    def _misplaced(self) -> Iterator[FaultProblem]:
+        """Yield the obstacles that are never on the floor, or have no room at the start.
+
+        Those of the start are put there in their order, and taken away at the end.
+        """
+        with ExitStack() as placed:
+            for number, one in enumerate(self.planned):
+                try:
+                    self._check_floor(one)
+                    if one.begins != AtTime(0.0):
+                        continue
+                    if one.name == "remove_box":
+                        placed.close()
+                    elif one.name in OBSTACLES:
+                        instance = FaultInstance(self._target, self._faults[number])
+                        placed.callback(instance.undo_all)
+                        instance.fault.begin(instance)
+                except ScenarioError as error:
+                    yield FaultProblem(number, str(error))
+
+    def _check_floor(self, one: PlannedFault) -> None:
+        """Raise ScenarioError for a place of the map that is beside the floor."""
+        match one.arguments.get("at"):
+            case (int() | float() as x, int() | float() as y):
+                pass
+            case _:
+                return
+        if one.arguments.get("nearest_free"):
+            return
+        name = one.arguments.get("box" if one.name == "move_box" else "name")
+        default = "box" if one.name == "move_box" else one.name.removeprefix("spawn_")
+        with mistakes_of_test(one.name):
+            self._stage.sim.simulation.props.check_floor(str(name or default), x, y)
 
     def _unknown(self, number: int, condition: Condition) -> Iterator[FaultProblem]:
         """Yield the names in a condition that nobody knows, and signals that no value comes of."""

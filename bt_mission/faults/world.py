@@ -17,6 +17,9 @@ Whereabouts = tuple[float | None, float, tuple[float, float] | None]
 MOST_OBSTACLES = 4
 """Obstacles that can appear in a run, unless it is told otherwise; they cost a few per cent."""
 
+OBSTACLES = ("spawn_box", "spawn_cylinder")
+"""The faults that have an obstacle appear."""
+
 BOX = (0.2, 0.2, 0.3)
 """Length, width and height, m."""
 

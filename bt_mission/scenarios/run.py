@@ -74,6 +74,7 @@ def _on_stage(scenario: Scenario) -> Iterator[Stage]:
     options = scenario.stage_options
     with (
         TemporaryDirectory() as folder,
+        scenario.at_its_start(),
         Stage(
             scenario.mission, image_folder=Path(folder), say=lambda _: None, options=options
         ) as stage,

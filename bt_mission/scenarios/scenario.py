@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from bt_mission.core.diagnostics import Diagnostic, quoted
+from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
 from bt_mission.core.nature import Nature
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import Document, Key
@@ -18,6 +19,7 @@ from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.mission import Mission
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.sessions.stage_robot import StageOptions
+from sim.robot.fit import SpawnError
 from sim.world.world import World
 
 LIMIT_S = 600.0
@@ -87,6 +89,20 @@ class Scenario:
         return StageOptions(
             world=self.world, start=self.start, nature=self.nature, props=MOST_OBSTACLES
         )
+
+    @contextmanager
+    def at_its_start(self) -> Iterator[None]:
+        """Have a start without room for the robot refused at its place in the file.
+
+        Raises:
+            InputError: Where the stage raises SpawnError.
+        """
+        try:
+            yield
+        except SpawnError as error:
+            paths: tuple[tuple[Key, ...], ...] = (("start",), ("world", "spawn"), ("world",), ())
+            path = next(one for one in paths if self.document.has(*one))
+            raise InputError([self.document.fault(path, str(error))]) from error
 
     def judge(self, report: Report) -> ScenarioResult:
         """Compare the result with the expected one."""

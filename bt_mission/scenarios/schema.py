@@ -9,10 +9,10 @@ from typing import Any
 
 from bt_mission.faults import FAULTS
 from bt_mission.faults.table import LASTING, FaultKind, FaultParameter
+from bt_mission.faults.world import OBSTACLES
 from bt_mission.language.schema import DIALECT
 from bt_mission.scenarios.file import FAULT_MARK, OBSTACLE_MARK, ScenarioFile
 
-OBSTACLES = ("spawn_box", "spawn_cylinder")
 _TEXT = {"type": "string", "pattern": "^(at|after|when) .*: *[a-z_]+"}
 
 

@@ -10,8 +10,6 @@ from bt_mission.faults.planned import PlannedFault
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.concrete import ConcreteScenario
 
-OBSTACLES = ("spawn_box", "spawn_cylinder")
-
 
 @dataclass(frozen=True)
 class Candidate:

@@ -7,8 +7,9 @@ from typing import Any
 
 from bt_mission.executive.report import Report
 from bt_mission.faults.planned import Beginning, PlannedFault, Value, WhenTrue
+from bt_mission.faults.world import OBSTACLES
 from bt_mission.requirements.monitor import RequirementResult
-from bt_mission.search.candidate import OBSTACLES, Candidate
+from bt_mission.search.candidate import Candidate
 from bt_mission.search.guide import Failure
 
 

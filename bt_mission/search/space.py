@@ -8,8 +8,8 @@ from typing import Any
 
 from bt_mission.faults.planned import PlannedFault
 from bt_mission.faults.values import planned_fault
-from bt_mission.faults.world import MOST_OBSTACLES
-from bt_mission.search.candidate import OBSTACLES, Candidate
+from bt_mission.faults.world import MOST_OBSTACLES, OBSTACLES
+from bt_mission.search.candidate import Candidate
 from bt_mission.search.kinds import DEFAULT_KINDS, faults_of
 from bt_mission.search.material import Material, material_of
 from bt_mission.search.ranges import ObstacleRanges, Ranges, Span, StartRanges

@@ -31,6 +31,7 @@ def record_scenario(scenario: Scenario, path: Path) -> Report:
     with ExitStack() as stack:
         images = Path(stack.enter_context(TemporaryDirectory()))
         options = scenario.stage_options
+        stack.enter_context(scenario.at_its_start())
         stage = stack.enter_context(
             Stage(scenario.mission, image_folder=images, say=lambda _: None, options=options)
         )

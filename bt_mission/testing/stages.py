@@ -148,7 +148,8 @@ class Stages:
         if not isinstance(scenario, Scenario):
             scenario = load_scenario(scenario)
         self._clear()
-        run = self._begin(scenario.mission, scenario_options(scenario))
+        with scenario.at_its_start():
+            run = self._begin(scenario.mission, scenario_options(scenario))
         with planned_in(run, scenario.faults, self.faults) as with_outcomes:
             stop_at(run.stage, scenario.limit)
             while not run.is_done:

@@ -123,6 +123,30 @@ def test_commands_for_missions_say_what_takes_a_scenario(
     assert err.count("error:") == 1
 
 
+def test_a_start_in_a_wall_hides_no_other_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It has its place in a check and in a run; the files after it are checked."""
+    path, sound = tmp_path / "in_a_wall.yaml", tmp_path / "sound.yaml"
+    path.write_text("scenario: s\nmission: explore\nstart: {x: 2.35, y: 0}\n", encoding="utf-8")
+    sound.write_text("mission: m\nworld: empty_arena\ntree: {wait: 1}\n", encoding="utf-8")
+    assert main(["check", str(path), str(sound)]) == 2
+    out, err = capsys.readouterr()
+    message = "a waffle does not fit at the spawn (2.35, 0, 0 deg): it touches 'east wall'"
+    line = f"{path}:3:8: error: world dqn_stage4: {message}; move the spawn, or make room"
+    assert line in err.splitlines()
+    assert out.splitlines()[1:] == ["1 of 2 files are valid"]
+    assert f"{sound}: mission 'm' is valid" in out
+    assert main(["run", str(path)]) == 2
+    assert line in capsys.readouterr().err.splitlines()
+    assert main(["check", "--json", str(path), str(sound)]) == 2
+    (fault,) = json.loads(capsys.readouterr().out)
+    assert (fault["file"], fault["line"], fault["column"]) == (str(path), 3, 8)
+    assert main(["check", "--against", "--json", str(path), str(sound)]) == 2
+    (fault,) = json.loads(capsys.readouterr().out)
+    assert "has a stage of its own" in fault["message"]
+
+
 def test_check_tells_what_is_in_a_scenario(
     scenario: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -3,6 +3,7 @@
 import pytest
 
 from bt_mission.core.diagnostics import (
+    CUT,
     LIKENED_NAMES,
     SHOWN_FAULTS,
     SHOWN_WIDTH,
@@ -71,6 +72,17 @@ def test_faults_are_put_in_the_order_of_the_file_each_once():
     """What two passes find is said once."""
     late, early = Diagnostic("late", "a", 2, 1), Diagnostic("early", "a", 1, 9)
     assert in_order([late, early, late]) == (early, late)
+
+
+def test_the_rest_of_a_text_that_a_comma_cuts_off_has_no_faults():
+    """Up to the next value: what is wrong behind it, or in another line, stays."""
+    source = "{a: max(1, 2) > 1, b: 3 +}"
+    cut = Diagnostic("cut", "m.yaml", 3, 10, source, CUT)
+    in_rest = [Diagnostic("rest", "m.yaml", 3, column, source) for column in (12, 18)]
+    others = [Diagnostic("other", "m.yaml", 3, 20, source), Diagnostic("other", "m.yaml", 4, 12)]
+    assert in_order([*in_rest, *others, cut]) == (cut, *others)
+    alone = Diagnostic("cut", "m.yaml", 3, 8, "a: max(1", CUT)
+    assert in_order([alone, *others]) == (alone, *others)
 
 
 def test_the_nearest_name_is_offered_only_when_it_is_near():

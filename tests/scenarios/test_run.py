@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,6 @@ import pytest
 
 import bt_mission
 from bt_mission.core.diagnostics import InputError
-from bt_mission.core.errors import BtMissionError
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import look_for_names, run_scenario
 
@@ -110,15 +110,55 @@ def test_names_that_are_not_there_are_errors_before_the_start(scenario: Any) -> 
         assert [(one.line, one.column) for one in caught.value.faults] == [(7, 16), (8, 23)]
 
 
-def test_a_start_in_a_wall_is_an_error(scenario: Any) -> None:
-    """It says that the robot does not fit there."""
-    with pytest.raises(BtMissionError, match="does not fit at the spawn"):
-        run_scenario(
-            scenario(
-                "start: {x: 2.0}\nworld:\n  name: h\n  size: [6, 3]\n  "
-                "walls: [{name: w, from: [2, -1], to: [2, 1]}]\n"
-            )
-        )
+@pytest.mark.parametrize(("text", "place"), [("start: {x: 2.0}\n", (6, 8)), ("", (9, 10))])
+def test_a_start_without_room_is_an_error(scenario: Any, text: str, place: tuple[int, int]) -> None:
+    """At the scenario's start, or at the world that says where the robot starts."""
+    spawn = "" if text else "  spawn: {x: 1.9}\n"
+    walls = "  walls: [{name: w, from: [2, -1], to: [2, 1]}]\n"
+    path = scenario(f"{text}world:\n  name: h\n  size: [6, 3]\n{spawn}{walls}")
+    for find in (run_scenario, lambda one: look_for_names(load_scenario(one))):
+        with pytest.raises(InputError) as caught:
+            find(path)
+        (fault,) = caught.value.faults
+        assert "does not fit at the spawn" in fault.message
+        assert (fault.line, fault.column) == place
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("obstacles:\n  - {at: [0, 0], size: [0.5, 0.5, 0.3]}\n", "it would be in the robot"),
+        ("obstacles:\n  - {ahead: 0.1}\n", "it would be in the robot"),
+        ("obstacles:\n  - {at: [8, 0], radius: 0.1}\n", "(8, 0) is not on the floor of 4 m"),
+        ("faults:\n  - at 3: spawn_box at (8, 0)\n", "(8, 0) is not on the floor of 4 m"),
+        ("faults:\n  - after 3: spawn_cylinder at (0, -8)\n", "(0, -8) is not on the floor"),
+        ("faults:\n  - 'when time > 1: move_box at (8, 0)'\n", "'box': (8, 0) is not on the floor"),
+        ("faults:\n  - at 0: spawn_box ahead 0.1\n", "it would be in the robot"),
+    ],
+)
+def test_an_obstacle_without_a_place_is_an_error_before_the_start(
+    scenario: Any, text: str, message: str
+) -> None:
+    """Where nothing is to be run, too; the run takes no step."""
+    path, steps = scenario(text), []
+    run = partial(run_scenario, before_step=lambda: steps.append(1))
+    for find in (run, lambda one: look_for_names(load_scenario(one))):
+        with pytest.raises(InputError) as caught:
+            find(path)
+        (fault,) = caught.value.faults
+        assert message in fault.message
+        assert fault.line == 7
+    assert not steps
+
+
+def test_obstacles_of_the_start_are_tried_together(scenario: Any) -> None:
+    """The second of one place is refused, unless the first is removed or a free place is taken."""
+    box = "  - at 0: spawn_box at (1, 0)\n"
+    with pytest.raises(InputError) as caught:
+        look_for_names(load_scenario(scenario(f"faults:\n{box}{box}")))
+    assert [one.line for one in caught.value.faults] == [8]
+    for other in (f"  - at 0: remove_box\n{box}", "  - at 1: move_box at (8, 0) nearest_free\n"):
+        look_for_names(load_scenario(scenario(f"faults:\n{box}{other}")))
 
 
 def test_runs_of_one_seed_are_the_same(scenario: Any) -> None:

@@ -10,7 +10,8 @@ import pytest
 from bt_mission.core.yaml.document import read_text
 from bt_mission.faults.planned import AtTime, WhenTrue
 from bt_mission.faults.text import parse_fault
-from bt_mission.search.candidate import OBSTACLES, Candidate
+from bt_mission.faults.world import OBSTACLES
+from bt_mission.search.candidate import Candidate
 from bt_mission.search.ranges import RangesFile
 from bt_mission.search.space import SearchSpace
 from bt_mission.search.starts import FreeSpace

@@ -21,7 +21,7 @@ import re
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.core.diagnostics import CUT, did_you_mean, listed, quoted
 from bt_mission.core.units import COMPUTED, near_unit
 from bt_mission.language.expressions import selection, syntax
 from bt_mission.language.expressions.functions import FUNCTIONS
@@ -75,6 +75,11 @@ class Token:
     kind: str
     text: str
     column: int
+
+    @property
+    def end(self) -> int:
+        """The column behind it."""
+        return self.column + len(self.text)
 
 
 Parsed = tuple[syntax.SyntaxNode, tuple[syntax.Name, ...], bool]
@@ -207,7 +212,7 @@ class ExpressionParser:
         if token := self.takes("if"):
             condition = self.operation(0)
             if not self.takes("else"):
-                message = f"expected 'else' for the 'if' in column {token.column}"
+                message = f"expected 'else' for the 'if' in {self._read_from(token)}"
                 raise ExpressionError(message, self.next.column, "write 'a if condition else b'")
             node = selection.Conditional(token.column, condition, node, self.either())
         self.depth -= 1
@@ -319,10 +324,20 @@ class ExpressionParser:
     def close(self, opened: Token, closing: str = ")") -> None:
         """Take the parenthesis that closes another one."""
         if not self.takes(closing):
-            message = f"expected '{closing}' for the '{opened.text}' in column {opened.column}"
-            is_cut = self.next.kind == "end"
-            hint = "inside {} or [] a comma ends the text: put it in quotes" if is_cut else None
+            message = f"expected '{closing}' for the '{opened.text}' in {self._read_from(opened)}"
+            hint = CUT if self.next.kind == "end" else None
             raise ExpressionError(message, self.next.column, hint)
+
+    def _read_from(self, first: Token) -> str:
+        """Return the text that was read from a token on, with the name directly before it."""
+        start = self.tokens.index(first)
+        before = self.tokens[start - 1]
+        if start and before.kind in ("name", "variable") and before.end == first.column:
+            start -= 1
+        text = ""
+        for token in self.tokens[start : self.at]:
+            text = text.ljust(token.column - self.tokens[start].column) + token.text
+        return quoted(text)
 
     def call(self, token: Token) -> syntax.SyntaxNode:
         """Parse the call of a function."""

@@ -47,7 +47,7 @@ def test_a_text_is_an_expression():
             ),
             4,
         ),
-        ("2 * (3", "expected ')' for the '(' in column 5", 6),
+        ("2 * (3", "expected ')' for the '(' in '(3'", 6),
     ],
 )
 def test_words_are_told_from_formulas(text, message, offset):
