@@ -46,7 +46,7 @@ follow:
     initial: 100.0
 requirements:
   touches nothing: never collisions > 0
-  stands when it is empty: whenever historically for 1 s $charge < 15: abs(speed) < 0.05
+  stands when it is empty: 'whenever historically for 1 s $charge < 15: abs(speed) < 0.05'
   keeps at most one goal: always open_goals < 2
   drives: eventually distance > 0.4
 tree:

@@ -26,8 +26,8 @@ requirements:
   keeps its distance: always clearance > 0.10
   sees its distance: always scan_clearance > 0.14
   is never hit: never collisions > 0
-  gets on: eventually within 200 s: succeeded("{first}")
-  is in order: whenever running("{later}"): previously succeeded("{first}")
+  gets on: 'eventually within 200 s: succeeded("{first}")'
+  is in order: 'whenever running("{later}"): previously succeeded("{first}")'
   stops when blind: {{whenever: age("scan") > 0.5, then: speed < 0.01, within: 0.6}}
   is slow: always speed < 0.3
   turns slowly: always abs(turn_rate) < 2

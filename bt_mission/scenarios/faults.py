@@ -37,25 +37,35 @@ class FaultReader:
 
     def fault(self, written: Any, path: Path) -> None:
         """Take a fault."""
-        text = _as_text(written) if isinstance(written, Mapping) else written
-        if isinstance(text, str) and text:
-            self._text(text, path)
+        key = _beginning_of(written) if isinstance(written, Mapping) else ""
+        if key:
+            self._text(f"{key}: {written[key]}", path, key)
+        elif isinstance(written, str) and written:
+            self._text(written, path)
         else:
             self._note(path, f"expected a fault such as '{EXAMPLE}', got {describe(written)}")
 
     # ---- text ----------------------------------------------------------------------------
 
-    def _text(self, text: str, path: Path) -> None:
+    def _text(self, text: str, path: Path, key: str = "") -> None:
+        """Take a text, which is a key and its value where it has no quotes."""
         document = self._document
 
+        def at(offset: int, message: str, hint: str | None) -> Diagnostic:
+            if not key:
+                return document.fault(path, message, hint, offset=offset)
+            in_value = offset - len(f"{key}: ")
+            if in_value < 0:
+                return document.fault((*path, key), message, hint, key=True, offset=offset)
+            return document.fault((*path, key), message, hint, offset=in_value)
+
         def locate(message: str, hint: str | None, part: str, offset: int) -> Diagnostic:
-            return document.fault(path, message, hint, offset=max(text.find(part), 0) + offset)
+            return at(max(text.find(part), 0) + offset, message, hint)
 
         try:
             self.faults.append(WrittenFault(parse_fault(text), locate))
         except ExpressionError as error:
-            offset = error.column - 1
-            self.wrong.append(document.fault(path, error.message, error.hint, offset=offset))
+            self.wrong.append(at(error.column - 1, error.message, error.hint))
 
     # ---- obstacles -----------------------------------------------------------------------
 
@@ -95,11 +105,11 @@ class FaultReader:
         self.wrong.append(self._document.fault(path, message))
 
 
-def _as_text(written: Mapping[str, Any]) -> str:
-    """Return the text that other readers of YAML take for a mapping; empty for a mapping."""
+def _beginning_of(written: Mapping[str, Any]) -> str:
+    """Return the key of a fault without quotes, such as `at 5.0`; empty for another mapping."""
     for key, value in written.items() if len(written) == 1 else ():
         if isinstance(value, str) and " " in key and key.split(" ")[0] in BEGINNINGS:
-            return f"{key}: {value}"
+            return key
     return ""
 
 

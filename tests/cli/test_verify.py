@@ -26,7 +26,7 @@ tree:
 def required(folder: Path, **formulas: str) -> str:
     """A file of requirements."""
     path = folder / "more.yaml"
-    lines = (f"  {name.replace('_', ' ')}: {text}\n" for name, text in formulas.items())
+    lines = (f"  {name.replace('_', ' ')}: {json.dumps(text)}\n" for name, text in formulas.items())
     path.write_text("requirements:\n" + "".join(lines))
     return str(path)
 

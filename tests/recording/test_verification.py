@@ -59,7 +59,7 @@ FEEDBACK = """\
   is accepted: 'whenever starts(running("drive")): accepted("drive") within 1 s'
   is never refused: never outcome("drive") = rejected or outcome("turn away") = aborted
   is canceled: eventually outcome("drive") = canceled
-  is canceled by a bound: whenever ends(running("drive")): outcome("drive") == "canceled by timeout"
+  ends at a bound: 'whenever ends(running("drive")): outcome("drive") == "canceled by timeout"'
   drives seldom: always count(starts(running("drive"))) within 20 s so far <= 1
   drives on: always mean(speed) over 5 s > 0.01
   starts gently: always abs(rate(speed)) < 0.5 m/s / 1 s
@@ -219,7 +219,7 @@ def test_what_a_violation_does_comes_after_the_instant_for_all(action: str, tmp_
         "tree:",
         f"requirements:\n  slow: {SLOW[action]}\n  goes on: always running('a') or time < 0.5\n"
         "  ends: eventually succeeded('b')\n"
-        "  one goal: whenever speed > 0.1: open_goals > 0\ntree:",
+        "  one goal: 'whenever speed > 0.1: open_goals > 0'\ntree:",
     )
     told = run(load_text(text), tmp_path / "run.mcap")
     assert told[0].verdict == "violated"

@@ -16,7 +16,7 @@ mission: m
 requirements:
   is quick: {formula: always time < 1.22, on_violation: REPORT}
   ends: eventually succeeded("second")
-  in time: eventually within 60 s: succeeded("second")
+  in time: 'eventually within 60 s: succeeded("second")'
   in order: "whenever running(\\"second\\"): previously within 4 s running(\\"first\\")"
 tree:
   sequence:

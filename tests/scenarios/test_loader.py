@@ -50,7 +50,7 @@ def test_a_scenario_has_what_its_file_says(scenario: Any) -> None:
             "obstacles:\n"
             "  - {at: [0.5, 1], size: [10 cm, 0.2, 0.3]}\n"
             "  - {at: [2, 2], radius: 0.1}\n"
-            'requirements:\n  turns: eventually within 5 s: succeeded("turn")\n'
+            "requirements:\n  turns: 'eventually within 5 s: succeeded(\"turn\")'\n"
             "limit: 60\n"
             "expect: {outcome: failure, reason: lost, failed: turn, after: 1, before: 2.5,\n"
             "  violated: [turns], orphaned_goals: 1, collisions: 0}\n"
@@ -84,7 +84,7 @@ def test_faults_are_texts(scenario: Any) -> None:
         "  - at 5.0: drop scan lasting 2   # for a while\n"
         "  - 'at 5.0: drop scan lasting 2'\n"
         "  - at 5 s: drop scan lasting 2 s\n"
-        '  - when previously within 1 s: speed > 0.1 and running("turn"): imu_dead\n'
+        "  - 'when previously within 1 s: speed > 0.1 and running(\"turn\"): imu_dead'\n"
         "  - after 1: imu_dead\n"
     )
     found = [one.planned for one in load_scenario(scenario(text)).faults]

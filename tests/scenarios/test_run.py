@@ -63,8 +63,8 @@ def test_start_and_obstacles_are_there_from_the_beginning(scenario: Any) -> None
         "start: {x: 1, y: 0.5, yaw: 0}\n"
         "obstacles: [{at: [1.5, 0.5], size: [0.2, 0.2, 0.3]}]\n"
         "requirements:\n"
-        "  starts there: always for 0.1 s: abs(x - 1) < 0.01 and abs(y - 0.5) < 0.01\n"
-        "  has a box before it: always for 0.1 s: clearance < 0.4\n"
+        "  starts there: 'always for 0.1 s: abs(x - 1) < 0.01 and abs(y - 0.5) < 0.01'\n"
+        "  has a box before it: 'always for 0.1 s: clearance < 0.4'\n"
     )
     result = run_scenario(scenario(text))
     assert result.passed, str(result)

@@ -19,8 +19,8 @@ world: dqn_stage4
 requirements:
   keeps its distance: always clearance > 0.10
   is never hit: never collisions > 0
-  gets on: eventually within 60 s: succeeded("drive")
-  looks before it drives: whenever running("drive"): previously succeeded("look around")
+  gets on: 'eventually within 60 s: succeeded("drive")'
+  looks before it drives: 'whenever running("drive"): previously succeeded("look around")'
   stops when blind: {{whenever: age("scan") > 0.5, then: speed < 0.01, within: 0.6}}
   {}
 tree:
@@ -105,7 +105,7 @@ def test_a_node_is_as_it_ended_until_it_is_entered_again(stage: Stages) -> None:
     """A loop resets its nodes for a new round before it enters them: that is none of their ends."""
     run = stage.run(
         "mission: rounds\nrequirements:\n"
-        "  stays: whenever previously succeeded('b'): succeeded('b') or running('b')\n"
+        "  stays: 'whenever previously succeeded(''b''): succeeded(''b'') or running(''b'')'\n"
         "tree:\n  repeat: {count: 2}\n  do:\n    sequence:\n"
         "      - {wait: 1, name: a}\n      - {wait: 1, name: b}\n"
     )
@@ -149,8 +149,8 @@ requirements:
   keeps its distance: always clearance > 0.10
   sees its distance: always scan_clearance > 0.14
   is never hit: never collisions > 0
-  gets on: eventually within 200 s: succeeded("{first}")
-  is in order: whenever running("{later}"): previously succeeded("{first}")
+  gets on: 'eventually within 200 s: succeeded("{first}")'
+  is in order: 'whenever running("{later}"): previously succeeded("{first}")'
   stops when blind: {{whenever: age("scan") > 0.5, then: speed < 0.01, within: 0.6}}
   is slow: always speed < 0.3
   is too slow: always speed < 0.15

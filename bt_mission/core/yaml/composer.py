@@ -45,15 +45,6 @@ _PREFIXED = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _NUMBER_START = frozenset("+-.0123456789")
-_PROSE_KEY = re.compile(r"(requirements|faults)[ ]*:(?=\s|$)")
-_FAULT = re.compile(r"(?P<key>[ ]*-[ ]+)(?P<text>(?:at|after|when)[ ].*?)(?P<rest>[ ]+\#.*|[ ]*)")
-_PROSE = re.compile(
-    r"""(?P<key>[ ]+(?:"[^"]*"|'[^']*'|[^\s'"{\[#&*!|>%@`-][^:#]*?)[ ]*:[ ]+)
-        (?P<text>[^\s'"{\[#&*!|>%@`,?-].*?)(?P<rest>[ ]+\#.*|[ ]*)""",
-    re.VERBOSE,
-)
-_COLON = "\ue000"
-"""Stands for a colon inside a text while YAML is parsed; a character for private use."""
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
@@ -111,38 +102,12 @@ def split_lines(text: str) -> tuple[str, ...]:
     return tuple(_BREAK.split(text))
 
 
-def _with_prose(text: str, lines: tuple[str, ...]) -> tuple[str, frozenset[int]]:
-    """Let requirements and faults hold colons in one line without quotes; the lines, from 0.
-
-    In YAML a second `key: ` in a line is an error, so no document comes to mean something else:
-    `gets on: eventually within 60 s: succeeded("visit A")`. A fault is a text as a whole:
-    `- at 5.0: drop scan`.
-    """
-    if "requirements" not in text and "faults" not in text:
-        return text, frozenset()
-    written, found, section = list(lines), set(), ""
-    for number, line in enumerate(lines):
-        if line[:1] not in ("", " ", "#", "-"):
-            key = _PROSE_KEY.match(line)
-            section = key[1] if key else ""
-            continue
-        form = {"requirements": _PROSE, "faults": _FAULT}.get(section)
-        is_prose = line.count(":") > (section == "requirements")
-        if form and is_prose and (match := form.fullmatch(line)):
-            hidden = re.sub(r":(?=\s|$)", _COLON, match["text"])
-            if hidden != match["text"]:
-                written[number] = match["key"] + hidden + match["rest"]
-                found.add(number)
-    return ("\n".join(written), frozenset(found)) if found else (text, frozenset())
-
-
 def compose(text: str, file: str) -> tuple[Any, Place]:
     """Return the data of the one document in a text, and its places. Raises InputError."""
     reader = _EventReader(text.removeprefix("\ufeff"), file)
     reader.refuse_characters()
     try:
-        shown, reader.prose = _with_prose(reader.text, reader.lines)
-        for event in yaml.parse(shown, Loader=_LOADER):
+        for event in yaml.parse(reader.text, Loader=_LOADER):
             reader.take(event)
     except yaml.YAMLError as error:
         reader.fail(*translate(error, reader.lines))
@@ -156,7 +121,6 @@ class _EventReader:
     text: str
     file: str
     lines: tuple[str, ...] = ()
-    prose: frozenset[int] = frozenset()
     faults: list[Diagnostic] = field(default_factory=list)
     stack: list[_Open] = field(default_factory=list)
     anchors: dict[str, _Open] = field(default_factory=dict)
@@ -251,8 +215,6 @@ class _EventReader:
             self.take_key(top, event, at)
             return
         text: str = event.value
-        if event.start_mark.line in self.prose:
-            text = text.replace(_COLON, ":")
         data = self.number_or_text(text, at) if _is_plain(event) else text
         one_piece = isinstance(data, str) and event.start_mark.line == event.end_mark.line
         place = Place(*at, text=text if one_piece else None)

@@ -76,12 +76,12 @@ class Document:
     ) -> Diagnostic:
         """Return a fault at the value at `path`, or at its key.
 
-        `offset` (from 0) moves the caret into a text value, where its characters stand in the
-        file as they are: in one line, without escapes.
+        `offset` (from 0) moves the caret into a key, or into a text value where its characters
+        stand in the file as they are: in one line, without escapes.
         """
         line, column = self.position(path, key=key)
         if offset is not None:
-            column += self._shift(self.find(path), offset)
+            column += offset if key else self._shift(self.find(path), offset)
         return fault_at((line, column), self.file, self.lines, message, hint, severity)
 
     def _shift(self, place: Place, offset: int) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 _UNCLOSED = {
@@ -15,6 +16,11 @@ _UNCLOSED_PROBLEMS = frozenset(
         "did not find expected ',' or '}'",
         "found unexpected end of stream",
     )
+)
+_SECOND_COLON = re.compile(
+    r"""[ ]*(?:-[ ]+)*(?P<key>[^\s'"{\[:#][^:#]*?)[ ]*:[ ]+
+    (?P<text>[^\s'"{\[|>&*!][^\#]*?:(?:[ ][^\#]*?)?)(?:[ ]+\#.*|[ ]*)""",
+    re.VERBOSE,
 )
 _TAB = "a tab; YAML is indented with spaces"
 _PROBLEMS = {
@@ -44,6 +50,11 @@ def translate(error: Any, lines: tuple[str, ...]) -> tuple[str, tuple[int, int]]
         if char == "\t":
             return _TAB, at
         return f"a value cannot start with '{char}'; put it in quotes", at
+    if problem == "mapping values are not allowed in this context" and (
+        unquoted := _SECOND_COLON.fullmatch(lines[at[0] - 1])
+    ):
+        text = unquoted["text"].replace("'", "''")
+        return f"a second ':' in a line; quote the text: {unquoted['key']}: '{text}'", at
     if problem == "did not find expected '-' indicator" and start is not None:
         return f"expected '- ', an item of the list of line {start[0]}, or less indentation", at
     if problem == "did not find expected key" and start is not None:

@@ -12,13 +12,8 @@ from bt_mission.core.yaml.composer import compose
         ("a: [1,2\n\n", "1:4: error: this list is opened with '[' and never closed with ']'"),
         ("b: {x: 1\n", "1:4: error: this mapping is opened with '{' and never closed with '}'"),
         ("a: 'x\n", "1:4: error: this quoted text is never closed"),
-        (
-            "a: b: c",
-            (
-                "1:5: error: a ':' where no key can stand; check the indentation, or quote the "
-                "text that holds it"
-            ),
-        ),
+        ("a: b: c", "1:5: error: a second ':' in a line; quote the text: a: 'b: c'"),
+        ("- a: it's: c # d", "1:10: error: a second ':' in a line; quote the text: a: 'it''s: c'"),
         ("key: @x", "1:6: error: a value cannot start with '@'; put it in quotes"),
         ("a: %x", "1:4: error: a value cannot start with '%'; put it in quotes"),
         ("{", "1:2: error: expected a value here"),

@@ -34,7 +34,7 @@ requirements:
   keeps off: always clearance > 0.1
   is slow: always speed < 1 and distance < 100 and open_goals < 3
   hears: always age("scan") < 3 and scan_clearance > 0.1 and battery > 3
-  is calm: whenever topic("odom", "twist.twist.linear.x") > 0.1: odometry.x < 4 within 2 s
+  is calm: 'whenever topic("odom", "twist.twist.linear.x") > 0.1: odometry.x < 4 within 2 s'
 """
 MARK = b"\x89MCAP0\r\n"
 
