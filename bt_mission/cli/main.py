@@ -15,7 +15,7 @@ from bt_mission.cli.outputs import refuse_outputs
 from bt_mission.cli.parser import Parser
 from bt_mission.cli.ros_arguments import split
 from bt_mission.core.errors import BtMissionError, NotThereError
-from bt_mission.core.terminal.streams import escaped_output, unescaped
+from bt_mission.core.terminal.streams import STANDARD_OUTPUT, escaped_output, unescaped
 
 TRACEBACK = "BT_MISSION_TRACEBACK"
 """Set in the environment, it shows where an unexpected error came from."""
@@ -30,8 +30,8 @@ examples:
   bt-mission verify run.mcap          what the requirements of a recorded run came to
   bt-mission doctor                   is everything here that is needed?
 
-exit codes: 0 success, 1 mission failed, 2 bad input, 130 interrupted; those of actions and services
-stand in their own help
+exit codes: 0 success, 1 mission failed, 2 bad input or an output that cannot be written, 130
+interrupted; those of actions and services stand in their own help
 """
 
 
@@ -57,11 +57,8 @@ def _run(arguments: Sequence[str] | None) -> int:
     for stream in map(unescaped, (sys.stdout, sys.stderr)):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a sign that a terminal lacks ends no mission
-    options = _parsed(parser, arguments)
     try:
-        refuse_outputs(options)
-        code = int(options.command(options))
-        sys.stdout.flush()  # here, so that a closed pipe is noticed while it can be handled
+        code = _run_command(parser, arguments)
     except NotThereError as error:
         print(error, file=sys.stderr)
         return NO_SERVER
@@ -74,6 +71,10 @@ def _run(arguments: Sequence[str] | None) -> int:
         _write_into_nothing()  # whoever read our output has left; there is nobody to tell
         return INTERRUPTED
     except Exception as error:  # a fault of ours or of the machine: a line instead of a traceback
+        if isinstance(error, OSError) and error.filename == STANDARD_OUTPUT:
+            _write_into_nothing()
+            print(f"cannot write {STANDARD_OUTPUT}: {error.strerror}", file=sys.stderr)
+            return BAD_INPUT
         if os.environ.get(TRACEBACK):
             raise
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
@@ -81,6 +82,19 @@ def _run(arguments: Sequence[str] | None) -> int:
             f"`bt-mission doctor` checks this machine; {TRACEBACK}=1 shows where", file=sys.stderr
         )
         return MISSION_FAILED
+    return code
+
+
+def _run_command(parser: Parser, arguments: Sequence[str] | None) -> int:
+    """Run a command, and flush its output here, where an error of that can still be handled."""
+    try:
+        options = _parsed(parser, arguments)
+        refuse_outputs(options)
+        code = int(options.command(options))
+    except SystemExit:  # after a help text, for example
+        sys.stdout.flush()
+        raise
+    sys.stdout.flush()
     return code
 
 

@@ -8,7 +8,6 @@ from typing import Any
 from bt_mission.executive.report import Report
 from bt_mission.faults.planned import Beginning, PlannedFault, Value, WhenTrue
 from bt_mission.faults.world import OBSTACLES
-from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.guide import Failure
 
@@ -38,7 +37,8 @@ def _in_short(failure: Failure) -> str:
 def _what(failure: Failure, report: Report) -> str:
     if failure.kind == "violated":
         found = next((one for one in report.requirements if one.name == failure.what), None)
-        return f"requirement '{failure.what}' is violated{_margin(found)}"
+        outcome = "violated" if found is None else found.outcome
+        return f"requirement '{failure.what}' is {outcome}"
     if failure.kind == "collision":
         count = report.collisions or 0
         return f"the robot touches something{'' if count == 1 else f' {count} times'}"
@@ -50,16 +50,6 @@ def _what(failure: Failure, report: Report) -> str:
         return f"the mission has not ended at {report.virtual_s:g} s"
     leaf = f": '{report.failure.nodes[-1]}' fails" if report.failure else ""
     return f"the mission fails at {report.virtual_s:.2f} s{leaf} ({_first_line(report.reason)})"
-
-
-def _margin(found: RequirementResult | None) -> str:
-    if found is None:
-        return ""
-    by = ""
-    if found.margin is not None and found.margin < 0:
-        by = f" by {-found.margin:.2g}{found.unit and ' '}{found.unit}"
-    at = found.violated_at if found.violated_at is not None else found.at
-    return by if at is None else f"{by} at {at:.1f} s"
 
 
 def _first_line(text: str) -> str:

@@ -30,12 +30,14 @@ class Bundle:
         mission: The path of the mission's file.
         worlds: What each world is called in the bundle, by the name or path that the user has
             given; likewise of robots.
+        folder: Where the mission lies, as the user has written it; messages name its files so.
     """
 
     files: Mapping[str, str]
     mission: str
     worlds: Mapping[str, str]
     robots: Mapping[str, str]
+    folder: str = ""
 
     @cached_property
     def digest(self) -> str:
@@ -97,7 +99,8 @@ def bundle_of(mission: Mission, worlds: Iterable[str] = (), robots: Iterable[str
             known[kind][given] = name
             files[f"{kind}/{name}.yaml"] = _read(path)
     main = f"{MISSION_FOLDER}/{Path(mission.file).name}"
-    return Bundle(files, main, known["worlds"], known["robots"])
+    written = str(Path(mission.file).parent)
+    return Bundle(files, main, known["worlds"], known["robots"], written)
 
 
 def python_files(mission: Mission) -> Iterator[tuple[Path, str]]:

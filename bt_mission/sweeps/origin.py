@@ -68,6 +68,7 @@ class _Bundle(BaseModel):
     mission: str
     worlds: dict[str, str]
     robots: dict[str, str]
+    folder: str
 
 
 class _Options(BaseModel):

@@ -21,7 +21,7 @@ from bt_mission.core.yaml.document import read_text
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
-from bt_mission.sweeps.bundle import Bundle
+from bt_mission.sweeps.bundle import MISSION_FOLDER, Bundle
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.recording import record_scenario, write_page_of
 from bt_mission.sweeps.row import ScenarioRow, row_of, row_of_error
@@ -61,12 +61,19 @@ class ScenarioWorker:
         """Load a concrete scenario.
 
         Raises:
-            InputError: With what is wrong with it.
+            InputError: With what is wrong with it; the mission's files as the user names them.
         """
         place = Path(self._folder.name) / self._bundle.mission
         # JSON is YAML, and leaves no doubt about what is a text.
         text = json.dumps(dict(scenario.data), ensure_ascii=False)
-        return load_scenario(read_text(text, str(place.with_name(f"{scenario.id}.scenario.yaml"))))
+        document = read_text(text, str(place.with_name(f"{scenario.id}.scenario.yaml")))
+        try:
+            return load_scenario(document)
+        except InputError as error:
+            raise InputError(
+                replace(one, message=self._for_user(one.message), file=self._for_user(one.file))
+                for one in error.faults
+            ) from error
 
     def record(self, scenario: ConcreteScenario) -> tuple[bytes, bytes]:
         """Carry a concrete scenario out once more; gives its recording, and the page of that.
@@ -97,9 +104,15 @@ class ScenarioWorker:
         except InputError as error:
             row = row_of_error(scenario, "; ".join(one.message for one in error.faults))
         except BtMissionError as error:
-            row = row_of_error(scenario, str(error))
+            row = row_of_error(scenario, self._for_user(str(error)))
         except Exception as error:  # noqa: BLE001 - one scenario must not stop the others
             where = traceback.extract_tb(error.__traceback__)[-1]
             place = f"{Path(where.filename).name}:{where.lineno}"
             row = row_of_error(scenario, f"{type(error).__name__} at {place}: {error}")
         return replace(row, versions=fingerprint(), worker=self.name)
+
+    def _for_user(self, text: str) -> str:
+        """Return a message with the paths of the user instead of those of the worker's folder."""
+        written = "" if self._bundle.folder in ("", ".") else f"{self._bundle.folder}/"
+        mine = f"{self._folder.name}/"
+        return text.replace(f"{mine}{MISSION_FOLDER}/", written).replace(mine, "")

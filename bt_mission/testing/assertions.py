@@ -78,7 +78,9 @@ class Assertions:
         return RequirementResults({one.name: one for one in results})
 
     def expect_violation(self, *names: str) -> None:
-        """Let requirements be violated; any other violation fails the test.
+        """Assert that requirements are violated at the end of the run.
+
+        The test fails where one of them is not, and where any other is.
 
         Raises:
             ScenarioError: For a requirement that the mission does not have.
@@ -94,6 +96,15 @@ class Assertions:
             str(one)
             for name, one in self.requirements.items()
             if one.verdict == "violated" and name not in self._expected_violations
+        )
+
+    @property
+    def missing_violations(self) -> tuple[str, ...]:
+        """A line for each requirement that was expected to be violated, and is not."""
+        return tuple(
+            str(one)
+            for name, one in self.requirements.items()
+            if one.verdict != "violated" and name in self._expected_violations
         )
 
     def always(

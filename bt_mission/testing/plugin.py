@@ -164,6 +164,10 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
     for what, lines in (
         ("orphaned goals", [line for made in stages for line in made.left_behind]),
         ("requirements violated", [line for made in stages for line in made.violated]),
+        (
+            "expected violations are missing",
+            [line for made in stages for line in made.not_violated],
+        ),
     ):
         if lines:
             pytest.fail(f"{what}: {'; '.join(lines)}", pytrace=False)

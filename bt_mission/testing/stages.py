@@ -69,6 +69,8 @@ class Stages:
         self.left_behind: list[str] = []
         self.violated: list[str] = []
         """Requirements that no test expected to be violated."""
+        self.not_violated: list[str] = []
+        """Requirements that a test expected to be violated."""
         self.faults = Faults(self)
         self.spawn_box = self.faults.spawn_box
         self.spawn_cylinder = self.faults.spawn_cylinder
@@ -241,6 +243,7 @@ class Stages:
             for run in self.runs:
                 self.left_behind += run.close()
                 self.violated += run.unexpected_violations
+                self.not_violated += run.missing_violations
         finally:
             self._exit.close()
 

@@ -64,8 +64,10 @@ def test_what_is_found_fails_until_the_mission_is_mended(
     told = json.loads(capsys.readouterr().out)
     (found,) = told["found"]
     assert (found["kind"], found["what"]) == ("violated", "keeps its distance")
-    told_so = r"requirement 'keeps its distance' is violated by 0\.\d+ m at \d\.\d s when a "
-    assert re.match(told_so + r"(box|cylinder) appears \S+ m ahead", found["sentence"])
+    told_so = r"requirement 'keeps its distance' is (violated by 0\.\d+ m at \d\.\d\d s) when a "
+    matched = re.match(told_so + r"(box|cylinder) appears \S+ m ahead", found["sentence"])
+    assert matched is not None
+    outcome = matched.group(1)
     assert len(found["faults"]) == 1
     assert found["repeats"] is True
     assert told["runs"] <= 40
@@ -78,12 +80,16 @@ def test_what_is_found_fails_until_the_mission_is_mended(
     assert run.summary is not None
     assert "keeps its distance" in (folder / found["report"]).read_text()
 
+    assert outcome in " ".join(scenario.read_text().replace("#", "").split())
+    assert main(["verify", found["recording"]]) == 1
+    assert f"keeps its distance: {outcome}" in capsys.readouterr().out
+
     assert main(["run", found["scenario"], "--json"]) == 1
     report = json.loads(capsys.readouterr().out)
     assert report["trace_sha256"] == found["trace_sha256"]
 
     test = runpy.run_path(found["test"])["test_keeps_its_distance"]
-    with pytest.raises(AssertionError, match="requirement keeps its distance: violated by"):
+    with pytest.raises(AssertionError, match=f"requirement keeps its distance: {outcome}"):
         test()
     (folder / "careless.yaml").write_text(DEFECT.replace("gap: 0.2", "gap: 0.5"))
     test()
@@ -153,7 +159,7 @@ def test_a_mission_that_breaks_as_it_is(folder: Path, capsys: pytest.CaptureFixt
     (folder / "found" / "careless").mkdir(parents=True)
     assert main(SEARCH) == 1
     out = capsys.readouterr().out
-    assert "requirement 'is slow' is violated by 0.1 m/s" in out
+    assert "requirement 'is slow' is violated by 0.09999 m/s at 0.80 s" in out
     assert "with nothing going wrong" in out
     assert "it breaks as it is, with nothing varied: there is nothing to search for" in out
     assert (folder / "found" / "careless_2" / "test_is_slow.py").exists()

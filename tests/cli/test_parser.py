@@ -94,9 +94,10 @@ def test_a_paragraph_of_help_is_filled_as_a_whole(
     monkeypatch.setenv("COLUMNS", "80")
     with pytest.raises(SystemExit):
         main(["--help"])
-    assert capsys.readouterr().out.splitlines()[-2:] == [
-        "exit codes: 0 success, 1 mission failed, 2 bad input, 130 interrupted; those",
-        "of actions and services stand in their own help",
+    assert capsys.readouterr().out.splitlines()[-3:] == [
+        "exit codes: 0 success, 1 mission failed, 2 bad input or an output that cannot",
+        "be written, 130 interrupted; those of actions and services stand in their own",
+        "help",
     ]
 
 

@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from bt_mission.cli import main
+from bt_mission.sweeps.base import BaseChanges, load_base
 from bt_mission.sweeps.store import ResultStore
+from bt_mission.sweeps.work import ScenarioWorker
 from tests.sweeps.rows import row
 
 MISSION = """\
@@ -30,6 +32,45 @@ def mission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     (tmp_path / "nothing.yaml").write_text("plans: {}\n")
     (tmp_path / "topic.yaml").write_text("faults: ['at 1.0: drop /nowhere lasting 1']\n")
     return "turns.yaml"
+
+
+FAST = """\
+mission: drives
+inputs: {speed: 0.1}
+tree:
+  explore_forward: {fwd_velocity: $speed, stopping_distance: 0.5}
+"""
+
+
+@pytest.mark.parametrize("folder", ["", "mine/"])
+@pytest.mark.parametrize(
+    "words",
+    [("sweep", "--vary", "speed=0.1,0.9"), ("falsify", "--within", "ranges.yaml")],
+)
+def test_an_error_in_a_varied_mission_names_its_file(
+    mission: str, folder: str, words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Not the copy that a worker had."""
+    path = Path(folder, "drives.yaml")
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(FAST)
+    Path("ranges.yaml").write_text("inputs: {speed: 0.1 .. 0.9}\n")
+    command, *options = words
+    assert main([command, str(path), *options]) == 2
+    said = capsys.readouterr().err
+    assert "max_linear_velocity" in said
+    assert f", in {folder}drives.yaml:4:35" in said
+
+
+def test_a_row_of_an_error_names_the_file_of_the_mission(mission: str) -> None:
+    """A scenario between the ends of a parameter is loaded by a worker only."""
+    Path("mine").mkdir()
+    Path("mine/drives.yaml").write_text(FAST)
+    base = load_base(Path("mine/drives.yaml"), BaseChanges())
+    with ScenarioWorker(base.bundle) as worker:
+        row = worker.carry_out(base.concrete({"speed": 0.9}))
+    assert row.is_error
+    assert row.reason.endswith(", in mine/drives.yaml:4:35")
 
 
 @pytest.mark.parametrize(

@@ -144,6 +144,35 @@ def test_violations_fail_a_test_that_does_not_expect_them(pytester: pytest.Pytes
     result.stdout.fnmatch_lines(["*requirements violated: slow: violated by * m/s at * s*"])
 
 
+@pytest.mark.parametrize(
+    ("formula", "ends", "line"),
+    [
+        ("always speed < 0.3", "until_done()", "slow: holds by * m/s at * s"),
+        ("eventually within 500 s: speed > 1", "advance(1.0)", "slow: open at * s: *"),
+    ],
+)
+def test_an_expected_violation_that_is_missing_fails_a_test(
+    pytester: pytest.Pytester, formula: str, ends: str, line: str
+) -> None:
+    """The verdict at the end of the run counts; the message has it."""
+    text = (
+        "mission: turns\nworld: empty_arena\n"
+        f"requirements:\n  slow: '{formula}'\ntree:\n  turn: {{angle: 20}}\n"
+    )
+    Path(pytester.path, "slow.yaml").write_text(text)
+    pytester.makepyfile(
+        f"""
+        def test_it(stage):
+            run = stage.run("slow.yaml")
+            run.expect_violation("slow")
+            run.{ends}
+        """
+    )
+    result = pytester.runpytest_inprocess("-p", "no:cacheprovider", "-p", "no:xdist")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines([f"*expected violations are missing: {line}"])
+
+
 SHIPPED = """\
 requirements:
   keeps its distance: always clearance > 0.10

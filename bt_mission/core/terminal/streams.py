@@ -9,24 +9,37 @@ from typing import Any, TextIO, cast
 
 from bt_mission.core.text import escape_lines
 
+STANDARD_OUTPUT = "standard output"
+"""The file name of an OSError that a write to standard output raises."""
+
 
 class EscapingStream:
     """A text stream on another one; what is written is escaped, line by line.
 
+    An OSError of a write has the name of the stream as its file name.
+
     Args:
         stream: Takes what is written; all else is asked of it.
+        name: In errors.
 
     Attributes:
         unescaped: The stream itself, for a library that colours and draws.
     """
 
-    def __init__(self, stream: TextIO) -> None:
+    def __init__(self, stream: TextIO, name: str) -> None:
         self.unescaped = stream
+        self._name = name
 
     def write(self, text: str) -> int:
         """Write a text escaped; gives the number of its characters."""
-        self.unescaped.write(escape_lines(text))
+        with self._named_errors():
+            self.unescaped.write(escape_lines(text))
         return len(text)
+
+    def flush(self) -> None:
+        """Write what is buffered."""
+        with self._named_errors():
+            self.unescaped.flush()
 
     def writelines(self, lines: list[str]) -> None:
         """Write texts escaped."""
@@ -36,12 +49,23 @@ class EscapingStream:
     def __getattr__(self, name: str) -> Any:
         return getattr(self.unescaped, name)
 
+    @contextmanager
+    def _named_errors(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            error.filename = self._name
+            raise
+
 
 @contextmanager
 def escaped_output() -> Iterator[None]:
     """Have all that Python writes to standard output and error escaped."""
     before = sys.stdout, sys.stderr
-    sys.stdout, sys.stderr = (cast("TextIO", EscapingStream(one)) for one in before)
+    sys.stdout, sys.stderr = (
+        cast("TextIO", EscapingStream(stream, name))
+        for stream, name in zip(before, (STANDARD_OUTPUT, "standard error"), strict=True)
+    )
     try:
         yield
     finally:
