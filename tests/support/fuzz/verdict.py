@@ -106,6 +106,8 @@ def _run(mission: Mission, luck: Random) -> Verdict:
     if not executive.is_done:
         return Verdict(True, end, Finding("the mission does not end", executive.reason))
     cause = executive.error
+    if isinstance(cause, MissionFailure) and not isinstance(cause.__cause__, BtMissionError | None):
+        cause = cause.__cause__  # raised by a leaf in Python
     if isinstance(cause, MissionFailure):
         known = foreseeable(mission, graph.scope, str(cause))
         return Verdict(True, str(cause), Finding(known, str(cause)) if known else None)
