@@ -100,7 +100,7 @@ class Connection:
         self._deadline = asyncio.get_running_loop().call_later(wait_s, self.abort)
 
     def stay(self) -> None:
-        """Leave it open for now."""
+        """Cancel the deadline, if there is one."""
         if self._deadline is not None:
             self._deadline.cancel()
 

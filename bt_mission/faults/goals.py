@@ -292,17 +292,7 @@ class GoalFaults(Maker):
         Args:
             fields: By their dotted names, such as ``remaining_angle=0.5``.
         """
-        change = setting("set_feedback", fields)
-
-        def tap(_: FaultInstance, passing: Passing) -> Fates:
-            change(passing.message.feedback)
-            return (Delivery(passing.message),)
-
-        def begin(fault: FaultInstance) -> None:
-            change(fault.action_type(action).Feedback())  # an unknown field is refused
-            fault.tap(part_of(fault, action, "feedback"), Side.MESSAGE, tap)
-
-        return begin
+        return _set_fields("feedback", Side.MESSAGE, action, fields)
 
     @makes_fault
     def set_result(
@@ -313,17 +303,22 @@ class GoalFaults(Maker):
         Args:
             fields: By their dotted names, such as ``error_code=906``.
         """
-        change = setting("set_result", fields)
+        return _set_fields("result", Side.RESPONSE, action, fields)
 
-        def tap(_: FaultInstance, passing: Passing) -> Fates:
-            change(passing.message.result)
-            return (Delivery(passing.message),)
 
-        def begin(fault: FaultInstance) -> None:
-            change(fault.action_type(action).Result())  # an unknown field is refused
-            fault.tap(part_of(fault, action, "result"), Side.RESPONSE, tap)
+def _set_fields(part: str, side: Side, action: str, fields: dict[str, Any]) -> Begin:
+    """Set fields of one part of an action, its feedback or its result, in each message."""
+    change = setting(f"set_{part}", fields)
 
-        return begin
+    def tap(_: FaultInstance, passing: Passing) -> Fates:
+        change(getattr(passing.message, part))
+        return (Delivery(passing.message),)
+
+    def begin(fault: FaultInstance) -> None:
+        change(getattr(fault.action_type(action), part.capitalize())())  # refuses unknown fields
+        fault.tap(part_of(fault, action, part), side, tap)
+
+    return begin
 
 
 def tap_parts(action: str, tap: Tap, *sides: tuple[str, Side]) -> Begin:

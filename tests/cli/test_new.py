@@ -115,7 +115,7 @@ def test_its_schemas_hold_for_its_files(project: Path) -> None:
     ("name", "words"),
     [
         ("a/b", "'a/b' has the parts of a path: expected letters, digits, '_' and '-'"),
-        ("/home/x", "so change to the folder that it is to lie in"),
+        ("/elsewhere/x", "so change to the folder that it is to lie in"),
         ("..", "'..' has the parts of a path"),
         (".", "'.' has the parts of a path"),
         ("", "'' is no name of a project"),
