@@ -30,10 +30,10 @@ slow.yaml:
   requirements:
     is slow: always speed < 0.3
 
-exit codes: 0 none is violated; one may be open, since the run was over before it could be told
+exit codes: 0 none is violated; one may be open, since the run was over before it could be decided
             1 one is violated
             2 bad input
-            3 one cannot be told from this recording, and none is violated
+            3 one cannot be determined from this recording, and none is violated
 """
 
 

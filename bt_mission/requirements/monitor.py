@@ -49,7 +49,7 @@ class RequirementResult:
     """What a requirement came to.
 
     Attributes:
-        verdict: ``open`` where the run was over, or cut, before it could be told; ``unknown``
+        verdict: ``open`` where the run was over, or cut, before it could be decided; ``unknown``
             where a signal is not known or never had a value.
         margin: By how much it holds; below 0 by how much it is violated. None where it has no
             measure.
@@ -223,7 +223,7 @@ class Monitor:
             if self._end[1] is None:
                 full_s = full_after(self.requirement.root)
                 return f"the run ended before its window that looks back was full, at {full_s:g} s"
-            return "the run ended before it could be told"
+            return "the run ended before it could be decided"
         return ""
 
 

@@ -95,7 +95,7 @@ def test_what_the_robot_might_still_have_done_is_open() -> None:
     """The run was over before the deadline."""
     text = "whenever age('scan') > 0.5: speed < 0.01 within 0.6"
     result = watched(text, age_of_scan=[0.0, 0.6], speed=[0.2, 0.2])
-    assert (result.verdict, result.why) == ("open", "the run ended before it could be told")
+    assert (result.verdict, result.why) == ("open", "the run ended before it could be decided")
 
 
 def test_what_the_mission_can_no_longer_do_is_violated() -> None:
