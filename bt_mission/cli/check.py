@@ -41,7 +41,7 @@ def add_parser(commands: Any) -> None:
         nargs="+",
         type=Path,
         metavar="file",
-        help="missions, scenarios, fleets, worlds, robots and files of requirements, told apart by "
+        help="missions, scenarios, fleets, worlds, robots and files of requirements, recognized by "
         "their content: YAML files, XML files of Groot 2, or names of shipped missions",
     )
     add_overrides(parser)

@@ -260,7 +260,7 @@ def generator(seed: int, name: str, robot: str = "") -> random.Random:
     return random.Random(f"{seed}/nature/{robot}/{name}")
 
 
-def told(values: Mapping[str, float]) -> str:
+def in_words(values: Mapping[str, float]) -> str:
     """Return drawn values in a line, with their units."""
     units = {name: one.unit for name, one in BY_NAME.items()}
     parts = (f"{name} {value:g} {units.get(name, '')}" for name, value in values.items())

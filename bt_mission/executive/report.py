@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.core.nature import told
+from bt_mission.core.nature import in_words
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import escape_control
 from bt_mission.events.log import verdict
@@ -138,7 +138,7 @@ class Report:
             f"({self.real_time_factor:.1f} x real time), seed {self.seed}"
         )
         if self.nature:
-            lines.append(f"  nature: {told(self.nature)}")
+            lines.append(f"  nature: {in_words(self.nature)}")
         facts = [f"{counted(self.goals_sent, 'goal')} sent", f"{self.goals_left_behind} orphaned"]
         if self.distance_travelled_m is not None:
             facts.append(f"{self.distance_travelled_m:.2f} m driven")
