@@ -19,7 +19,7 @@ def progress_line(state: CoverState, budget: int) -> str:
 
 def reached(state: CoverState) -> str:
     """Return how much was reached."""
-    return f"{len(state.record.reached)} of {len(state.record.places)} places"
+    return f"{len(state.record.reached)} of {len(state.record.names)} places"
 
 
 def tell(session: CoverSession, options: argparse.Namespace) -> int:
@@ -43,7 +43,7 @@ def _as_dict(session: CoverSession, options: argparse.Namespace) -> dict[str, An
         "runs": state.runs,
         "errors": state.errors,
         "interrupted": state.is_interrupted,
-        "places": len(state.record.places),
+        "places": len(state.record.names),
         "reached": list(state.record.reached),
         "missing": list(state.record.missing),
         "scenarios": [

@@ -1,8 +1,7 @@
 """What runs reach of their missions: nodes, outcomes of them, and branches.
 
 - ``places``: what there is to reach in a mission
-- ``watch``: sees what a run of it reaches
-- ``record``: what one run has reached as a bitmap, to be kept for very many runs
-- ``tally``: adds runs, tests, missions and processes up, by place in the file
-- ``table``, ``page``: as text, and as HTML
+- ``watch``: counts what a run of it reaches
+- ``record``: the counts of a mission's runs as a bitmap, and of files over tests and processes
+- ``report``: as text, and as HTML
 """

@@ -28,6 +28,9 @@ from bt_mission.language.nodes.decorators import ForEachNode, GuardNode, Timeout
 from bt_mission.language.nodes.leaves import CheckNode
 from bt_mission.language.nodes.subtree import TreeNode
 
+REACHED, OUTCOME, BRANCH = "reached", "outcome ", "branch "
+"""Marks of a place; those of an outcome and of a branch continue with its name."""
+
 TRUE, FALSE = "true", "false"
 EXPIRED = "expired"
 EMPTY = "empty list"
@@ -47,47 +50,90 @@ CHOOSING = (FallbackNode, ParallelNode, ChooseNode)
 """Kinds of which each child is a branch."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class CoveragePlace:
-    """A node of a mission, where it stands in its file.
+    """A node of a mission with what there is to reach at it, and in how many runs it was.
 
-    Args:
-        tree: The named tree that it belongs to; None is the mission's own.
+    Attributes:
+        tree: The named tree that it belongs to; empty is the mission's own.
         path: The place in its tree, such as ``0.1.0``.
-        outcomes: What can come of it.
-        branches: The ways that it can choose.
+        line: In its file, from 1; likewise `column`.
+        marks: Runs by mark: ``reached``, ``outcome NAME`` for each way in which the node can end,
+            ``branch NAME`` for each way that it can choose.
     """
 
-    document: Document
-    step: NodeModel
-    tree: str | None
+    tree: str
     path: str
     name: str
-    outcomes: tuple[str, ...]
-    branches: tuple[str, ...]
+    kind: str
+    line: int
+    column: int
+    marks: dict[str, int]
+
+    @property
+    def key(self) -> tuple[int, int, str]:
+        """Unique in its file. In XML one element can stand for two nodes, of different kinds."""
+        return self.line, self.column, self.kind
+
+    @property
+    def label(self) -> str:
+        """The place in the tree and the name: ``0.1 drive``, of a named tree ``half:0.1 drive``."""
+        return f"{self.tree}:{self.path} {self.name}" if self.tree else f"{self.path} {self.name}"
 
     @property
     def depth(self) -> int:
         """How many nodes of its tree are above it."""
         return self.path.count(".")
 
+    @property
+    def runs(self) -> int:
+        """In how many runs the node was reached."""
+        return self.marks[REACHED]
 
-def places(mission: Mission) -> Iterator[CoveragePlace]:
-    """Every node of a mission, and of all named trees that it has at hand, used or not."""
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """Runs by outcome."""
+        return self._marked(OUTCOME)
+
+    @property
+    def branches(self) -> dict[str, int]:
+        """Runs by branch."""
+        return self._marked(BRANCH)
+
+    def _marked(self, kind: str) -> dict[str, int]:
+        return {
+            mark.removeprefix(kind): runs
+            for mark, runs in self.marks.items()
+            if mark.startswith(kind)
+        }
+
+    @property
+    def missing(self) -> list[str]:
+        """Outcomes and branches that no run has had."""
+        return [name for part in (self.outcomes, self.branches) for name in part if not part[name]]
+
+
+def places(mission: Mission) -> Iterator[tuple[Document, NodeModel, CoveragePlace]]:
+    """Yield every node of a mission, and of all named trees that it has at hand, used or not.
+
+    The order depends on the trees of the mission alone: not on its inputs, its seed or the machine.
+    """
     uses = _ends_of_trees(mission)
     halted = _trees_halted(mission)
     for tree in mission.all_trees:
-        name = None if tree.is_main else tree.name
+        name = "" if tree.is_main else tree.name
         ends = ends_of(tree.body, uses)
         for step, path, can_halt in _descend(tree, ends, halted=name in halted):
-            yield CoveragePlace(
+            marks = [
+                REACHED,
+                *(f"{OUTCOME}{one}" for one in _outcomes(step, ends, can_halt=can_halt)),
+                *(f"{BRANCH}{one}" for one in branches(step)),
+            ]
+            counts = dict.fromkeys(marks, 0)
+            yield (
                 tree.document,
                 step,
-                name,
-                path,
-                step.label,
-                tuple(_outcomes(step, ends, can_halt=can_halt)),
-                tuple(branches(step)),
+                CoveragePlace(name, path, step.label, step.kind, step.line, step.column, counts),
             )
 
 
@@ -169,15 +215,15 @@ def _halts(step: NodeModel, index: int, ends: Mapping[int, Ends]) -> bool:
     return False
 
 
-def _trees_halted(mission: Mission) -> set[str | None]:
+def _trees_halted(mission: Mission) -> set[str]:
     """The named trees of which some use can be halted."""
     uses = _ends_of_trees(mission)
-    found: set[str | None] = set()
+    found: set[str] = set()
     grown = True
     while grown:
         before = len(found)
         for tree in mission.all_trees:
-            name = None if tree.is_main else tree.name
+            name = "" if tree.is_main else tree.name
             ends = ends_of(tree.body, uses)
             for step, _, can_halt in _descend(tree, ends, halted=name in found):
                 if can_halt and isinstance(step, TreeNode):

@@ -1,109 +1,221 @@
-"""What one run has reached of its mission, small enough to be kept for each of very many runs."""
+"""What runs have reached: of a mission as a bitmap, of files as counts."""
 
 from __future__ import annotations
 
-from typing import Self
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, Self
 
-from bt_mission.coverage.places import Built, places
-from bt_mission.coverage.watch import BRANCH, OUTCOME, REACHED, CoverageWatch
+from bt_mission.coverage.places import CoveragePlace, places
+from bt_mission.coverage.watch import CoverageWatch
 from bt_mission.executive.executive import Executive
 from bt_mission.language.mission import Mission
 
-
-def coverage_places(mission: Mission) -> tuple[str, ...]:
-    """Name everything that there is to reach in a mission.
-
-    A name is that of a node with its place in the tree, and what of it: ``0.1 drive: reached``,
-    ``0.1 drive: outcome canceled by condition``, ``0.2 way out: branch 2 turn``. Before the place
-    in a named tree stands the tree: ``half:0.1``. Names differ, and depend with their order on the
-    trees of the mission alone: not on its inputs, its seed or the machine.
-    """
-    return tuple(name for name, _ in _named(mission))
-
-
-def _named(mission: Mission) -> list[tuple[str, tuple[int, str, str]]]:
-    """Each name, with the node's step (by its identity), what of it, and which."""
-    found = []
-    for place in places(mission):
-        node = f"{place.tree}:{place.path}" if place.tree else place.path
-        marks = [
-            (REACHED, ""),
-            *((OUTCOME, one) for one in place.outcomes),
-            *((BRANCH, one) for one in place.branches),
-        ]
-        found += [
-            (f"{node} {place.name}: {what} {which}".rstrip(), (id(place.step), what, which))
-            for what, which in marks
-        ]
-    return found
+VERSION = 1
 
 
 class CoverageRecord:
     """What was reached of the places of a mission, by one run or several.
 
-    ``a | b`` is what either has reached, of two records of the same places.
+    Each mark of a place has a name: ``0.1 drive: reached``, ``0.1 drive: outcome canceled by
+    condition``, ``half:0.2 way out: branch 2 turn``. Names differ, and their order is that of
+    `places`.
 
     Args:
-        places: What there is to reach, as `coverage_places` gives it.
-        bits: What was reached: bit ``n`` of the number stands for the place of index ``n``.
+        places: What there is to reach, with the runs so far.
     """
 
-    def __init__(self, places: tuple[str, ...], bits: int = 0) -> None:
-        self.places = places
-        self.bits = bits
+    def __init__(self, places: Iterable[CoveragePlace]) -> None:
+        self.places = tuple(places)
+        self._marks = [(one.marks, mark) for one in self.places for mark in one.marks]
+        self.names = tuple(f"{one.label}: {mark}" for one in self.places for mark in one.marks)
+
+    @classmethod
+    def of(cls, mission: Mission) -> Self:
+        """Return the places of a mission, of which none is reached."""
+        return cls(place for _, _, place in places(mission))
 
     @classmethod
     def attach(cls, mission: Mission, executive: Executive) -> Self:
         """Record what a run reaches from now on; call it before the first tick."""
-        named = _named(mission)
-        record = cls(tuple(name for name, _ in named))
-        numbers = {key: number for number, (_, key) in enumerate(named)}
+        found = {id(step): place for _, step, place in places(mission)}
+        CoverageWatch(mission, executive, found)
+        return cls(found.values())
 
-        def mark(one: Built, what: str, which: str) -> None:
-            number = numbers.get((id(one.step), what, which))
-            if number is not None:
-                record.bits |= 1 << number
+    def add(self, text: str, runs: int = 1) -> tuple[str, ...]:
+        """Add runs that have reached the same; return the names of what is reached first.
 
-        CoverageWatch(mission, executive, mark)
-        return record
-
-    @classmethod
-    def from_hex(cls, places: tuple[str, ...], text: str) -> Self:
-        """Read what `as_hex` has written.
+        Args:
+            text: What each has reached, as `as_hex` writes it.
 
         Raises:
-            ValueError: When the text is not that of a record of so many places.
+            ValueError: When the text is not that of a record of so many marks.
         """
         bits = int(text, 16) if text else 0
-        if len(text) != _digits(places) or bits >> len(places):
-            raise ValueError(f"expected {_digits(places)} hexadecimal digits, got {text!r}")
-        return cls(places, bits)
+        if len(text) != self._digits or bits >> len(self._marks):
+            raise ValueError(f"expected {self._digits} hexadecimal digits, got {text!r}")
+        first = []
+        for number, (marks, mark) in enumerate(self._marks):
+            if bits >> number & 1:
+                if not marks[mark]:
+                    first.append(self.names[number])
+                marks[mark] += runs
+        return tuple(first)
 
     def as_hex(self) -> str:
-        """What was reached in hexadecimal digits: four places in each, the first in the last."""
-        width = _digits(self.places)
-        return f"{self.bits:0{width}x}" if width else ""
+        """What was reached in hexadecimal digits: four marks in each, the first in the last."""
+        bits = sum(1 << number for number, (marks, mark) in enumerate(self._marks) if marks[mark])
+        return f"{bits:0{self._digits}x}" if self._digits else ""
+
+    @property
+    def _digits(self) -> int:
+        return -(-len(self._marks) // 4)
 
     @property
     def reached(self) -> tuple[str, ...]:
-        """The places that were reached, in their order."""
-        return tuple(name for n, name in enumerate(self.places) if self.bits >> n & 1)
+        """The names of what was reached, in their order."""
+        return self._named(is_reached=True)
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """The places that were not."""
-        return tuple(name for n, name in enumerate(self.places) if not self.bits >> n & 1)
+        """The names of what was not."""
+        return self._named(is_reached=False)
+
+    def _named(self, *, is_reached: bool) -> tuple[str, ...]:
+        pairs = zip(self.names, self._marks, strict=True)
+        return tuple(name for name, (marks, mark) in pairs if bool(marks[mark]) is is_reached)
+
+
+@dataclass(frozen=True)
+class Score:
+    """How much of what there is was reached."""
+
+    nodes: int = 0
+    reached: int = 0
+    outcomes: int = 0
+    seen: int = 0
+    branches: int = 0
+    taken: int = 0
 
     @property
     def percent(self) -> float:
-        """How much of what there is was reached; of nothing, all is."""
-        return 100 * self.bits.bit_count() / len(self.places) if self.places else 100.0
+        """Of nodes, outcomes and branches together; of nothing, all is reached."""
+        there = self.nodes + self.outcomes + self.branches
+        return 100 * (self.reached + self.seen + self.taken) / there if there else 100.0
 
-    def __or__(self, other: CoverageRecord) -> CoverageRecord:
-        if other.places != self.places:
-            raise ValueError("two records of different places cannot be united")
-        return CoverageRecord(self.places, self.bits | other.bits)
+    @classmethod
+    def of(cls, found: Iterable[CoveragePlace]) -> Score:
+        """Count what was reached of some places."""
+        known = list(found)
+        parts = (
+            [one.runs for one in known],
+            [runs for one in known for runs in one.outcomes.values()],
+            [runs for one in known for runs in one.branches.values()],
+        )
+        return cls(*(count for runs in parts for count in (len(runs), sum(map(bool, runs)))))
+
+    def as_dict(self) -> dict[str, float]:
+        """As JSON has it."""
+        return {**vars(self), "percent": round(self.percent, 2)}
 
 
-def _digits(places: tuple[str, ...]) -> int:
-    return -(-len(places) // 4)
+@dataclass
+class CoveredFile:
+    """One file of missions, of which several missions, tests and processes may know something.
+
+    Attributes:
+        label: What the file is called.
+        missions: Names of the missions that used it.
+        source: Its lines.
+        places: Its nodes by their keys.
+    """
+
+    label: str
+    missions: set[str] = field(default_factory=set)
+    source: tuple[str, ...] = ()
+    places: dict[tuple[int, int, str], CoveragePlace] = field(default_factory=dict)
+
+    def in_order(self) -> list[CoveragePlace]:
+        """Its nodes in the order of the file."""
+        return sorted(self.places.values(), key=lambda one: (one.line, one.column, one.depth))
+
+    @property
+    def score(self) -> Score:
+        """How much of it was reached."""
+        return Score.of(self.places.values())
+
+    def add(self, other: CoveredFile) -> None:
+        """Add what another mission, test or process knows of this file."""
+        self.missions |= other.missions
+        self.source = self.source or other.source
+        for key, place in other.places.items():
+            known = self.places.setdefault(key, place)
+            if known is not place:
+                for mark, runs in place.marks.items():
+                    known.marks[mark] = known.marks.get(mark, 0) + runs
+
+
+@dataclass
+class CoverageTally:
+    """All files of missions, by a key that is the same in every process."""
+
+    files: dict[str, CoveredFile] = field(default_factory=dict)
+
+    def __bool__(self) -> bool:
+        return bool(self.files)
+
+    def in_order(self) -> Iterator[CoveredFile]:
+        """The files by their names; texts that share a name are numbered."""
+        labels = [covered.label for covered in self.files.values()]
+        for label in sorted(set(labels)):
+            same = [self.files[key] for key in sorted(self.files) if self.files[key].label == label]
+            for number, covered in enumerate(same, 1):
+                name = label if len(same) == 1 else f"{label} ({number})"
+                yield replace(covered, label=name)
+
+    @property
+    def score(self) -> Score:
+        """How much of all was reached."""
+        return Score.of(place for one in self.files.values() for place in one.places.values())
+
+    def add(self, key: str, covered: CoveredFile) -> None:
+        """Add what is known of a file."""
+        if self.files.setdefault(key, covered) is not covered:
+            self.files[key].add(covered)
+
+    def data(self) -> dict[str, Any]:
+        """Return plain data, to be sent to another process."""
+        return {
+            key: {
+                "label": one.label,
+                "missions": sorted(one.missions),
+                "source": list(one.source),
+                "places": [asdict(place) for place in one.in_order()],
+            }
+            for key, one in self.files.items()
+        }
+
+    def take(self, data: Mapping[str, Any]) -> None:
+        """Add what another process has sent."""
+        for key, one in data.items():
+            found = [CoveragePlace(**place) for place in one["places"]]
+            source, by_key = tuple(one["source"]), {place.key: place for place in found}
+            self.add(key, CoveredFile(one["label"], set(one["missions"]), source, by_key))
+
+    def report(self) -> dict[str, Any]:
+        """For programs: a score in all and of each file, and each node with its counts of runs."""
+        names = ("line", "column", "kind", "name", "tree", "depth", "runs", "outcomes", "branches")
+        return {
+            "version": VERSION,
+            "total": self.score.as_dict(),
+            "files": {
+                one.label: {
+                    "missions": sorted(one.missions),
+                    "score": one.score.as_dict(),
+                    "nodes": [
+                        {name: getattr(place, name) for name in names} for place in one.in_order()
+                    ],
+                }
+                for one in self.in_order()
+            },
+        }

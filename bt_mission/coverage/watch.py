@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.coverage.places import (
+    BRANCH,
     CHOOSING,
     EMPTY,
     EXPIRED,
     FALSE,
+    OUTCOME,
+    REACHED,
     TRUE,
     Built,
+    CoveragePlace,
     branches,
     built,
 )
@@ -25,25 +29,22 @@ from bt_mission.language.nodes.composites import WhenNode
 from bt_mission.language.nodes.decorators import ForEachNode, GuardNode, TimeoutNode
 from bt_mission.language.nodes.leaves import CheckNode
 
-REACHED, OUTCOME, BRANCH = "reached", "outcome", "branch"
-
-Mark = Callable[[Built, str, str], None]
-"""Told of a node, of what there is to reach (above), and which; once in a run."""
-
 
 class CoverageWatch:
-    """Follows the ticks of one mission.
+    """Counts what one run of a mission reaches.
 
     Args:
-        mark: Told of everything that is reached, when it is reached first.
+        places: Get a run for each mark that is reached, by the identity of the node's step.
     """
 
-    def __init__(self, mission: Mission, executive: Executive, mark: Mark) -> None:
+    def __init__(
+        self, mission: Mission, executive: Executive, places: Mapping[int, CoveragePlace]
+    ) -> None:
         self._executive = executive
-        self._mark = mark
+        self._places = places
         self._built = {one.node: one for one in built(mission, executive.root)}
         self._visited: set[Behaviour] = set()
-        self._seen: set[tuple[Behaviour, str, str]] = set()
+        self._seen: set[tuple[Behaviour, str]] = set()
         executive.tick_wrappers.append(self._follow)
         executive.listeners.append(self._on_change)
 
@@ -58,17 +59,17 @@ class CoverageWatch:
         """A tick has been at a node."""
         if one.node not in self._visited:
             self._visited.add(one.node)
-            self._reach(one, REACHED, "")
+            self._reach(one, REACHED)
             if one.above is not None:
                 way = _way_to(one)
                 if way:
-                    self._reach(one.above, BRANCH, way)
+                    self._reach(one.above, f"{BRANCH}{way}")
         if one.node.status in (Status.SUCCESS, Status.FAILURE):
             if _went_nowhere(one):
-                self._reach(one, BRANCH, FALSE)
+                self._reach(one, f"{BRANCH}{FALSE}")
             outcome = _outcome(one)
             if outcome:
-                self._reach(one, OUTCOME, outcome)
+                self._reach(one, f"{OUTCOME}{outcome}")
 
     def _on_change(self, change: Change) -> None:
         """Goals that the tree halts are seen here; the end of a test is no such halt."""
@@ -79,13 +80,13 @@ class CoverageWatch:
             one = self._built[node]
             outcome = _outcome(one)
             if outcome:
-                self._reach(one, OUTCOME, outcome)
+                self._reach(one, f"{OUTCOME}{outcome}")
 
-    def _reach(self, one: Built, what: str, which: str) -> None:
-        key = (one.node, what, which)
-        if key not in self._seen:
-            self._seen.add(key)
-            self._mark(one, what, which)
+    def _reach(self, one: Built, mark: str) -> None:
+        marks = self._places[id(one.step)].marks
+        if (one.node, mark) not in self._seen and mark in marks:
+            self._seen.add((one.node, mark))
+            marks[mark] += 1
 
 
 def _way_to(one: Built) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from bt_mission.coverage.record import CoverageRecord, coverage_places
+from bt_mission.coverage.record import CoverageRecord
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.material import material_of
 from bt_mission.search.probing import present_in
@@ -52,10 +52,7 @@ class CoverState:
             self.first_error = self.first_error or row.reason
         if not row.coverage:
             return 0
-        reached = CoverageRecord.from_hex(self.record.places, row.coverage)
-        new = CoverageRecord(self.record.places, reached.bits & ~self.record.bits).reached
-        if new:
-            self.record = self.record | reached
+        if new := self.record.add(row.coverage):
             self.first.append((candidate, row, new))
         return len(new)
 
@@ -80,7 +77,7 @@ class CoverSession:
         watch: Callable[[CoverState], bool],
     ) -> None:
         self.base = base
-        self.state = CoverState(CoverageRecord(coverage_places(base.mission)))
+        self.state = CoverState(CoverageRecord.of(base.mission))
         self._ranges = ranges
         self._strategy = strategy
         self._seed = seed

@@ -9,7 +9,8 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ValidationError
 
-from bt_mission.coverage.record import coverage_places
+from bt_mission.coverage.places import CoveragePlace
+from bt_mission.coverage.record import CoverageRecord
 from bt_mission.sweeps.bundle import Bundle
 from bt_mission.sweeps.folder import StoreError
 from bt_mission.sweeps.plan import SweepPlan
@@ -30,7 +31,7 @@ class SweepOrigin:
         options: What `bt-mission run` must be told for every row: ``set``, ``fault``, ``world`` and
             ``robot``. None where its options cannot say it.
         bundle: All files.
-        places: What there is to reach in the mission (`coverage_places`).
+        places: What there is to reach in the mission.
     """
 
     path: str
@@ -38,7 +39,7 @@ class SweepOrigin:
     is_scenario: bool
     options: Mapping[str, Any] | None
     bundle: Bundle
-    places: tuple[str, ...] = field(default=())
+    places: tuple[CoveragePlace, ...] = field(default=())
 
     def save(self, store: ResultStore) -> None:
         """Keep it beside the rows."""
@@ -58,6 +59,7 @@ class SweepOrigin:
             )
             raise StoreError(f"{store.folder}: {what}") from None
         found["bundle"] = Bundle(**found["bundle"])
+        found["places"] = tuple(CoveragePlace(**one) for one in found["places"])
         return cls(**found)
 
 
@@ -88,7 +90,7 @@ class _Origin(BaseModel):
     is_scenario: bool
     options: _Options | None
     bundle: _Bundle
-    places: tuple[str, ...]
+    places: tuple[CoveragePlace, ...]
 
 
 def origin_of(plan: SweepPlan, command: str = "", path: str = "") -> SweepOrigin:
@@ -113,7 +115,7 @@ def origin_of(plan: SweepPlan, command: str = "", path: str = "") -> SweepOrigin
         is_scenario=base.is_scenario,
         options=options,
         bundle=base.bundle,
-        places=coverage_places(base.mission),
+        places=CoverageRecord.of(base.mission).places,
     )
 
 

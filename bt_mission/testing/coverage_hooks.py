@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,11 +19,10 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.output import write_file
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.document import Document
-from bt_mission.coverage.page import page
-from bt_mission.coverage.places import Built, CoveragePlace, places
-from bt_mission.coverage.table import table, trees
-from bt_mission.coverage.tally import Covered, Spot, Tally
-from bt_mission.coverage.watch import BRANCH, OUTCOME, CoverageWatch
+from bt_mission.coverage.places import CoveragePlace, places
+from bt_mission.coverage.record import CoverageTally, CoveredFile
+from bt_mission.coverage.report import as_html, as_text
+from bt_mission.coverage.watch import CoverageWatch
 from bt_mission.ros.mission_runner import MissionRunner
 from bt_mission.sessions.load import load
 
@@ -34,10 +33,10 @@ if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
 
 SENT = "bt_mission_coverage"
-WRITERS: dict[str, Callable[[Tally], str]] = {
+WRITERS: dict[str, Callable[[CoverageTally], str]] = {
     ".json": lambda tally: json.dumps(tally.report(), indent=2) + "\n",
-    ".html": page,
-    ".txt": lambda tally: "\n".join([*table(tally), *trees(tally), ""]),
+    ".html": as_html,
+    ".txt": lambda tally: "\n".join([*as_text(tally), ""]),
 }
 """How a report of each kind of file is made."""
 
@@ -51,7 +50,7 @@ class CoverageHooks:
 
     def __init__(self, config: pytest.Config) -> None:
         self._config = config
-        self._tally = Tally()
+        self._tally = CoverageTally()
         self._test_file = ""
         self._lost = 0
         self._unread: list[str] = []
@@ -126,8 +125,7 @@ class CoverageHooks:
 
     def _summary(self) -> Iterator[str]:
         if self._tally:
-            yield from table(self._tally)
-            yield from trees(self._tally, brief=True)
+            yield from as_text(self._tally, brief=True)
         else:
             yield "no mission was run in this process, or a worker of it"
         yield from self._unread
@@ -140,40 +138,25 @@ class CoverageHooks:
 
     def _on_mission_started(self, mission: Mission, executive: Executive) -> None:
         """Watch a mission that is set up in this process."""
-        keys = self._know(mission)
+        CoverageWatch(mission, executive, self._know(mission))
 
-        def mark(one: Built, what: str, which: str) -> None:
-            covered = self._tally.files[keys[one.document.file]]
-            spot = covered.spots[one.step.line, one.step.column, one.step.kind]
-            if what == OUTCOME:
-                _count(spot.outcomes, which)
-            elif what == BRANCH:
-                _count(spot.branches, which)
-            else:
-                spot.runs += 1
-
-        CoverageWatch(mission, executive, mark)
-
-    def _know(self, mission: Mission) -> dict[str, str]:
-        """Take in what there is to reach in a mission; gives the key of each of its files."""
-        by_file: dict[str, list[CoveragePlace]] = {}
-        for place in places(mission):
-            by_file.setdefault(place.document.file, []).append(place)
-        keys = {}
-        for file, found in by_file.items():
-            document = found[0].document
+    def _know(self, mission: Mission) -> dict[int, CoveragePlace]:
+        """Take in what there is to reach in a mission; gives its places by their steps."""
+        found = list(places(mission))
+        known: dict[int, CoveragePlace] = {}
+        for document in {one.file: one for one, _, _ in found}.values():
+            of_file = {place.key: place for one, _, place in found if one.file == document.file}
             path = self._named(document)
             label = path or f"{self._test_file} '{mission.name}'"
-            keys[file] = label if path else f"{label} {_shape(found)}"
-            spots = (_spot(place) for place in found)
-            covered = Covered(
-                label,
-                {mission.name},
-                document.lines,
-                {spot.key: spot for spot in spots},
-            )
-            self._tally.add(keys[file], covered)
-        return keys
+            key = label if path else f"{label} {_shape(of_file)}"
+            self._tally.add(key, CoveredFile(label, {mission.name}, document.lines, of_file))
+            counted = self._tally.files[key].places
+            known |= {
+                id(step): counted[place.key]
+                for one, step, place in found
+                if one.file == document.file
+            }
+        return known
 
     def _named(self, document: Document) -> str:
         """What a file of missions is called; empty for a text, or a file that a test has made."""
@@ -204,25 +187,6 @@ class CoverageHooks:
                     self._unread.append(f"not counted: {str(error).splitlines()[0]}")
 
 
-def _spot(place: CoveragePlace) -> Spot:
-    return Spot(
-        line=place.step.line,
-        column=place.step.column,
-        kind=place.step.kind,
-        name=place.name,
-        tree=place.tree or "",
-        depth=place.depth,
-        outcomes=dict.fromkeys(place.outcomes, 0),
-        branches=dict.fromkeys(place.branches, 0),
-    )
-
-
-def _count(runs: dict[str, int], which: str) -> None:
-    if which in runs:
-        runs[which] += 1
-
-
-def _shape(found: list[CoveragePlace]) -> str:
+def _shape(found: Iterable[tuple[int, int, str]]) -> str:
     """Tells texts of one name apart by their trees, not by numbers that a test puts into them."""
-    shape = [(one.step.line, one.step.column, one.step.kind) for one in found]
-    return hashlib.sha256(repr(shape).encode()).hexdigest()[:8]
+    return hashlib.sha256(repr(list(found)).encode()).hexdigest()[:8]

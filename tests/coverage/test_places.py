@@ -23,7 +23,8 @@ CANCELS = ["cancel refused", "unconfirmed"]
 
 def there(tree: str, head: str = "") -> dict[str, CoveragePlace]:
     """The places of a mission, by their names."""
-    return {one.name: one for one in places(load_text(f"mission: m\n{head}\ntree:\n{tree}"))}
+    mission = load_text(f"mission: m\n{head}\ntree:\n{tree}")
+    return {place.name: place for _, _, place in places(mission)}
 
 
 @pytest.mark.parametrize(
@@ -104,8 +105,5 @@ def test_only_what_can_happen_is_asked_for(tree, name, outcomes, branches):
 @pytest.mark.parametrize("path", MISSIONS, ids=lambda path: path.name)
 def test_no_two_nodes_stand_in_one_place(path):
     """So the place in the file can stand for the node; in XML, together with its kind."""
-    spots = [
-        (one.document.file, one.step.line, one.step.column, one.step.kind)
-        for one in places(load(path))
-    ]
-    assert len(set(spots)) == len(spots)
+    found = [(document.file, place.key) for document, _, place in places(load(path))]
+    assert len(set(found)) == len(found)

@@ -1,11 +1,13 @@
-"""What one run reaches, as a bitmap; the servers are played, there is no ROS."""
+"""What runs have reached: of a mission as a bitmap, of files as counts; there is no ROS."""
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
-from bt_mission.coverage.places import places
-from bt_mission.coverage.record import CoverageRecord, coverage_places
+from bt_mission.coverage.places import CoveragePlace
+from bt_mission.coverage.record import CoverageRecord, CoverageTally, CoveredFile, Score
 from bt_mission.language.loader import load_text
 from bt_mission.sessions.load import load
 from tests.support.play import Play
@@ -45,55 +47,150 @@ def record_of(text: str, server: object) -> CoverageRecord:
 
 def test_places_are_named_by_node_and_what_there_is_to_reach():
     """In the order of the file; those of a named tree with its name."""
-    assert coverage_places(load_text(TEXT)) == PLACES
+    assert CoverageRecord.of(load_text(TEXT)).names == PLACES
 
 
 def test_places_do_not_depend_on_inputs_and_seed():
     """So the records of a sweep over them can be united."""
     other = load_text(TEXT.replace("inputs: {x: 1}", "inputs: {x: 7}\nseed: 5"))
-    assert coverage_places(other) == PLACES
+    assert CoverageRecord.of(other).names == PLACES
 
 
 @pytest.mark.parametrize("path", MISSIONS, ids=lambda path: path.name)
 def test_every_name_is_one_place(path):
     """As many as the table of ``--mission-cov`` counts."""
-    mission = load(path)
-    names = coverage_places(mission)
-    counted = [1 + len(one.outcomes) + len(one.branches) for one in places(mission)]
-    assert len(set(names)) == len(names) == sum(counted)
+    record = CoverageRecord.of(load(path))
+    score = Score.of(record.places)
+    assert len(set(record.names)) == len(record.names)
+    assert len(record.names) == score.nodes + score.outcomes + score.branches
 
 
 def test_a_run_sets_what_it_reaches(server):
     """Each place once, in the order of all; the rest is missing."""
     record = record_of(TEXT, server)
-    assert record.reached == (*PLACES[:2], PLACES[2], PLACES[3], PLACES[4], PLACES[6], *PLACES[7:9])
+    assert record.reached == (*PLACES[:5], PLACES[6], *PLACES[7:9])
     assert record.missing == (PLACES[5], *PLACES[9:])
-    assert record.percent == pytest.approx(100 * 8 / 12)
 
 
 def test_records_are_written_in_a_digit_for_four_places(server):
-    """And read again; the first place is in the last digit."""
-    record = record_of(TEXT, server)
-    assert record.as_hex() == "1df"
-    again = CoverageRecord.from_hex(PLACES, "1df")
-    assert (again.places, again.bits) == (record.places, record.bits)
-    assert CoverageRecord(PLACES).as_hex() == "000"
-    assert CoverageRecord.from_hex((), "").as_hex() == ""
+    """The first place is in the last digit."""
+    assert record_of(TEXT, server).as_hex() == "1df"
+    assert CoverageRecord.of(load_text(TEXT)).as_hex() == "000"
+    assert CoverageRecord(()).as_hex() == ""
 
 
 @pytest.mark.parametrize("text", ["", "1d", "01df", "g00", "fff0"])
 def test_what_is_no_record_of_so_many_places_is_an_error(text):
     """A record of another mission is not taken for one of this."""
     with pytest.raises(ValueError, match=r"hexadecimal digits|invalid literal"):
-        CoverageRecord.from_hex(PLACES, text)
+        CoverageRecord.of(load_text(TEXT)).add(text)
 
 
-def test_records_of_the_same_places_are_united(server):
-    """Each keeps what it had."""
+def test_runs_add_up(server):
+    """What is reached first is named once; counts are those of all runs."""
+    all_runs = CoverageRecord.of(load_text(TEXT))
     low = record_of(TEXT, server)
-    high = record_of(TEXT.replace("x: 1", "x: 2"), server)
-    both = low | high
-    assert both.missing == PLACES[9:]
-    assert low.missing == (PLACES[5], *PLACES[9:])
-    with pytest.raises(ValueError, match="different places"):
-        low | CoverageRecord(PLACES[:3])
+    assert all_runs.add(low.as_hex(), 3) == low.reached
+    assert all_runs.add(record_of(TEXT.replace("x: 1", "x: 2"), server).as_hex()) == (PLACES[5],)
+    assert all_runs.missing == PLACES[9:]
+    assert all_runs.places[0].marks == {
+        "reached": 4,
+        "outcome success": 4,
+        "branch 1 check x > 1": 4,
+        "branch 2 log": 3,
+    }
+
+
+# ---- files of several missions, tests and processes -----------------------------------------
+
+
+def place(line: int, runs: int = 0, **marks: int) -> CoveragePlace:
+    """A node in a line of its own; an outcome is ``outcome_x=1``."""
+    counts = {name.replace("_", " "): count for name, count in marks.items()}
+    return CoveragePlace("", "0.1", "turn", "action", line, 5, {"reached": runs, **counts})
+
+
+def covered(*places: CoveragePlace, label: str = "a.yaml", mission: str = "a") -> CoveredFile:
+    """A file with these nodes."""
+    return CoveredFile(label, {mission}, ("mission: a",), {one.key: one for one in places})
+
+
+def test_what_several_have_seen_adds_up_by_place():
+    """Of one file, by whichever mission, in whichever process."""
+    tally = CoverageTally()
+    tally.add("a", covered(place(3, 1, outcome_success=1, outcome_failure=0)))
+    more = covered(place(3, 2, outcome_success=0, outcome_failure=2), place(4), mission="b")
+    tally.add("a", more)
+    (found,) = tally.in_order()
+    assert found.missions == {"a", "b"}
+    assert [(one.line, one.runs) for one in found.in_order()] == [(3, 3), (4, 0)]
+    assert found.in_order()[0].outcomes == {"success": 1, "failure": 2}
+
+
+def test_what_a_use_makes_possible_is_asked_for_everywhere():
+    """A tree that can be halted in one mission only."""
+    found = covered(place(3, 1, outcome_succeeded=1))
+    found.add(covered(place(3, 0, **{"outcome_succeeded": 0, "outcome_canceled by halt": 0})))
+    assert found.in_order()[0].missing == ["canceled by halt"]
+
+
+def test_the_score_counts_nodes_outcomes_and_branches():
+    """All alike."""
+    first = place(3, 2, outcome_success=2, outcome_failure=0, branch_a=1, branch_b=0)
+    score = Score.of([first, place(4)])
+    assert score == Score(nodes=2, reached=1, outcomes=2, seen=1, branches=2, taken=1)
+    assert score.percent == 50.0
+    assert Score().percent == 100.0
+
+
+def test_it_is_sent_as_plain_data():
+    """What another process takes in is the same, added once more."""
+    tally = CoverageTally()
+    tally.add("a", covered(place(3, 2, branch_true=1)))
+    sent = json.loads(json.dumps(tally.data()))
+    tally.take(sent)
+    other = CoverageTally()
+    other.take(sent)
+    other.take(sent)
+    assert tally == other
+    assert tally.files["a"].in_order()[0].branches == {"true": 2}
+
+
+def test_texts_of_one_name_are_numbered():
+    """In the order of their keys, which every process knows alike."""
+    tally = CoverageTally()
+    tally.add("t 9", covered(place(3), label="t"))
+    tally.add("t 1", covered(place(4), label="t"))
+    tally.add("b", covered(label="b"))
+    assert [one.label for one in tally.in_order()] == ["b", "t (1)", "t (2)"]
+    assert [one.label for one in tally.in_order()] == ["b", "t (1)", "t (2)"]
+
+
+def test_the_report_for_programs():
+    """A score in all and of each file, and every node."""
+    tally = CoverageTally()
+    tally.add("a", covered(place(3, 1, outcome_succeeded=1, outcome_aborted=0)))
+    assert tally.report() == {
+        "version": 1,
+        "total": (score := tally.report()["files"]["a.yaml"]["score"]),
+        "files": {
+            "a.yaml": {
+                "missions": ["a"],
+                "score": score,
+                "nodes": [
+                    {
+                        "line": 3,
+                        "column": 5,
+                        "kind": "action",
+                        "name": "turn",
+                        "tree": "",
+                        "depth": 1,
+                        "runs": 1,
+                        "outcomes": {"succeeded": 1, "aborted": 0},
+                        "branches": {},
+                    }
+                ],
+            }
+        },
+    }
+    assert score["percent"] == 66.67

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from bt_mission.coverage.places import places
-from bt_mission.coverage.watch import REACHED, CoverageWatch
+from bt_mission.coverage.watch import CoverageWatch
 from bt_mission.language.loader import load_text
 from tests.support.play import Play
 
@@ -17,22 +17,19 @@ class Seen:
 
     def __init__(self, play: Play, text: str) -> None:
         self.play = play
-        self.mission = load_text(text)
-        self.marks: list[tuple[str, str, str]] = []
-        CoverageWatch(
-            self.mission,
-            play.executive,
-            lambda one, what, which: self.marks.append((one.node.name, what, which)),
-        )
+        mission = load_text(text)
+        self._places = {id(step): place for _, step, place in places(mission)}
+        CoverageWatch(mission, play.executive, self._places)
 
     @property
     def reached(self) -> list[str]:
-        """Names of the nodes."""
-        return [name for name, what, _ in self.marks if what == REACHED]
+        """Names of the nodes, in the order of the file."""
+        return [one.name for one in self._places.values() if one.runs]
 
     def of(self, name: str) -> set[str]:
         """What came of a node, and which way it went."""
-        return {which for one, what, which in self.marks if one == name and what != REACHED}
+        (place,) = (one for one in self._places.values() if one.name == name)
+        return {which for which, runs in (place.outcomes | place.branches).items() if runs}
 
 
 @pytest.fixture
@@ -50,7 +47,7 @@ def test_nodes_are_reached_when_a_tick_is_at_them(watch):
     """Those behind one that fails are not."""
     seen = watch("  sequence: [log: a, check: x > 1, wait: 1]")
     seen.play.tick()
-    assert seen.reached == ["log", "check x > 1", "m"]
+    assert seen.reached == ["m", "log", "check x > 1"]
     assert seen.of("check x > 1") == {"false"}
     assert seen.of("m") == {"failure"}
 
@@ -155,16 +152,14 @@ def test_a_goal_that_ends_with_the_test_was_not_halted(watch):
     assert seen.of("turn") == set()
 
 
-def test_everything_seen_is_among_what_there_is(watch):
-    """Each mark has its place; named trees count where they are written."""
+def test_each_use_of_a_named_tree_counts_where_it_is_written(watch):
+    """Both in the place of the tree."""
     seen = watch(
         "  sequence:\n"
-        "    - tree: {name: half, inputs: {y: 1}}\n"
-        "    - tree: {name: half, inputs: {y: 3}}\n",
+        "    - tree: {name: half, inputs: {y: 1}}\n      name: low\n"
+        "    - tree: {name: half, inputs: {y: 3}}\n      name: high\n",
         "trees: {half: {needs: {y: number}, do: {fallback: [check: y > 2, log: $y]}}}",
     )
     seen.play.tick()
-    there = {one.name: {*one.outcomes, *one.branches} for one in places(seen.mission)}
     assert seen.of("check y > 2") == {"true", "false"}
-    for name, _, which in seen.marks:
-        assert which == "" or which in there[name]
+    assert seen.of("low") == seen.of("high") == {"success"}

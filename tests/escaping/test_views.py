@@ -17,8 +17,9 @@ from py_trees.common import Status
 from bt_mission.cli.main import main
 from bt_mission.core.terminal.console import EscapingConsole, coloured
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.coverage.page import page
-from bt_mission.coverage.tally import Covered, Spot, Tally
+from bt_mission.coverage.places import CoveragePlace
+from bt_mission.coverage.record import CoverageTally, CoveredFile
+from bt_mission.coverage.report import as_html
 from bt_mission.events import reader
 from bt_mission.events.log import entry_of, json_line
 from bt_mission.events.mission_state import MissionState
@@ -216,9 +217,10 @@ def test_the_page_of_a_run():
 
 def test_the_page_of_coverage():
     """Files, lines, nodes, outcomes and branches."""
-    spot = filled(Spot)
-    covered = Covered(HOSTILE, {HOSTILE}, (HOSTILE,), {spot.key: spot})
-    shown = page(Tally({HOSTILE: covered}))
+    marks = {"reached": 1, f"outcome {HOSTILE}": 0, f"branch {HOSTILE}": 0}
+    place = CoveragePlace(HOSTILE, "0", HOSTILE, HOSTILE, 1, 1, marks)
+    covered = CoveredFile(HOSTILE, {HOSTILE}, (HOSTILE,), {place.key: place})
+    shown = as_html(CoverageTally({HOSTILE: covered}))
     assert MARK in shown
     assert markup_leaks(shown) == []
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.cli import main
-from bt_mission.coverage.record import CoverageRecord, coverage_places
+from bt_mission.coverage.record import CoverageRecord
 from bt_mission.search.cover import CoverSession
 from bt_mission.search.ranges import RangesFile
 from bt_mission.sweeps.base import BaseScenario
@@ -23,8 +23,8 @@ from tests.search.conftest import MISSION, row
 class CoveringRunner:
     """Reaches the first place always, and of the others the one of each scenario's number."""
 
-    def __init__(self, places: tuple[str, ...], most: int) -> None:
-        self._places = places
+    def __init__(self, places: int, most: int) -> None:
+        self._digits = -(-places // 4)
         self._most = most
 
     async def rows(
@@ -32,31 +32,30 @@ class CoveringRunner:
     ) -> AsyncGenerator[ScenarioRow, None]:
         for one in scenarios:
             bits = 1 | 1 << min(one.number, self._most)
-            text = CoverageRecord(self._places, bits).as_hex()
-            yield replace(row(one, 0.5), coverage=text)
+            yield replace(row(one, 0.5), coverage=f"{bits:0{self._digits}x}")
 
 
 def covered(base: BaseScenario, most: int, budget: int) -> CoverSession:
     """Search with a runner that reaches no place after so many."""
     session = CoverSession(base, RangesFile(), "random", 0, lambda _: True)
-    places = coverage_places(base.mission)
+    places = len(session.state.record.names)
     asyncio.run(session.run(CoveringRunner(places, most), budget))
     return session
 
 
 def test_it_ends_when_everything_is_reached(base: BaseScenario) -> None:
     """And tells by which scenario each place was."""
-    count = len(coverage_places(base.mission))
+    count = len(CoverageRecord.of(base.mission).names)
     state = covered(base, count - 1, 100).state
     assert state.record.missing == ()
-    assert [new for _, _, new in state.first] == [(one,) for one in state.record.places]
+    assert [new for _, _, new in state.first] == [(one,) for one in state.record.names]
 
 
 def test_what_it_cannot_reach_is_listed(base: BaseScenario) -> None:
     """Once the budget is used up."""
     state = covered(base, 3, 20).state
     assert state.runs == 20
-    assert state.record.missing == state.record.places[4:]
+    assert state.record.missing == state.record.names[4:]
     assert not state.is_interrupted
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from bt_mission.coverage.places import CoveragePlace
 from bt_mission.sweeps.bundle import Bundle
 from bt_mission.sweeps.origin import SweepOrigin
 from bt_mission.sweeps.row import ScenarioRow
@@ -34,7 +35,12 @@ ABOUT: dict[str, Any] = {
     "plans": {"none": [], "lost": ["at 2.0: drop scan lasting 2"]},
     "scenarios": 80,
 }
-PLACES = ("0 go: reached", "0 go: outcome success", "0 go: outcome failure", "0.0 log: reached")
+PLACES = (
+    CoveragePlace(
+        "", "0", "go", "sequence", 1, 1, {"reached": 0, "outcome success": 0, "outcome failure": 0}
+    ),
+    CoveragePlace("", "0.0", "log", "log", 2, 3, {"reached": 0}),
+)
 
 
 def origin(**changes: Any) -> SweepOrigin:

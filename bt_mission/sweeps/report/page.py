@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.html.pages import POLICY
 from bt_mission.core.output import write_file
 from bt_mission.core.text import escape_markup
 from bt_mission.sweeps.folder import within
@@ -28,7 +29,6 @@ from bt_mission.sweeps.store import ResultStore
 from bt_mission.sweeps.summary import percent, span
 from bt_mission.sweeps.worst import WORST, rows_of
 from bt_mission.views.html_report.markup import element, hint, rows
-from bt_mission.views.html_report.page import POLICY
 
 PAGE = "sweep.html"
 MOST_MARGINS = 24
@@ -121,7 +121,7 @@ class SweepPage:
                 element("script", _asset("bt_mission.sweeps.report", "sweep.js")),
             ]
         )
-        style = _asset("bt_mission.views.html_report", "report.css") + _asset(
+        style = _asset("bt_mission.core.html", "base.css") + _asset(
             "bt_mission.sweeps.report", "sweep.css"
         )
         return rows(

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bt_mission.core.html.pages import POLICY
 from bt_mission.core.text import escape_markup
 from bt_mission.recording.model import RecordedRun
 from bt_mission.views.html_report import tables
@@ -17,8 +18,7 @@ from bt_mission.views.html_report.plan import plan, scans_on_map, spread
 from bt_mission.views.html_report.requirements import margin_charts, requirements
 from bt_mission.views.html_report.timeline import charts, charts_of, rows_of, thinned, timeline
 
-# Nothing may be fetched: whatever is named here comes out of the page itself.
-POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
+ASSETS = "bt_mission.views.html_report"
 
 STATUS_WORDS = {
     "success": "succeeded",
@@ -47,6 +47,7 @@ def page_of(run: RecordedRun) -> str:
         ),
     )
     pictures = tables.pictures(run)
+    style = _asset("bt_mission.core.html", "base.css") + _asset(ASSETS, "report.css")
     sections = [
         _section("Requirements", requirements(run)) if run.requirements else "",
         _section("Timeline", timeline(run)),
@@ -64,7 +65,7 @@ def page_of(run: RecordedRun) -> str:
             head,
             element("main", rows(sections)),
             f'<script type="application/json" id="run">{script_data(run)}</script>',
-            element("script", _asset("report.js")),
+            element("script", _asset(ASSETS, "report.js")),
         ]
     )
     return rows(
@@ -77,7 +78,7 @@ def page_of(run: RecordedRun) -> str:
             f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
             '<meta name="color-scheme" content="light dark">',
             element("title", escape_markup(title)),
-            element("style", _asset("report.css")),
+            element("style", style),
             "</head>",
             element("body", body),
             "</html>",
@@ -97,8 +98,8 @@ def _section(title: str, content: str) -> str:
     return element("section", element("h2", title) + content, id=name)
 
 
-def _asset(name: str) -> str:
-    return (package_files("bt_mission.views.html_report") / name).read_text(encoding="utf-8")
+def _asset(package: str, name: str) -> str:
+    return (package_files(package) / name).read_text(encoding="utf-8")
 
 
 MOST_POSES = 3000

@@ -43,7 +43,7 @@ def test_a_root_without_a_name_has_that_of_the_mission_everywhere() -> None:
     names = {
         build_tree(mission, Scope({}, 0)).name,
         drawn(mission).name,
-        next(iter(places(mission))).name,
+        next(iter(places(mission)))[2].name,
         mission.root.label,
     }
     assert names == {"plain"}

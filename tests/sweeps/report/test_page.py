@@ -9,9 +9,10 @@ from html.parser import HTMLParser
 import pytest
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.html.pages import POLICY
+from bt_mission.coverage.places import CoveragePlace
 from bt_mission.sweeps.report import page as page_module
 from bt_mission.sweeps.report.page import INSTALL, write_sweep_page
-from bt_mission.views.html_report.page import POLICY
 from tests.support.hostile import HOSTILE, markup_leaks
 from tests.sweeps.conftest import BUNDLE, origin, some_rows, write_results
 from tests.sweeps.rows import failed, margin, row
@@ -136,16 +137,17 @@ def hostile_results(folder):
             parameters={HOSTILE: n % 3, "name": f"{HOSTILE}{n % 2}"},
             plan=HOSTILE,
             requirements={HOSTILE: margin(n / 10, unit=HOSTILE), "m": margin(n / 7, unit=HOSTILE)},
-            coverage="f",
+            coverage="3",
             versions=HOSTILE,
         )
         for n in range(12)
     ]
+    marks = {"reached": 0, f"outcome {HOSTILE}": 0}
     made_from = origin(
         path=HOSTILE,
         command="bt-mission sweep x",
         bundle=type(BUNDLE)(**bundle),
-        places=(f"0 {HOSTILE}: reached", f"0 {HOSTILE}: outcome {HOSTILE}"),
+        places=(CoveragePlace("", "0", HOSTILE, "log", 1, 1, marks),),
     )
     about = {"mission": HOSTILE, "vary": [HOSTILE], "plans": {HOSTILE: [HOSTILE]}}
     return write_results(folder, rows, made_from, **about)

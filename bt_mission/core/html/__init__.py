@@ -1,0 +1,1 @@
+"""Pages of HTML: one base template, and what all templates may use."""

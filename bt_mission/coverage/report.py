@@ -1,0 +1,139 @@
+"""Coverage as text and as HTML: a table of files, and of each the nodes that were not reached."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from dataclasses import astuple
+
+from bt_mission.core.html.pages import render
+from bt_mission.coverage.places import CoveragePlace
+from bt_mission.coverage.record import CoverageTally, CoveredFile
+
+HEAD = ("missions", "nodes", "reached", "outcomes", "seen", "branches", "taken", "cover", "missing")
+
+MANY = 4
+"""Missing outcomes at one node, of which more are not listed on the terminal."""
+
+
+def rows(tally: CoverageTally) -> list[tuple[str, ...]]:
+    """Return the cells of the table: a row for each file, and one for all where several are."""
+    found = [
+        (
+            one.label,
+            *map(str, astuple(one.score)),
+            f"{int(one.score.percent)}%",
+            in_ranges([place.line for place in one.in_order() if not place.runs], one),
+        )
+        for one in tally.in_order()
+    ]
+    if len(found) != 1:
+        score = tally.score
+        found.append(("in all", *map(str, astuple(score)), f"{int(score.percent)}%", ""))
+    return found
+
+
+def in_ranges(lines: Iterable[int], covered: CoveredFile) -> str:
+    """Line numbers as ``7, 12-15``; lines between two without a node do not part them."""
+    wanted = sorted(set(lines))
+    others = {place.line for place in covered.places.values()} - set(wanted)
+    ranges: list[list[int]] = []
+    for line in wanted:
+        if ranges and not any(ranges[-1][1] < other < line for other in others):
+            ranges[-1][1] = line
+        else:
+            ranges.append([line, line])
+    return ", ".join(f"{a}-{b}" if b > a else f"{a}" for a, b in ranges)
+
+
+def missing_of(place: CoveragePlace, *, brief: bool = False) -> str:
+    """Return what was not reached of a node, in words; empty where all was.
+
+    Args:
+        brief: Of a node with many missing outcomes, name those that were seen instead.
+    """
+    if not place.runs:
+        return "never reached"
+    missing = place.missing
+    if brief and len(missing) > MANY:
+        seen = [name for name, runs in place.outcomes.items() if runs]
+        return f"only: {', '.join(seen) or 'started'} (of {len(place.outcomes)} outcomes)"
+    return f"never: {', '.join(missing)}" if missing else ""
+
+
+# ---- text -------------------------------------------------------------------------------------
+
+
+def as_text(tally: CoverageTally, *, brief: bool = False) -> Iterator[str]:
+    """Yield the lines of the table, and of each file the nodes of which something is missing.
+
+    Args:
+        brief: As of `missing_of`.
+    """
+    table = [HEAD, *rows(tally)]
+    widths = [max(len(row[column]) for row in table) for column in range(len(HEAD))]
+    for row in table:
+        cells = [row[0].ljust(widths[0])]
+        cells += [cell.rjust(width) for cell, width in zip(row[1:-1], widths[1:-1], strict=True)]
+        yield "  ".join([*cells, row[-1]]).rstrip()
+    for one in tally.in_order():
+        if lines := list(_tree(one, brief=brief)):
+            yield from ("", one.label, *lines)
+
+
+def _tree(covered: CoveredFile, *, brief: bool) -> Iterator[str]:
+    """Yield the nodes of which something is missing, below those that lead there."""
+    shown: dict[int, str] = {}
+    places = covered.in_order()
+    above: list[int] = []
+    hidden_below: int | None = None
+    for number, place in enumerate(places):
+        above = [
+            one
+            for one in above
+            if places[one].depth < place.depth and places[one].tree == place.tree
+        ]
+        if hidden_below is not None and hidden_below in above:
+            continue
+        hidden_below = None if place.runs else number
+        if missing := missing_of(place, brief=brief):
+            for one in above:
+                shown.setdefault(one, "")
+            shown[number] = missing
+        above.append(number)
+    width = max((len(f"{'  ' * places[one].depth}{places[one].name}") for one in shown), default=0)
+    tree = ""
+    for number in sorted(shown):
+        place = places[number]
+        if place.tree != tree:
+            tree = place.tree
+            yield f"        {f'tree {tree}' if tree else 'the mission'}:"
+        name = f"{'  ' * place.depth}{place.name}"
+        yield f"{place.line:6}  {name:{width}}  {shown[number]}".rstrip()
+
+
+# ---- HTML -------------------------------------------------------------------------------------
+
+
+def as_html(tally: CoverageTally) -> str:
+    """Return the page: the table, and each file with what is missing beside its lines."""
+    files = [(one.label, list(_lines(one))) for one in tally.in_order()]
+    percent = int(tally.score.percent)
+    return render(
+        "coverage/report.html", percent=percent, head=HEAD[:-1], rows=rows(tally), files=files
+    )
+
+
+def _lines(covered: CoveredFile) -> Iterator[tuple[str, str, str]]:
+    """Yield how much of each line is reached, its text, and what is missing."""
+    by_line: defaultdict[int, list[CoveragePlace]] = defaultdict(list)
+    for place in covered.in_order():
+        by_line[place.line].append(place)
+    for number, line in enumerate(covered.source, 1):
+        places = by_line[number]
+        missing = [(place.name, missing_of(place)) for place in places]
+        notes = [f"{name} {text}" if len(places) > 1 else text for name, text in missing if text]
+        kind = "part" if notes else "all"
+        if not any(place.runs for place in places):
+            kind = "none" if places else "text"
+        yield kind, line, "; ".join(notes)
