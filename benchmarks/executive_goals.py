@@ -22,10 +22,10 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from bt_mission.goals.goal import Goal
-from bt_mission.language.loader import load_text
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import TICK_RATE_HZ, MissionRunner, RunnerOptions
+from bt_mission.sessions.load import load
 from bt_mission.testing.scripted_server import ScriptedServer
 from bt_mission.virtual_time import VirtualTimeExecutor
 
@@ -133,7 +133,7 @@ class Side:
 def compare(rounds: int) -> None:
     """Print what a goal costs, by who sends it."""
     print("### A goal, its acceptance and its result\n")
-    mission = load_text(TURNS)
+    mission = load(TURNS)
     sides = (
         Side(
             lambda options: MissionNode(mission, ALONE, node=NodeOptions(lean=True, **options)),
@@ -170,7 +170,7 @@ class TimedMission(MissionRunner):
     """Knows how long each tick took, and how many goals were handed over so far."""
 
     def __init__(self, node: Node, goals: int) -> None:
-        super().__init__(node, load_text(halts(goals)), ALONE)
+        super().__init__(node, load(halts(goals)), ALONE)
         self.seconds: list[float] = []
         self.halted = 0
         self.executive.goal_listeners.append(self._note)

@@ -31,13 +31,13 @@ from rclpy.time import Time
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.goals.goal import Event, Goal
-from bt_mission.language.loader import load_text
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.ros.goal_client import RosGoalClient
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.journal import open_journal
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.ros.status_publisher import CHANGES
+from bt_mission.sessions.load import load
 from bt_mission.testing.scripted_server import ScriptedServer
 from bt_mission.virtual_time.discovery import wait_for_matching
 
@@ -200,7 +200,7 @@ def ticked(
 ) -> Iterator[Ticked]:
     """A mission of so many nodes with every goal under way, its servers, and one who looks on."""
     head = {"mission": "ticked", "inputs": {"battery": 0.9, "is_ready": True}}
-    mission = load_text(json.dumps({**head, "tree": step_of(shape, nodes)}))
+    mission = load(json.dumps({**head, "tree": step_of(shape, nodes)}))
     with ExitStack() as made:
         context = Context()
         rclpy.init(context=context)

@@ -30,7 +30,7 @@ from measuring import CpuWatch, figure, in_turns, table
 
 from bt_mission.core.files import find
 from bt_mission.core.yaml.document import Document, read_text
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 
@@ -94,7 +94,7 @@ def robot_with(rays: int) -> Document:
 
 def of_robots(count: int, folder: Path) -> Stage:
     """A stage with so many robots, 2 m apart."""
-    mission, side = load_text(TURNS), math.ceil(math.sqrt(count))
+    mission, side = load(TURNS), math.ceil(math.sqrt(count))
     members = [
         FleetRobot(f"robot{i}", mission, x=2.0 * (i % side - side // 2), y=2.0 * (i // side))
         for i in range(count)
@@ -105,19 +105,19 @@ def of_robots(count: int, folder: Path) -> Stage:
 
 def of_obstacles(count: int, folder: Path) -> Stage:
     """A stage with so many boxes."""
-    return Stage(load_text(TURNS), image_folder=folder, options=StageOptions(world=world(count)))
+    return Stage(load(TURNS), image_folder=folder, options=StageOptions(world=world(count)))
 
 
 def of_rays(count: int, folder: Path) -> Stage:
     """A stage whose robot has so many rays."""
     options = StageOptions(world="dqn_stage4", robot=robot_with(count))
-    return Stage(load_text(TURNS), image_folder=folder, options=options)
+    return Stage(load(TURNS), image_folder=folder, options=options)
 
 
 def of_nodes(count: int, folder: Path) -> Stage:
     """A stage whose mission has so many leaves that run."""
     leaves = "    - wait: 100000\n" * count
-    mission = load_text(f"mission: waits\nworld: empty_arena\ntree:\n  parallel:\n{leaves}")
+    mission = load(f"mission: waits\nworld: empty_arena\ntree:\n  parallel:\n{leaves}")
     return Stage(mission, image_folder=folder)
 
 

@@ -26,7 +26,7 @@ from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.generators.draws import SeededDraws
 from bt_mission.testing.generators.scenarios import drawn_scenario
@@ -50,7 +50,7 @@ WAITS = "mission: waits\ntree: {wait: 10000000}\n"
 
 def fresh(rounds: int) -> None:
     """A stage made, stepped once and closed; the first one of the process is not counted."""
-    mission = load_text("mission: m\nworld: empty_arena\ntree: {turn: {angle: 9}, timeout: 9}\n")
+    mission = load("mission: m\nworld: empty_arena\ntree: {turn: {angle: 9}, timeout: 9}\n")
 
     def work() -> float:
         watch = Stopwatch()
@@ -173,7 +173,7 @@ def resident_mib() -> float:
 def memory(hours: float, settle_s: float) -> None:
     """What a stage takes, and what it takes more after some hours of virtual time."""
     before = resident_mib()
-    mission = load_text(WAITS)
+    mission = load(WAITS)
     with (
         tempfile.TemporaryDirectory() as folder,
         Stage(mission, image_folder=Path(folder)) as stage,

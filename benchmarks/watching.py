@@ -43,7 +43,7 @@ from bt_mission.core.memory import settle_memory, spare_collections
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import events, messages, reader
 from bt_mission.events.source import ControlRequest, FoundExecutive, Heard
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.views.terminal.marks import SIGNS
@@ -158,7 +158,7 @@ def attach(stage: Stage, terminal: int) -> None:
 
 def measure_slowdown(turns: int, arguments: tuple[str, ...]) -> None:
     """Print how much more processor time a watched mission takes."""
-    mission = load_text(MISSION)
+    mission = load(MISSION)
     with (
         tempfile.TemporaryDirectory() as folder,
         Stage(

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from bt_mission.goals.goal import GoalClient
     from bt_mission.goals.outcome import Outcome
     from bt_mission.language.action_names import ActionName
-    from bt_mission.language.loader import load_text
     from bt_mission.language.mission import Mission
     from bt_mission.recording.contents import RecordingOptions
     from bt_mission.recording.reader import read_run as read_recording
@@ -44,7 +43,7 @@ if TYPE_CHECKING:
     from bt_mission.scenarios.loader import load_scenario
     from bt_mission.scenarios.run import run_scenario
     from bt_mission.scenarios.scenario import Scenario, ScenarioResult
-    from bt_mission.sessions.check import check
+    from bt_mission.sessions.check import examine
     from bt_mission.sessions.load import convert, load
     from bt_mission.sessions.stage import Stage
     from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
@@ -73,12 +72,11 @@ __all__ = [
     "Stage",
     "StageOptions",
     "__version__",
-    "check",
     "convert",
+    "examine",
     "load",
     "load_fleet",
     "load_scenario",
-    "load_text",
     "read_recording",
     "record",
     "run_fleet",
@@ -108,12 +106,11 @@ _load = lazy_names(
         "ScenarioResult": "bt_mission.scenarios.scenario",
         "Stage": "bt_mission.sessions.stage",
         "StageOptions": "bt_mission.sessions.stage_robot",
-        "check": "bt_mission.sessions.check",
         "convert": "bt_mission.sessions.load",
+        "examine": "bt_mission.sessions.check",
         "load": "bt_mission.sessions.load",
         "load_fleet": "bt_mission.fleets.loader",
         "load_scenario": "bt_mission.scenarios.loader",
-        "load_text": "bt_mission.language.loader",
         "read_recording": "bt_mission.recording.reader:read_run",
         "record": "bt_mission.recording.writer",
         "run_fleet": "bt_mission.fleets.run",

@@ -88,8 +88,8 @@ def test_a_mission_is_loaded_checked_and_converted(tmp_path: Path):
     mission = bt_mission.load(file, set={"speed": 0.2})
     assert isinstance(mission, bt_mission.Mission)
     assert dict(mission.inputs) == {"speed": 0.2}
-    assert bt_mission.check(mission) == ()
-    assert bt_mission.load_text(SQUARE).name == "square"
+    assert bt_mission.examine(file, set={"speed": 0.2}) == (mission, mission.warnings)
+    assert bt_mission.load(SQUARE).name == "square"
     back = tmp_path / "square.xml"
     back.write_text(bt_mission.convert(file))
     assert "mission: square" in bt_mission.convert(back)
@@ -99,7 +99,7 @@ def test_a_mission_is_loaded_checked_and_converted(tmp_path: Path):
 
 def test_a_run_on_the_stage_is_recorded_and_read(tmp_path: Path):
     """A stage of one robot; the recording knows its end."""
-    mission = bt_mission.load_text(SQUARE)
+    mission = bt_mission.load(SQUARE)
     with (
         bt_mission.Stage(mission, image_folder=tmp_path, say=lambda _: None) as stage,
         bt_mission.record(stage, tmp_path / "run.mcap") as recorder,

@@ -37,7 +37,7 @@ from bt_mission.behaviours.hooks import Hooked
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.btcpp.document import document_of
 from bt_mission.btcpp.leaves import LEAVES
-from bt_mission.language.loader import draft, finished
+from bt_mission.language.loader import read_mission, required
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.load import convert
 
@@ -183,7 +183,7 @@ def compared(program: Path, path: Path, seeds: int, folder: Path) -> Iterator[st
     main = str(ET.fromstring(xml).get("main_tree_to_execute"))  # noqa: S314 - the same
     (folder / "model.tsv").write_text(model + "\n", encoding="utf-8")
     (folder / "tree.xml").write_text(re.sub(r'<Sleep (.*)msec="\d+"', r'<Sleep \1msec="0"', xml))
-    mission = finished(draft(document_of(xml, "tree.xml")))
+    mission = required(read_mission(document_of(xml, "tree.xml")))
     for seed in range(seeds):
         done = subprocess.run(  # noqa: S603 - what was built above
             [program, folder / "tree.xml", folder / "model.tsv", main, str(seed)],

@@ -32,7 +32,7 @@ from bt_mission.core.diagnostics import (
 )
 from bt_mission.core.yaml.composer import MAX_DEPTH, MAX_VALUES, At, Place
 from bt_mission.core.yaml.document import Document, read_source, read_text
-from bt_mission.language.loader import draft
+from bt_mission.language.loader import read_mission, required
 
 FORMAT = "4"
 AT_REQUIREMENT = (REQUIREMENT, "formula", "on_violation")
@@ -78,11 +78,9 @@ def mission_yaml(path: str | Path) -> str:
     The trees of files that it includes are written into it.
     """
     document = read_xml(path)
-    found = draft(document)
-    if found.faults or found.mission is None:
-        raise InputError(found.faults)
+    mission = required(read_mission(document))
     data = {key: value for key, value in document.data.items() if key != "include"}
-    more = [one.data.get("trees", {}) for one in found.mission.included]
+    more = [one.data.get("trees", {}) for one in mission.included]
     trees = {name: tree for part in more for name, tree in part.items()}
     if trees:
         own = {**data.pop("trees", {}), **trees}

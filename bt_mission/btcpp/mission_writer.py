@@ -23,7 +23,7 @@ from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.file import MissionFile, TreeDefinition
 from bt_mission.language.follow import Follow
 from bt_mission.language.goal_limits import GoalLimitsTable
-from bt_mission.language.loader import draft
+from bt_mission.language.loader import read_mission, required
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.node_reader import Signature
 from bt_mission.language.nodes.fields import input_value
@@ -52,10 +52,7 @@ def mission_palette(document: Document, shapes: FindShapes | None = None) -> str
 
 
 def _written(document: Document, shapes: FindShapes | None) -> _Writer:
-    found = draft(document)
-    if found.faults or found.mission is None:
-        raise InputError(found.faults)
-    return _Writer(document, found.mission, shapes)
+    return _Writer(document, required(read_mission(document)), shapes)
 
 
 class _Writer:

@@ -94,25 +94,30 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     from bt_mission.core.diagnostics import InputError
     from bt_mission.core.robot.model import load_robot
     from bt_mission.language.checks.requirements import with_requirements
-    from bt_mission.sessions.check import examine
     from bt_mission.sessions.goal_checks import OUR_SERVERS
     from sim.world.loader import load_world
 
-    mission, faults = examine(
-        mission_file(options),
-        set=dict(options.set),
-        seed=options.seed,
-        world=options.world,
-        robot=options.robot,
-        servers=None if goes_to_a_graph(options) else OUR_SERVERS,
-        permissions=permissions_of(options),
-    )
+    mission, faults = _examine(options, None if goes_to_a_graph(options) else OUR_SERVERS)
     if mission is None:
         raise InputError(faults)
     if mission.world:
         load_world(mission.world, near=mission.file)
     load_robot(mission.robot, near=mission.file)
     return observed(with_requirements(mission, options.require), options), faults
+
+
+def _examine(options: argparse.Namespace, servers: Any) -> tuple[Any, tuple[Any, ...]]:
+    from bt_mission.sessions.check import examine
+
+    return examine(
+        mission_file(options),
+        set=dict(options.set),
+        seed=options.seed,
+        world=options.world,
+        robot=options.robot,
+        servers=servers,
+        permissions=permissions_of(options),
+    )
 
 
 def observed(mission: Mission, options: argparse.Namespace) -> Mission:
@@ -324,24 +329,23 @@ def _check_against(mission: Any, options: argparse.Namespace) -> int:
     for fault in missing:
         print(fault, file=sys.stderr)
     print(f"{len(findings) - len(missing)} of {len(findings)} are in the graph")
-    refused = _print_refusals(mission, options.namespace)
+    refused = _print_refusals(options)
     return BAD_INPUT if missing or refused else SUCCESS
 
 
-def _print_refusals(mission: Any, namespace: str | None) -> bool:
+def _print_refusals(options: argparse.Namespace) -> bool:
     """Print which goals the servers of a graph refuse by their parameters; tell if there is one."""
     from action_servers.server.node import NODE_NAME
     from bt_mission.ros.graph_check import find_servers
-    from bt_mission.sessions.check import check
     from bt_mission.sessions.goal_checks import PARAMETERS, with_parameters
 
-    servers = find_servers(NODE_NAME, PARAMETERS, namespace)
+    servers = find_servers(NODE_NAME, PARAMETERS, options.namespace)
     if servers is None:
         print(f"no node {NODE_NAME} answers, so the limits of goals were not checked")
         return False
-    known = set(check(mission, servers=None))
     settings = with_parameters(servers.parameters, servers.actions)
-    faults = [fault for fault in check(mission, servers=settings) if fault not in known]
+    known = set(_examine(options, None)[1])
+    faults = [fault for fault in _examine(options, settings)[1] if fault not in known]
     for fault in faults:
         print(fault, file=sys.stderr)
     print(f"goals that do not fit the limits of {NODE_NAME}: {len(faults)}")

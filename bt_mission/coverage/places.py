@@ -13,7 +13,7 @@ from py_trees.behaviour import Behaviour
 
 from bt_mission.core.yaml.document import Document
 from bt_mission.goals.outcome import Outcome
-from bt_mission.language.checks.reachability import ends_of
+from bt_mission.language.checks.warnings import ends_of
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.base import Ends, NodeModel

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from itertools import islice
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from typing import Any, TypeAlias
 
-from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, InputError, in_order
+from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
 from bt_mission.core.yaml.composer import Place
 from bt_mission.core.yaml.document import Document
-from bt_mission.core.yaml.document import read_text as read_yaml
-from bt_mission.language.checks.mission import scope_faults, warnings
+from bt_mission.language.checks.mission import tree_faults
 from bt_mission.language.checks.requirements import requirement_faults
+from bt_mission.language.checks.warnings import warnings
 from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.file import MissionFile
@@ -33,52 +32,36 @@ OTHER_KINDS = {
 """Keys of files that are no missions, with who takes them."""
 
 
-@dataclass(frozen=True)
-class Draft:
-    """What could be read of a mission, and everything that is wrong with it."""
-
-    document: Document
-    mission: Mission | None
-    faults: tuple[Diagnostic, ...]
+Examined: TypeAlias = tuple[Mission | None, tuple[Diagnostic, ...]]
+"""A mission with every warning; or None, with every error and warning."""
 
 
-def load_text(
-    text: str,
-    file: str = "<text>",
-    set: Mapping[str, Plain] | None = None,  # noqa: A002 - as in load
-    seed: int | None = None,
-    world: str | None = None,
-    robot: str | None = None,
-) -> Mission:
-    """Return the mission in a text. Raises InputError with all its faults."""
-    return finished(draft(read_yaml(text, file), set, seed, world, robot))
-
-
-def draft(
+def read_mission(
     document: Document,
-    set: Mapping[str, Plain] | None = None,  # noqa: A002 - as in load
+    set: Mapping[str, Plain] | None = None,  # noqa: A002 - the option is called --set
     seed: int | None = None,
     world: str | None = None,
     robot: str | None = None,
     permissions: Permissions = ANYTHING,
-    texts: Mapping[str, str] | None = None,
     zones: Mapping[str, Pose] | None = None,
-) -> Draft:
-    """Return what can be read of a mission, with its faults instead of an exception.
+    check: Callable[[Mission], Iterable[Diagnostic]] = tree_faults,
+) -> Examined:
+    """Return the mission in a document, checked; what is wrong with it instead of an exception.
 
-    `texts` are those of the files that it includes, by name; None reads them from the disk.
-    `zones` are those of the world that it runs in, where that is not its own.
+    `set` gives inputs other values; `seed`, `world` and `robot` replace what the file says.
+    `zones` are those of the world that it runs in, where that is not its own. `check` looks at the
+    trees of what could be read, also where there are errors: nothing hides behind something else.
     """
     for kind, hint in OTHER_KINDS.items():
         if isinstance(document.data, dict) and kind in document.data:
             message = f"expected a mission, got a {kind}"
-            return Draft(document, None, (document.fault((kind,), message, hint, key=True),))
+            return None, (document.fault((kind,), message, hint, key=True),)
     reader = NodeReader(document)
     written = reader.written(MissionFile, (), document.data)
     if written is None and isinstance(document.data, dict):
         # Without a name or a tree the rest can still be looked at.
         written = _stand_in(document.data)
-    shelf = TreeLibrary(permissions, texts)
+    shelf = TreeLibrary(permissions)
     if written is not None:
         shelf.gather(document, written)
         reader.limits = GoalLimitsTable.written(written)
@@ -93,7 +76,7 @@ def draft(
     trees, faults = read_trees(shelf, reader.limits, reader.places)
     faults = [*reader.faults, *shelf.faults, *faults]
     if written is None or tree is None:
-        return Draft(document, None, in_order(faults))
+        return None, in_order(faults)
     inputs, wrong = overridden(written.inputs, set or {})
     mission = Mission(
         name=written.mission,
@@ -119,9 +102,12 @@ def draft(
     faults += [*wrong, *size_faults(document, mission)]
     goals = (step.ros_name for step in all_steps(mission) if isinstance(step, GoalNode))
     faults += server_faults(document, written.servers, goals)
-    faults += islice(scope_faults(mission), MOST_FAULTS)
+    faults += check(mission)
     faults += requirement_faults(mission, reader.lost_nodes)
-    return Draft(document, mission, in_order(faults))
+    if any(fault.severity == "error" for fault in faults):
+        return None, in_order(faults)
+    noted = tuple(warnings(mission))
+    return replace(mission, warnings=noted), in_order([*noted, *faults])
 
 
 def _stand_in(data: Mapping[str, Any]) -> MissionFile | None:
@@ -130,9 +116,9 @@ def _stand_in(data: Mapping[str, Any]) -> MissionFile | None:
     return reader.written(MissionFile, (), named)
 
 
-def finished(found: Draft) -> Mission:
-    """Return the mission of a draft, with its warnings. Raises InputError with all its faults."""
-    if found.faults or found.mission is None:
-        raise InputError(found.faults)
-    noted = tuple(warnings(found.mission))
-    return replace(found.mission, warnings=noted)
+def required(examined: Examined) -> Mission:
+    """Return the mission that was read. Raises InputError with everything wrong with it."""
+    mission, faults = examined
+    if mission is None:
+        raise InputError(faults)
+    return mission

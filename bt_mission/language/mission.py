@@ -105,13 +105,12 @@ class Mission:
     lost: frozenset[str] = field(default=frozenset(), repr=False)
     file: str = "<text>"
     warnings: tuple[Diagnostic, ...] = ()
-    document: Document | None = field(default=None, repr=False, compare=False)
+    document: Document = field(repr=False, compare=False)
     included: tuple[Document, ...] = field(default=(), repr=False, compare=False)
 
     @property
     def documents(self) -> tuple[Document, ...]:
         """Its file, and those that it includes, directly or not."""
-        assert self.document is not None, "a mission comes from a file or a string"
         return (self.document, *self.included)
 
     def portable_name(self, file: str) -> str:
@@ -127,6 +126,11 @@ class Mission:
         is_named = tree.name or not tree.below
         return tree if is_named else tree.model_copy(update={"name": self.name})
 
+    def below(self, node: NodeModel) -> Sequence[NodeModel]:
+        """Return the nodes below one in the tree as it is built: a used tree is below its use."""
+        tree = self.trees.get(node.tree) if isinstance(node, TreeNode) else None
+        return node.below if tree is None else (tree.body,)
+
     def node_at(self, place: str) -> NodeModel | None:
         """Return the node at a place such as ``0.1``, in used trees, too; None without one."""
         first, *rest = place.split(".")
@@ -134,15 +138,13 @@ class Mission:
         for part in rest:
             if node is None:
                 return None
-            tree = self.trees.get(node.tree) if isinstance(node, TreeNode) else None
-            below = node.below if tree is None else (tree.body,)
+            below = self.below(node)
             node = below[int(part)] if int(part) < len(below) else None
         return node
 
     @property
     def main(self) -> Tree:
         """The mission's own tree."""
-        assert self.document is not None, "a mission comes from a file or a string"
         return Tree(
             name=self.name,
             body=self.root,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -21,12 +22,14 @@ class Permissions:
         includes: May it include files?
         python: What becomes of Python leaves.
         hint: What to do about leaves or files that are refused, or leaves that are only named.
+        texts: Those of the files that it may include, by name; None reads them from the disk.
     """
 
     folders: tuple[Path, ...] | None = None
     includes: bool = True
     python: PythonUse = "import"
     hint: str | None = None
+    texts: Mapping[str, str] | None = None
 
     def allows(self, path: Path, kind: files.Kind) -> bool:
         """Return whether a file may be used.

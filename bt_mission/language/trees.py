@@ -45,8 +45,6 @@ class TreeLibrary:
     """The named trees of a mission as they are gathered."""
 
     permissions: Permissions = ANYTHING
-    texts: Mapping[str, str] | None = None
-    """Those of the files that may be included, by name; None is the disk."""
     included: list[Document] = field(default_factory=list)
     signatures: dict[str, Signature] = field(default_factory=dict)
     faults: list[Diagnostic] = field(default_factory=list)
@@ -54,8 +52,9 @@ class TreeLibrary:
 
     def gather(self, document: Document, written: MissionFile | Library) -> None:
         """Take in the trees of a mission file, and of all that it includes."""
-        path = _real(Path(document.file)) if self.texts is None else Path(document.file)
-        self._gather(document, written, () if path is None else (path,))
+        path = Path(document.file)
+        real = _real(path) if self.permissions.texts is None else path
+        self._gather(document, written, () if real is None else (real,))
 
     def _gather(
         self, document: Document, written: MissionFile | Library, within: tuple[Path, ...]
@@ -124,23 +123,24 @@ class TreeLibrary:
     def _located(
         self, document: Document, entry: str, attached: Document | None
     ) -> tuple[Path, Path]:
-        """Return an included file as it is shown, and what it is told from others by."""
+        """Return an included file as it is shown, and what distinguishes it from others."""
+        texts = self.permissions.texts
         if attached is not None:
             path = Path(attached.file)
-            if self.texts is None and not self.permissions.allows(path, "missions"):
+            if texts is None and not self.permissions.allows(path, "missions"):
                 raise InputError([Diagnostic(f"no such file {quoted(entry)}", entry)])
             return path, _real(path) or path
-        if self.texts is None:
+        if texts is None:
             return _located(document, entry, self.permissions)
         beside = os.path.normpath(Path(document.file).parent / entry)
-        like = [name for name in self.texts if PurePath(name).match(entry)]
-        for name in [beside, *like]:
-            if name in self.texts:
+        for name in [beside, *(name for name in texts if PurePath(name).match(entry))]:
+            if name in texts:
                 return Path(name), Path(name)
         raise InputError([Diagnostic(f"no such file {quoted(entry)}", entry)])
 
     def _read_file(self, path: Path) -> Document:
-        return read(path) if self.texts is None else read_text(self.texts[str(path)], str(path))
+        texts = self.permissions.texts
+        return read(path) if texts is None else read_text(texts[str(path)], str(path))
 
 
 def read_trees(

@@ -205,8 +205,6 @@ def mission_as_data(mission: Mission, folder: Path) -> dict[str, Any]:
         CannotTellError: With what is no data.
     """
     document = mission.document
-    if document is None:
-        raise CannotTellError(["the mission is no file and no text"])
     head = document.data if isinstance(document.data, Mapping) else {}
     found: dict[str, Any] = {}
     if is_file(Path(mission.file)):

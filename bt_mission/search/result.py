@@ -172,7 +172,7 @@ def _mission(base: BaseScenario, found: Found, folder: Path) -> dict[str, Any]:
 def _own_world(base: BaseScenario) -> str | None:
     """Return the world that the mission itself says."""
     document = base.mission.document
-    head = document.data if document is not None and isinstance(document.data, dict) else {}
+    head = document.data if isinstance(document.data, dict) else {}
     found = head.get("world")
     return found if isinstance(found, str) else None
 

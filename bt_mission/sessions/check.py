@@ -7,15 +7,12 @@ a warning says that this was not done.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from itertools import islice
-from pathlib import Path
-from typing import TypeAlias
+from functools import partial
 
 from bt_mission.core import files
 from bt_mission.core.diagnostics import (
-    MOST_FAULTS,
     Diagnostic,
     InputError,
     did_you_mean,
@@ -25,52 +22,30 @@ from bt_mission.core.diagnostics import (
 )
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
-from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.language.checks.mission import type_faults, warnings, word_inputs
-from bt_mission.language.checks.python_code import code_faults
+from bt_mission.language.checks.mission import tree_faults
+from bt_mission.language.checks.python_code import factory_faults
 from bt_mission.language.checks.types import FindShapes
+from bt_mission.language.checks.warnings import word_inputs
 from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.inputs import SET_OPTION
-from bt_mission.language.loader import Draft, draft
+from bt_mission.language.loader import Examined, read_mission
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.composites import ParallelNode
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.trees import reached
 from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerGoalRules, ServerSettings
-from bt_mission.sessions.load import read_mission
+from bt_mission.sessions.load import Source, document_of
 from sim.world.loader import load_world
 
 NEEDS_A_CAMERA = frozenset(short.type for short in ACTION_NAMES.values() if short.needs_camera)
 MOVES_THE_BASE = frozenset(short.type for short in ACTION_NAMES.values() if short.moves_base)
 
 
-def check(
-    mission: Mission,
-    servers: ServerSettings | None = OUR_SERVERS,
-    *,
-    import_python: bool = False,
-) -> tuple[Diagnostic, ...]:
-    """Return every fault of a mission, errors and warnings, in the order of the file.
-
-    The warnings that loading gave (`mission.warnings`) are not repeated. A Python leaf is code of
-    its author's, which runs when it is imported.
-
-    Args:
-        mission: As `load` returns it.
-        servers: By their limits goals are judged; None where the goals are for somebody else's.
-        import_python: Import Python leaves, and check what they are given; without it each has a
-            warning that names it.
-    """
-    hint = "check(mission, import_python=True) imports it, and checks what it is given"
-    permissions = ANYTHING if import_python else Permissions(python="name", hint=hint)
-    return in_order(_faults(mission, servers, permissions))
-
-
 def examine(
-    source: str | Path | Document,
+    source: Source,
     set: Mapping[str, Plain] | None = None,  # noqa: A002 - the option is called --set
     seed: int | None = None,
     world: str | None = None,
@@ -78,63 +53,32 @@ def examine(
     servers: ServerSettings | None = OUR_SERVERS,
     permissions: Permissions = ANYTHING,
     zones: Mapping[str, Pose] | None = None,
-) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
-    """Load and check a mission; return it with all warnings, or None with all faults.
+) -> Examined:
+    """Load and check a mission; return it with all warnings, or None with all errors.
 
-    The source is its file, or what was read of one.
+    What `load` refuses is checked as far as possible, so that no error hides another one. Nothing
+    is raised. Python leaves are imported where `permissions` allow it.
 
-    What `load` refuses is checked as far as it goes, so that nothing hides behind something
-    else. Nothing is raised. `servers` are as in `check`. `zones` are those of the world that it
-    runs in, where that is not its own.
+    Args:
+        source: As for `load`, as are `set`, `seed`, `world` and `robot`.
+        servers: By their limits goals are judged; None where the goals are for other servers.
+        permissions: The files and the Python code that the mission may use.
+        zones: Those of the world that it runs in, where that is not its own.
     """
 
-    def read_draft(values: Mapping[str, Plain]) -> Draft:
-        document = source if isinstance(source, Document) else read_mission(source)
-        return draft(document, values, seed, world, robot, permissions, zones=zones)
+    def checked(values: Mapping[str, Plain]) -> Examined:
+        check = partial(_faults, servers=servers, permissions=permissions)
+        try:
+            document = document_of(source)
+            return read_mission(document, values, seed, world, robot, permissions, zones, check)
+        except InputError as error:
+            return None, error.faults
 
-    return _examined(
-        read_draft,
-        set,
-        servers,
-        permissions,
-    )
-
-
-def examine_text(
-    text: str,
-    file: str = "<text>",
-    set: Mapping[str, Plain] | None = None,  # noqa: A002 - as in examine
-    seed: int | None = None,
-    world: str | None = None,
-    robot: str | None = None,
-    servers: ServerSettings | None = OUR_SERVERS,
-    permissions: Permissions = ANYTHING,
-) -> tuple[Mission | None, tuple[Diagnostic, ...]]:
-    """Load and check a mission in a text, as `examine` does a file."""
-    return _examined(
-        lambda values: draft(read_text(text, file), values, seed, world, robot, permissions),
-        set,
-        servers,
-        permissions,
-    )
-
-
-Examined: TypeAlias = tuple[Mission | None, tuple[Diagnostic, ...]]
-ReadDraft: TypeAlias = Callable[[Mapping[str, Plain]], Draft]
-
-
-def _examined(
-    read_draft: ReadDraft,
-    given: Mapping[str, Plain] | None,
-    servers: ServerSettings | None,
-    permissions: Permissions,
-) -> Examined:
-    """Return a mission or its faults; those that only values of `--set` bring are told as such."""
-    values = dict(given or {})
-    mission, faults = _examined_with(read_draft, values, servers, permissions)
+    values = dict(set or {})
+    mission, faults = checked(values)
     for name, value in values.items() if mission is None else ():
         others = {one: values[one] for one in values if one != name}
-        without = frozenset(_examined_with(read_draft, others, servers, permissions)[1])
+        without = frozenset(checked(others)[1])
         faults = tuple(
             fault if fault in without else _of_value(fault, name, value) for fault in faults
         )
@@ -152,48 +96,26 @@ def _of_value(fault: Diagnostic, name: str, value: Plain) -> Diagnostic:
     )
 
 
-def _examined_with(
-    read_draft: ReadDraft,
-    values: Mapping[str, Plain],
-    servers: ServerSettings | None,
-    permissions: Permissions,
-) -> Examined:
-    try:
-        found = read_draft(values)
-    except InputError as error:
-        return None, error.faults
-    if found.mission is None:
-        return None, found.faults
-    faults = [*found.faults, *_faults(found.mission, servers, permissions)]
-    if any(fault.severity == "error" for fault in faults):
-        return None, in_order(faults)
-    noted = tuple(warnings(found.mission))
-    return replace(found.mission, warnings=noted), in_order([*noted, *faults])
-
-
 def _faults(
     mission: Mission, servers: ServerSettings | None, permissions: Permissions
-) -> list[Diagnostic]:
-    document = mission.document
-    assert document is not None, "a mission to check comes from a file or a string"
-    faults = [
-        *code_faults(mission, permissions, has_stage=servers is not None),
-        *_place_faults(document, mission, permissions),
-        *_base_faults(mission),
-        *word_inputs(mission),
-        *_camera_faults(mission, permissions),
-    ]
+) -> Iterator[Diagnostic]:
+    """Yield what does not fit this machine, and what is wrong with the nodes of a mission."""
+    is_staged = servers is not None
+    yield from factory_faults(mission.nodes, permissions, is_needed=is_staged)
+    yield from _place_faults(mission, permissions)
+    yield from _base_faults(mission)
+    yield from word_inputs(mission)
+    yield from _camera_faults(mission, permissions)
     find: FindShapes | None = None
     try:
-        from bt_mission.ros import interface_types  # noqa: PLC0415 - the rest works without ROS
+        from bt_mission.ros.interface_types import shapes  # noqa: PLC0415 - the rest works without
+
+        find = shapes
     except ImportError as error:
         message = f"ROS 2 is not there ({error}), so types and fields were not checked"
         hint = "try 'bt-mission doctor'"
-        faults.append(Diagnostic(message, mission.file, hint=hint, severity="warning"))
-    else:
-        find = interface_types.shapes
-    rules = _goal_rules(mission, servers, permissions)
-    return [*faults, *islice(type_faults(mission, find, rules, permissions), MOST_FAULTS)]
+        yield Diagnostic(message, mission.file, hint=hint, severity="warning")
+    yield from tree_faults(mission, find, _goal_rules(mission, servers, permissions), permissions)
 
 
 def _goal_rules(
@@ -218,10 +140,9 @@ def _goal_rules(
         return None  # said elsewhere, or when it is used
 
 
-def _place_faults(
-    document: Document, mission: Mission, permissions: Permissions
-) -> Iterator[Diagnostic]:
+def _place_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
     """Yield a fault for a world or robot that is not there."""
+    document = mission.document
     places: tuple[tuple[files.Kind, str, str | None], ...] = (
         ("worlds", "world", mission.world),
         ("robots", "robot", mission.robot),

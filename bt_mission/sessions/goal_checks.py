@@ -16,7 +16,7 @@ from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.robot.model import RobotModel
 from bt_mission.core.stamps import NS
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.checks.rules import Ranges
+from bt_mission.language.checks.types import Ranges
 from bt_mission.language.message_types import MAP_FRAME
 from bt_mission.language.nodes.base import Path
 from bt_mission.language.nodes.interfaces import InterfaceNode

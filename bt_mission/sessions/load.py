@@ -1,4 +1,4 @@
-"""Load a mission file, YAML or XML, and turn one form into the other.
+"""Load a mission, from YAML or XML, and turn one form into the other.
 
 What XML needs is imported when there is any: most missions are YAML.
 """
@@ -7,41 +7,53 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TypeAlias
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import SUFFIXES
-from bt_mission.core.yaml.document import Document, read
+from bt_mission.core.yaml.document import Document, read, read_text
 from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.expressions.values import Plain
-from bt_mission.language.loader import draft, finished
+from bt_mission.language.loader import read_mission, required
 from bt_mission.language.mission import Mission
 
 XML = ".xml"
 
 
+Source: TypeAlias = str | Path | Document
+"""A mission: the path of its file, YAML or XML; its text; or what was read of either.
+
+A `str` is a text where it has several lines or is a mapping in braces, else a path.
+"""
+
+
 def load(
-    path: str | Path,
+    source: Source,
     set: Mapping[str, Plain] | None = None,  # noqa: A002 - the option is called --set
     seed: int | None = None,
     world: str | None = None,
     robot: str | None = None,
 ) -> Mission:
-    """Return the mission in a file, YAML or XML. Raises InputError with all its faults.
+    """Return a mission. Raises InputError with all its errors.
 
     `set` gives inputs other values (texts are read as `--set` reads them); `seed`, `world` and
-    `robot` replace what the file says. ROS types, worlds and robots are not looked at here:
-    that is for `check`.
+    `robot` replace what the file says. Neither ROS nor servers are asked: `examine` also compares
+    the mission with the types of ROS, the servers, its world and its robot.
     """
-    return finished(draft(read_mission(path), set, seed, world, robot))
+    return required(read_mission(document_of(source), set, seed, world, robot))
 
 
-def read_mission(path: str | Path) -> Document:
-    """Read a mission file: XML where its name says so, else YAML. Raises InputError."""
-    if Path(path).suffix != XML:
-        return read(path)
+def document_of(source: Source) -> Document:
+    """Read a mission: XML where its name says so, else YAML. Raises InputError."""
+    if isinstance(source, Document):
+        return source
+    if isinstance(source, str) and ("\n" in source or source.lstrip().startswith("{")):
+        return read_text(source)
+    if Path(source).suffix != XML:
+        return read(source)
     from bt_mission.btcpp.document import read_xml  # noqa: PLC0415 - see the module's docstring
 
-    return read_xml(path)
+    return read_xml(source)
 
 
 def convert(path: str | Path) -> str:
@@ -74,7 +86,7 @@ def palette(path: str | Path | None = None) -> str:
     from bt_mission.btcpp.palette import palette_xml  # noqa: PLC0415 - the same
 
     shapes = installed_shapes()
-    return palette_xml(shapes) if path is None else mission_palette(read_mission(path), shapes)
+    return palette_xml(shapes) if path is None else mission_palette(document_of(path), shapes)
 
 
 def installed_shapes() -> FindShapes | None:

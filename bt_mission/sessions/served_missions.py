@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.core import files
-from bt_mission.core.diagnostics import InputError, listed, quoted
+from bt_mission.core.diagnostics import listed, quoted
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.yaml.document import read_text
+from bt_mission.language.loader import required
 from bt_mission.language.permissions import Permissions, is_within
-from bt_mission.sessions.check import examine, examine_text
-from bt_mission.sessions.load import XML
+from bt_mission.sessions.check import examine
+from bt_mission.sessions.load import XML, Source
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
@@ -67,21 +69,16 @@ class ServedMissions:
             values[name] = value
         seed = None if goal.seed < 0 else int(goal.seed)
         if goal.text:
-            mission, faults = examine_text(
-                goal.text, set=values, seed=seed, servers=None, permissions=TEXT_PERMISSIONS
-            )
+            source: Source = read_text(goal.text)
+            permissions = TEXT_PERMISSIONS
         else:
+            source = self.find(goal.path)
             permissions = Permissions(
                 self.folders,
                 python="import" if self.allow_python else "refuse",
                 hint=None if self.allow_python else NO_PYTHON,
             )
-            mission, faults = examine(
-                self.find(goal.path), set=values, seed=seed, servers=None, permissions=permissions
-            )
-        if mission is None:
-            raise InputError(faults)
-        return mission
+        return required(examine(source, values, seed, servers=None, permissions=permissions))
 
     def find(self, wanted: str) -> Path:
         """Return the file of a mission: a path from a folder, or as `run` takes it; or a name.

@@ -65,8 +65,6 @@ def rate_problems(robot: RobotModel) -> Iterator[tuple[tuple[str, ...], str]]:
 def stage_problems(mission: Mission) -> Iterator[Diagnostic]:
     """Yield what the simulation of a mission would refuse at its start, at the mission's keys."""
     document = mission.document
-    if document is None:
-        return
     try:
         robot = load_robot(mission.robot, near=mission.file)
         world = load_world(mission.world, near=mission.file) if mission.world else None

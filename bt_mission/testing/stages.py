@@ -15,7 +15,6 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from bt_mission.core.dds.discovery import isolate
-from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find
 from bt_mission.core.nature import NO_NATURE, Nature
 from bt_mission.core.nature_field import read_nature
@@ -26,11 +25,12 @@ from bt_mission.faults.plan import FaultPlan
 from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.expressions.values import Plain
+from bt_mission.language.loader import required
 from bt_mission.language.mission import Mission
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import stop_at
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
-from bt_mission.sessions.check import examine, examine_text
+from bt_mission.sessions.check import examine
 from bt_mission.sessions.session import summarise
 from bt_mission.testing.failure_recording import FailureRecording
 from bt_mission.testing.options import MOST_RUNS
@@ -172,13 +172,8 @@ class Stages:
                 raise ScenarioError(f"{names}: give the mission as file or text to change them")
             return mission if seed is None else replace(mission, seed=seed)
         text = str(mission)
-        if "\n" in text:
-            found, faults = examine_text(text, servers=None, **changes)
-        else:
-            found, faults = examine(_mission_file(mission), servers=None, **changes)
-        if found is None:
-            raise InputError(faults)
-        return found
+        source = text if "\n" in text else _mission_file(mission)
+        return required(examine(source, servers=None, **changes))
 
     def world(self, world: str | Path) -> str | Path:
         """A world's name or file; a world as text is written to a file."""

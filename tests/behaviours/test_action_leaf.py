@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bt_mission.behaviours.builder import revise_tree
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 
 TREE = "  repeat: {count: 4}\n  do:\n    turn: {angle: %s}\n    timeout: %s\n"
 
@@ -56,7 +56,7 @@ def test_a_revised_node_sends_what_it_says_now(play: Any) -> None:
     """Also where the first version computed nothing."""
     story = play(TREE % (90, 60))
     finish_goals(story, 2)
-    revise_tree(load_text(f"mission: test\ntree:\n{TREE % (45, 30)}"), story.scope)
+    revise_tree(load(f"mission: test\ntree:\n{TREE % (45, 30)}"), story.scope)
     finish_goals(story, 1)
     (leaf,) = (one for one in story.executive.nodes if one.name == "turn")
     assert [one["angle"] for one in story.turn.requests] == [90, 90, 45]

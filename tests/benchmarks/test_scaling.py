@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from sim.world.loader import load_world
 from tests.support.project import ROOT
@@ -42,7 +42,7 @@ def test_a_world_has_as_many_boxes_as_wanted(scaling, count, tmp_path):
     world = load_world(scaling.world(count))
     assert len(world.boxes) == count
     assert all(max(abs(one.x), abs(one.y)) > 0.5 for one in world.boxes)
-    assert load_text(scaling.TURNS).name == "turns"
+    assert load(scaling.TURNS).name == "turns"
 
 
 @pytest.mark.parametrize(("what", "size"), [("robots", 3), ("rays", 90), ("nodes", 10)])

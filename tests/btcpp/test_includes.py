@@ -9,10 +9,9 @@ import pytest
 
 from bt_mission.btcpp.document import document_of, mission_yaml
 from bt_mission.core.diagnostics import InputError
-from bt_mission.language.loader import draft, load_text
 from bt_mission.language.permissions import Permissions
 from bt_mission.sessions.check import examine
-from bt_mission.sessions.load import load, read_mission
+from bt_mission.sessions.load import load
 from tests.support.missions import meaning
 
 MAIN = """\
@@ -63,7 +62,7 @@ def test_the_trees_of_all_files_are_one_mission(main: Path) -> None:
     assert mission.trees["say"].types == {"what": "text"}
     names = [Path(one.file).name for one in mission.documents]
     assert names == ["m.xml", "parts.xml", "far.xml"]
-    assert meaning(load_text(mission_yaml(main))) == meaning(mission)
+    assert meaning(load(mission_yaml(main))) == meaning(mission)
 
 
 def test_a_fault_is_in_the_file_that_has_it(main: Path) -> None:
@@ -118,8 +117,8 @@ def test_a_package_is_looked_for_where_ros_is(
     main = served / "m.xml"
     main.write_text(MAIN.format(path="parts.xml", more=' ros_pkg="my_trees"'))
     assert set(load(main).trees) == {"say", "far", "own"}
-    found = draft(read_mission(main), permissions=Permissions(folders=(served,)))
-    assert any("no such file 'parts.xml'" in one.message for one in found.faults)
+    _, faults = examine(main, permissions=Permissions(folders=(served,)))
+    assert any("no such file 'parts.xml'" in one.message for one in faults)
     main.write_text(MAIN.format(path="../x.xml", more=' ros_pkg="my_trees"'))
     assert faults_of(main)[0][3] == "no such file '../x.xml' in the package"
 
@@ -130,7 +129,7 @@ def test_a_recording_has_the_files(main: Path) -> None:
     texts = {mission.portable_name(one.file): one.text for one in mission.documents}
     assert list(texts) == ["m.xml", "trees/parts.xml", "trees/deep/far.xml"]
     document = document_of(texts["m.xml"], "m.xml", texts)
-    again = draft(document, texts=texts).mission
+    again, _ = examine(document, permissions=Permissions(texts=texts))
     assert again is not None
     assert meaning(again) == meaning(mission)
 

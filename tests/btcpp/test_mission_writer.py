@@ -6,7 +6,6 @@ from bt_mission.btcpp.document import document_of
 from bt_mission.btcpp.mission_writer import mission_xml
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read_text
-from bt_mission.language.loader import draft, load_text
 from bt_mission.sessions.load import load
 from tests.support.missions import meaning
 
@@ -234,9 +233,8 @@ def test_limits_at_the_head_go_to_the_leaves():
     xml = xml_of(text)
     assert '<turn angle="1" timeout="30.0" acceptance_timeout="9.0"/>' in xml
     assert '<move secs="1" timeout="60.0"/>' in xml
-    there = draft(document_of(xml)).mission
-    assert there is not None
-    assert meaning(there) == meaning(load_text(text))
+    there = load(document_of(xml))
+    assert meaning(there) == meaning(load(text))
 
 
 def test_included_trees_are_written_into_the_file(tmp_path):
@@ -247,8 +245,7 @@ def test_included_trees_are_written_into_the_file(tmp_path):
     path.write_text(text, encoding="utf-8")
     xml = xml_of(text, str(path))
     assert '<SubTree ID="say" w="hi"/>' in xml
-    there = draft(document_of(xml)).mission
-    assert there is not None
+    there = load(document_of(xml))
     assert meaning(there) == meaning(load(path))
 
 
@@ -260,6 +257,5 @@ def test_the_main_tree_has_the_name_of_the_mission_where_it_can(name, main):
     trees = "t: {do: {log: a}}" + (", MainTree: {do: {log: b}}" if name == "t" else "")
     xml = xml_of(f"mission: {name}\ntrees: {{{trees}}}\ntree: {{log: a}}\n")
     assert f'main_tree_to_execute="{main}"' in xml
-    there = draft(document_of(xml)).mission
-    assert there is not None
+    there = load(document_of(xml))
     assert there.name == name

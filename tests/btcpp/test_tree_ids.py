@@ -9,8 +9,8 @@ from bt_mission.btcpp.palette import palette_xml
 from bt_mission.btcpp.tree_ids import REGISTERED
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read, read_text
-from bt_mission.language.loader import draft
 from bt_mission.ros.interface_types import shapes
+from bt_mission.sessions.load import load
 from tests.support.btcpp_rules import CHILDREN, models, refusals, type_refusals
 from tests.support.missions import meaning
 from tests.support.project import MISSIONS, ROOT
@@ -94,9 +94,7 @@ def test_trees_with_names_of_nodes_have_other_ids_and_come_back():
     assert [line.split('"')[1] for line in xml.splitlines() if "<BehaviorTree" in line] == [
         *("MainTree", "turn_tree1", "turn_tree", "Sleep_tree")
     ]
-    there, here = draft(document_of(xml)).mission, draft(document).mission
-    assert there is not None
-    assert here is not None
+    there, here = load(document_of(xml)), load(document)
     assert meaning(there) == meaning(here)
 
 

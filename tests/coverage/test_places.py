@@ -3,7 +3,6 @@ from __future__ import annotations
 import pytest
 
 from bt_mission.coverage.places import CoveragePlace, places
-from bt_mission.language.loader import load_text
 from bt_mission.sessions.load import load
 from tests.support.project import MISSIONS as SHIPPED
 from tests.support.project import ROOT
@@ -23,7 +22,7 @@ CANCELS = ["cancel refused", "unconfirmed"]
 
 def there(tree: str, head: str = "") -> dict[str, CoveragePlace]:
     """The places of a mission, by their names."""
-    mission = load_text(f"mission: m\n{head}\ntree:\n{tree}")
+    mission = load(f"mission: m\n{head}\ntree:\n{tree}")
     return {place.name: place for _, _, place in places(mission)}
 
 

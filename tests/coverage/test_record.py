@@ -8,7 +8,6 @@ import pytest
 
 from bt_mission.coverage.places import CoveragePlace
 from bt_mission.coverage.record import CoverageRecord, CoverageTally, CoveredFile, Score
-from bt_mission.language.loader import load_text
 from bt_mission.sessions.load import load
 from tests.support.play import Play
 from tests.support.project import MISSIONS
@@ -40,19 +39,19 @@ PLACES = (
 def record_of(text: str, server: object) -> CoverageRecord:
     """What a run of a few ticks reaches."""
     play = Play(text, type(server))
-    record = CoverageRecord.attach(load_text(text), play.executive)
+    record = CoverageRecord.attach(load(text), play.executive)
     play.tick(3)
     return record
 
 
 def test_places_are_named_by_node_and_what_there_is_to_reach():
     """In the order of the file; those of a named tree with its name."""
-    assert CoverageRecord.of(load_text(TEXT)).names == PLACES
+    assert CoverageRecord.of(load(TEXT)).names == PLACES
 
 
 def test_places_do_not_depend_on_inputs_and_seed():
     """So the records of a sweep over them can be united."""
-    other = load_text(TEXT.replace("inputs: {x: 1}", "inputs: {x: 7}\nseed: 5"))
+    other = load(TEXT.replace("inputs: {x: 1}", "inputs: {x: 7}\nseed: 5"))
     assert CoverageRecord.of(other).names == PLACES
 
 
@@ -75,7 +74,7 @@ def test_a_run_sets_what_it_reaches(server):
 def test_records_are_written_in_a_digit_for_four_places(server):
     """The first place is in the last digit."""
     assert record_of(TEXT, server).as_hex() == "1df"
-    assert CoverageRecord.of(load_text(TEXT)).as_hex() == "000"
+    assert CoverageRecord.of(load(TEXT)).as_hex() == "000"
     assert CoverageRecord(()).as_hex() == ""
 
 
@@ -83,12 +82,12 @@ def test_records_are_written_in_a_digit_for_four_places(server):
 def test_what_is_no_record_of_so_many_places_is_an_error(text):
     """A record of another mission is not taken for one of this."""
     with pytest.raises(ValueError, match=r"hexadecimal digits|invalid literal"):
-        CoverageRecord.of(load_text(TEXT)).add(text)
+        CoverageRecord.of(load(TEXT)).add(text)
 
 
 def test_runs_add_up(server):
     """What is reached first is named once; counts are those of all runs."""
-    all_runs = CoverageRecord.of(load_text(TEXT))
+    all_runs = CoverageRecord.of(load(TEXT))
     low = record_of(TEXT, server)
     assert all_runs.add(low.as_hex(), 3) == low.reached
     assert all_runs.add(record_of(TEXT.replace("x: 1", "x: 2"), server).as_hex()) == (PLACES[5],)

@@ -8,7 +8,7 @@ import pytest
 
 from bt_mission.coverage.places import places
 from bt_mission.coverage.watch import CoverageWatch
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 from tests.support.play import Play
 
 
@@ -17,7 +17,7 @@ class Seen:
 
     def __init__(self, play: Play, text: str) -> None:
         self.play = play
-        mission = load_text(text)
+        mission = load(text)
         self._places = {id(step): place for _, step, place in places(mission)}
         CoverageWatch(mission, play.executive, self._places)
 

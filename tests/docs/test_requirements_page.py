@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from bt_mission.language.checks.requirements import with_requirements
-from bt_mission.language.loader import load_text
 from bt_mission.language.requirements.formula import Formula
 from bt_mission.language.requirements.parser import JOINING
 from bt_mission.language.requirements.signals import SIGNALS
+from bt_mission.sessions.load import load
 from tests.support.project import ROOT
 
 TEXT = (ROOT / "docs" / "reference" / "requirements.md").read_text()
@@ -26,14 +26,14 @@ MISSION = _blocks("yaml")[0]
 
 def test_the_mission_is_one() -> None:
     """With all five requirements."""
-    assert len(load_text(MISSION).requirements) == 5
+    assert len(load(MISSION).requirements) == 5
 
 
 def test_a_file_of_its_own_is_added(tmp_path: Path) -> None:
     """Behind those of the mission."""
     file = tmp_path / "slow.yaml"
     file.write_text(_blocks("yaml-file")[0])
-    mission = with_requirements(load_text(MISSION), [file])
+    mission = with_requirements(load(MISSION), [file])
     assert [one.name for one in mission.requirements][-1] == "is slow"
     assert len(mission.requirements) == 6
 
@@ -42,9 +42,7 @@ def test_a_file_of_its_own_is_added(tmp_path: Path) -> None:
 def test_a_requirement_in_parts_is_one(form: str) -> None:
     """A mapping below a name, put into the mission of the page."""
     indented = "".join(f"  {line}\n" for line in form.splitlines())
-    mission = load_text(
-        re.sub(r"  keeps .*?(?=tree:)", lambda _: indented, MISSION, flags=re.DOTALL)
-    )
+    mission = load(re.sub(r"  keeps .*?(?=tree:)", lambda _: indented, MISSION, flags=re.DOTALL))
     assert [one.on_violation for one in mission.requirements] != ["report"]
 
 

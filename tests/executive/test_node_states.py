@@ -6,7 +6,7 @@ from typing import Any
 
 from bt_mission.executive.report import FailurePath, report_on
 from bt_mission.executive.trace import Trace
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 
 TREE = """\
   sequence:
@@ -21,7 +21,7 @@ TREE = """\
 
 def report_of(story: Any, virtual_s: float) -> Any:
     """The report of a mission that has ended after so many seconds."""
-    mission = load_text(f"mission: test\ntree:\n{TREE}")
+    mission = load(f"mission: test\ntree:\n{TREE}")
     return report_on(mission, story.executive, Trace(), virtual_s, 1.0)
 
 

@@ -33,7 +33,7 @@ def still() -> FleetReport:
     """What two robots come to that do nothing."""
     path = files.find("missions", "fleets/two_wanderers.fleet.yaml")
     plan = bt_mission.load_fleet(path)
-    idle = bt_mission.load_text("mission: idle\ntree: {wait: 0.1}\n")
+    idle = bt_mission.load("mission: idle\ntree: {wait: 0.1}\n")
     robots = tuple(dataclasses.replace(one, mission=idle) for one in plan.robots)
     return run_fleet(dataclasses.replace(plan, robots=robots))
 
@@ -86,7 +86,7 @@ def test_the_real_time_factor_of_a_robot_is_that_of_its_own_mission() -> None:
     plan = bt_mission.load_fleet(path)
     robots = tuple(
         dataclasses.replace(
-            one, mission=bt_mission.load_text(f"mission: waits\ntree: {{wait: {wait_s}}}\n")
+            one, mission=bt_mission.load(f"mission: waits\ntree: {{wait: {wait_s}}}\n")
         )
         for one, wait_s in zip(plan.robots, (0.1, 60), strict=True)
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bt_mission.core.diagnostics import InputError
-from bt_mission.language.loader import load_text
+from bt_mission.core.yaml.document import read_text
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.sessions.load import load
 
@@ -22,7 +22,7 @@ tree:
 
 def limits(text: str) -> list[tuple[object, ...]]:
     """Of each action: goal, silence, server, answer, cancel."""
-    mission = load_text(HEAD + text)
+    mission = load(HEAD + text)
     return [
         (
             step.timeout,
@@ -79,5 +79,5 @@ def test_a_limit_of_the_mission_is_one_for_the_warning(tmp_path):
 def test_mistakes_are_located(head, message):
     """As everywhere in the file."""
     with pytest.raises(InputError) as caught:
-        load_text(f"mission: m\n{head}\ntree: {{turn: {{angle: 9}}, timeout: 3}}\n", "m.yaml")
+        load(read_text(f"mission: m\n{head}\ntree: {{turn: {{angle: 9}}, timeout: 3}}\n", "m.yaml"))
     assert str(caught.value).startswith(message)

@@ -5,8 +5,8 @@ import dataclasses
 import pytest
 
 from bt_mission.core.diagnostics import MOST_FAULTS, InputError
+from bt_mission.core.yaml.document import read_text
 from bt_mission.language.expressions.expression import Expression, Template, Text
-from bt_mission.language.loader import load_text
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.composites import FallbackNode, ParallelNode, SequenceNode
 from bt_mission.language.nodes.decorators import RepeatNode, RetryNode
@@ -18,27 +18,29 @@ HEAD = "mission: test\ninputs: {speed: 0.2, legs: 3}\ntree:\n"
 
 def tree(text):
     """Return the tree of a mission whose tree is this text, indented by two."""
-    return load_text(HEAD + "".join(f"  {line}\n" for line in text.splitlines())).tree
+    return load(HEAD + "".join(f"  {line}\n" for line in text.splitlines())).tree
 
 
 def messages(text, **options):
     """Return (line, message) of every fault in a mission."""
     with pytest.raises(InputError) as caught:
-        load_text(text, **options)
+        load(text, **options)
     return [(fault.line, fault.message) for fault in caught.value.faults]
 
 
 def test_the_head_of_a_mission():
     """All that stands beside the tree, with its defaults."""
-    mission = load_text(
-        "mission: m\ndescription: d\nworld: w\nrobot: burger\nseed: 7\ninputs: {a: [1, x]}\n"
-        "tree: {wait: 1.0}",
-        "m.yaml",
+    mission = load(
+        read_text(
+            "mission: m\ndescription: d\nworld: w\nrobot: burger\nseed: 7\ninputs: {a: [1, x]}\n"
+            "tree: {wait: 1.0}",
+            "m.yaml",
+        )
     )
     assert (mission.name, mission.description, mission.world) == ("m", "d", "w")
     assert (mission.robot, mission.seed, mission.inputs) == ("burger", 7, {"a": [1, "x"]})
     assert mission.file == "m.yaml"
-    plain = load_text("mission: m\ntree: {wait: 1.0}")
+    plain = load("mission: m\ntree: {wait: 1.0}")
     assert (plain.world, plain.robot, plain.seed, plain.inputs) == (None, "waffle", 0, {})
     with pytest.raises(dataclasses.FrozenInstanceError):
         plain.seed = 1  # type: ignore[misc]
@@ -149,7 +151,7 @@ def test_a_file_is_loaded_by_its_path(tmp_path):
 
 def test_the_command_line_has_the_last_word():
     """Inputs, seed, world and robot of the file are replaced."""
-    mission = load_text(
+    mission = load(
         HEAD + "  wait: $speed",
         set={"speed": "0.5"},
         seed=9,

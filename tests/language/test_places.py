@@ -12,9 +12,9 @@ from bt_mission.btcpp.document import document_of, mission_yaml
 from bt_mission.btcpp.mission_writer import mission_xml
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.expressions.expression import Expression, Late, Text
-from bt_mission.language.loader import draft, load_text
 from bt_mission.scenarios.loader import examine_scenario
-from bt_mission.sessions.check import examine_text
+from bt_mission.sessions.check import examine
+from bt_mission.sessions.load import load
 
 HEAD = (
     "mission: m\nworld: nav_arena\ninputs: {home: zone B, route: [A, dock]}\n"
@@ -25,7 +25,7 @@ RNG = random.Random(0)
 
 def pose(text: str) -> Any:
     """Return what a goal of `navigate_to_pose` sends as its pose."""
-    mission = load_text(f"{HEAD}tree: {{navigate_to_pose: {{pose: {text}}}}}\n")
+    mission = load(f"{HEAD}tree: {{navigate_to_pose: {{pose: {text}}}}}\n")
     node: Any = mission.tree
     found = node.sent["pose"]
     assert isinstance(found, Text)
@@ -35,7 +35,7 @@ def pose(text: str) -> Any:
 
 def messages(text: str, head: str = HEAD) -> list[str]:
     """Return what is said of a mission."""
-    _, faults = examine_text(f"{head}tree:\n  {text}\n")
+    _, faults = examine(f"{head}tree:\n  {text}\n")
     return [f"{one.message}; {one.hint}" for one in faults if one.severity == "error"]
 
 
@@ -54,7 +54,7 @@ def messages(text: str, head: str = HEAD) -> list[str]:
 def test_a_name_is_a_pose(text: str, value: list[float]) -> None:
     """Also one that a variable holds; the text stays for drawings."""
     if text.startswith('"'):
-        mission: Any = load_text(f"{HEAD}tree: {{navigate_to_pose: {{pose: {text}}}}}\n")
+        mission: Any = load(f"{HEAD}tree: {{navigate_to_pose: {{pose: {text}}}}}\n")
         assert Late(mission.tree.sent["pose"], {}, RNG).as_value() == value
         return
     assert pose(text) == value
@@ -63,7 +63,7 @@ def test_a_name_is_a_pose(text: str, value: list[float]) -> None:
 def test_a_list_of_names_is_a_list_of_poses() -> None:
     """Each alone, or all in a variable."""
     text = "{follow_waypoints: {poses: $route}, timeout: 9}"
-    mission: Any = load_text(f"{HEAD}tree: {text}\n")
+    mission: Any = load(f"{HEAD}tree: {text}\n")
     poses = Late(mission.tree.sent["poses"], mission.inputs, RNG).as_value()
     assert poses == [[-1.85, -1.76, 0.0], [0.5, 0.0, 180.0]]
     assert messages(text) == []
@@ -111,9 +111,7 @@ def test_places_come_back_from_xml(tmp_path: Path) -> None:
     """The names in goals stay names."""
     text = f"{HEAD}tree:\n  navigate_to_pose: {{pose: dock}}\n  timeout: 60 s\n"
     xml = mission_xml(read_text(text))
-    first, again = draft(read_text(text)).mission, draft(document_of(xml)).mission
-    assert first is not None
-    assert again is not None
+    first, again = load(read_text(text)), load(document_of(xml))
     assert again.places == first.places == {"dock": (0.5, 0, 180), "door": (1, 0.5, 0)}
     goals: list[Any] = [again.tree, first.tree]
     assert goals[0].sent == goals[1].sent

@@ -8,9 +8,8 @@ from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import folders
-from bt_mission.language.loader import load_text
 from bt_mission.language.trees import MOST_FILES, used
-from bt_mission.sessions.check import check
+from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import load
 
 LIBRARY = "trees:\n  rest: {inputs: {seconds: 1}, do: {wait: $seconds}}\n"
@@ -49,7 +48,7 @@ def test_trees_come_from_files_beside_and_below(tmp_path):
     assert list(loaded.trees) == ["rest"]
     assert Path(loaded.trees["rest"].document.file) == tmp_path / "parts" / "two.yaml"
     assert list(used(loaded)) == ["rest"]
-    assert (loaded.warnings, check(loaded)) == ((), ())
+    assert examine(path)[1] == ()
 
 
 def test_a_file_is_read_once_however_often_it_is_included(tmp_path):
@@ -110,8 +109,8 @@ def test_a_text_includes_shipped_missions_only(tmp_path, monkeypatch):
     write(tmp_path, lib=LIBRARY)
     write(tmp_path / "missions", shared=LIBRARY)
     with pytest.raises(InputError, match=r"no such file 'lib\.yaml'"):
-        load_text(mission("lib.yaml"))
-    assert list(load_text(mission("shared.yaml")).trees) == ["rest"]
+        load(mission("lib.yaml"))
+    assert list(load(mission("shared.yaml")).trees) == ["rest"]
     assert folders("missions")[0] == Path("missions")
 
 
@@ -133,10 +132,10 @@ def chained(count: int, depth: int = 1) -> str:
 
 def test_levels_are_counted_through_trees():
     """A tick goes down them in Python's own calls, of which there are a thousand."""
-    loaded = load_text(chained(198))
+    loaded = load(chained(198))
     assert len(list(build_tree(loaded, Scope({}, 0)).iterate())) == 200
     with pytest.raises(InputError) as caught:
-        load_text(chained(2_000, depth=3))
+        load(chained(2_000, depth=3))
     assert str(caught.value).splitlines()[0] == (
         "<text>:2004:1: error: the mission has 6,002 levels of nodes, those of the trees it uses "
         "counted; at most 200 are built"
@@ -146,7 +145,7 @@ def test_levels_are_counted_through_trees():
 def test_a_ring_of_thousands_is_found():
     """In one pass: what a tree uses is looked at once."""
     with pytest.raises(InputError) as caught:
-        load_text(chained(3_000).replace("{do: {wait: 1}}", "{do: {tree: t17}}"))
+        load(chained(3_000).replace("{do: {wait: 1}}", "{do: {tree: t17}}"))
     (fault,) = caught.value.faults
     way = " -> ".join(f"t{number}" for number in range(100, 120))
     assert fault.message == f"a tree cannot use itself: {way} -> ... -> t100"
@@ -175,7 +174,7 @@ def test_outputs_tell_their_types_to_the_caller():
     )
     tree = "tree:\n  sequence:\n    - {tree: say, outputs: {word: w}}\n    - wait: $w\n"
     with pytest.raises(InputError, match="expected a number, got a string"):
-        load_text(head + tree)
+        load(head + tree)
 
 
 def test_a_written_output_must_have_its_type():
@@ -185,7 +184,7 @@ def test_a_written_output_must_have_its_type():
         "tree: {tree: say}\n"
     )
     with pytest.raises(InputError) as caught:
-        load_text(text)
+        load(text)
     assert str(caught.value).splitlines()[0] == (
         "<text>:4:15: error: 'word' is written as an integer, not as a string"
     )
@@ -197,5 +196,5 @@ def test_two_branches_that_move_the_base_are_seen_through_trees():
         "mission: m\ntrees:\n  go: {do: {turn: {angle: 9}, timeout: 9}}\n"
         "tree:\n  parallel: [{tree: go}, {sequence: [{tree: go}]}]\n"
     )
-    (found,) = check(load_text(text))
+    (found,) = examine(text)[1]
     assert found.message.startswith("two branches of a parallel move the base")

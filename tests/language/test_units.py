@@ -17,8 +17,7 @@ from bt_mission.language.expressions.expression import Expression, Text
 from bt_mission.language.expressions.units import Measured
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.inputs import overridden
-from bt_mission.language.loader import load_text
-from bt_mission.sessions.check import examine_text
+from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import load
 
 RNG = random.Random(0)
@@ -26,7 +25,7 @@ RNG = random.Random(0)
 
 def node(text: str, head: str = "") -> Any:
     """Return the only node of a mission."""
-    return load_text(f"mission: m\n{head}tree:\n  {text}\n").tree
+    return load(f"mission: m\n{head}tree:\n  {text}\n").tree
 
 
 def computed(text: str, unit: str) -> Any:
@@ -36,7 +35,7 @@ def computed(text: str, unit: str) -> Any:
 
 def problems(text: str, head: str = "") -> list[str]:
     """Return everything that is said of a mission of one node."""
-    _, faults = examine_text(f"mission: m\n{head}tree:\n  {text}\n")
+    _, faults = examine(f"mission: m\n{head}tree:\n  {text}\n")
     return [f"{fault.line}:{fault.column} {fault.message}; {fault.hint}" for fault in faults]
 
 
@@ -166,7 +165,7 @@ def test_what_does_not_fit_is_reported_at_its_place() -> None:
 def test_inputs_keep_their_units() -> None:
     """An angle as it is written, everything else in metres and seconds."""
     head = "inputs: {a: 90 deg, gap: 50 cm, pose: [1 m, 20 cm, 1 rad], word: 3 apples}\n"
-    mission = load_text(f"mission: m\n{head}tree: {{wait: 1}}\n")
+    mission = load(f"mission: m\n{head}tree: {{wait: 1}}\n")
     assert mission.inputs == {
         "a": 90.0,
         "gap": 0.5,
@@ -178,7 +177,7 @@ def test_inputs_keep_their_units() -> None:
     again = copy.deepcopy(angle)
     assert (again, again.unit) == (90.0, "deg")
     with pytest.raises(InputError, match="an angle in a list is the yaw of a pose"):
-        load_text("mission: m\ninputs: {a: [90 deg]}\ntree: {wait: 1}\n")
+        load("mission: m\ninputs: {a: [90 deg]}\ntree: {wait: 1}\n")
 
 
 def test_an_input_in_degrees_is_not_for_a_field_in_radians() -> None:
@@ -228,7 +227,7 @@ def test_units_come_back_from_xml(tmp_path: Path) -> None:
     )
     path = tmp_path / "m.xml"
     path.write_text(mission_xml(read_text(text)), encoding="utf-8")
-    first: Any = load_text(text)
+    first: Any = load(text)
     again: Any = load(path)
     assert again.inputs == first.inputs
     wait, timeout, turn, check = first.tree.below

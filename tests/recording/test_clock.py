@@ -17,12 +17,12 @@ from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
 from bt_mission.core.stamps import NS, set_ns, to_ns
-from bt_mission.language.loader import load_text
 from bt_mission.recording.reader import read_run
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
+from bt_mission.sessions.load import load
 from bt_mission.sessions.served_run import ServedRun
 from tests.support.live_rig import Live
 
@@ -41,7 +41,7 @@ class Graph:
         self.transforms = self.robot.create_publisher(TFMessage, "/tf", 10)
         options = RunnerOptions(has_presence=False)
         node = NodeOptions(context=live.context, use_sim_time=True)
-        self.mission = MissionNode(load_text(MISSION), options, node=node)
+        self.mission = MissionNode(load(MISSION), options, node=node)
         live.nodes.append(self.mission)
         live.executor.add_node(self.mission)
         runner = self.mission.runner

@@ -14,7 +14,6 @@ import pytest
 from bt_mission.core.files import find
 from bt_mission.language.checks.requirements import with_requirements
 from bt_mission.language.expressions.values import ExpressionError
-from bt_mission.language.loader import load_text
 from bt_mission.language.mission import Mission
 from bt_mission.language.requirements.formula import Formula, Requirement
 from bt_mission.language.requirements.signals import OUTCOMES
@@ -152,7 +151,7 @@ def test_any_formula_comes_to_what_it_did_in_the_run(tmp_path: Path) -> None:
     """Formulas chosen at random, over true poses and the states of nodes."""
     draw = random.Random(14)
     texts = [drawn_formula(draw, measures=draw.choice((0.0, 0.4))) for _ in range(200)]
-    mission = load_text(THERE_AND_BACK)
+    mission = load(THERE_AND_BACK)
     found = []
     for text in texts:
         with suppress(ExpressionError):  # what can only come to one verdict
@@ -171,7 +170,7 @@ def test_what_becomes_of_goals_is_the_same_in_the_run_and_in_its_recording(
     tmp_path: Path,
 ) -> None:
     """How each ended, whether it was accepted, how often; also if the run did not know that."""
-    mission = load_text(GOALS)
+    mission = load(GOALS)
     texts = [
         f"{word} {inner}"
         for name in ("late", "refused", "halted", "done")
@@ -221,7 +220,7 @@ def test_what_a_violation_does_comes_after_the_instant_for_all(action: str, tmp_
         "  ends: eventually succeeded('b')\n"
         "  one goal: 'whenever speed > 0.1: open_goals > 0'\ntree:",
     )
-    told = run(load_text(text), tmp_path / "run.mcap")
+    told = run(load(text), tmp_path / "run.mcap")
     assert told[0].verdict == "violated"
     assert plain(verify(tmp_path / "run.mcap").results) == plain(told)
 
@@ -259,7 +258,7 @@ def test_what_appears_while_the_run_goes_on_has_room_around_it(
 
 def test_a_recording_that_begins_late_tells_nothing(tmp_path: Path) -> None:
     """What was before might decide."""
-    mission = load_text(THERE_AND_BACK)
+    mission = load(THERE_AND_BACK)
     with Stage(mission, image_folder=tmp_path, say=lambda _: None) as stage:
         while stage.executive.cycles < 20:
             stage.step()
@@ -341,7 +340,7 @@ def test_margins_over_time(tmp_path: Path) -> None:
         "  calms down: 'whenever speed > 0.2: speed < 0.1 within 4 s'\n"
         "  done: eventually succeeded('b')\ntree:",
     )
-    (told, *_) = run(load_text(text), tmp_path / "run.mcap")
+    (told, *_) = run(load(text), tmp_path / "run.mcap")
     slow, calms, done = recorded_requirements(tmp_path / "run.mcap")
     assert (slow.is_of_instants, calms.is_of_instants, done.is_of_instants) == (True, False, True)
     assert slow.result == told

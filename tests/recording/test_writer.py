@@ -19,12 +19,12 @@ from rosbags.typesys import Stores, get_typestore
 from std_msgs.msg import Float64
 
 import bt_mission
-from bt_mission import load, read_recording
+from bt_mission import read_recording
 from bt_mission.core.cdr.definitions import Definitions, NoDefinitionError
 from bt_mission.core.files import names
-from bt_mission.language.loader import load_text
 from bt_mission.recording.contents import files_of
 from bt_mission.recording.file import McapFile
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from tests.recording.test_file import FullDisk
 from tests.support.recorded_runs import TWO_TURNS, heard_by_others
@@ -34,7 +34,7 @@ S = 1_000_000_000
 
 def bare_trace(text: str, folder: Path) -> str:
     """The trace of a run that nobody records."""
-    with Stage(load_text(text), image_folder=folder, say=lambda _: None) as stage:
+    with Stage(load(text), image_folder=folder, say=lambda _: None) as stage:
         while not stage.is_done:
             stage.step()
         return stage.trace.sha256
@@ -296,7 +296,7 @@ def test_a_topic_that_a_users_own_node_publishes_too(
 ) -> None:
     """Its messages are recorded, and each of the others is, once, as without that node."""
     topic, sent = "total_distance", 0
-    with Stage(load_text(TWO_TURNS), image_folder=tmp_path, say=lambda _: None) as stage:
+    with Stage(load(TWO_TURNS), image_folder=tmp_path, say=lambda _: None) as stage:
         with bt_mission.record(stage, tmp_path / "own.mcap") as recorder:
             node = Node("own", context=stage.context)
             stage.add_node(node)

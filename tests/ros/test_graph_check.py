@@ -13,20 +13,23 @@ from rclpy.node import Node
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
-from bt_mission.language.loader import load_text
+from bt_mission.core.yaml.document import read_text
 from bt_mission.ros import graph_check
+from bt_mission.sessions.load import load
 
-MISSION = load_text(
-    "mission: m\ntrees:\n"
-    "  idle: {do: {service: {name: not_used, type: std_srvs/srv/Trigger}}}\n"
-    "  say: {do: {publish: {topic: speech, type: std_msgs/msg/String}}}\n"
-    "tree:\n  sequence:\n"
-    "    - {turn: {angle: 9}, timeout: 3}\n"
-    "    - {turn: {angle: 9}, timeout: 3}\n"
-    "    - service: {name: stop, type: std_srvs/srv/Trigger}\n"
-    "    - service: {name: /spot, type: std_srvs/srv/Trigger}\n"
-    "    - tree: say\n",
-    "m.yaml",
+MISSION = load(
+    read_text(
+        "mission: m\ntrees:\n"
+        "  idle: {do: {service: {name: not_used, type: std_srvs/srv/Trigger}}}\n"
+        "  say: {do: {publish: {topic: speech, type: std_msgs/msg/String}}}\n"
+        "tree:\n  sequence:\n"
+        "    - {turn: {angle: 9}, timeout: 3}\n"
+        "    - {turn: {angle: 9}, timeout: 3}\n"
+        "    - service: {name: stop, type: std_srvs/srv/Trigger}\n"
+        "    - service: {name: /spot, type: std_srvs/srv/Trigger}\n"
+        "    - tree: say\n",
+        "m.yaml",
+    )
 )
 
 
@@ -82,7 +85,7 @@ def test_a_topic_that_is_followed_has_to_be_published(monkeypatch: pytest.Monkey
         )
     )
     text = f"mission: m\nfollow:\n{follow}tree: {{log: $a $b $c $d}}\n"
-    found = graph_check.find_missing(load_text(text, "m.yaml"), "robot1")
+    found = graph_check.find_missing(load(read_text(text, "m.yaml")), "robot1")
     assert [(one.wanted.name, one.is_there) for one in found] == [
         ("/robot1/speech", True),
         ("/robot1/heard", False),

@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.time import Time
 from std_msgs.msg import String
 
-from bt_mission import BtMissionError, MissionRunner, RunnerOptions, load_text
+from bt_mission import BtMissionError, MissionRunner, RunnerOptions, load
 from bt_mission.core.dds.liveliness import TOPIC
 from bt_mission.testing import ScriptedServer
 from tests.support.graph import TURN as TYPE
@@ -64,7 +64,7 @@ def test_a_mission_runs_beside_other_work_of_the_node(ros: Any, node: Node) -> N
     turn = ros.server()
     ticks: list[None] = []
     node.create_timer(0.1, lambda: ticks.append(None))
-    runner = MissionRunner(node, load_text(TURN))
+    runner = MissionRunner(node, load(TURN))
     while not runner.is_done:
         ros.clock.spin_once()
         if turn.goals and ros.now_s >= 2.0:
@@ -80,7 +80,7 @@ def test_a_mission_runs_beside_other_work_of_the_node(ros: Any, node: Node) -> N
 
 def test_tools_find_it_below_the_name_of_the_node(ros: Any, node: Node) -> None:
     """And servers see that it lives."""
-    with MissionRunner(node, load_text(TURN)):
+    with MissionRunner(node, load(TURN)):
         ros.run(0.1)
         topics = dict(ros.client.get_topic_names_and_types())
         assert "/my_robot/tree" in topics
@@ -93,7 +93,7 @@ def test_closing_leaves_the_node_as_it_was(ros: Any, node: Node) -> None:
     server = ros.server(cancels=None)
     node.create_publisher(String, "go", 10)
     before = counts(node)
-    runner = MissionRunner(node, load_text(TALK))
+    runner = MissionRunner(node, load(TALK))
     node.create_timer(1.0, lambda: None)
     words = ros.client.create_publisher(String, "/go", 10)
     ros.run(0.1)
@@ -113,7 +113,7 @@ def test_a_block_that_is_left_halts_the_mission_and_waits_for_its_goals(
 ) -> None:
     """The exception goes on; nobody is left behind."""
     turn = ros.server()
-    runner = MissionRunner(node, load_text(TURN))
+    runner = MissionRunner(node, load(TURN))
 
     def loop() -> None:
         with runner:
@@ -132,7 +132,7 @@ def test_a_node_that_no_executor_holds_is_spun_until_the_end(ros: Any) -> None:
     node = Node("alone", context=ros.context)
     turn = ScriptedServer(node, TYPE, "turn")
     executor = SingleThreadedExecutor(context=ros.context)
-    with MissionRunner(node, load_text(TURN)) as runner:
+    with MissionRunner(node, load(TURN)) as runner:
         for _ in range(1000):
             executor.add_node(node)
             executor.spin_once(timeout_sec=0.1)
@@ -148,7 +148,7 @@ def test_a_node_that_no_executor_holds_is_spun_until_the_end(ros: Any) -> None:
 def test_halting_cancels_goals(ros: Any, node: Node) -> None:
     """And the mission ends when its servers have confirmed that."""
     turn = ros.server(cancels=None)
-    runner = MissionRunner(node, load_text(TURN))
+    runner = MissionRunner(node, load(TURN))
     ros.until(lambda: turn.goals)
     runner.halt("enough")
     assert (str(runner.status), runner.is_done) == ("ending", False)
@@ -165,16 +165,16 @@ def test_a_type_that_is_not_installed_is_refused(ros: Any, node: Node) -> None:
     text = "mission: m\ntree:\n  sequence:\n  - turn: {angle: 9}\n    timeout: 9\n"
     text += "  - action: {name: fly, type: birds/action/Fly}\n    timeout: 9\n"
     with pytest.raises(BtMissionError, match="the action type birds/action/Fly is not installed"):
-        MissionRunner(node, load_text(text))
+        MissionRunner(node, load(text))
     assert counts(node) == before
-    MissionRunner(node, load_text(TURN)).close()
+    MissionRunner(node, load(TURN)).close()
 
 
 def test_missions_run_one_after_another(ros: Any, node: Node) -> None:
     """The next takes the topics over; its goals have other UUIDs."""
     turn = ros.server()
     for count in (1, 2):
-        runner = MissionRunner(node, load_text(TURN))
+        runner = MissionRunner(node, load(TURN))
         ros.until(lambda count=count: len(turn.goals) == count)
         turn.goal.succeed(angle_turned=90.0)
         ros.until(lambda runner=runner: runner.is_done)
@@ -186,11 +186,11 @@ def test_missions_run_one_after_another(ros: Any, node: Node) -> None:
 def test_a_second_mission_at_once_has_no_topics_for_tools(ros: Any, node: Node) -> None:
     """Two would share their names: it says what to do."""
     turn = ros.server()
-    first = MissionRunner(node, load_text(TURN))
+    first = MissionRunner(node, load(TURN))
     with pytest.raises(BtMissionError, match="mission 'turns' runs on /my_robot and has its"):
-        MissionRunner(node, load_text(TURN))
+        MissionRunner(node, load(TURN))
     text = "mission: waits\ntree: {wait: 0.5}\n"
-    second = MissionRunner(node, load_text(text), RunnerOptions(has_controls=False))
+    second = MissionRunner(node, load(text), RunnerOptions(has_controls=False))
     ros.until(lambda: second.is_done)
     turn.goal.succeed(angle_turned=90.0)
     ros.until(lambda: first.is_done)
@@ -200,7 +200,7 @@ def test_a_second_mission_at_once_has_no_topics_for_tools(ros: Any, node: Node) 
 def test_a_node_that_is_destroyed_ends_its_mission(ros: Any, node: Node) -> None:
     """As failed, with the goal that is left behind."""
     turn = ros.server(cancels=None)
-    runner = MissionRunner(node, load_text(TURN))
+    runner = MissionRunner(node, load(TURN))
     ros.until(lambda: turn.goals)
     ros.drop(node)
     assert runner.is_done

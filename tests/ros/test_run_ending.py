@@ -20,7 +20,7 @@ import bt_mission
 
 rclpy.init()
 node = rclpy.create_node("my_robot")
-mission = bt_mission.load_text("mission: m\\ntree: {turn: {angle: 3000}, timeout: 90}\\n")
+mission = bt_mission.load("mission: m\\ntree: {turn: {angle: 3000}, timeout: 90}\\n")
 try:
     with bt_mission.MissionRunner(node, mission) as runner:
         is_said = False

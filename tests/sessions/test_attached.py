@@ -13,8 +13,8 @@ from rclpy.node import Node
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 
-from bt_mission.language.loader import load_text
 from bt_mission.sessions.attached import AttachedSession
+from bt_mission.sessions.load import load
 from bt_mission.testing.live_graph import LOCAL, own_domain
 
 MS = 1_000_000
@@ -63,7 +63,7 @@ def keeper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Keeper]:
 
 def test_a_mission_outlives_a_simulator_that_starts_anew(keeper: Keeper) -> None:
     """Its clock starts at zero, stands still, is set back to zero, and goes on."""
-    with AttachedSession(load_text(WAIT)) as session:
+    with AttachedSession(load(WAIT)) as session:
         keeper.run(session, 0, 2000)
         for _ in range(5):
             keeper.show(session, 2000)
@@ -78,7 +78,7 @@ def test_a_mission_outlives_a_simulator_that_starts_anew(keeper: Keeper) -> None
 
 def test_a_mission_takes_skipped_time_as_passed(keeper: Keeper) -> None:
     """As everybody in the graph does."""
-    with AttachedSession(load_text(WAIT)) as session:
+    with AttachedSession(load(WAIT)) as session:
         keeper.run(session, 500, 1000)
         keeper.show(session, 101_000)
         keeper.show(session, 101_050)

@@ -4,14 +4,20 @@ import sys
 
 import pytest
 
-from bt_mission.language.loader import load_text
-from bt_mission.sessions.check import check, examine, examine_text
+from bt_mission.core.yaml.document import read_text
+from bt_mission.sessions.check import examine
 from bt_mission.sessions.goal_checks import with_parameters
 
 
+def examined(text, **options):
+    """Return the first line of every diagnostic of a text, and whether it is a mission."""
+    mission, faults = examine(read_text(text, "m.yaml"), **options)
+    return mission is not None, [str(fault).splitlines()[0] for fault in faults]
+
+
 def said(text, **options):
-    """Return the first line of everything that is said of a mission."""
-    return [str(fault).splitlines()[0] for fault in check(load_text(text, "m.yaml", **options))]
+    """Return the first line of every diagnostic of a text."""
+    return examined(text, **options)[1]
 
 
 def test_a_world_or_robot_from_the_command_line_is_told_as_such():
@@ -82,12 +88,6 @@ def test_a_file_that_holds_no_mission_is_examined_without_an_exception(tmp_path,
     assert faults
 
 
-def examined_text(text, **options):
-    """Return the first line of everything that is said of a text, and whether it is a mission."""
-    mission, faults = examine_text(text, "m.yaml", **options)
-    return mission is not None, [str(fault).splitlines()[0] for fault in faults]
-
-
 LEGS = (
     "mission: m\ninputs: {legs: 3, speed: 0.1}\ntree:\n  repeat: {count: $legs}\n  do:\n"
     "    explore_forward: {fwd_velocity: $speed, stopping_distance: 0.5}\n    timeout: 9\n"
@@ -116,29 +116,28 @@ LEGS = (
 )
 def test_a_value_from_the_command_line_is_blamed_there(values, expected):
     """With the place in the file that it does not suit; the file alone is sound."""
-    assert examined_text(LEGS) == (True, [])
-    assert examined_text(LEGS, set=values) == (False, [expected])
+    assert examined(LEGS) == (True, [])
+    assert examined(LEGS, set=values) == (False, [expected])
 
 
 def test_a_fault_of_the_file_stays_one_of_the_file():
     """Also where values are given."""
-    found = examined_text(LEGS.replace("$speed", "7"), set={"legs": "4"})
+    found = examined(LEGS.replace("$speed", "7"), set={"legs": "4"})
     assert found[1][0].startswith("m.yaml:6:37: error: fwd_velocity must be from 0.01 to 0.26")
 
 
 def test_goals_for_the_servers_of_others_are_not_judged():
     """Their limits are not ours."""
     text = "mission: m\ntree: {turn: {angle: 1e6}, timeout: 9}"
-    assert examined_text(text)[0] is False
-    assert examined_text(text, servers=None) == (True, [])
-    assert check(load_text(text), servers=None) == ()
+    assert examined(text)[0] is False
+    assert examined(text, servers=None) == (True, [])
 
 
 def test_the_parameters_of_servers_that_run_are_the_limits():
     """Also the actions that they offer; the robot is not named, as nobody knows which it is."""
     text = "mission: m\ntree: {turn: {angle: 90, angular_velocity: 1.5}, timeout: 9}"
     slow = {"max_angular_velocity": 0.5, "turn_limit": 45.0}
-    found = examined_text(text, servers=with_parameters(slow, frozenset({"turn"})))[1]
+    found = examined(text, servers=with_parameters(slow, frozenset({"turn"})))[1]
     assert found == [
         (
             "m.yaml:2:22: error: angle must be from -45 to 45 deg, got 90: the server of turn "
@@ -149,7 +148,7 @@ def test_the_parameters_of_servers_that_run_are_the_limits():
             "server of turn refuses that (limit: max_angular_velocity of the robot)"
         ),
     ]
-    assert examined_text(text, servers=with_parameters(slow, frozenset({"move"}))) == (True, [])
+    assert examined(text, servers=with_parameters(slow, frozenset({"move"}))) == (True, [])
 
 
 def test_a_value_that_only_the_run_can_tell_is_not_judged():
@@ -158,16 +157,16 @@ def test_a_value_that_only_the_run_can_tell_is_not_judged():
         "mission: m\ntree:\n  sequence:\n    - set: {speed: 9}\n"
         "    - turn: {angle: 'uniform(4000, 5000)', angular_velocity: $speed}\n      timeout: 9\n"
     )
-    assert examined_text(text) == (True, [])
-    found = examined_text(text.replace("'uniform(4000, 5000)'", "4000"))[1]
+    assert examined(text) == (True, [])
+    found = examined(text.replace("'uniform(4000, 5000)'", "4000"))[1]
     assert [line[:30] for line in found] == ["m.yaml:5:21: error: angle must"]
 
 
 def test_a_pose_is_judged_only_where_the_map_is_known():
     """A robot that makes its map begins with none."""
     text = "mission: m\nworld: nav_arena\ntree: {navigate_to_pose: {pose: [9, 9, 0]}, timeout: 9}"
-    assert examined_text(text)[0] is False
-    assert examined_text(text + "\nmap: unknown\n") == (True, [])
-    assert examined_text(text.replace("world: nav_arena\n", "")) == (True, [])
+    assert examined(text)[0] is False
+    assert examined(text + "\nmap: unknown\n") == (True, [])
+    assert examined(text.replace("world: nav_arena\n", "")) == (True, [])
     odom = "{header: {frame_id: odom}, pose: {position: {x: 9}, orientation: {w: 1}}}"
-    assert examined_text(text.replace("[9, 9, 0]", odom)) == (True, [])
+    assert examined(text.replace("[9, 9, 0]", odom)) == (True, [])

@@ -11,11 +11,11 @@ from bt_mission.cli.main import main
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import kind_of
 from bt_mission.core.yaml.document import read, read_text
-from bt_mission.language.loader import load_text
 from bt_mission.scenarios.loader import examine_scenario
 from bt_mission.search.ranges import RangesFile
-from bt_mission.sessions.check import examine_text
+from bt_mission.sessions.check import examine
 from bt_mission.sessions.file_checks import requirements_schema, robot_schema, world_schema
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_checks import CAMERA_TOPICS, TOPICS, stage_problems
 from tests.support.project import ROOT
@@ -108,9 +108,9 @@ def test_camera_faults_need_a_camera() -> None:
     _, (fault, *_) = examine_scenario(read_text(text))
     assert fault.message == "camera_black: the robot 'burger' has no camera"
     ranges = RangesFile(read_text("faults: {kinds: [network, camera]}\n"))
-    ranges.check_camera(load_text("mission: m\ntree: {wait: 1}\n"))
+    ranges.check_camera(load("mission: m\ntree: {wait: 1}\n"))
     with pytest.raises(InputError, match="1:27: error: 'camera': the robot 'burger' has no camera"):
-        ranges.check_camera(load_text("mission: m\nrobot: burger\ntree: {wait: 1}\n"))
+        ranges.check_camera(load("mission: m\nrobot: burger\ntree: {wait: 1}\n"))
 
 
 def test_poses_of_a_loop_are_checked_one_by_one() -> None:
@@ -119,9 +119,9 @@ def test_poses_of_a_loop_are_checked_one_by_one() -> None:
         "mission: m\nworld: nav_arena\ntree:\n  for_each: {place: [[1, 0.5, 0], %s]}\n"
         "  do: {navigate_to_pose: {pose: $place}, timeout: 9}\n"
     )
-    assert examine_text(text % "A")[0] is not None
+    assert examine(text % "A")[0] is not None
     for wrong, message in (("[50, 0, 0]", "map"), ("zone Q", "no place 'zone Q'")):
-        mission, (fault, *rest) = examine_text(text % wrong)
+        mission, (fault, *rest) = examine(text % wrong)
         assert mission is None
         assert message in fault.message
         assert (fault.line, rest) == (5, [])
@@ -130,7 +130,7 @@ def test_poses_of_a_loop_are_checked_one_by_one() -> None:
 def test_a_topic_that_nothing_publishes_is_doubted() -> None:
     """With the one that was meant."""
     follow = "{topic: battery_stat, type: sensor_msgs/msg/BatteryState, field: percentage, as: b}"
-    mission = load_text(f"mission: m\nworld: nav_arena\nfollow: {follow}\ntree: {{log: $b}}\n")
+    mission = load(f"mission: m\nworld: nav_arena\nfollow: {follow}\ntree: {{log: $b}}\n")
     (fault,) = stage_problems(mission)
     assert fault.severity == "warning"
     assert fault.message == "nothing in the simulation publishes 'battery_stat'"
@@ -139,7 +139,7 @@ def test_a_topic_that_nothing_publishes_is_doubted() -> None:
 
 def test_the_topics_are_those_of_a_stage(tmp_path: Path) -> None:
     """Of one with a goal that drives, and with a camera."""
-    mission = load_text(
+    mission = load(
         "mission: m\nworld: nav_arena\ntree: {navigate_to_pose: {pose: zone B}, timeout: 60}\n"
     )
     with Stage(mission, image_folder=tmp_path) as stage:

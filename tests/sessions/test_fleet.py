@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage, StageError
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 
@@ -60,7 +60,7 @@ def fleet(tmp_path: Path) -> Iterator[Make]:
 
 def legs(robot: str = "waffle", *, speed: float = 0.2, angle: float = 120.0, count: int = 2) -> Any:
     """A mission of some legs through the room, with a turn after each."""
-    return load_text(LEGS.format(robot=robot, speed=speed, angle=angle, count=count))
+    return load(LEGS.format(robot=robot, speed=speed, angle=angle, count=count))
 
 
 def two() -> tuple[FleetRobot, FleetRobot]:
@@ -93,7 +93,7 @@ def test_two_robots_run_two_missions_at_once(fleet):
 def test_goals_go_to_the_servers_of_the_own_robot(fleet):
     """By the namespace; the other robot stays where it is."""
     alone = FleetRobot("robot1", legs(count=1), x=0.75, yaw=20.0)
-    idle = FleetRobot("robot2", load_text("mission: idle\ntree:\n  wait: 30\n"), x=-0.75)
+    idle = FleetRobot("robot2", load("mission: idle\ntree:\n  wait: 30\n"), x=-0.75)
     stage = fleet(alone, idle)
     actions: set[str] = set()
     stage["robot1"].trace.listeners.append(
@@ -107,7 +107,7 @@ def test_goals_go_to_the_servers_of_the_own_robot(fleet):
 
 def test_a_mission_that_maps_is_refused(fleet):
     """Before anything starts."""
-    maps = load_text("mission: map\nmap: unknown\ntree:\n  wait: 1\n")
+    maps = load("mission: map\nmap: unknown\ntree:\n  wait: 1\n")
     with pytest.raises(StageError, match="robot1: a fleet has no mapper"):
         fleet(FleetRobot("robot1", maps))
 
@@ -115,7 +115,7 @@ def test_a_mission_that_maps_is_refused(fleet):
 def test_robots_see_each_other(fleet):
     """One that stands in the way of the other is an obstacle like any other."""
     driver = FleetRobot("robot1", legs(count=1), x=-1.2)
-    idle = FleetRobot("robot2", load_text("mission: idle\ntree:\n  wait: 30\n"), x=0.8, yaw=90.0)
+    idle = FleetRobot("robot2", load("mission: idle\ntree:\n  wait: 30\n"), x=0.8, yaw=90.0)
     stage = finished(fleet(driver, idle, world="empty_arena"))
     assert stage.collisions == 0
     x, _, _ = stage["robot1"].robot.pose

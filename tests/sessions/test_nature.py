@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from bt_mission.core.nature import Nature
-from bt_mission.language.loader import load_text
 from bt_mission.scenarios.run import run_scenario
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 from sim.world.world import World
@@ -27,7 +27,7 @@ tree:
 
 def ran(tmp_path: Path, nature: Nature | None, seed: int = 1, text: str = MISSION, **options):
     """Run a mission to its end; returns the stage as it was then."""
-    mission = load_text(text, seed=seed)
+    mission = load(text, seed=seed)
     made = StageOptions(nature=nature, **options)
     with Stage(mission, image_folder=tmp_path, say=lambda _: None, options=made) as stage:
         while not stage.is_done:
@@ -73,7 +73,7 @@ def test_a_quantity_takes_effect(tmp_path, name, value):
 def started(tmp_path: Path, nature: Nature, **options):
     """Return the pose at the start, and what nature has drawn."""
     made = StageOptions(nature=nature, **options)
-    with Stage(load_text(MISSION), image_folder=tmp_path, options=made) as stage:
+    with Stage(load(MISSION), image_folder=tmp_path, options=made) as stage:
         return stage.sim.simulation.pose, stage.nature
 
 
@@ -117,9 +117,7 @@ def test_scenario_mission_and_world_say_it_in_this_order(tmp_path):
 
 def test_each_robot_of_a_fleet_has_its_own(tmp_path):
     """Draws and starts differ."""
-    robots = [
-        FleetRobot(name, load_text(MISSION), x=x) for name, x in (("one", -1.0), ("two", 1.0))
-    ]
+    robots = [FleetRobot(name, load(MISSION), x=x) for name, x in (("one", -1.0), ("two", 1.0))]
     options = StageOptions(nature=Nature("usual"))
     with Stage(robots=robots, image_folder=tmp_path, options=options) as stage:
         one, two = stage.runs
@@ -130,7 +128,7 @@ def test_each_robot_of_a_fleet_has_its_own(tmp_path):
 
 def test_a_fault_replaces_a_figure_while_it_lasts(tmp_path):
     """Then the usual one is back."""
-    mission = load_text(MISSION)
+    mission = load(MISSION)
     options = StageOptions(nature=Nature("none", {"lidar_noise": 0.02}))
     with Stage(mission, image_folder=tmp_path, options=options) as stage:
         faults = stage.sim.simulation.faults

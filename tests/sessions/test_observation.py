@@ -10,7 +10,6 @@ import pytest
 from bt_mission.cli.main import main
 from bt_mission.core.diagnostics import InputError
 from bt_mission.fleets.run import run_fleet
-from bt_mission.language.loader import load_text
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.sessions.load import convert, load
 from bt_mission.testing.stages import Stages
@@ -135,4 +134,4 @@ def test_an_observation_stands_in_the_mission(tmp_path: Path) -> None:
     (tmp_path / "it.xml").write_text(convert(file))
     assert load(file).observe == load(tmp_path / "it.xml").observe == 2.5
     with pytest.raises(InputError, match="seconds, 0 or more"):
-        load_text(MISSION.replace("world:", "observe: -1\nworld:"))
+        load(MISSION.replace("world:", "observe: -1\nworld:"))

@@ -21,7 +21,6 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.report import Report
 from bt_mission.fleets.loader import load_fleet
 from bt_mission.fleets.run import run_fleet
-from bt_mission.language.loader import load_text
 from bt_mission.language.plugins import find_factory
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.scenarios.loader import load_scenario
@@ -117,7 +116,7 @@ def test_timers_of_an_own_node_are_on_the_clock_of_the_stage(tmp_path: Path) -> 
             super().__init__("own_clock", **options)
             self.create_timer(0.5, lambda: times.append(self.get_clock().now().nanoseconds))
 
-    mission = load_text("mission: m\nworld: empty_arena\ntree: {wait: 2}\n")
+    mission = load("mission: m\nworld: empty_arena\ntree: {wait: 2}\n")
     assert ran(mission, tmp_path, nodes=[Clock]).status == "success"
     assert times[:3] == [1_500_000_000, 2_000_000_000, 2_500_000_000]
 
@@ -183,7 +182,7 @@ def test_a_run_with_nodes_of_a_program_cannot_be_forked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """They are not in the recording."""
-    mission = load_text("mission: m\nworld: empty_arena\ntree: {wait: 0.5}\n")
+    mission = load("mission: m\nworld: empty_arena\ntree: {wait: 0.5}\n")
     path, options = tmp_path / "run.mcap", StageOptions(nodes=[lambda **o: Node("mine", **o)])
     with (
         Stage(mission, image_folder=tmp_path, options=options) as stage,
@@ -302,7 +301,7 @@ def test_factories_that_make_no_node(tmp_path: Path, code: str, words: str) -> N
 
 def test_a_callable_that_makes_no_node(tmp_path: Path) -> None:
     """In Python it has no place, and the same words."""
-    mission = load_text("mission: m\nworld: empty_arena\ntree: {wait: 1}\n")
+    mission = load("mission: m\nworld: empty_arena\ntree: {wait: 1}\n")
 
     def make(**_: Any) -> Any:
         return None
@@ -323,7 +322,7 @@ def test_a_callback_that_raises_ends_the_mission(tmp_path: Path) -> None:
         def fail(self) -> None:
             raise ValueError("worn out")
 
-    mission = load_text("mission: m\nworld: empty_arena\ntree: {wait: 1}\n")
+    mission = load("mission: m\nworld: empty_arena\ntree: {wait: 1}\n")
     report = ran(mission, tmp_path, nodes=[Broken])
     assert (report.status, report.virtual_s) == ("failure", 0.2)
     assert "worn out" in report.reason

@@ -8,12 +8,12 @@ import pytest
 
 from bt_mission.core.files import names
 from bt_mission.core.yaml.document import read_text
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage_files import StageFiles
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 from sim.world.loader import load_world
 
-MEMBERS = [FleetRobot("", load_text("mission: m\ntree: {wait: 1}\n"))]
+MEMBERS = [FleetRobot("", load("mission: m\ntree: {wait: 1}\n"))]
 
 
 @pytest.mark.parametrize("name", names("worlds"))

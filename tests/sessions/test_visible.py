@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 
@@ -19,7 +19,7 @@ tree:
 def services(folder: Path, *, visible: bool) -> tuple[set[str], set[str]]:
     """The names of all nodes and of all services of a run."""
     options = StageOptions(visible=visible)
-    with Stage(load_text(WAIT), image_folder=folder, say=lambda _: None, options=options) as stage:
+    with Stage(load(WAIT), image_folder=folder, say=lambda _: None, options=options) as stage:
         while not stage.is_done:
             stage.step()
         node = stage.node

@@ -9,9 +9,9 @@ import pytest
 
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
-from bt_mission.language.loader import load_text
 from bt_mission.ros import robot_relay, status_publisher
 from bt_mission.ros.discovery import LocalExecutive
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 
@@ -32,7 +32,7 @@ tree:
 def run(folder: Path, watcher: Any = None) -> str:
     """Run the mission, looked on at by a watcher or by nobody; gives the hash of its trace."""
     options = StageOptions(watched=watcher is not None)
-    with Stage(load_text(DRIVE), image_folder=folder, say=lambda _: None, options=options) as stage:
+    with Stage(load(DRIVE), image_folder=folder, say=lambda _: None, options=options) as stage:
         graph = LocalExecutive(stage) if watcher is not None else None
         link = graph.attach(graph.name) if graph is not None else None
         while not stage.is_done:

@@ -11,10 +11,10 @@ from rclpy.node import Node
 
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import Change
-from bt_mission.language.loader import load_text
 from bt_mission.ros.graph import NodeOptions, destroy_actions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
+from bt_mission.sessions.load import load
 from bt_mission.sessions.mission_server import MissionServer, MissionServerOptions
 from bt_mission.sessions.served_missions import ServedMissions
 from bt_mission.testing.scripted_server import ScriptedServer
@@ -62,7 +62,7 @@ class Graph:
 
     def mission(self, text: str, *, has_controls: bool = False, **where: Any) -> MissionRunner:
         """The executive of a mission, on a node of its own."""
-        mission = load_text(text)
+        mission = load(text)
         options = RunnerOptions(
             say=self.said.append,
             goal_seed=str(mission.seed),

@@ -13,7 +13,7 @@ from bt_mission.behaviours.runtime import Scope
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.trace import Trace
 from bt_mission.goals.ledger import Ledger
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 
 S = 1_000_000_000
 TICK_NS = S // 20
@@ -103,7 +103,7 @@ class Play:
     """An executive without ROS."""
 
     def __init__(self, text: str, server_type: Callable[[str], Any], goal_seed: str = "") -> None:
-        mission = load_text(text)
+        mission = load(text)
         self.now_ns = S
         self.servers: dict[str, Any] = {}
         self.said: list[str] = []

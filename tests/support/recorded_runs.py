@@ -13,7 +13,6 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bt_mission.core.files import find
-from bt_mission.language.loader import load_text
 from bt_mission.recording.contents import RecordingOptions
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.writer import RunRecorder
@@ -82,7 +81,7 @@ def record(tmp_path: Path) -> Iterator[Callable[..., Recorded]]:
             file: McapFile | None = None,
             steps: int | None = None,
         ) -> Recorded:
-            mission = load(find("missions", name)) if name else load_text(text)
+            mission = load(find("missions", name)) if name else load(text)
             stages.close()
             stage = stages.enter_context(
                 Stage(mission, image_folder=tmp_path / "images", say=lambda _: None)

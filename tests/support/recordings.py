@@ -36,15 +36,15 @@ tree:
 @cache
 def recording() -> Path:
     """A recorded run of the mission; made once."""
-    from bt_mission.language.loader import load_text  # noqa: PLC0415 - after the environment is set
     from bt_mission.recording.writer import RunRecorder  # noqa: PLC0415
+    from bt_mission.sessions.load import load  # noqa: PLC0415 - after the environment is set
     from bt_mission.sessions.session import summarise  # noqa: PLC0415
     from bt_mission.sessions.stage import Stage  # noqa: PLC0415
 
     folder = Path(mkdtemp())
     path = folder / "run.mcap"
     with (
-        Stage(load_text(MISSION), image_folder=folder, say=lambda _: None) as stage,
+        Stage(load(MISSION), image_folder=folder, say=lambda _: None) as stage,
         RunRecorder(stage, path) as recorder,
     ):
         while not stage.is_done:

@@ -23,8 +23,8 @@ from rclpy.executors import SingleThreadedExecutor
 
 from bt_mission.core.dds.discovery import MACHINE, RANGE
 from bt_mission.core.dds.middleware import prepare_middleware
-from bt_mission.language.loader import load_text
 from bt_mission.scenarios.runner import prepare_process
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 
 MISSION = """\
@@ -44,7 +44,7 @@ def simulate(pipe: Connection) -> None:
     prepare_process()
     with (
         TemporaryDirectory() as folder,
-        Stage(load_text(MISSION), image_folder=Path(folder), say=lambda _: None) as stage,
+        Stage(load(MISSION), image_folder=Path(folder), say=lambda _: None) as stage,
     ):
         own = sorted(one.node.get_name() for one in stage.inside())
         while stage.executive.ticks < 5:

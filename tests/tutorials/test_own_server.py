@@ -15,7 +15,6 @@ import pytest
 import rclpy
 from rclpy.context import Context
 
-from bt_mission.language.loader import load_text
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
@@ -86,7 +85,7 @@ def test_the_server_serves_the_next_goal_after_a_cancel(stack: ExitStack) -> Non
     """No timer of the cancelled goal is left, and no number of it."""
     action = "action: {name: /fibonacci, type: example_interfaces/action/Fibonacci, goal: "
     room = Classroom(
-        load_text(
+        load(
             "mission: m\ntree:\n  sequence:\n    - fallback:\n"
             f"        - {action}{{order: 40}}}}\n          timeout: 1.2\n"
             "        - log: cut short\n"

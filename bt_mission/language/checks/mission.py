@@ -1,4 +1,4 @@
-"""Everything that can be wrong in the trees of a mission, in one walk over each, and warnings."""
+"""Everything that can be wrong in the trees of a mission, in one walk over each."""
 
 from __future__ import annotations
 
@@ -6,91 +6,72 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from typing import Any
 
-from bt_mission.core.diagnostics import Diagnostic
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic
 from bt_mission.core.interface_units import unit_of_field
 from bt_mission.core.units import COMPUTED, UNITS
 from bt_mission.core.yaml.document import Document
-from bt_mission.core.yaml.models import word_for_boolean
-from bt_mission.language.checks.comments import cut_texts
-from bt_mission.language.checks.conditions import constant_conditions
 from bt_mission.language.checks.python_code import leaf_faults
-from bt_mission.language.checks.reachability import (
-    expected_failures,
-    restarted,
-    unmoved_loops,
-    unreached,
-    unsure_cleanups,
-)
-from bt_mission.language.checks.rules import GoalRules
 from bt_mission.language.checks.scope import (
-    MOST_ELEMENTS,
     Variables,
-    names_read,
+    Visit,
     node_faults,
     reference_faults,
     walk,
     written_by,
 )
-from bt_mission.language.checks.types import FindShapes, TypeChecker, python_faults
+from bt_mission.language.checks.types import FindShapes, GoalRules, TypeChecker
+from bt_mission.language.checks.warnings import expected_failures
 from bt_mission.language.expressions.expression import Text
 from bt_mission.language.expressions.units import Measured, added_names, is_angle
 from bt_mission.language.expressions.values import WORDS, ExpressionError, fits
 from bt_mission.language.mission import Mission, Tree
-from bt_mission.language.nodes.base import (
-    Path,
-)
-from bt_mission.language.nodes.decorators import TimeoutNode
+from bt_mission.language.nodes.base import Path
 from bt_mission.language.nodes.interfaces import PARTS_OF, InterfaceNode
 from bt_mission.language.nodes.leaves import PythonNode
-from bt_mission.language.permissions import ANYTHING, Permissions
-from bt_mission.language.trees import used
+from bt_mission.language.permissions import Permissions
 
 
-def scope_faults(mission: Mission) -> Iterator[Diagnostic]:
-    """Yield the names that are not known where they stand, and clashes of types.
-
-    Of the fields of messages nothing is known here.
-    """
-    for tree in mission.all_trees:
-        variables = None
-        for visit in walk(tree, lambda _node, _field: None):
-            node, variables, is_behind = visit
-            yield from node_faults(tree.document, visit)
-            if is_behind:
-                continue
-            if isinstance(node, InterfaceNode):
-                yield from _message_faults(tree.document, node, variables)
-        assert variables is not None, "a tree has a node"
-        yield from _promise_faults(tree, variables)
-
-
-def type_faults(
+def tree_faults(
     mission: Mission,
-    find: FindShapes | None,
+    find: FindShapes | None = None,
     rules: GoalRules | None = None,
-    permissions: Permissions = ANYTHING,
-) -> Iterator[Diagnostic]:
-    """Yield everything in a mission that does not fit the types of ROS and of Python behaviours.
+    permissions: Permissions | None = None,
+) -> list[Diagnostic]:
+    """Return what is wrong with the nodes of a mission, at most `MOST_FAULTS`.
 
-    Modules of behaviours are imported where that is permitted. Without `find` the types of messages
-    are not known; `rules` say what goals the servers refuse.
+    Args:
+        mission: As it could be read.
+        find: Looks up the types of ROS; without it nothing is known of fields of messages.
+        rules: Say what goals the servers refuse.
+        permissions: What becomes of Python leaves; without it they are not looked at.
     """
-    checker = TypeChecker(find, rules, expected_failures(mission))
-    for tree in mission.all_trees:
-        for follow in tree.follow:
-            yield from checker.follow_faults(tree.document, follow)
-        for visit in walk(tree, checker.output_type):
-            node, variables, is_behind = visit
-            yield from node_faults(tree.document, visit)
-            if is_behind:
-                continue
-            if isinstance(node, InterfaceNode):
-                found: dict[Diagnostic, None] = {}
-                for each in islice(variables.for_each_element(names_read(node)), MOST_ELEMENTS):
-                    found |= dict.fromkeys(checker.faults(tree.document, node, each))
-                yield from found
-            elif isinstance(node, PythonNode) and not any(leaf_faults(tree, node, permissions)):
-                yield from python_faults(tree, node, variables)
+    checker = TypeChecker(find, rules, expected_failures(mission) if rules else frozenset())
+    faults = (
+        fault for tree in mission.all_trees for fault in _faults_in(tree, checker, permissions)
+    )
+    return list(islice(faults, MOST_FAULTS))
+
+
+def _faults_in(
+    tree: Tree, checker: TypeChecker, permissions: Permissions | None
+) -> Iterator[Diagnostic]:
+    for follow in tree.follow:
+        yield from checker.follow_faults(tree.document, follow)
+    for visit in walk(tree, checker.output_type):
+        yield from dict.fromkeys(_node_faults(tree, visit, checker, permissions))
+    yield from _promise_faults(tree, visit.variables)
+
+
+def _node_faults(
+    tree: Tree, visit: Visit, checker: TypeChecker, permissions: Permissions | None
+) -> Iterator[Diagnostic]:
+    node, variables, is_behind = visit
+    yield from node_faults(tree.document, visit)
+    if isinstance(node, InterfaceNode) and not is_behind:
+        yield from _message_faults(tree.document, node, variables)
+        yield from checker.faults(tree.document, node, variables)
+    elif isinstance(node, PythonNode) and permissions is not None:
+        yield from leaf_faults(tree, node, permissions, variables)
 
 
 def _promise_faults(tree: Tree, variables: Variables) -> Iterator[Diagnostic]:
@@ -164,74 +145,3 @@ def _texts(value: Any, path: Path) -> Iterator[tuple[Path, Text]]:
         case list() | tuple():
             for index, part in enumerate(value):
                 yield from _texts(part, (*path, index))
-
-
-def word_inputs(mission: Mission) -> Iterator[Diagnostic]:
-    """Yield a warning for each input that is `yes`, `off` or the like, without quotes."""
-    for tree in mission.all_trees:
-        head = () if tree.is_main else tree.path
-        for name, value in tree.inputs.items():
-            hint = word_for_boolean(value)
-            path = (*head, "inputs", name)
-            if hint is None or not _has(tree.document, path[:-1], name):
-                continue
-            line, column = tree.document.position(path)
-            written = tree.document.lines[line - 1][column - 1 :]
-            if written.startswith(str(value)):
-                message = f"the input '{name}' is the string '{value}'"
-                yield tree.document.fault(path, message, hint, severity="warning")
-
-
-def warnings(mission: Mission) -> Iterator[Diagnostic]:
-    """Yield what a mission would better not do, as far as that is seen without ROS.
-
-    Of named trees only those are looked at that the mission uses.
-    """
-    names = used(mission)
-    for tree in mission.all_trees:
-        if tree.is_main or tree.name in names:
-            yield from _tree_warnings(tree)
-    for name, tree in mission.trees.items():
-        if name not in names and tree.document is mission.document:
-            message = f"the tree '{name}' is never used"
-            yield tree.document.fault(tree.path, message, key=True, severity="warning")
-
-
-def _tree_warnings(tree: Tree) -> Iterator[Diagnostic]:
-    document = tree.document
-    read = frozenset(tree.outputs).union(*(names_read(node) for node in tree.body.walk()))
-    head = () if tree.is_main else tree.path
-    for name in tree.types:
-        if name not in read:
-            place = next(one for one in ("inputs", "needs") if _has(document, (*head, one), name))
-            message = f"the input '{name}' is never read"
-            yield document.fault((*head, place, name), message, key=True, severity="warning")
-    for follow in tree.follow:
-        if follow.variable not in read:
-            message = f"the variable '{follow.variable}' is never read"
-            path = (*follow.place.path, "as")
-            yield document.fault(path, message, severity="warning")
-    yield from unreached(document, tree.body)
-    yield from restarted(document, tree.body)
-    yield from constant_conditions(document, tree.body)
-    yield from cut_texts(document, tree.body)
-    yield from unmoved_loops(document, tree)
-    yield from unsure_cleanups(document, tree.body)
-    timeouts = (node for node in tree.body.walk() if isinstance(node, TimeoutNode))
-    bounded = {id(inner) for node in timeouts for inner in node.walk()}
-    for node in tree.body.walk():
-        endless = node.endless()
-        if endless is not None and id(node) not in bounded:
-            message = f"{endless} has no timeout: it may take for ever"
-            hint = "add 'timeout: SECONDS'"
-            yield document.fault(node.path, message, hint, severity="warning")
-        for write in node.writes():
-            if write.variable not in read:
-                message = f"the {write.what} '{write.variable}' is never read"
-                path = (*node.path, *write.path)
-                yield document.fault(path, message, severity="warning")
-
-
-def _has(document: Document, path: Path, name: str) -> bool:
-    place = document.find(path)
-    return name in (place.keys or {})

@@ -4,27 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from bt_mission.core.diagnostics import Diagnostic, quoted
+from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import Document, Key
-from bt_mission.language.mission import Mission, NodeFactory, Tree
+from bt_mission.language.checks.scope import Variables, expression_faults
+from bt_mission.language.expressions.expression import Expression
+from bt_mission.language.expressions.values import WORDS, fits, type_of
+from bt_mission.language.mission import NodeFactory, Tree
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.permissions import Permissions
-from bt_mission.language.plugins import PythonError, find_factory, locate
-
-
-def code_faults(
-    mission: Mission, permissions: Permissions, *, has_stage: bool = True
-) -> Iterator[Diagnostic]:
-    """Yield the Python leaves and nodes that may not be used, are not there, or are only named.
-
-    Args:
-        has_stage: Is the mission for a simulation? Its nodes are imported then.
-    """
-    yield from factory_faults(mission.nodes, permissions, is_needed=has_stage)
-    for tree in mission.all_trees:
-        for node in tree.body.walk():
-            if isinstance(node, PythonNode):
-                yield from leaf_faults(tree, node, permissions)
+from bt_mission.language.plugins import (
+    PythonError,
+    attributes_of,
+    find_class,
+    find_factory,
+    locate,
+)
 
 
 def factory_faults(
@@ -39,12 +33,6 @@ def factory_faults(
                 find_factory(one.target, one.file)
             except PythonError as error:
                 yield one.fault(error.message, error.hint)
-
-
-def leaf_faults(tree: Tree, node: PythonNode, permissions: Permissions) -> Iterator[Diagnostic]:
-    """Yield what is wrong with a Python leaf, as far as that is seen without importing it."""
-    path = (*node.path, "python")
-    yield from _code_faults(tree.document, path, node.target, "leaf", permissions)
 
 
 def _code_faults(
@@ -62,3 +50,33 @@ def _code_faults(
     if permissions.python == "name":
         message = f"Python code, which was not imported: {quoted(target)}"
         yield document.fault(path, message, permissions.hint, severity="warning")
+
+
+def leaf_faults(
+    tree: Tree, node: PythonNode, permissions: Permissions, variables: Variables
+) -> Iterator[Diagnostic]:
+    """Yield what is wrong with a Python leaf and its use; its module is imported if it may be."""
+    document, place = tree.document, (*node.path, "python")
+    found = [*_code_faults(document, place, node.target, "leaf", permissions)]
+    yield from found
+    if found or permissions.python != "import":
+        return
+    try:
+        kind = find_class(node.target, document.file)
+    except PythonError as error:
+        yield document.fault(place, error.message, error.hint)
+        return
+    attributes = attributes_of(kind)
+    known = listed(attributes) if attributes else "none"
+    for key, names in (("inputs", node.inputs), ("outputs", node.outputs)):
+        for name in names:
+            if name not in attributes:
+                path = (*node.path, key, name)
+                message = f"no attribute {quoted(name)} on {kind.__name__} (it declares: {known})"
+                yield document.fault(path, message, did_you_mean(name, attributes), key=True)
+    for name, value in node.inputs.items():
+        wanted, path = attributes.get(name), (*node.path, "inputs", name)
+        if wanted is not None and isinstance(value, Expression):
+            yield from expression_faults(document, path, value, variables, wanted)
+        elif wanted is not None and not fits(type_of(value), wanted):
+            yield document.fault(path, f"expected {WORDS[wanted]}, got {describe(value)}")

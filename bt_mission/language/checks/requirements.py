@@ -75,7 +75,6 @@ def requirement_faults(mission: Mission, lost: Collection[str] = ()) -> Iterator
     Args:
         lost: Names of nodes that could not be read, of which enough is said elsewhere.
     """
-    assert mission.document is not None, "a mission to check comes from a file or a string"
     return faults_of_names(mission.document, MissionNames(mission, lost))
 
 

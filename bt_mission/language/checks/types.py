@@ -1,39 +1,78 @@
-"""The actions, services, topics and Python behaviours of a mission against their types."""
+"""The actions, services and topics of a mission against the types of their messages."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+import random
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import islice
+from typing import Any, Protocol
 
-from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, describe, listed, quoted
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.checks.conditions import settled_condition
-from bt_mission.language.checks.goals import read_goal
-from bt_mission.language.checks.rules import GoalRules, Ranges
-from bt_mission.language.checks.scope import Variables, expression_faults
-from bt_mission.language.expressions.expression import Expression
-from bt_mission.language.expressions.syntax import Name
-from bt_mission.language.expressions.values import WORDS, Type, fits, type_of
+from bt_mission.language.checks.scope import (
+    MOST_ELEMENTS,
+    Variables,
+    expression_faults,
+    located,
+    names_read,
+    template_faults,
+)
+from bt_mission.language.expressions.expression import Expression, Late, Template, Text
+from bt_mission.language.expressions.outcomes import Range, outcomes
+from bt_mission.language.expressions.syntax import Name, SyntaxNode
+from bt_mission.language.expressions.values import (
+    WORDS,
+    ExpressionError,
+    LooseText,
+    Type,
+    fits,
+    type_of,
+)
 from bt_mission.language.follow import Follow
 from bt_mission.language.message_types import (
+    SHORTHANDS,
     ActionShapes,
+    ListOf,
     MessageShape,
     Path,
+    Scalar,
     ServiceShapes,
+    Shape,
+    TypeMismatch,
+    Unknowable,
     UnknownField,
     UnknownType,
     completed,
+    conform,
     field_at,
     value_type,
 )
-from bt_mission.language.mission import Tree
 from bt_mission.language.nodes.interfaces import InterfaceNode
-from bt_mission.language.nodes.leaves import PythonNode
-from bt_mission.language.plugins import PythonError, attributes_of, find_class
+from bt_mission.language.nodes.remedies import beside
 
 Shapes = ActionShapes | ServiceShapes | MessageShape
 FindShapes = Callable[[str], Shapes]
 """Gives what a type holds, by its full name. Raises UnknownType."""
+
+Ranges = Mapping[str, tuple[float, float]]
+"""From where to where numbers can go, by their names."""
+
+
+class GoalRules(Protocol):
+    """What is known of goals before they are sent.
+
+    `values` are the fields of a goal as their message holds them, those that are not written as 0,
+    false or empty; None stands for a value that only the run can tell.
+    """
+
+    def faults(
+        self, document: Document, node: InterfaceNode, values: Mapping[str, Any]
+    ) -> Iterable[Diagnostic]:
+        """Return why a server refuses the goal of a node, and what is suspicious in it."""
+
+    def feedback(self, node: InterfaceNode, values: Mapping[str, Any]) -> Ranges:
+        """Return from where to where the numbers of the feedback can go."""
 
 
 @dataclass(frozen=True)
@@ -94,22 +133,27 @@ class TypeChecker:
     def faults(
         self, document: Document, node: InterfaceNode, variables: Variables
     ) -> Iterator[Diagnostic]:
-        """Yield everything in one node that does not fit its type."""
+        """Yield everything in one node that does not fit its type, for each element of a loop."""
         talk = self._talk(node)
         if isinstance(talk, UnknownType):
             path = (*node.path, *node.type_path)
             is_key = node.type_path[-1] != "type"
             yield document.fault(path, talk.message, talk.hint, key=is_key)
-        if not isinstance(talk, _Talk):
-            return
+        if isinstance(talk, _Talk):
+            for each in islice(variables.for_each_element(names_read(node)), MOST_ELEMENTS):
+                yield from self._misfits(document, node, talk, each)
+
+    def _misfits(
+        self, document: Document, node: InterfaceNode, talk: _Talk, variables: Variables
+    ) -> Iterator[Diagnostic]:
         ranges: Ranges = {}
         if node.sent_path:
             # What is published is a message of the topic, which others would read.
             sends = talk.keeps if talk.sends is None else talk.sends
-            path = (*node.path, *node.sent_path)
-            values, faults = read_goal(document, path, node.sent, sends, variables, node.keys)
-            yield from faults
-            if self._rules is not None and not faults:
+            reader = _GoalReader(document, (*node.path, *node.sent_path), variables, node.keys)
+            values = conform(sends, node.sent, reader.read, reader.report)
+            yield from reader.faults
+            if self._rules is not None and not reader.faults:
                 whole = completed(sends, values)
                 for fault in self._rules.faults(document, node, whole):
                     is_expected = id(node) in self._expected_failures
@@ -117,8 +161,10 @@ class TypeChecker:
                 ranges = self._rules.feedback(node, whole)
         if talk.asks is not None and node.condition is not None:
             faults = list(_condition_faults(document, node, talk.asks, variables))
-            yield from faults or settled_condition(document, node, ranges, variables)
-        yield from _output_faults(document, node, talk.keeps)
+            yield from faults or _settled_condition(document, node, ranges, variables)
+        for write in node.writes():
+            path, field = (*node.path, *write.path), str(write.path[-1])
+            yield from _field_faults(document, path, field, talk.keeps, is_key=True)
 
     def follow_faults(self, document: Document, follow: Follow) -> Iterator[Diagnostic]:
         """Yield what does not fit the type of a topic in a variable that follows it."""
@@ -127,11 +173,9 @@ class TypeChecker:
             yield document.fault((*path, "type"), talk.message, talk.hint)
         if not isinstance(talk, _Talk):
             return
-        fault = _field_fault(document, (*path, "field"), settings.field, talk.keeps)
-        if fault is not None:
-            yield fault
-            return
-        wanted = value_type(field_at(talk.keeps, settings.field))
+        faults = [*_field_faults(document, (*path, "field"), settings.field, talk.keeps)]
+        yield from faults
+        wanted = None if faults else value_type(field_at(talk.keeps, settings.field))
         for key, value in (("initial", settings.initial), ("default", settings.default)):
             if wanted is not None and value is not None and not fits(type_of(value), wanted):
                 message = f"expected {WORDS[wanted]}, as the field has, got {describe(value)}"
@@ -186,28 +230,17 @@ def _unknown_names(
             yield document.fault(path, _too_much(name.name, shape), offset=offset)
 
 
-def _output_faults(
-    document: Document, node: InterfaceNode, kept: MessageShape
-) -> Iterator[Diagnostic]:
-    """Yield the outputs that a result, response or message does not have."""
-    for write in node.writes():
-        path, field = (*node.path, *write.path), str(write.path[-1])
-        fault = _field_fault(document, path, field, kept, is_key=True)
-        if fault is not None:
-            yield fault
-
-
-def _field_fault(
+def _field_faults(
     document: Document, path: Path, field: str, kept: MessageShape, *, is_key: bool = False
-) -> Diagnostic | None:
-    """Return what is wrong with a field that is kept of a message, or None."""
+) -> Iterator[Diagnostic]:
+    """Yield what is wrong with a field that is kept of a result, a response or a message."""
     try:
         shape = field_at(kept, field)
     except UnknownField as error:
-        return document.fault(path, error.message, error.hint, key=is_key)
+        yield document.fault(path, error.message, error.hint, key=is_key)
+        return
     if isinstance(shape, MessageShape):
-        return document.fault(path, _too_much(field, shape), key=is_key)
-    return None
+        yield document.fault(path, _too_much(field, shape), key=is_key)
 
 
 def _too_much(field: str, shape: MessageShape) -> str:
@@ -215,37 +248,129 @@ def _too_much(field: str, shape: MessageShape) -> str:
     return f"{quoted(field)} is a {shape.name}; name one of its fields: {fields}"
 
 
-def python_faults(tree: Tree, node: PythonNode, variables: Variables) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the use of a Python behaviour, whose module is imported."""
-    document, place = tree.document, (*node.path, "python")
-    try:
-        kind = find_class(node.target, document.file)
-    except PythonError as error:
-        yield document.fault(place, error.message, error.hint)
-        return
-    attributes = attributes_of(kind)
-    known = listed(attributes) if attributes else "none"
-    for name, value in node.inputs.items():
-        path = (*node.path, "inputs", name)
-        if name not in attributes:
-            message = f"no attribute {quoted(name)} on {kind.__name__} (it declares: {known})"
-            yield document.fault(path, message, did_you_mean(name, attributes), key=True)
-        elif isinstance(value, Expression):
-            wanted = attributes[name]
-            if wanted is not None:
-                yield from expression_faults(document, path, value, variables, wanted)
-        else:
-            yield from _constant_faults(tree, path, value, attributes[name])
-    for name in node.outputs:
-        if name not in attributes:
-            path = (*node.path, "outputs", name)
-            message = f"no attribute {quoted(name)} on {kind.__name__} (it declares: {known})"
-            yield document.fault(path, message, did_you_mean(name, attributes), key=True)
-
-
-def _constant_faults(
-    tree: Tree, path: tuple[str | int, ...], value: object, wanted: Type | None
+def _settled_condition(
+    document: Document, node: InterfaceNode, ranges: Ranges, variables: Variables
 ) -> Iterator[Diagnostic]:
-    if wanted is not None and not fits(type_of(value), wanted):
-        message = f"expected {WORDS[wanted]}, got {describe(value)}"
-        yield tree.document.fault(path, message)
+    """Yield a warning for a condition on feedback that comes to the same for all of a goal."""
+    condition = node.condition
+    if condition is None or not ranges:
+        return
+
+    def find(name: SyntaxNode) -> Range | None:
+        if not isinstance(name, Name):
+            return None
+        if not name.variable and name.name in ranges:
+            return ranges[name.name]
+        value = variables.inputs.get(name.name)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            return None
+        return float(value), float(value)
+
+    found = outcomes(condition.root, find)
+    if len(found) > 1:
+        return
+    read = dict.fromkeys(name.name for name in condition.references if name.name in ranges)
+    if not read:
+        return
+    reach = " and ".join(f"'{name}' {_words(ranges[name])}" for name in read)
+    path = (*node.path, *node.condition_path)
+    if True in found:
+        message = f"this condition holds from the first feedback on: with this goal {reach}"
+    else:
+        message = f"this condition never holds: with this goal {reach}"
+    yield document.fault(path, message, severity="warning")
+
+
+def _words(ends: Range) -> str:
+    low, high = ends
+    if high == float("inf"):
+        return f"is {low:g} or more"
+    return f"goes from about {low:g} to {high:g}"
+
+
+# ---- goals, requests and messages that are sent ---------------------------------------------
+
+
+@dataclass
+class _GoalReader:
+    """Reads the texts of a goal, request or message as their fields want them.
+
+    Args:
+        document: In which it stands.
+        at: Where it stands.
+        variables: Those known there.
+        modifiers: The keys that may stand beside it.
+        faults: What is wrong with it; the values are then of no use.
+    """
+
+    document: Document
+    at: Path
+    variables: Variables
+    modifiers: Collection[str]
+    faults: list[Diagnostic] = field(default_factory=list)
+
+    def report(self, problem: TypeMismatch) -> None:
+        if len(self.faults) >= MOST_FAULTS:
+            return
+        path, hint = (*self.at, *problem.path), problem.hint
+        if problem.at_key and len(problem.path) == 1 and problem.path[0] in self.modifiers:
+            hint = beside(str(problem.path[0]), str(self.at[-1]))
+        fault = self.document.fault(path, problem.message, hint, key=problem.at_key)
+        self.faults.append(fault)
+
+    def read(self, path: Path, shape: Shape, text: Text | Late) -> Any:
+        """Return the value that a text has in every run. Raises Unknowable where it varies."""
+        assert isinstance(text, Text), "a loaded goal holds nothing that is resolved"
+        if len(self.faults) >= MOST_FAULTS:
+            raise Unknowable
+        if isinstance(shape, Scalar) and shape.type == "text":
+            return self.as_template((*self.at, *path), text.template)
+        return self.as_expression((*self.at, *path), text.expression, shape)
+
+    def as_template(self, path: Path, template: Template | ExpressionError) -> Any:
+        if isinstance(template, ExpressionError):
+            self.faults.append(located(self.document, path, template))
+            raise Unknowable
+        faults = list(template_faults(self.document, path, template, self.variables))
+        self.faults += faults
+        if faults or template.draws or not self.variables.fixes(template.names):
+            raise Unknowable
+        return self.value(path, template)
+
+    def as_expression(
+        self, path: Path, expression: Expression | ExpressionError, shape: Shape
+    ) -> Any:
+        words, wanted = _wanted(shape)
+        if isinstance(expression, ExpressionError):
+            message = expression.message
+            if isinstance(expression, LooseText):
+                message = f"expected {words} or an expression: {message}"
+            offset = expression.column - 1
+            fault = self.document.fault(path, message, expression.hint, offset=offset)
+            self.faults.append(fault)
+            raise Unknowable
+        if expression.draws or not self.variables.fixes(expression.names):
+            self.faults += expression_faults(
+                self.document, path, expression, self.variables, wanted, expected=words
+            )
+            raise Unknowable
+        return self.value(path, expression)
+
+    def value(self, path: Path, text: Expression | Template) -> Any:
+        try:
+            return text.evaluate(self.variables.inputs, random.Random(0))
+        except ExpressionError as error:
+            self.faults.append(located(self.document, path, error))
+            raise Unknowable from None
+
+
+def _wanted(shape: Shape) -> tuple[str, Type | None]:
+    """Return in words what a field takes, and the type an expression for it must have."""
+    match shape:
+        case Scalar():
+            return f"{WORDS[shape.type]} ({shape.name})", shape.type
+        case ListOf():
+            return f"a list ({shape.name})", "list"
+    if shape.name in SHORTHANDS:
+        return SHORTHANDS[shape.name]
+    return f"a mapping ({shape.name})", None

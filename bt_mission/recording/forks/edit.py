@@ -8,6 +8,7 @@ from pathlib import Path
 
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.language.checks.frames import frame_change
+from bt_mission.language.loader import required
 from bt_mission.language.mission import Mission
 from bt_mission.language.permissions import Permissions
 from bt_mission.recording.forks.change import ForkChange
@@ -27,9 +28,7 @@ def edited(source: ForkSource, path: Path, permissions: Permissions) -> ForkChan
     Raises:
         InputError: For a mission that is not sound, or whose world, robot or seed are others.
     """
-    found, faults = examine(path, permissions=permissions)
-    if found is None:
-        raise InputError(faults)
+    found = required(examine(path, permissions=permissions))
     if others := list(_other_heads(source.written, found)):
         raise InputError(others)
     recorded, written = source.mission, source.written.inputs
@@ -59,7 +58,6 @@ def _other_heads(before: Mission, after: Mission) -> Iterator[Diagnostic]:
     for name in FIXED:
         one, other = _head(before, name), _head(after, name)
         if one != other:
-            assert after.document is not None, "it was read from a file"
             message = f"'{name}' is settled when a run begins: it was {one}, and is {other} here"
             yield after.document.fault((name,), message)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,9 @@ from bt_mission.core.nature_field import read_nature
 from bt_mission.core.stamps import NS
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.executive.trace import VERSION
-from bt_mission.language.checks.python_code import code_faults
-from bt_mission.language.loader import draft, finished
+from bt_mission.language.checks.mission import tree_faults
+from bt_mission.language.checks.python_code import factory_faults
+from bt_mission.language.loader import read_mission, required
 from bt_mission.language.mission import Mission, NodeFactory, node_factories
 from bt_mission.language.permissions import Permissions
 from bt_mission.language.places import zones_in
@@ -279,17 +281,19 @@ def _missions_of(
     if not seed.isdecimal():
         raise ForkError(f"{file.path}: it has no seed")
     zones = zones_in(_text_of(file, "world", "worlds/").data)
-    written = finished(draft(document, permissions=permissions, texts=texts, zones=zones))
-    mission = finished(
-        draft(
+    permissions = replace(permissions, texts=texts)
+    check = partial(tree_faults, permissions=permissions)
+    written = required(read_mission(document, permissions=permissions, zones=zones))
+    mission = required(
+        read_mission(
             document,
             facts.inputs,
             int(seed),
             facts.texts.get("world"),
             facts.texts.get("robot"),
             permissions,
-            texts,
             zones,
+            check,
         )
     )
     mission = replace(
@@ -298,7 +302,7 @@ def _missions_of(
         observe=float(facts.texts.get("observe", "0")),
         requirements=requirements_in(file),
     )
-    faults = [one for one in code_faults(mission, permissions) if one.severity == "error"]
+    faults = [*factory_faults(mission.nodes, permissions)]
     if faults:
         raise InputError(faults)
     return written, mission

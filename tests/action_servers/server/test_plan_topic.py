@@ -4,7 +4,7 @@ from pathlib import Path as File
 
 from nav_msgs.msg import Path
 
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 
 MISSION = """\
@@ -17,7 +17,7 @@ tree: {navigate_to_pose: {pose: [0.5, 0.5, 0]}, timeout: 30}
 def run(folder: File, *, listens: bool) -> tuple[list[Path], str]:
     """The paths that somebody hears during a mission, and its trace."""
     heard: list[Path] = []
-    with Stage(load_text(MISSION), image_folder=folder) as stage:
+    with Stage(load(MISSION), image_folder=folder) as stage:
         if listens:
             node = stage.make_node("listener")
             node.create_subscription(Path, "plan", heard.append, 1)

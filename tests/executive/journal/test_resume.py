@@ -15,7 +15,7 @@ from bt_mission.executive.journal.recorder import JournalRecorder
 from bt_mission.executive.journal.recovery import Recovery
 from bt_mission.executive.journal.state import JournalState, head_of, told
 from bt_mission.goals.goal import Event, Goal, Phase
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 from tests.conftest import ScriptedServer
 from tests.support.play import TICK_NS, Play, message
 
@@ -26,7 +26,7 @@ class Life:
     """One process of a mission, and the disk that outlives it."""
 
     def __init__(self, text: str, path: Path, world: World) -> None:
-        mission = load_text(text)
+        mission = load(text)
         head = head_of(mission, "/")
         world.lives += 1
         self.play = Play(text, lambda name: Server(name, world), goal_seed=str(world.lives))
@@ -241,9 +241,9 @@ def test_other_inputs_and_seeds_are_told(begun: Any) -> None:
     file = JournalFile(path)
     records = file.read()
     with pytest.raises(BtMissionError, match=r"other seed: 0, not 4 \(--seed\)"):
-        told(records, head_of(load_text(text, seed=4), "/"), path)
+        told(records, head_of(load(text, seed=4), "/"), path)
     with pytest.raises(BtMissionError, match=r"other namespace: '/', not '/r' \(--namespace\)"):
-        told(records, head_of(load_text(text), "/r"), path)
+        told(records, head_of(load(text), "/r"), path)
     file.close()
 
 

@@ -14,15 +14,14 @@ from typing import Any
 
 import pytest
 
-from bt_mission import load
 from bt_mission.cli.web import NEEDED
 from bt_mission.core.cdr.definitions import Definitions, parse, share_folders
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.graph_tools.foxglove import LAYOUT
-from bt_mission.language.loader import load_text
 from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import quiet_node
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from tests.support.project import ROOT
@@ -81,7 +80,7 @@ def stage_of(mission: Mission, *, watched: bool = True) -> Stage:
 def served(mission: str | Mission = FOREVER) -> Iterator[ServedStage]:
     """A stage whose topics are served."""
     said: list[str] = []
-    found = load_text(mission) if isinstance(mission, str) else mission
+    found = load(mission) if isinstance(mission, str) else mission
     with stage_of(found) as stage:
         node = quiet_node("viewer", stage.node.context)
         server = FoxgloveServer(node, 0, lambda: stage.now_ns, said.append)
@@ -197,7 +196,7 @@ BUSY = ("/camera/image_raw", "/scan", "/odom", "/tf", "/turn/_action/feedback")
 def trace_of(text: str, *, look: bool) -> str:
     """The trace of a run, which two clients look at: one reads, the other does not."""
     if not look:
-        with stage_of(load_text(text), watched=False) as stage:
+        with stage_of(load(text), watched=False) as stage:
             while not stage.is_done:
                 stage.step()
             return stage.trace.sha256

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bt_mission.language.checks.frames import frame_change
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 
 MISSION = """\
 mission: m
@@ -81,7 +81,7 @@ MAY_NOT = [
 def test_what_is_read_when_a_node_begins_may_change(old: str, new: str) -> None:
     """The tree is the same one."""
     assert MISSION.count(old) == 1
-    before, after = load_text(MISSION), load_text(MISSION.replace(old, new))
+    before, after = load(MISSION), load(MISSION.replace(old, new))
     assert before.tree != after.tree or before.trees != after.trees or before.inputs != after.inputs
     assert frame_change(before, after) is None
 
@@ -90,7 +90,7 @@ def test_what_is_read_when_a_node_begins_may_change(old: str, new: str) -> None:
 def test_what_a_tree_is_built_of_is_fixed(old: str, new: str) -> None:
     """The first place at which it is another one is told."""
     assert MISSION.count(old) == 1
-    change = frame_change(load_text(MISSION), load_text(MISSION.replace(old, new)))
+    change = frame_change(load(MISSION), load(MISSION.replace(old, new)))
     assert change is not None
     assert change.line > 0
 
@@ -103,7 +103,7 @@ def test_the_first_place_is_told() -> None:
         (two.replace("    - log: a\n", ""), 3, "the node 'log' is gone"),
         (two.replace("    - wait: 1\n", "    - check: true\n"), 4, "another node than 'wait'"),
     ):
-        change = frame_change(load_text(two), load_text(text))
+        change = frame_change(load(two), load(text))
         assert change is not None
         assert (change.line, words in change.message) == (place, True)
 
@@ -111,6 +111,6 @@ def test_the_first_place_is_told() -> None:
 def test_a_tree_that_is_gone() -> None:
     """Is told by its name."""
     one = "mission: m\ntrees: {t: {do: {wait: 1}}}\ntree: {tree: t}\n"
-    change = frame_change(load_text(one), load_text("mission: m\ntree: {wait: 1}\n"))
+    change = frame_change(load(one), load("mission: m\ntree: {wait: 1}\n"))
     assert change is not None
     assert "another node than 't'" in change.message

@@ -2,18 +2,21 @@
 
 import pytest
 
-from bt_mission.language.loader import load_text
+from bt_mission.core.yaml.document import read_text
+from bt_mission.sessions.load import load
 
 HEAD = "mission: m\ninputs: {used: 1, idle: 2}\ntree:\n  sequence:\n"
 
 
 def test_warnings_are_few_and_located():
     """No limit on a goal, and names that nobody reads."""
-    mission = load_text(
-        HEAD + "    - turn: {angle: $used}\n      outputs: {angle_turned: turned}\n"
-        "    - explore_forward: {}\n      timeout: 9\n      outputs: {closest_obstacle: gap}\n"
-        "    - log: $gap\n",
-        "m.yaml",
+    mission = load(
+        read_text(
+            HEAD + "    - turn: {angle: $used}\n      outputs: {angle_turned: turned}\n"
+            "    - explore_forward: {}\n      timeout: 9\n      outputs: {closest_obstacle: gap}\n"
+            "    - log: $gap\n",
+            "m.yaml",
+        )
     )
     assert [str(fault).splitlines()[0] for fault in mission.warnings] == [
         "m.yaml:2:19: warning: the input 'idle' is never read",
@@ -25,22 +28,24 @@ def test_warnings_are_few_and_located():
 def test_a_mission_without_oddities_has_no_warnings():
     """Silence means all is well."""
     text = HEAD.replace(", idle: 2", "") + "    - turn: {angle: $used}\n      timeout: 3\n"
-    assert load_text(text).warnings == ()
+    assert load(text).warnings == ()
 
 
 def test_what_is_in_a_timeout_does_not_take_for_ever():
     """Whatever is between them."""
     tree = "  timeout: 9\n  do: {sequence: [{turn: {angle: 90}}, {spin: {target_yaw: 1.0}}]}\n"
-    assert load_text(f"mission: m\ntree:\n{tree}").warnings == ()
+    assert load(f"mission: m\ntree:\n{tree}").warnings == ()
 
 
 def test_a_wait_for_a_message_without_a_limit_is_warned_of():
     """A call of a service has one of its own."""
-    mission = load_text(
-        "mission: m\ntree:\n  sequence:\n"
-        "    - wait_for: {topic: odom, type: nav_msgs/msg/Odometry, until: x > 1}\n"
-        "    - service: {name: stop, type: std_srvs/srv/Trigger}\n",
-        "m.yaml",
+    mission = load(
+        read_text(
+            "mission: m\ntree:\n  sequence:\n"
+            "    - wait_for: {topic: odom, type: nav_msgs/msg/Odometry, until: x > 1}\n"
+            "    - service: {name: stop, type: std_srvs/srv/Trigger}\n",
+            "m.yaml",
+        )
     )
     assert [str(fault).splitlines()[0] for fault in mission.warnings] == [
         (
@@ -52,7 +57,7 @@ def test_a_wait_for_a_message_without_a_limit_is_warned_of():
 
 def notes(tree: str) -> list[str]:
     """What is noted of a tree, a line each."""
-    mission = load_text(f"mission: m\ninputs: {{x: 1}}\ntree:\n{tree}", "m.yaml")
+    mission = load(read_text(f"mission: m\ninputs: {{x: 1}}\ntree:\n{tree}", "m.yaml"))
     said = (str(fault).splitlines()[0] for fault in mission.warnings)
     return [line.partition("warning: ")[0] + line.partition("warning: ")[2] for line in said]
 

@@ -6,8 +6,8 @@ import pytest
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.language.checks.scope import names_read, walk
-from bt_mission.language.loader import load_text
-from bt_mission.sessions.check import examine, examine_text
+from bt_mission.sessions.check import examine
+from bt_mission.sessions.load import load
 
 EXPLORE = "explore_forward: {}\n      outputs: {closest_obstacle_angle: obstacle}"
 
@@ -17,7 +17,7 @@ def faults(*nodes, inputs="{n: 2, word: hello}"):
     text = f"mission: m\ninputs: {inputs}\ntree:\n  sequence:\n"
     text += "".join(f"    - {node}\n" for node in nodes)
     try:
-        load_text(text)
+        load(text)
     except InputError as error:
         return [(fault.line, fault.column, fault.message) for fault in error.faults]
     return []
@@ -84,7 +84,7 @@ def test_until_reads_what_its_rounds_write():
 def test_a_loop_that_no_round_ends_is_suspicious(loop, key):
     """Nothing below it assigns what its condition reads."""
     head = "mission: m\ninputs: {n: 2}\ntree:\n  sequence:\n    - log: $n\n    - "
-    found = [one for one in load_text(head + LOOP.format(loop)).warnings if "round" in one.message]
+    found = [one for one in load(head + LOOP.format(loop)).warnings if "round" in one.message]
     assert [(one.line, one.message) for one in found] == [
         (6, "no round changes this condition: nothing below 'do' assigns 'n'") for _ in [key] if key
     ]
@@ -96,12 +96,12 @@ FOLLOW = "mission: m\nfollow: {topic: b, type: std_msgs/msg/Float64, field: data
 def test_a_loop_may_wait_for_a_topic():
     """A variable that follows one changes without the loop."""
     text = f"{FOLLOW}tree:\n  repeat: {{while: b > 2, count: 9}}\n  do: {{wait: 1}}\n"
-    assert load_text(text).warnings == ()
+    assert load(text).warnings == ()
 
 
 def test_a_condition_on_a_goal_may_read_nothing_but_a_topic():
     """Where inputs alone would be refused: they never change."""
-    _, faults = examine_text(
+    _, faults = examine(
         f"{FOLLOW}tree:\n  turn: {{angle: 90}}\n  timeout: 9\n  cancel_when: b > 2\n"
     )
     assert faults == ()
@@ -109,7 +109,7 @@ def test_a_condition_on_a_goal_may_read_nothing_but_a_topic():
 
 def test_the_field_gives_the_type_of_what_follows_it():
     """It is known from the interface."""
-    _, found = examine_text(
+    _, found = examine(
         f"{FOLLOW}tree:\n  sequence:\n    - check: b\n    - repeat: {{count: b}}\n"
         "      do: {log: '${b + 1}'}\n"
     )
@@ -123,9 +123,9 @@ def test_a_named_tree_does_not_see_what_its_mission_follows():
     """It takes the value of the moment as an input, or follows the topic itself."""
     tree = "trees: {t: {do: {check: b > 1}}}\ntree: {sequence: [{tree: t}, {log: $b}]}\n"
     with pytest.raises(InputError, match="'b' is an undefined variable"):
-        load_text(FOLLOW + tree)
+        load(FOLLOW + tree)
     follow = FOLLOW.partition("follow: ")[2].strip()
-    assert load_text(FOLLOW + tree.replace("{do:", f"{{follow: {follow}, do:")).warnings == ()
+    assert load(FOLLOW + tree.replace("{do:", f"{{follow: {follow}, do:")).warnings == ()
 
 
 def test_an_included_tree_follows_topics(tmp_path):
@@ -147,7 +147,7 @@ def test_a_loop_may_wait_for_a_branch_beside_it():
         "mission: m\ntree:\n  sequence:\n    - set: {n: 0}\n    - parallel:\n"
         "        - {set: {n: 3}}\n        - {repeat: {until: n > 2}, do: {wait: 1}}\n"
     )
-    assert load_text(text).warnings == ()
+    assert load(text).warnings == ()
 
 
 @pytest.mark.parametrize(
@@ -163,7 +163,7 @@ def test_a_loop_may_wait_for_a_branch_beside_it():
 def test_behind_a_loop_that_never_ends_nothing_is_reached(loop, rest):
     """Or one that can only end the other way."""
     text = f"mission: m\ninputs: {{n: 2}}\ntree:\n  sequence:\n    - {loop}\n    - log: $n\n"
-    found = [one for one in load_text(text).warnings if "never reached" in one.message]
+    found = [one for one in load(text).warnings if "never reached" in one.message]
     assert [one.message for one in found] == [
         f"never reached: the node before it, in line 5, never {rest}" for _ in [rest] if rest
     ]
@@ -183,7 +183,7 @@ def test_a_clean_up_reads_what_is_sure_to_be_there(before, warned):
         "    - finally: {timeout: 5}\n      do: {sequence: [{wait: 1}, {set: {gap: n}}]}\n"
         "      then: {log: $gap}\n"
     )
-    found = [one for one in load_text(text).warnings if "halted" in one.message]
+    found = [one for one in load(text).warnings if "halted" in one.message]
     assert [one.message for one in found] == warned
 
 
@@ -199,7 +199,7 @@ def test_a_finally_ends_as_its_node_and_its_clean_up_can(node, is_reached):
     """Behind one that never succeeds nothing is reached."""
     text = "mission: m\ninputs: {n: 2}\ntree:\n  sequence:\n"
     text += f"    - {{finally: {{timeout: 5}}, do: {node}}}\n    - log: $n\n"
-    warned = [one for one in load_text(text).warnings if "never reached" in one.message]
+    warned = [one for one in load(text).warnings if "never reached" in one.message]
     assert bool(warned) is not is_reached
 
 
@@ -247,7 +247,7 @@ def test_bare_names_of_conditions_and_goals_wait_for_the_types():
 
 def test_types_of_outputs_come_from_the_one_who_knows_them():
     """A variable that two nodes write differently has no type."""
-    mission = load_text(
+    mission = load(
         "mission: m\ninputs: {n: 2}\ntree:\n  sequence:\n"
         "    - turn: {}\n      outputs: {a: x, b: y}\n"
         "    - turn: {}\n      outputs: {b: x, a: z}\n"
@@ -260,7 +260,7 @@ def test_types_of_outputs_come_from_the_one_who_knows_them():
 
 def test_names_read_are_those_of_every_part():
     """Goal, limits, condition, message, counts."""
-    mission = load_text(
+    mission = load(
         "mission: m\ninputs: {a: 1, b: 2, c: 3, d: 4, e: 5}\ntree:\n"
         "  retry: {attempts: $e, pause: 0.0}\n  do:\n    turn: {angle: $a}\n    timeout: $b\n"
         "    feedback_timeout: $c\n    cancel_when: x > $d"
@@ -283,7 +283,7 @@ def test_services_and_topics_read_and_write_too():
         (6, "'said' is an input, and inputs never change; choose another name"),
         (7, "'$what' is an undefined variable"),
     ]
-    mission = load_text(
+    mission = load(
         "mission: m\ninputs: {a: 1, b: 2, c: 3}\ntree:\n  sequence:\n"
         "    - {service: {name: s, type: a/srv/B, request: {x: $a}}, timeout: $b}\n"
         "    - {wait_for: {topic: t, type: a/msg/B, until: y > $c}, timeout: 1}\n"

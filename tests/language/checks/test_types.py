@@ -2,8 +2,7 @@
 
 import pytest
 
-from bt_mission.language.checks.mission import type_faults
-from bt_mission.language.loader import load_text
+from bt_mission.language.checks.mission import tree_faults
 from bt_mission.language.message_types import (
     ActionShapes,
     ListOf,
@@ -11,6 +10,7 @@ from bt_mission.language.message_types import (
     Scalar,
     UnknownType,
 )
+from bt_mission.sessions.load import load
 
 FLOAT = Scalar("float32", "number")
 INT = Scalar("int32", "integer", -(2**31), 2**31 - 1)
@@ -37,14 +37,13 @@ SHAPES = ActionShapes(
 
 def faults(*modifiers, goal="{}", after="wait: 1", inputs="{n: 2, word: hi, xs: [1, 2]}"):
     """Return (line, text at the caret, message) of the faults in an action and what follows."""
-    mission = load_text(
+    mission = load(
         f"mission: m\ninputs: {inputs}\ntree:\n  sequence:\n"
         f"    - action: {{name: /b, type: a/action/B, goal: {goal}}}\n"
         + "".join(f"      {line}\n" for line in modifiers)
         + f"    - {after}\n"
     )
-    assert mission.document is not None
-    found = type_faults(mission, lambda _: SHAPES)
+    found = tree_faults(mission, lambda _: SHAPES)
     return [(fault.line, fault.source[fault.column - 1 :], fault.message) for fault in found]
 
 
@@ -159,14 +158,13 @@ def test_an_unknown_type_is_told_at_the_type_and_hides_nothing_else():
             return SHAPES
         raise UnknownType(f"the action type {name} is not installed", "did you mean 'x'?")
 
-    mission = load_text(
+    mission = load(
         "mission: m\ntree:\n  sequence:\n"
         "    - action: {name: /c, type: a/action/C}\n"
         "    - turn: {angle: 9}\n"
         "    - action: {name: /b, type: a/action/B, goal: {what: 1}}\n"
     )
-    assert mission.document is not None
-    found = list(type_faults(mission, find))
+    found = list(tree_faults(mission, find))
     assert [(fault.line, fault.column) for fault in found] == [(4, 32), (5, 7), (6, 51)]
     assert found[0].message == "the action type a/action/C is not installed"
     assert found[0].hint == "did you mean 'x'?"

@@ -8,7 +8,6 @@ import pytest
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.language.checks.requirements import with_requirements
-from bt_mission.language.loader import load_text
 from bt_mission.sessions.load import convert, load
 
 MISSION = "mission: rest\nrequirements:\n  is slow: always speed < 1\ntree:\n  wait: 1\n"
@@ -33,7 +32,7 @@ def test_a_fault_in_such_a_file_has_its_place(tmp_path: Path, text: str, message
     file = tmp_path / "extra.yaml"
     file.write_text(text)
     with pytest.raises(InputError) as refused:
-        with_requirements(load_text(MISSION), [file])
+        with_requirements(load(MISSION), [file])
     assert any(message in fault.message for fault in refused.value.faults)
     assert {fault.file for fault in refused.value.faults} == {str(file)}
 
@@ -41,7 +40,7 @@ def test_a_fault_in_such_a_file_has_its_place(tmp_path: Path, text: str, message
 def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
     """By its name."""
     with pytest.raises(InputError, match=r"nowhere\.yaml"):
-        with_requirements(load_text(MISSION), [tmp_path / "nowhere.yaml"])
+        with_requirements(load(MISSION), [tmp_path / "nowhere.yaml"])
 
 
 REQUIREMENTS = """\

@@ -8,8 +8,8 @@ import pytest
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.language.expressions.values import ExpressionError
-from bt_mission.language.loader import load_text
 from bt_mission.language.requirements.formula import Formula
+from bt_mission.sessions.load import load
 
 MISSION = """\
 mission: tour
@@ -132,7 +132,7 @@ def test_what_is_no_requirement_says_what_to_write(text: str, message: str) -> N
 def test_a_fault_in_a_requirement_has_its_place(line: str, column: int, message: str) -> None:
     """Line, column and remedy stand in the error of the mission file."""
     with pytest.raises(InputError) as refused:
-        load_text(MISSION.format(line))
+        load(MISSION.format(line))
     (fault,) = refused.value.faults
     assert (fault.line, fault.column) == (4, column)
     assert message in fault.headline
@@ -142,17 +142,17 @@ def test_a_colon_in_a_requirement_wants_quotes() -> None:
     """As for any reader of YAML; the error has the line to write."""
     line = 'gets on: eventually within 60 s: succeeded("visit A")'
     with pytest.raises(InputError) as refused:
-        load_text(MISSION.format(f"{line}  # soon"))
+        load(MISSION.format(f"{line}  # soon"))
     written = "gets on: 'eventually within 60 s: succeeded(\"visit A\")'"
     assert f"quote the text: {written}" in refused.value.faults[0].headline
-    (one,) = load_text(MISSION.format(f"{written}  # soon")).requirements
+    (one,) = load(MISSION.format(f"{written}  # soon")).requirements
     assert (one.name, one.text) == ("gets on", 'eventually within 60 s: succeeded("visit A")')
 
 
 def test_a_requirement_in_parts_is_one_formula() -> None:
     """The keys of a mapping come to the same as the sentence."""
     form = "a: {whenever: age('scan') > 0.5, then: speed < 0.01, within: 0.6, on_violation: halt}"
-    (one,) = load_text(MISSION.format(form)).requirements
+    (one,) = load(MISSION.format(form)).requirements
     assert one.text == "whenever age('scan') > 0.5: speed < 0.01 within 0.6 s"
     assert one.on_violation == "halt"
 
@@ -166,7 +166,7 @@ def test_a_mapping_reads_back_from_its_text(then: str) -> None:
     text = f'{{whenever: speed > 0.5, then: "{then}", within: 0.5}}'
     if "until" in then:
         text = text.replace("y > 0", "y > 0 within 1 s")
-    mission = load_text(f"mission: it\nrequirements:\n  one: {text}\ntree: {{wait: 1, name: a}}\n")
+    mission = load(f"mission: it\nrequirements:\n  one: {text}\ntree: {{wait: 1, name: a}}\n")
     (one,) = mission.requirements
     again = Formula(one.text).root
     columns = re.compile(r"column=\d+|(?<=[<>=]', )\d+")

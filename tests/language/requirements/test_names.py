@@ -8,7 +8,7 @@ from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.diagnostics import InputError
 from bt_mission.coverage.places import places
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 from bt_mission.views.drawing.nodes import drawn
 
 MISSION = """\
@@ -31,7 +31,7 @@ tree:
 def refusal(formula: str) -> str:
     """Return what is said of a formula that names a node."""
     with pytest.raises(InputError) as refused:
-        load_text(MISSION.format(formula=formula))
+        load(MISSION.format(formula=formula))
     (fault,) = refused.value.faults
     assert fault.line == 3
     return f"{fault.message}; {fault.hint}"
@@ -39,7 +39,7 @@ def refusal(formula: str) -> str:
 
 def test_a_root_without_a_name_has_that_of_the_mission_everywhere() -> None:
     """In the tree that runs, its picture, coverage and requirements."""
-    mission = load_text(MISSION.format(formula='eventually succeeded("plain")'))
+    mission = load(MISSION.format(formula='eventually succeeded("plain")'))
     names = {
         build_tree(mission, Scope({}, 0)).name,
         drawn(mission).name,
@@ -69,13 +69,13 @@ def test_a_name_that_no_node_of_the_run_has_is_an_error(formula: str, words: str
 @pytest.mark.parametrize("node", ["plain", "inner", "0", "0.1", "0.1.0.0"])
 def test_names_and_places_of_the_run_are_valid(node: str) -> None:
     """Those of used trees included."""
-    load_text(MISSION.format(formula=f'never failed("{node}")'))
+    load(MISSION.format(formula=f'never failed("{node}")'))
 
 
 def test_the_error_for_the_kind_of_an_unnamed_root_says_its_name() -> None:
     """The root is called as the mission is."""
     with pytest.raises(InputError) as refused:
-        load_text(
+        load(
             "mission: plain\nrequirements:\n  it: never failed('sequence')\n"
             "tree:\n  sequence: [{wait: 1}]\n"
         )

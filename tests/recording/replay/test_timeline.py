@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.language.loader import load_text
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordingError
 from bt_mission.recording.replay.player import TimelineSeeker
 from bt_mission.recording.replay.timeline import Timeline, beside, read_timeline
 from bt_mission.recording.writer import RunRecorder
+from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from tests.support.recordings import edited, recording
 
@@ -151,7 +151,7 @@ def test_requirements_are_shown_as_they_were_then(tmp_path: Path) -> None:
     """The violation is in the log at its instant; margins come before it and after it."""
     path = tmp_path / "judged.mcap"
     text = "mission: m\nworld: empty_arena\nrequirements:\n  is quick: always time < 1.22\n"
-    mission = load_text(text + "tree:\n  wait: 2\n")
+    mission = load(text + "tree:\n  wait: 2\n")
     with (
         Stage(mission, image_folder=tmp_path, say=lambda _: None) as stage,
         RunRecorder(stage, path) as recorder,
@@ -195,7 +195,7 @@ def test_a_topic_of_another_type_with_the_name_of_the_zones_is_left_alone(tmp_pa
 def recorded(folder: Path, mission: str) -> Timeline:
     """A recorded run of a mission."""
     with (
-        Stage(load_text(mission), image_folder=folder, say=lambda _: None) as stage,
+        Stage(load(mission), image_folder=folder, say=lambda _: None) as stage,
         RunRecorder(stage, folder / "run.mcap") as recorder,
     ):
         while not stage.is_done:

@@ -22,8 +22,8 @@ from bt_mission.executive.executive import Executive
 from bt_mission.executive.trace import Trace
 from bt_mission.goals.goal import Goal, Phase
 from bt_mission.goals.goal import GoalStatus as Final
-from bt_mission.language.loader import load_text
 from bt_mission.language.mission import Mission
+from bt_mission.sessions.load import load
 from tests.support.fuzz.finding import Case, Finding, Verdict, crash
 from tests.support.fuzz.graph import Graph, messages
 from tests.support.fuzz.peer import Peer
@@ -87,7 +87,7 @@ LONGEST = 120
 @cache
 def missions() -> tuple[Mission, ...]:
     """Return the missions whose goals are answered."""
-    return tuple(load_text(f"mission: m\ntree:{text}") for text in MISSIONS)
+    return tuple(load(f"mission: m\ntree:{text}") for text in MISSIONS)
 
 
 @cache

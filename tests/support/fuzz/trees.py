@@ -8,12 +8,12 @@ from pathlib import Path
 from random import Random
 from xml.etree import ElementTree as ET
 
-from bt_mission.btcpp.document import document_of
+from bt_mission.btcpp import document
 from bt_mission.btcpp.mission_writer import mission_xml
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.yaml.document import read_text
-from bt_mission.language.loader import draft, load_text
-from bt_mission.sessions import load
+from bt_mission.language.loader import read_mission
+from bt_mission.sessions.load import convert, document_of, load, palette
 from tests.support.btcpp_rules import CHILDREN, PORTS
 from tests.support.fuzz import cases, xml_missions
 from tests.support.fuzz.expressions import expression
@@ -123,26 +123,25 @@ def _value(rng: Random) -> str:
 def judge(path: Path) -> Verdict:
     """Convert a file; what comes of it means the same, in both forms."""
     try:
-        converted = load.convert(path)
+        converted = convert(path)
     except InputError as error:
         return Verdict(accepted=False, finding=_misplaced(error.faults))
     if path.suffix == ".yaml":
-        found = draft(load.read_mission(path))
-        if found.mission is None or found.faults:  # mission_xml reads more than is sound
+        mission, _ = read_mission(document_of(path))
+        if mission is None:  # mission_xml reads more than is sound
             return Verdict(accepted=False)
-        return _compared(converted, meaning(found.mission), "XML")
-    found = draft(load.read_mission(path))
-    if found.mission is None or found.faults:
-        return Verdict(accepted=False, finding=Finding("converted with faults", str(found.faults)))
-    meant = meaning(found.mission)
+        return _compared(converted, meaning(mission), "XML")
+    mission, faults = read_mission(document_of(path))
+    if mission is None:
+        return Verdict(accepted=False, finding=Finding("converted with faults", str(faults)))
+    meant = meaning(mission)
     try:
-        again = load_text(converted)
+        again = load(converted)
     except InputError as error:
         return Verdict(True, finding=Finding("YAML that is not read", f"{error}\n{converted}"))
     if meaning(again) != meant:
         return Verdict(True, finding=Finding("YAML means something else", converted))
-    palette = load.palette(path)
-    ET.fromstring(palette)  # noqa: S314 - our own
+    ET.fromstring(palette(path))  # noqa: S314 - our own
     try:
         xml = mission_xml(read_text(converted, "m.yaml"))
     except InputError as error:
@@ -152,12 +151,12 @@ def judge(path: Path) -> Verdict:
 
 def _compared(xml: str, meant: object, what: str) -> Verdict:
     try:
-        found = draft(document_of(xml, "m.xml"))
+        mission, faults = read_mission(document.document_of(xml, "m.xml"))
     except InputError as error:
         return Verdict(True, finding=Finding(f"{what} that is not read", f"{error}\n{xml}"))
-    if found.mission is None or found.faults:
-        return Verdict(True, finding=Finding(f"{what} with faults", f"{found.faults}\n{xml}"))
-    if meaning(found.mission) != meant:
+    if mission is None:
+        return Verdict(True, finding=Finding(f"{what} with faults", f"{faults}\n{xml}"))
+    if meaning(mission) != meant:
         return Verdict(True, finding=Finding(f"{what} means something else", xml))
     return Verdict(accepted=True)
 

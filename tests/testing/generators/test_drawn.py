@@ -9,7 +9,7 @@ import pytest
 from hypothesis import find, given, settings
 
 from bt_mission.scenarios.run import run_scenario
-from bt_mission.sessions.check import examine_text
+from bt_mission.sessions.check import examine
 from bt_mission.testing.generators.draws import SeededDraws
 from bt_mission.testing.generators.missions import drawn_mission
 from bt_mission.testing.generators.scenarios import DrawnScenario, as_text, drawn_scenario
@@ -29,7 +29,7 @@ def test_what_is_drawn_from_a_seed_is_sound(seed: int, tmp_path: Path) -> None:
     path = tmp_path / "world.yaml"
     path.write_text(world)
     load_world(str(path))
-    found, faults = examine_text(mission)
+    found, faults = examine(mission)
     assert found is not None, faults
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.language.loader import load_text
 from bt_mission.language.nodes.registry import KINDS
 from bt_mission.sessions.load import load
 from bt_mission.views.drawing.nodes import SIGNS, drawn, heading, legend, outline
@@ -64,13 +63,13 @@ def test_every_shipped_mission_has_an_outline(path: Path) -> None:
 )
 def test_a_row_says_what_a_node_does(tree: str, row: str) -> None:
     """In the words of its author."""
-    mission = load_text(f"mission: m\ntree:\n  {tree}\n")
+    mission = load(f"mission: m\ntree:\n  {tree}\n")
     assert str(next(iter(outline(drawn(mission))))) == row
 
 
 def test_trees_with_names_stand_where_they_are_used() -> None:
     """With what they are given."""
-    mission = load_text(
+    mission = load(
         "mission: m\ntrees:\n  beat: {do: {wait: 1}}\ntree:\n  sequence:\n    - tree: beat\n"
         "    - tree: beat\n      name: again\n"
     )
@@ -85,7 +84,7 @@ def test_trees_with_names_stand_where_they_are_used() -> None:
 
 def test_a_terminal_without_unicode_reads_it_too() -> None:
     """Each sign has a form in ASCII, and the legend says what it means."""
-    mission = load_text("mission: m\nworld: w\ninputs: {n: 2}\ntree: {sequence: [{wait: $n}]}\n")
+    mission = load("mission: m\nworld: w\ninputs: {n: 2}\ntree: {sequence: [{wait: $n}]}\n")
     root = drawn(mission)
     rows = [str(row) for row in outline(root, ascii_only=True)]
     assert rows == ["-> m", "`- t wait  $n s"]

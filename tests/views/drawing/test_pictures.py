@@ -15,7 +15,6 @@ from PIL import Image
 
 from bt_mission.cli import main
 from bt_mission.core.errors import BtMissionError
-from bt_mission.language.loader import load_text
 from bt_mission.sessions.load import load
 from bt_mission.views.drawing.dot import dot
 from bt_mission.views.drawing.letters import width_px, wrapped
@@ -31,7 +30,7 @@ NASTY = "mission: 'a<b>&\"c'\ntree:\n  sequence:\n    - log: \"<x> & 'y' \\\\ \\
 
 def made(text: str) -> Scene:
     """The scene of a mission in a text."""
-    mission = load_text(text)
+    mission = load(text)
     return scene(drawn(mission), heading(mission))
 
 
@@ -59,7 +58,7 @@ def test_every_shipped_mission_makes_a_sound_svg(path: Path) -> None:
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # pydot's own
 def test_texts_are_escaped() -> None:
     """Markup, quotes and control characters in names and texts."""
-    mission = load_text(NASTY)
+    mission = load(NASTY)
     picture = made(NASTY)
     text = svg(picture)
     assert [one.text for one in ET.fromstring(text).iter() if one.text and "<x>" in one.text]  # noqa: S314 - our own

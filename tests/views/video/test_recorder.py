@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bt_mission.language.loader import load_text
+from bt_mission.sessions.load import load
 from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
 from bt_mission.views.video.mp4 import Mp4File
@@ -96,7 +96,7 @@ class Plain:
 @pytest.fixture
 def stage(tmp_path: Path) -> Iterator[Stage]:
     """A stage with the short mission."""
-    with Stage(load_text(MISSION), image_folder=tmp_path) as stage:
+    with Stage(load(MISSION), image_folder=tmp_path) as stage:
         yield stage
 
 
@@ -135,7 +135,7 @@ def test_frames_show_what_changes(stage: Stage) -> None:
 def test_a_run_is_the_same_with_a_film(stage: Stage, tmp_path: Path) -> None:
     """Its trace is."""
     filmed(stage, Plain(stage))
-    with Stage(load_text(MISSION), image_folder=tmp_path) as other:
+    with Stage(load(MISSION), image_folder=tmp_path) as other:
         while not other.is_done:
             other.step()
         assert other.trace.sha256 == stage.trace.sha256
