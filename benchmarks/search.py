@@ -41,12 +41,12 @@ from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.scenarios.runner import silence_logs
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.guide import Guide
-from bt_mission.search.ranges import RangesFile
 from bt_mission.search.reference import Reference, load_reference
 from bt_mission.search.session import SearchOptions, SearchSession, load_search
 from bt_mission.search.strategies import STRATEGIES
 from bt_mission.sweeps.base import BaseChanges
 from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.ranges import RangesFile
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.runner import SerialRunner
 from bt_mission.sweeps.work import ScenarioWorker

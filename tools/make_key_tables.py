@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Write docs/reference/files.md: every key of worlds, robots, scenarios, fleets and requirements.
+"""Write docs/reference/files.md: every key of each kind of file but missions.
 
 The tables are taken from the models that read the files. A test compares the page with what this
 gives; `make generated` writes it.
@@ -16,15 +16,16 @@ from typing import Any
 from bt_mission.fleets.file import fleet_schema
 from bt_mission.scenarios.file import ScenarioFile
 from bt_mission.sessions.file_checks import requirements_schema, robot_schema, world_schema
+from bt_mission.sweeps.ranges import ranges_schema
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "reference" / "files.md"
 
 HEAD = """# Keys of files
 
-Every key of worlds, robots, scenarios, fleets and files of requirements. The keys of missions are
-on the page of [the mission language](mission-language.md). This page is generated from the models
-that read the files (`make generated`).
+Every key of worlds, robots, scenarios, fleets, files of requirements and of ranges. The keys of
+missions are on the page of [the mission language](mission-language.md). This page is generated from
+the models that read the files (`make generated`).
 
 `bt-mission check FILE...` recognizes each kind by its content and checks it. `bt-mission schema
 KIND` prints the JSON Schema of a kind, by which an editor with a YAML language server completes and
@@ -37,6 +38,7 @@ KINDS: Mapping[str, tuple[str, Any]] = {
     "scenario": ("Scenarios", ScenarioFile.model_json_schema),
     "fleet": ("Fleets", fleet_schema),
     "requirements": ("Requirements", requirements_schema),
+    "ranges": ("Ranges", ranges_schema),
 }
 """The kinds of file: how each is called, and what gives its schema."""
 

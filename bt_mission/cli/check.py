@@ -33,7 +33,7 @@ def add_parser(commands: Any) -> None:
         "check",
         description="Reads missions, checks them against the real ROS types, worlds and robots, "
         "and prints every fault with its file, line and column. Nothing moves, and no code of the "
-        "missions runs unless --import-python is given. Worlds, robots and files of requirements "
+        "missions runs unless --import-python is given. Worlds, robots, requirements and ranges "
         "are checked, too.",
     )
     parser.add_argument(
@@ -41,8 +41,9 @@ def add_parser(commands: Any) -> None:
         nargs="+",
         type=Path,
         metavar="file",
-        help="missions, scenarios, fleets, worlds, robots and files of requirements, recognized by "
-        "their content: YAML files, XML files of Groot 2, or names of shipped missions",
+        help="missions, scenarios, fleets, worlds, robots, files of requirements and of ranges, "
+        "recognized by their content: YAML files, XML files of Groot 2, or names of shipped "
+        "missions",
     )
     add_overrides(parser)
     add_require_option(parser)
@@ -198,7 +199,7 @@ def permissions_of(options: argparse.Namespace) -> Permissions:
     return Permissions(python="name", hint=hint)
 
 
-_PLAIN = frozenset(("world", "robot", "requirements"))
+_PLAIN = frozenset(("world", "robot", "requirements", "ranges"))
 """Kinds of file that hold no mission."""
 
 
@@ -279,6 +280,10 @@ def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     kind = kind_of(mission_file(options))
     if kind != "mission" and options.against:
         raise BtMissionError(f"--against: {options.file} is a {kind}, which has a stage of its own")
+    if kind == "ranges":
+        from bt_mission.sweeps.ranges import check_ranges
+
+        return check_ranges(mission_file(options))
     if kind in _PLAIN:
         from bt_mission.sessions.file_checks import CHECKS
 
@@ -376,6 +381,7 @@ _SCHEMAS = {
     "world": ("bt_mission.sessions.file_checks", "world_schema"),
     "robot": ("bt_mission.sessions.file_checks", "robot_schema"),
     "requirements": ("bt_mission.sessions.file_checks", "requirements_schema"),
+    "ranges": ("bt_mission.sweeps.ranges", "ranges_schema"),
 }
 """What gives the schema of each kind of file, with its module."""
 

@@ -33,10 +33,10 @@ from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.core.interrupts import InterruptSignals
-    from bt_mission.search.ranges import RangesFile
     from bt_mission.search.search import SearchState
     from bt_mission.search.session import SearchSession
     from bt_mission.sweeps.base import BaseScenario
+    from bt_mission.sweeps.ranges import RangesFile
     from bt_mission.sweeps.runner import ScenarioRunner
 
 AIMS = ("violated", "failed", "orphaned", "collision", "anything")
@@ -52,7 +52,7 @@ examples:
   bt-mission falsify mine.yaml --reference good.yaml --keep-going 5
                                                 up to five causes that good.yaml does not have
 
-a file of ranges, in which everything may be left out (docs/reference/search.md):
+a file of ranges, in which everything may be left out (docs/reference/ranges.md):
   seeds: 0..999
   worlds: [dqn_stage1, dqn_stage4]
   inputs: {speed: 0.1..0.26}
@@ -175,9 +175,9 @@ def _falsify(options: argparse.Namespace) -> int:
     from bt_mission.core.dds.middleware import prepare_middleware
     from bt_mission.core.interrupts import InterruptSignals
     from bt_mission.language.checks.requirements import with_requirements
-    from bt_mission.search.ranges import read_ranges
     from bt_mission.search.session import load_search
     from bt_mission.sweeps.base import load_base
+    from bt_mission.sweeps.ranges import read_ranges
 
     ranges = read_ranges(options.within)
     path, changes = mission_file(options), base_changes(options)

@@ -97,6 +97,13 @@ def add_parser(commands: Any) -> None:
         "such as speed=0.1..0.26; may be repeated",
     )
     parser.add_argument(
+        "--within",
+        type=input_file,
+        metavar="RANGES.yaml",
+        help="what may vary, in a file: parameters, seeds, plans of faults, the limit "
+        "(docs/reference/ranges.md); options come before it",
+    )
+    parser.add_argument(
         "--sample",
         type=count,
         metavar="N",
@@ -112,8 +119,8 @@ def add_parser(commands: Any) -> None:
         default=[],
         type=input_file,
         metavar="FILE",
-        help="faults that go wrong together, or several such plans by name; each point is run with "
-        "each plan (docs/reference/sweeps.md); may be repeated",
+        help="a file of ranges with plans of faults alone; each point is run with each plan; may "
+        "be repeated",
     )
     add_fault_option(parser)
     add_set_option(parser)
@@ -223,21 +230,32 @@ def plan_of(options: argparse.Namespace) -> SweepPlan:
         InputError: With what is wrong.
     """
     from bt_mission.sweeps.base import load_base
-    from bt_mission.sweeps.fault_plans import read_fault_plans
     from bt_mission.sweeps.plan import SweepPlan
-    from bt_mission.sweeps.space import parse_parameter, refuse_repeated
+    from bt_mission.sweeps.ranges import (
+        parse_parameter,
+        read_ranges,
+        refuse_repeated,
+        with_fault_plans,
+    )
 
-    parameters = tuple(parse_parameter(one) for one in options.vary)
+    path, file = mission_file(options), read_ranges(options.within)
+    file.refuse_others("sweep")
+    file.check_worlds(path)
+    ranges = file.ranges
+    varied = [parse_parameter(one) for one in options.vary]
+    parameters = (*file.parameters, *file.start, *varied)
     refuse_repeated(parameters)
-    changes = replace(base_changes(options), limit=options.limit)
-    base = load_base(mission_file(options), changes, parameters)
+    limit = ranges.limit if options.limit is None else options.limit
+    base = load_base(path, replace(base_changes(options), limit=limit), parameters)
+    file.check_mission(base.mission)
+    seeds = ranges.seeds if "seeds" in ranges.model_fields_set else None
     return SweepPlan(
         base,
         parameters,
-        options.seeds,
+        seeds if options.seeds is None else options.seeds,
         options.sample,
         options.sample_seed,
-        read_fault_plans(options.fault_plan),
+        with_fault_plans(ranges.plans, options.fault_plan),
     )
 
 

@@ -16,7 +16,7 @@ Kind = Literal["missions", "worlds", "robots", "parameters"]
 SUFFIXES = (".yaml", ".yml")
 MOST_READ = 1_000_000
 """Characters of a file in which its kind is looked for; larger ones are refused anyway."""
-FileKind = Literal["mission", "scenario", "fleet", "world", "robot", "requirements"]
+FileKind = Literal["mission", "scenario", "fleet", "world", "robot", "requirements", "ranges"]
 _TOP_KEY = re.compile(r"^([a-z_]+)[ ]*:", re.MULTILINE)
 _KEYS: dict[FileKind, frozenset[str]] = {
     "scenario": frozenset(("scenario",)),
@@ -25,6 +25,7 @@ _KEYS: dict[FileKind, frozenset[str]] = {
     "robot": frozenset(("wheel_radius", "wheel_separation", "lidar", "hull", "base_mass")),
     "world": frozenset(("size", "walls", "boxes", "cylinders", "zones", "spawn", "slippery")),
     "requirements": frozenset(("requirements",)),
+    "ranges": frozenset(("seeds", "worlds", "robots", "plans", "obstacles", "faults", "assume")),
 }
 """Keys at the top of a file by which its kind is known, in the order in which they count."""
 _PLAIN_WORDS = re.compile(

@@ -1,6 +1,5 @@
 """Searches for a scenario that breaks a mission, and makes what it finds small.
 
-- ``ranges``: what may be varied, as a file says it
 - ``material``: what the mission gives to draw from; ``probing``: what of that is there
 - ``candidate``: one scenario that may be tried, in parts that can be left out or rounded
 - ``space``: all candidates: a world, a start, inputs, obstacles and faults that are drawn

@@ -10,12 +10,12 @@ from bt_mission.coverage.record import CoverageRecord
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.material import material_of
 from bt_mission.search.probing import present_in
-from bt_mission.search.ranges import Ranges, RangesFile, Span
 from bt_mission.search.search import carry_out, run_as_it_is
 from bt_mission.search.session import with_limit
 from bt_mission.search.space import SearchSpace
 from bt_mission.search.strategies import BATCH, STRATEGIES
 from bt_mission.sweeps.base import BaseScenario
+from bt_mission.sweeps.ranges import Ranges, RangesFile, Span
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.runner import ScenarioRunner
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from bt_mission.search.kinds import GROUPS
 from bt_mission.search.material import Material
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.runner import ScenarioRunner
+from bt_mission.testing.generators.kinds import GROUPS
 
 PROBE_S = 0.05
 """A probe ends after the first control step, s."""

@@ -11,8 +11,8 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.guide import BRANCH, Guide
-from bt_mission.search.ranges import RangesFile
 from bt_mission.sweeps.base import BaseScenario, load_base
+from bt_mission.sweeps.ranges import RangesFile
 from bt_mission.sweeps.runner import ScenarioRunner
 from bt_mission.sweeps.work import ScenarioWorker
 

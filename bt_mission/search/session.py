@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.guide import (
     ASSUMED,
@@ -23,13 +22,13 @@ from bt_mission.search.guide import (
 )
 from bt_mission.search.material import branch_formulas, material_of
 from bt_mission.search.probing import present_in
-from bt_mission.search.ranges import Ranges, RangesFile
 from bt_mission.search.reference import Reference
 from bt_mission.search.search import Search, SearchState, Watch, run_as_it_is
 from bt_mission.search.simplify import MOST_RUNS, simplify
 from bt_mission.search.space import SearchSpace
 from bt_mission.search.strategies import STRATEGIES
 from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
+from bt_mission.sweeps.ranges import Ranges, RangesFile
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.runner import ScenarioRunner
 from bt_mission.sweeps.work import ScenarioWorker
@@ -71,12 +70,12 @@ def load_search(
     Raises:
         InputError: With every error.
     """
+    ranges.refuse_others("falsify")
     ranges.check_worlds(path)
     base = load_base(path, changes, ranges.parameters)
-    ranges.check_inputs(base.mission)
-    ranges.check_camera(base.mission)
-    ranges.check_assumptions(base.mission)
-    _check_ends(base, ranges)
+    ranges.check_mission(base.mission)
+    with ScenarioWorker(base.bundle) as worker:
+        worker.refuse_values(base, [one for one in ranges.parameters if one.name != "world"])
     return with_measures(base, ranges, aim)
 
 
@@ -121,24 +120,6 @@ def has_requirements(base: BaseScenario) -> bool:
 def aim_of(base: BaseScenario, aim: Aim | None) -> Aim:
     """Return what is searched for."""
     return aim or default_aim(has_requirements=has_requirements(base))
-
-
-def _check_ends(base: BaseScenario, ranges: RangesFile) -> None:
-    """Load the mission with the ends of each input."""
-    wrong: list[Diagnostic] = []
-    with ScenarioWorker(base.bundle) as worker:
-        worker.load(base.concrete({}))  # as it is, before any other
-        for one in ranges.parameters:
-            if one.name == "world":
-                continue
-            for value in one.ends:
-                try:
-                    worker.load(base.concrete({one.name: value}))
-                except InputError as error:
-                    wrong.append(ranges.refused_value(one.name, error.faults[0].message))
-                    break
-    if wrong:
-        raise InputError(wrong)
 
 
 class SearchSession:

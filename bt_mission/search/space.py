@@ -10,12 +10,18 @@ from bt_mission.faults.planned import PlannedFault
 from bt_mission.faults.values import planned_fault
 from bt_mission.faults.world import MOST_OBSTACLES, OBSTACLES
 from bt_mission.search.candidate import Candidate
-from bt_mission.search.kinds import DEFAULT_KINDS, faults_of
 from bt_mission.search.material import Material, material_of
-from bt_mission.search.ranges import ObstacleRanges, Ranges, Span, StartRanges
 from bt_mission.search.starts import FreeSpace
 from bt_mission.sweeps.base import BaseScenario
-from bt_mission.sweeps.space import Interval, Parameter
+from bt_mission.sweeps.ranges import (
+    Choices,
+    Interval,
+    ObstacleRanges,
+    Parameter,
+    Ranges,
+    Span,
+    StartRanges,
+)
 from bt_mission.testing.generators.draws import Draws, maybe, number, one_of
 from bt_mission.testing.generators.faults import (
     LONGEST_S,
@@ -24,6 +30,7 @@ from bt_mission.testing.generators.faults import (
     can_be_drawn,
     drawn_fault,
 )
+from bt_mission.testing.generators.kinds import DEFAULT_KINDS, faults_of
 
 PartDraws = Callable[[str], Draws]
 """Gives what draws a part of a candidate, by the part's name."""
@@ -202,8 +209,10 @@ def _is_in(span: Span, value: Any) -> bool:
     return bool(span.low <= value <= span.high)
 
 
-def _within(draws: Draws, span: Span, step: float) -> float:
-    return number(draws, span.low, span.high, step)
+def _within(draws: Draws, given: Span | Parameter, step: float) -> Any:
+    if isinstance(given, Choices):
+        return one_of(draws, given.values)
+    return number(draws, given.low, given.high, step)
 
 
 def _steps(span: Span) -> Span:

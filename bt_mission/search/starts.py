@@ -11,8 +11,8 @@ from scipy import ndimage
 from bt_mission.core.files import find
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import read
-from bt_mission.search.ranges import Span
 from bt_mission.sweeps.base import BaseScenario
+from bt_mission.sweeps.ranges import Span
 from sim.world.loader import load_world, world_in
 from sim.world.occupancy import FREE, OccupancyMap, rasterise
 from sim.world.world import World

@@ -1,6 +1,6 @@
 """Many scenarios of one mission: which, carried out where, and what came out.
 
-- ``space``: parameters, with the values that each may have
+- ``ranges``: what may vary, as a file or an option says it
 - ``bundle``: all files that the scenarios need, as texts
 - ``concrete``: :class:`ConcreteScenario`, what a worker carries out
 - ``base``: the mission or scenario that is varied

@@ -19,7 +19,7 @@ from bt_mission.scenarios.loader import ScenarioChanges, load_scenario
 from bt_mission.sessions.check import examine
 from bt_mission.sweeps.bundle import Bundle, bundle_of
 from bt_mission.sweeps.concrete import ConcreteScenario, varied
-from bt_mission.sweeps.space import Parameter
+from bt_mission.sweeps.ranges import Parameter
 from sim.world.loader import load_world
 
 

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import prod
 from typing import Any
 
 from scipy.stats import qmc
 
-from bt_mission.core.diagnostics import Diagnostic, InputError
+from bt_mission.core.diagnostics import InputError
 from bt_mission.language.expressions.values import Plain
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.concrete import ConcreteScenario
-from bt_mission.sweeps.space import VARY_OPTION, Choices, Interval, Parameter
+from bt_mission.sweeps.ranges import Choices, Interval, Parameter
 
 NO_PLAN = ""
 
@@ -51,7 +51,7 @@ class SweepPlan:
                 if isinstance(one, Interval):
                     message = "an interval has no end of values: draw some of them with --sample N"
                     hint = f"or name values: {one.name}={one.low:g},{one.high:g}"
-                    raise InputError([Diagnostic(message, VARY_OPTION, 1, 1, str(one), hint)])
+                    raise InputError([replace(one.place, message=message, hint=hint)])
 
     @property
     def points(self) -> int:

@@ -6,7 +6,6 @@ from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.scenarios.run import look_for_names
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.plan import SweepPlan
-from bt_mission.sweeps.space import VARY_OPTION
 from bt_mission.sweeps.work import ScenarioWorker
 
 
@@ -19,21 +18,7 @@ def refuse_impossible(plan: SweepPlan) -> None:
     """
     base = plan.base
     with ScenarioWorker(base.bundle) as worker:
-        worker.load(base.concrete({}))
-        wrong: list[Diagnostic] = []
-        for one in plan.parameters:
-            for value in one.ends:
-                try:
-                    worker.load(base.concrete({one.name: value}))
-                except InputError as error:
-                    source = f"{one.name}={value}"
-                    wrong += [
-                        Diagnostic(each.message, VARY_OPTION, 1, 1, source, each.hint)
-                        for each in error.faults
-                        if each.severity == "error"
-                    ]
-        if wrong:
-            raise InputError(list(dict.fromkeys(wrong)))
+        worker.refuse_values(base, plan.parameters)
         first = plan.scenario(0)
         for name, faults in (plan.plans or {"": ()}).items():
             scenario = base.concrete(first.parameters, seed=0, faults=faults, plan=name)

@@ -6,7 +6,7 @@ import json
 import os
 import socket
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import redirect_stdout
 from dataclasses import replace
 from pathlib import Path
@@ -14,15 +14,17 @@ from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Self
 
-from bt_mission.core.diagnostics import InputError
+from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.core.yaml.document import read_text
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
+from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.bundle import MISSION_FOLDER, Bundle
 from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.ranges import Parameter
 from bt_mission.sweeps.recording import record_scenario, write_page_of
 from bt_mission.sweeps.row import ScenarioRow, row_of, row_of_error
 from bt_mission.sweeps.versions import fingerprint
@@ -74,6 +76,27 @@ class ScenarioWorker:
                 replace(one, message=self._for_user(one.message), file=self._for_user(one.file))
                 for one in error.faults
             ) from error
+
+    def refuse_values(self, base: BaseScenario, parameters: Iterable[Parameter]) -> None:
+        """Load what is varied as it is, and with each end of each parameter.
+
+        Raises:
+            InputError: With what is wrong as it is, or else with each refused value at its place.
+        """
+        self.load(base.concrete({}))
+        wrong: list[Diagnostic] = []
+        for one in parameters:
+            for value in one.ends:
+                try:
+                    self.load(base.concrete({one.name: value}))
+                except InputError as error:
+                    wrong += [
+                        replace(one.place, message=each.message, hint=each.hint)
+                        for each in error.faults
+                        if each.severity == "error"
+                    ]
+        if wrong:
+            raise InputError(list(dict.fromkeys(wrong)))
 
     def record(self, scenario: ConcreteScenario) -> tuple[bytes, bytes]:
         """Carry a concrete scenario out once more; gives its recording, and the page of that.

@@ -30,7 +30,9 @@ def mission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     (tmp_path / "turns.yaml").write_text(MISSION)
     (tmp_path / "plans.yaml").write_text(PLANS)
     (tmp_path / "nothing.yaml").write_text("plans: {}\n")
-    (tmp_path / "topic.yaml").write_text("faults: ['at 1.0: drop /nowhere lasting 1']\n")
+    (tmp_path / "topic.yaml").write_text("plans: {one: ['at 1.0: drop /nowhere lasting 1']}\n")
+    (tmp_path / "wide.yaml").write_text("inputs: {angle: 1..9}\n")
+    (tmp_path / "ends.yaml").write_text("inputs: {angle: [1, x]}\n")
     return "turns.yaml"
 
 
@@ -87,7 +89,11 @@ def test_a_row_of_an_error_names_the_file_of_the_mission(mission: str) -> None:
         ("--sample 3 --vary on=1..5", "on=1"),
         ("--fault-plan plans.yaml", "drip"),
         ("--fault-plan nothing.yaml", "expected plans"),
-        ("--fault-plan turns.yaml", "expected 'faults: [at 5.0: drop scan lasting 2]'"),
+        ("--fault-plan turns.yaml", "unknown key 'mission'"),
+        ("--within plans.yaml", "drip"),
+        ("--within wide.yaml", "draw some of them with --sample N"),
+        ("--within wide.yaml --vary angle=1,2", "'angle' is given twice"),
+        ("--within ends.yaml", "ends.yaml:1:17: error: input 'angle' expects a number"),
         ("--fault-plan plans2.yaml", "no such file"),
         ("--fault-plan topic.yaml", "/nowhere"),
         ("--fault drop", "expected"),

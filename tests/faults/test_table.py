@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from bt_mission.core.units import UNITS
 from bt_mission.faults import FAULTS, Faults
-from bt_mission.search.kinds import GROUPS
 from bt_mission.testing.generators.faults import DRAWN, IN_LEAVES, OF_A_BOX
+from bt_mission.testing.generators.kinds import GROUPS
 
 
 def test_every_fault_of_tests_is_in_the_table() -> None:

@@ -13,9 +13,9 @@ import pytest
 from bt_mission.cli import main
 from bt_mission.coverage.record import CoverageRecord
 from bt_mission.search.cover import CoverSession
-from bt_mission.search.ranges import RangesFile
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.ranges import RangesFile
 from bt_mission.sweeps.row import ScenarioRow
 from tests.search.conftest import MISSION, row
 

@@ -11,11 +11,11 @@ import pytest
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import read_text
-from bt_mission.search.ranges import RangesFile
 from bt_mission.search.reference import Reference, load_reference
 from bt_mission.search.session import SearchOptions, SearchSession, load_search
 from bt_mission.sweeps.base import BaseChanges, BaseScenario
 from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.ranges import RangesFile
 from tests.search.conftest import MISSION, Judge, MadeUpRunner
 
 RANGES = RangesFile(read_text("assume: [always speed < 0.3]"))

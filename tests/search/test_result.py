@@ -14,11 +14,11 @@ from bt_mission.faults.text import parse_fault
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.guide import CLEARANCE, CLEARANCE_FORMULA, Failure
-from bt_mission.search.ranges import RangesFile
 from bt_mission.search.result import scenario_data
 from bt_mission.search.search import Found
 from bt_mission.search.session import load_search
 from bt_mission.sweeps.base import BaseChanges, BaseScenario
+from bt_mission.sweeps.ranges import RangesFile
 from tests.search.conftest import MISSION, row
 
 NO_RANGES = RangesFile()

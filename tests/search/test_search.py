@@ -11,13 +11,13 @@ import pytest
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import read_text
-from bt_mission.search.ranges import RangesFile
 from bt_mission.search.search import Search
 from bt_mission.search.session import SearchOptions, SearchSession
 from bt_mission.search.space import SearchSpace
 from bt_mission.search.strategies import STRATEGIES
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.ranges import RangesFile
 from bt_mission.sweeps.row import row_of_error
 from tests.search.conftest import Judge, MadeUpRunner
 

@@ -11,11 +11,11 @@ from bt_mission.core.yaml.document import read_text
 from bt_mission.faults.text import parse_fault
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.guide import Failure
-from bt_mission.search.ranges import RangesFile
 from bt_mission.search.search import Found, Search
 from bt_mission.search.simplify import rounder_numbers, simplify
 from bt_mission.search.space import SearchSpace
 from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.ranges import RangesFile
 from tests.search.conftest import Judge, row
 
 BOX = "at 3.25: spawn_box ahead 0.85 left 0.15 size (0.35, 0.35, 0.3)"

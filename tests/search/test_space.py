@@ -12,11 +12,11 @@ from bt_mission.faults.planned import AtTime, WhenTrue
 from bt_mission.faults.text import parse_fault
 from bt_mission.faults.world import OBSTACLES
 from bt_mission.search.candidate import Candidate
-from bt_mission.search.ranges import RangesFile
 from bt_mission.search.space import SearchSpace
 from bt_mission.search.starts import FreeSpace
 from bt_mission.search.strategies import RandomStrategy
 from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
+from bt_mission.sweeps.ranges import RangesFile
 from bt_mission.sweeps.work import ScenarioWorker
 from tests.search.conftest import MISSION
 

@@ -12,12 +12,12 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import kind_of
 from bt_mission.core.yaml.document import read, read_text
 from bt_mission.scenarios.loader import examine_scenario
-from bt_mission.search.ranges import RangesFile
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.file_checks import requirements_schema, robot_schema, world_schema
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_checks import CAMERA_TOPICS, TOPICS, stage_problems
+from bt_mission.sweeps.ranges import RangesFile
 from tests.support.project import ROOT
 
 WORLDS = sorted((ROOT / "worlds").glob("*.yaml"))
@@ -108,9 +108,9 @@ def test_camera_faults_need_a_camera() -> None:
     _, (fault, *_) = examine_scenario(read_text(text))
     assert fault.message == "camera_black: the robot 'burger' has no camera"
     ranges = RangesFile(read_text("faults: {kinds: [network, camera]}\n"))
-    ranges.check_camera(load("mission: m\ntree: {wait: 1}\n"))
+    ranges.check_mission(load("mission: m\ntree: {wait: 1}\n"))
     with pytest.raises(InputError, match="1:27: error: 'camera': the robot 'burger' has no camera"):
-        ranges.check_camera(load("mission: m\nrobot: burger\ntree: {wait: 1}\n"))
+        ranges.check_mission(load("mission: m\nrobot: burger\ntree: {wait: 1}\n"))
 
 
 def test_poses_of_a_loop_are_checked_one_by_one() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from bt_mission.sweeps.base import BaseChanges, load_base
 from bt_mission.sweeps.plan import SweepPlan
-from bt_mission.sweeps.space import parse_parameter
+from bt_mission.sweeps.ranges import parse_parameter
 from bt_mission.sweeps.work import ScenarioWorker
 from tests.support.killed_sweep import KilledSweep
 

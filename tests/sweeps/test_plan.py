@@ -9,7 +9,7 @@ import pytest
 from bt_mission.core.diagnostics import InputError
 from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
 from bt_mission.sweeps.plan import SweepPlan
-from bt_mission.sweeps.space import Choices, Interval, parse_parameter
+from bt_mission.sweeps.ranges import Choices, Interval, parse_parameter
 
 MISSION = """\
 mission: m

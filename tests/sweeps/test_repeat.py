@@ -15,8 +15,8 @@ from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.folder import StoreError
 from bt_mission.sweeps.origin import SweepOrigin, origin_of, resume_command
 from bt_mission.sweeps.plan import SweepPlan
+from bt_mission.sweeps.ranges import parse_parameter
 from bt_mission.sweeps.repeat import Repeater, find_row
-from bt_mission.sweeps.space import parse_parameter
 from bt_mission.sweeps.store import ResultStore
 from bt_mission.sweeps.work import ScenarioWorker
 from tests.sweeps.conftest import ABOUT, BUNDLE, origin, write_results

@@ -1,0 +1,533 @@
+"""What may vary: files of ranges for `sweep` and `falsify`, and the option ``--vary``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
+
+from pydantic import ConfigDict, Field, PlainValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from bt_mission.core.diagnostics import (
+    Diagnostic,
+    InputError,
+    describe,
+    did_you_mean,
+    in_order,
+    quoted,
+)
+from bt_mission.core.files import look_for, names
+from bt_mission.core.yaml.document import Document, read, read_text
+from bt_mission.core.yaml.models import validate
+from bt_mission.faults.world import MOST_OBSTACLES
+from bt_mission.language.checks.requirements import MissionNames
+from bt_mission.language.expressions.values import Plain
+from bt_mission.language.mission import Mission
+from bt_mission.language.nodes import fields
+from bt_mission.language.nodes.base import Written
+from bt_mission.language.requirements.written import WrittenFormula
+from bt_mission.language.schema import DIALECT
+from bt_mission.scenarios.faults import FaultReader
+from bt_mission.sessions.check import has_camera
+from bt_mission.sessions.file_checks import CheckedFile
+from bt_mission.testing.generators.kinds import unknown_kind
+from sim.world.world import FASTEST
+
+EXAMPLES = "'speed=0.1,0.2' or 'speed=0.1..0.26'"
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_RANGE = re.compile(
+    rf"\s*(?P<low>{_NUMBER})\s*\.\.\s*(?P<high>{_NUMBER})\s*(?:step\s+(?P<step>{_NUMBER})\s*)?"
+)
+_COLON = re.compile(r"\s*([+-]?[\d.]+):([+-]?[\d.]+)\s*")
+_DIGITS = 6
+_MOST_STEPS = 10_000
+
+
+# ---- parameters -------------------------------------------------------------------------------
+
+_OPTION = Diagnostic("", "--vary", 1, 1)
+
+
+@dataclass(frozen=True)
+class Choices:
+    """A parameter that has one of several values.
+
+    Attributes:
+        name: ``world``, ``robot``, ``start.x``, ``start.y``, ``start.yaw``, or an input.
+        values: As YAML reads them.
+        place: Where it is written, for errors.
+    """
+
+    name: str
+    values: tuple[Plain, ...]
+    place: Diagnostic = field(default=_OPTION, compare=False)
+
+    def at(self, share: float) -> Plain:
+        """The value at a share from 0 to below 1 of the way through."""
+        return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
+
+    @property
+    def ends(self) -> tuple[Plain, ...]:
+        """Values that must be possible, so that all are."""
+        return self.values
+
+    def __str__(self) -> str:
+        return f"{self.name}={','.join(map(str, self.values))}"
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A parameter that has any value between two, both included.
+
+    Attributes:
+        name: As of :class:`Choices`; likewise `place`.
+        low: In the parameter's unit, as `high`.
+        is_whole: Only whole numbers.
+    """
+
+    name: str
+    low: float
+    high: float
+    is_whole: bool = False
+    place: Diagnostic = field(default=_OPTION, compare=False)
+
+    def at(self, share: float) -> Plain:
+        """The value at a share from 0 to below 1 of the way, of six digits."""
+        if self.is_whole:
+            low, high = int(self.low), int(self.high)
+            return min(low + int(share * (high - low + 1)), high)
+        value = self.low + share * (self.high - self.low)
+        return min(max(float(f"{value:.{_DIGITS}g}"), self.low), self.high)
+
+    @property
+    def ends(self) -> tuple[Plain, ...]:
+        """Values that must be possible, so that all are."""
+        return (self.at(0.0), self.at(1.0))
+
+    def __str__(self) -> str:
+        return f"{self.name}={self.low:g}..{self.high:g}"
+
+
+Parameter: TypeAlias = Choices | Interval
+
+
+def parse_parameter(text: str) -> Parameter:
+    """Read a parameter as the command line has it, such as ``speed=0.1,0.2`` or ``speed=0.1..0.3``.
+
+    Values are those of a YAML list without its brackets, or a range as in a file.
+
+    Raises:
+        InputError: With what is wrong with it.
+    """
+    place = replace(_OPTION, source=text)
+    name, equals, written = (part.strip() for part in text.partition("="))
+    if not equals or not name:
+        message = f"expected NAME=VALUES, such as {EXAMPLES}"
+        raise InputError([replace(place, message=message)])
+    try:
+        values = _parameter(written if _RANGE.fullmatch(written) else _listed(name, written))
+    except PydanticCustomError as error:
+        message = f"{quoted(name)}: {error.message()}"
+        raise InputError([replace(place, message=message)]) from None
+    if isinstance(values, Interval) and name in ("world", "robot"):
+        message = f"{quoted(name)} has names, not numbers between two ends"
+        raise InputError([replace(place, message=message)])
+    return replace(values, name=name, place=place)
+
+
+def _listed(name: str, written: str) -> list[Any]:
+    expected = f"expected values as in {EXAMPLES}"
+    if colon := _COLON.fullmatch(written):
+        raise fields.refusal(f"{expected}; write '{name}={colon[1]}..{colon[2]}'")
+    try:
+        values = read_text(f"[{written}]").data
+    except InputError:
+        values = None
+    if not isinstance(values, list) or not values:
+        raise fields.refusal(expected)
+    return values
+
+
+def refuse_repeated(parameters: Sequence[Parameter]) -> None:
+    """Refuse parameters that are given twice.
+
+    Raises:
+        InputError: With the first such name.
+    """
+    seen: set[str] = set()
+    for one in parameters:
+        if one.name in seen:
+            raise InputError([replace(one.place, message=f"{quoted(one.name)} is given twice")])
+        seen.add(one.name)
+
+
+# ---- values of a file -------------------------------------------------------------------------
+
+
+class Span(NamedTuple):
+    """Two ends, both included."""
+
+    low: float
+    high: float
+
+
+def _span(value: Any) -> Span:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return Span(value, value)
+    found = _RANGE.fullmatch(value) if isinstance(value, str) else None
+    if found is None or found["step"]:
+        raise fields.refusal(
+            f"expected a number or a range such as '0.5..2', got {describe(value)}"
+        )
+    low, high = float(found["low"]), float(found["high"])
+    if low > high:
+        raise fields.refusal(f"expected the lower end first, got {value}")
+    return Span(low, high)
+
+
+def _span_from(value: Any, *, low: float, words: str, high: float = float("inf")) -> Span:
+    span = _span(value)
+    if span.low < low or span.high > high:
+        raise fields.refusal(f"expected {words}, got {describe(value)}")
+    return span
+
+
+def _positive_span(value: Any) -> Span:
+    span = _span(value)
+    if span.low <= 0:
+        raise fields.refusal(f"expected more than 0, got {span.low:g}")
+    return span
+
+
+def _seeds(value: Any) -> Sequence[int]:
+    if isinstance(value, list):
+        spans = [_seeds(one) for one in value]
+        seeds = tuple(seed for one in spans for seed in one)
+        if not seeds or len(set(seeds)) < len(seeds):
+            raise fields.refusal(f"expected different seeds, got {describe(value)}")
+        return seeds
+    span = _span(value)
+    if span.low < 0 or any(one != int(one) for one in span):
+        raise fields.refusal(
+            f"expected integers from 0 up, such as '0..999', got {describe(value)}"
+        )
+    return range(int(span.low), int(span.high) + 1)
+
+
+def _names(written: Any) -> Parameter:
+    if not isinstance(written, list) or not all(isinstance(one, str) for one in written):
+        raise fields.refusal(f"expected a list of names, got {describe(written)}")
+    return _parameter(written)
+
+
+def _parameter(written: Any) -> Parameter:
+    """Return a parameter without a name: of a list, a range, or a range with a step."""
+    found = _RANGE.fullmatch(written) if isinstance(written, str) else None
+    if found:
+        return _ranged(found)
+    if written is None or isinstance(written, Mapping | str):
+        message = "expected a range such as '0.1..0.26', or a list"
+        raise fields.refusal(f"{message}, got {describe(written)}")
+    values = written if isinstance(written, list) else [written]
+    if not values or any(one is None or isinstance(one, dict) for one in values):
+        raise fields.refusal(f"expected values as in {EXAMPLES}")
+    for number, value in enumerate(values):
+        if value in values[:number] and type(value) is type(values[values.index(value)]):
+            raise fields.refusal(f"the value {value} stands there twice")
+    return Choices("", tuple(values))
+
+
+def _ranged(found: re.Match[str]) -> Parameter:
+    low, high = float(found["low"]), float(found["high"])
+    if not low < high:
+        raise fields.refusal(f"expected the lower end first, got {low:g}..{high:g}")
+    numbers = [one for one in found.groups() if one is not None]
+    is_whole = all(re.fullmatch(r"[+-]?\d+", one) for one in numbers)
+    if not found["step"]:
+        return Interval("", low, high, is_whole)
+    step = float(found["step"])
+    if step <= 0 or (high - low) / step > _MOST_STEPS:
+        raise fields.refusal(f"expected a step above 0 with at most {_MOST_STEPS:,} values")
+    kind = int if is_whole else float
+    steps = (low + number * step for number in range(int((high - low) / step + 1e-9) + 1))
+    return Choices("", tuple(kind(float(f"{one:.{_DIGITS}g}")) for one in steps))
+
+
+def _coordinate(written: Any) -> Parameter:
+    """Return a parameter of numbers; a number alone is an interval of that."""
+    if isinstance(written, int | float) and not isinstance(written, bool):
+        return Interval("", written, written)
+    found = _parameter(written)
+    if any(isinstance(one, bool) or not isinstance(one, int | float) for one in found.ends):
+        raise fields.refusal(f"expected numbers, got {describe(written)}")
+    return found
+
+
+_speeds = partial(_span_from, low=0, high=FASTEST, words=f"speeds from 0 to {FASTEST:g} m/s")
+_times = partial(_span_from, low=0, words="a time from 0 s up")
+_RANGED = WithJsonSchema({"type": ["number", "string"]})
+_LISTED = WithJsonSchema({"type": ["number", "string", "array"]})
+AnySpan = Annotated[Any, PlainValidator(_span), _RANGED]
+PositiveSpan = Annotated[Any, PlainValidator(_positive_span), _RANGED]
+SpeedSpan = Annotated[Any, PlainValidator(_speeds), _RANGED]
+TimeSpan = Annotated[Any, PlainValidator(_times), _RANGED]
+Coordinate = Annotated[Any, PlainValidator(_coordinate), _LISTED]
+Values = Annotated[Any, PlainValidator(_parameter), WithJsonSchema({})]
+Names = Annotated[
+    Any, PlainValidator(_names), WithJsonSchema({"type": "array", "items": {"type": "string"}})
+]
+Seeds = Annotated[Any, PlainValidator(_seeds), _LISTED]
+Plan = Annotated[
+    list[Any], WithJsonSchema({"type": "array", "items": {"type": ["string", "object"]}})
+]
+
+
+class _Ranged(Written):
+    """Defaults are written as in a file."""
+
+    model_config = ConfigDict(validate_default=True)
+
+
+class StartRanges(_Ranged):
+    """Where the robot may start, m and degrees of the map.
+
+    `falsify` moves places that are not free to the nearest free one.
+    """
+
+    x: Coordinate | None = None
+    y: Coordinate | None = None
+    yaw: Coordinate = "0..360"
+
+
+class ObstacleRanges(_Ranged):
+    """Obstacles that may appear; m from the robot as it stands then, s since the start.
+
+    Where there is no room, an obstacle appears at the nearest place that has some. One in three
+    moves, m/s; none where `speed` is 0.
+    """
+
+    most: Annotated[int, Field(ge=0, le=MOST_OBSTACLES)] = 3
+    times: TimeSpan | None = None
+    ahead: AnySpan = "0.5..2"
+    left: AnySpan = "-0.6..0.6"
+    size: PositiveSpan = "0.1..0.4"
+    lasting: PositiveSpan | None = None
+    speed: SpeedSpan = "0.1..0.5"
+
+
+class FaultRanges(_Ranged):
+    """Faults that may happen, s since the start.
+
+    Without `times`, faults begin at a time of the run or with an event of the mission. Without
+    `lasting`, they last 0.25 s to 3 s, or a little less or more than a limit of the mission.
+    """
+
+    most: Annotated[int, Field(ge=0, le=10)] = 3
+    kinds: list[fields.Line] | None = None
+    times: TimeSpan | None = None
+    lasting: PositiveSpan | None = None
+
+
+class Ranges(_Ranged):
+    """The whole file; every key may be left out."""
+
+    description: str = ""
+    seeds: Seeds = "0..999"
+    worlds: Names | None = None
+    robots: Names | None = None
+    inputs: dict[fields.Variable, Values] = {}
+    start: Literal["anywhere"] | StartRanges | None = None
+    plans: dict[fields.Line, Plan] = {}
+    obstacles: ObstacleRanges = Field(default_factory=ObstacleRanges)
+    faults: FaultRanges = Field(default_factory=FaultRanges)
+    assume: list[WrittenFormula] = []
+    limit: Annotated[float, Field(gt=0, le=100_000)] | None = None
+
+
+def ranges_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a file of ranges."""
+    return {"$schema": DIALECT, **Ranges.model_json_schema(), "title": "bt-mission ranges"}
+
+
+# ---- the file ---------------------------------------------------------------------------------
+
+NOT_READ: Mapping[str, Iterable[str]] = {
+    "sweep": ("obstacles", "faults", "assume"),
+    "falsify": ("robots", "plans"),
+    "--fault-plan": Ranges.model_fields.keys() - {"description", "plans"},
+}
+"""Keys that a command or an option does not read."""
+
+
+class RangesFile:
+    """A file of ranges, with the places of its parts.
+
+    Attributes:
+        parameters: Inputs, worlds and robots, as a sweep varies them.
+
+    Args:
+        document: None is an empty file.
+
+    Raises:
+        InputError: With what is wrong with its form.
+    """
+
+    def __init__(self, document: Document | None = None) -> None:
+        self.document = read_text("{}") if document is None else document
+        self.ranges = validate(self.document, Ranges)
+        if wrong := [*self._wrong_kinds(), *self._wrong_plans()]:
+            raise InputError(in_order(wrong))
+        self.parameters = tuple(self._named(self.ranges.inputs, "inputs"))
+        for key, name in (("worlds", "world"), ("robots", "robot")):
+            if values := getattr(self.ranges, key):
+                self.parameters += (
+                    replace(values, name=name, place=self.document.fault((key,), "")),
+                )
+
+    @property
+    def start(self) -> tuple[Parameter, ...]:
+        """The ranges of the start that are written, as a sweep varies them."""
+        start = self.ranges.start
+        if not isinstance(start, StartRanges):
+            return ()
+        given = {axis: getattr(start, axis) for axis in start.model_fields_set}
+        return tuple(
+            Choices(one.name, (one.low,), one.place)
+            if isinstance(one, Interval) and one.low == one.high
+            else one
+            for one in self._named(given, "start", "start.")
+        )
+
+    def _named(
+        self, written: Mapping[str, Parameter], key: str, before: str = ""
+    ) -> Iterator[Parameter]:
+        for name, values in written.items():
+            place = self.document.fault((key, name), "")
+            yield replace(values, name=f"{before}{name}", place=place)
+
+    def _wrong_kinds(self) -> Iterator[Diagnostic]:
+        for number, kind in enumerate(self.ranges.faults.kinds or ()):
+            if found := unknown_kind(kind):
+                yield self.document.fault(("faults", "kinds", number), *found)
+
+    def _wrong_plans(self) -> Iterable[Diagnostic]:
+        reader = FaultReader(self.document)
+        for name, plan in self.ranges.plans.items():
+            for number, one in enumerate(plan):
+                reader.fault(one, ("plans", name, number))
+        return reader.wrong
+
+    def refuse_others(self, reader: str) -> None:
+        """Refuse keys that a command or an option does not read.
+
+        Args:
+            reader: Of `NOT_READ`.
+
+        Raises:
+            InputError: With each.
+        """
+        wrong = [
+            self.document.fault((key,), f"{reader} does not read {quoted(key)}", key=True)
+            for key in self.ranges.model_fields_set.intersection(NOT_READ[reader])
+        ]
+        if reader == "sweep" and self.ranges.start == "anywhere":
+            message = "a sweep has ranges of 'x', 'y' and 'yaw'; 'anywhere' is for falsify"
+            wrong.append(self.document.fault(("start",), message))
+        if wrong:
+            raise InputError(in_order(wrong))
+
+    def check_worlds(self, near: Path) -> None:
+        """Look for the worlds. Raises InputError with those that are not there."""
+        wrong = [
+            self.document.fault(
+                ("worlds", number),
+                f"no such world: {quoted(one)}",
+                did_you_mean(one, names("worlds")),
+            )
+            for number, one in enumerate(self.ranges.worlds.values if self.ranges.worlds else ())
+            if look_for("worlds", one, near=near) is None
+        ]
+        if wrong:
+            raise InputError(wrong)
+
+    def check_inputs(self, mission: Mission) -> None:
+        """Look for the inputs in the mission. Raises InputError with those it does not have."""
+        if wrong := [*self._unknown_inputs(mission)]:
+            raise InputError(wrong)
+
+    def check_mission(self, mission: Mission) -> None:
+        """Look for the inputs, for the nodes of assumptions, and for a camera that faults need.
+
+        Raises:
+            InputError: With those that the mission or its robot does not have.
+        """
+        parts = (self._unknown_inputs, self._needing_camera, self._unknown_names)
+        if wrong := [fault for part in parts for fault in part(mission)]:
+            raise InputError(in_order(wrong))
+
+    def _unknown_inputs(self, mission: Mission) -> Iterator[Diagnostic]:
+        for name in self.ranges.inputs:
+            if name not in mission.inputs:
+                known = ", ".join(mission.inputs) or "none"
+                message = f"the mission has no input {quoted(name)} (its inputs: {known})"
+                hint = did_you_mean(name, mission.inputs)
+                yield self.document.fault(("inputs", name), message, hint, key=True)
+
+    def _needing_camera(self, mission: Mission) -> Iterator[Diagnostic]:
+        for number, kind in enumerate(self.ranges.faults.kinds or ()):
+            if kind.partition("_")[0] == "camera" and not has_camera(mission):
+                message = f"{quoted(kind)}: the robot '{mission.robot}' has no camera"
+                yield self.document.fault(("faults", "kinds", number), message)
+
+    def _unknown_names(self, mission: Mission) -> Iterator[Diagnostic]:
+        known = MissionNames(mission)
+        for number, formula in enumerate(self.ranges.assume):
+            for one in known.unknown_in(formula.root):
+                offset = one.column - 1
+                yield self.document.fault(("assume", number), one.message, one.hint, offset=offset)
+
+
+def read_ranges(path: Path | None) -> RangesFile:
+    """Read a file of ranges; None is an empty one.
+
+    Raises:
+        InputError: With every error of its form.
+        BtMissionError: For a file that cannot be read.
+    """
+    return RangesFile(None if path is None else read(path))
+
+
+def check_ranges(path: Path) -> tuple[CheckedFile, tuple[Diagnostic, ...]]:
+    """Check a file of ranges alone; the names in it are those of a mission.
+
+    Raises:
+        InputError: With every error.
+    """
+    ranges = read_ranges(path).ranges
+    written = [key for key in Ranges.model_fields if key in ranges.model_fields_set]
+    return CheckedFile(str(path), path.stem, ", ".join(written) or "nothing"), ()
+
+
+def with_fault_plans(plans: Mapping[str, list[Any]], paths: Sequence[Path]) -> dict[str, list[Any]]:
+    """Add the plans of files that have nothing else; a sweep runs each point with each plan.
+
+    Raises:
+        InputError: With everything that is wrong in a file, or a name that is there twice.
+    """
+    found = dict(plans)
+    for path in paths:
+        file = read_ranges(path)
+        file.refuse_others("--fault-plan")
+        if not file.ranges.plans:
+            message = "expected plans such as 'plans: {blind: [at 5.0: drop scan lasting 2]}'"
+            raise InputError([file.document.fault((), message)])
+        for name, faults in file.ranges.plans.items():
+            if name in found:
+                message = f"a plan {quoted(name)} is there already"
+                raise InputError([file.document.fault(("plans", name), message, key=True)])
+            found[name] = faults
+    return found
