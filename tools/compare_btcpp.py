@@ -39,6 +39,7 @@ from bt_mission.btcpp.document import document_of
 from bt_mission.btcpp.leaves import LEAVES
 from bt_mission.language.loader import read_mission, required
 from bt_mission.language.mission import Mission
+from bt_mission.language.nodes.registry import KINDS
 from bt_mission.sessions.load import convert
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -85,7 +86,7 @@ class Play:
         self.lines: list[str] = []
         self.scope = Scope(dict(mission.inputs), mission.seed)
         self._former = dict(builder.BEHAVIOURS)
-        builder.BEHAVIOURS.update(dict.fromkeys(LEAVES, self._stub))
+        builder.BEHAVIOURS.update({KINDS[kind]: self._stub for kind in LEAVES})
         try:
             self.tree = builder.build_tree(mission, self.scope)
         finally:
@@ -99,19 +100,14 @@ class Play:
                 break
         return [*self.lines, f"tree {self.tree.status.name}"]
 
-    def _stub(self, node: Any, values: Evaluator, below: list[Behaviour]) -> Behaviour:
+    def _stub(self, node: Any, values: Evaluator) -> Behaviour:
         line, column = (int(one) for one in values.place.rsplit(":", 2)[1:])
-        document = values.context.mission.document
-        assert document is not None
+        document = values.mission.document
         tag = re.split(r"[\s/>]", document.lines[line - 1][column - 1 :], maxsplit=1)[0]
         if tag in LEAVES:
             return _Stub(self, tag, node, values)
         # An element of BehaviorTree.CPP, which runs there as it is: a script, or a Sleep.
-        return (
-            _Ended(node.label)
-            if node.kind == "wait"
-            else self._former[node.kind](node, values, below)
-        )
+        return _Ended(node.label) if node.kind == "wait" else self._former[type(node)](node, values)
 
 
 class _Ended(Hooked):
@@ -133,14 +129,14 @@ class _Stub(Hooked):
         self._left = self._rule.ticks
         play.counts[self._leaf] += 1
         if self._node.kind == "set":
-            scope = self._values.context.scope.values
+            scope = self._values.scope.values
             scope.update(dict.fromkeys(self._node.values, 1.0))
 
         tag, number = self._tag, self._rule.number
         given = {"int": int(number), "bool": number > 0, "std::string": "text"}
         for field, variable in getattr(self._node, "outputs", {}).items():
             label = play.types.get((tag, LEAVES[tag].output_attribute(field)), "")
-            self._values.context.scope.values[variable] = given.get(label, number)
+            self._values.scope.values[variable] = given.get(label, number)
 
     def update(self) -> Status:
         if self._left > 0:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from enum import StrEnum
 from typing import Any
 
@@ -10,10 +10,13 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Composite
 
+from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.hooks import Hooked
-from bt_mission.behaviours.runtime import Runtime, Scope
+from bt_mission.behaviours.runtime import Runtime
 from bt_mission.core.errors import cause_of
 from bt_mission.core.stamps import NS
+from bt_mission.language.nodes.composites import FinallyNode
+from bt_mission.language.nodes.fields import LIMIT
 
 
 class CleanUpPhase(StrEnum):
@@ -31,27 +34,19 @@ class Finally(Hooked, Composite):
 
     Halted in between, it leaves its clean-up to :meth:`tick_detached`, with the variables as they
     were, so that what the tree does meanwhile does not change it. It starts again only after that.
-
-    Args:
-        body: The node, and below it the clean-up.
-        seconds: Gives how long the clean-up may take, at entry.
-        scope: The variables of both.
     """
 
-    def __init__(
-        self, name: str, children: list[Behaviour], seconds: Callable[[], float], scope: Scope
-    ) -> None:
-        super().__init__(name, children)
-        self.body, self.cleanup = children
+    def __init__(self, node: FinallyNode, values: Evaluator) -> None:
+        super().__init__(node.label, values.children)
+        self.body, self.cleanup = values.children
         self.failure = ""
         """Why the last clean-up behind a halt did not succeed; empty where it did."""
-        self._seconds = seconds
-        self._scope = scope
+        self._values, self._scope = values, values.scope
         self._stage = CleanUpPhase.IDLE
         self._limit_s = 0.0
         self._until_ns = 0
         self._result = Status.FAILURE
-        self._values: dict[str, Any] = {}
+        self._variables: dict[str, Any] = {}
         self._inner: list[Finally] = []
         self._runtime: Runtime
 
@@ -89,13 +84,13 @@ class Finally(Hooked, Composite):
             yield self
             return
         if self._stage is CleanUpPhase.IDLE:
-            self._limit_s = self._seconds()
+            self._limit_s = self._values.number(self._node.settings.timeout, LIMIT)
             self.cleanup.stop(Status.INVALID)
             self._stage, self.feedback_message = CleanUpPhase.BODY, ""
         if self._stage is CleanUpPhase.BODY:
             self.current_child = self.body
             yield from self.body.tick()
-            self._values = self._scope.written()
+            self._variables = self._scope.written()
             if self.body.status is Status.RUNNING:
                 self.status = Status.RUNNING
                 yield self
@@ -164,7 +159,7 @@ class Finally(Hooked, Composite):
             self._until_ns = self._runtime.now_ns + round(self._limit_s * NS)
             return
         around = self._scope.written()
-        self._scope.replace(self._values)
+        self._scope.replace(self._variables)
         visited: list[Behaviour] = []
         try:
             visited += self.cleanup.tick()
@@ -172,7 +167,7 @@ class Finally(Hooked, Composite):
         except Exception as error:  # noqa: BLE001 - a user's leaf may raise anything
             why = f"clean-up failed: {cause_of(error)}"
         finally:
-            self._values = self._scope.written()
+            self._variables = self._scope.written()
             self._scope.replace(around)
         if why is not None:
             self._end_detached(why)
@@ -201,11 +196,11 @@ class Finally(Hooked, Composite):
             "result": self._result.value,
             "limit_s": self._limit_s,
             "left_ns": self._until_ns - now_ns,
-            "values": [list(one) for one in self._values.items()],
+            "values": [list(one) for one in self._variables.items()],
         }
 
     def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
         """Go on with the node, or with the clean-up."""
         self._stage, self._result = CleanUpPhase(state["stage"]), Status(state["result"])
         self._limit_s, self._until_ns = state["limit_s"], now_ns + state["left_ns"]
-        self._values = dict(state["values"])
+        self._variables = dict(state["values"])

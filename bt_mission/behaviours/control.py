@@ -1,9 +1,8 @@
-"""Control flow beyond py_trees' own: parallels that say what becomes of the rest, and choices."""
+"""Composites, choices, and the decorators that limit their child or repeat it over a list."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 from typing import Any
 
 import py_trees
@@ -11,64 +10,43 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Composite
 
+from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.hooks import Hooked, HookedDecorator
 from bt_mission.behaviours.runtime import Runtime
 from bt_mission.core.stamps import NS
+from bt_mission.language.expressions.values import show
+from bt_mission.language.nodes.composites import FallbackNode, ParallelNode, SequenceNode
+from bt_mission.language.nodes.decorators import ForEachNode
+from bt_mission.language.nodes.fields import LIMIT
 
 
-@dataclass(frozen=True)
-class ConditionResult:
-    """What a condition said: whether it holds, and in words, with the values it read."""
+class Sequence(Hooked, py_trees.composites.Sequence):
+    """The sequence of py_trees."""
 
-    holds: bool
-    text: str
+    walk = py_trees.composites.Sequence.tick
 
-
-Question = Callable[[], ConditionResult]
+    def __init__(self, node: SequenceNode, values: Evaluator) -> None:
+        super().__init__(node.label, node.memory, values.children)
 
 
-@dataclass(frozen=True)
-class Rounds:
-    """What ends a loop.
+class Selector(Hooked, py_trees.composites.Selector):
+    """The selector of py_trees."""
 
-    Args:
-        count: Gives the number of rounds; with a condition, the most of them.
-        before: Is asked before each round; it goes on while that holds.
-        after: Is asked after each round; it ends once that holds.
-    """
+    walk = py_trees.composites.Selector.tick
 
-    count: Callable[[], int] | None
-    before: Question | None = None
-    after: Question | None = None
-
-    @property
-    def has_condition(self) -> bool:
-        """Whether more than a count ends it."""
-        return self.before is not None or self.after is not None
+    def __init__(self, node: FallbackNode, values: Evaluator) -> None:
+        super().__init__(node.label, node.memory, values.children)
 
 
 class Parallel(Hooked, py_trees.composites.Parallel):
-    """Ticks all children at once; those that have ended are not ticked again.
+    """Ticks all children at once; those that have ended are not ticked again."""
 
-    Args:
-        needed: The children whose success is success; None means that any one is enough.
-        fail_fast: Fail when any child has; else only once success is out of reach.
-        finish: Let the others run to their own end once it is decided, instead of halting them.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        children: list[Behaviour],
-        needed: Sequence[int] | None,
-        *,
-        fail_fast: bool = True,
-        finish: bool = False,
-    ) -> None:
-        super().__init__(name, ParallelPolicy.SuccessOnAll(synchronise=True), children)
+    def __init__(self, node: ParallelNode, values: Evaluator) -> None:
+        children, needed = values.children, node.needed
+        super().__init__(node.label, ParallelPolicy.SuccessOnAll(synchronise=True), children)
         self._needed = None if needed is None else [children[index] for index in needed]
-        self._fail_fast = fail_fast
-        self._finish = finish
+        self._fails_fast = node.fail_when == "any"
+        self._finishes = node.rest == "finish"
         self._decided = Status.RUNNING
 
     @property
@@ -95,7 +73,7 @@ class Parallel(Hooked, py_trees.composites.Parallel):
             if len(still) < len(self.children):
                 self._decided, self.current_child = self._decide()
         self.feedback_message = ""
-        if self._decided is not running and not (self._finish and still):
+        if self._decided is not running and not (self._finishes and still):
             self.stop(self._decided)
         else:
             self.status = running
@@ -122,7 +100,7 @@ class Parallel(Hooked, py_trees.composites.Parallel):
     def _decide(self) -> tuple[Status, Behaviour]:
         done = [child for child in self.children if child.status is Status.SUCCESS]
         failed = [child for child in self.children if child.status is Status.FAILURE]
-        if failed and self._fail_fast:
+        if failed and self._fails_fast:
             return Status.FAILURE, failed[0]
         if self._needed is None:
             if done:
@@ -137,18 +115,15 @@ class Parallel(Hooked, py_trees.composites.Parallel):
 
 
 class Pick(Hooked, Composite):
-    """Runs the one child that is picked at entry; succeeds where none is.
+    """Runs the one child that is picked at entry; succeeds where there is no such child."""
 
-    Args:
-        pick: Gives the index of a child and a text that says why; an index beyond the last child
-            means none.
-    """
+    def __init__(self, node: Any, values: Evaluator) -> None:
+        super().__init__(node.label, values.children)
+        self._values = values
 
-    def __init__(
-        self, name: str, children: list[Behaviour], pick: Callable[[], tuple[int, str]]
-    ) -> None:
-        super().__init__(name, children)
-        self._pick = pick
+    def pick(self) -> tuple[int, str]:
+        """Return the index of a child, and why. Beyond the last child there is none."""
+        raise NotImplementedError
 
     def walk(self) -> Iterator[Behaviour]:
         """Pick at entry, then tick that child."""
@@ -156,7 +131,7 @@ class Pick(Hooked, Composite):
             for child in self.children:
                 if child.status != Status.INVALID:
                     child.stop(Status.INVALID)
-            index, self.feedback_message = self._pick()
+            index, self.feedback_message = self.pick()
             self.current_child = self.children[index] if index < len(self.children) else None
         status = Status.SUCCESS
         if self.current_child is not None:
@@ -169,18 +144,34 @@ class Pick(Hooked, Composite):
         yield self
 
 
+class Choose(Pick):
+    """Picks a child at random, by the weights of the node."""
+
+    def pick(self) -> tuple[int, str]:
+        """Draw."""
+        values, count = self._values, len(self.children)
+        random = values.scope.random(values.path)
+        (index,) = random.choices(range(count), weights=self._node.weights or None)
+        return index, f"drew {index + 1} of {count}"
+
+
+class When(Pick):
+    """Picks the first child where a condition holds, else the second."""
+
+    def pick(self) -> tuple[int, str]:
+        """Ask."""
+        result = self._values.ask(self._node.condition)
+        return 0 if result.holds else 1, result.text
+
+
 class Guard(HookedDecorator):
     """Ticks its child as long as a condition holds; then halts it and fails."""
 
-    def __init__(self, name: str, child: Behaviour, question: Question) -> None:
-        super().__init__(name, child)
-        self._question = question
-
     def walk(self) -> Iterator[Behaviour]:
         """Ask, and tick the child only if the answer is yes."""
-        verdict = self._question()
-        self.feedback_message = verdict.text
-        if verdict.holds:
+        result = self._values.ask(self._node.condition)
+        self.feedback_message = result.text
+        if result.holds:
             yield from super().walk()
             return
         self.stop(Status.FAILURE)
@@ -188,8 +179,8 @@ class Guard(HookedDecorator):
 
     def why_over(self) -> str:
         """Return why the child may run no more, as of now; empty where it may."""
-        verdict = self._question()
-        return "" if verdict.holds else f"'{self.name}': {verdict.text}"
+        result = self._values.ask(self._node.condition)
+        return "" if result.holds else f"'{self.name}': {result.text}"
 
     def update(self) -> Status:
         """End as the child does."""
@@ -202,12 +193,9 @@ class Timeout(HookedDecorator):
     A child that ends on the very tick of its deadline has ended.
     """
 
-    def __init__(self, name: str, child: Behaviour, seconds: Callable[[], float]) -> None:
-        super().__init__(name, child)
-        self._seconds = seconds
-        self._limit_s = 0.0
-        self._until_ns = 0
-        self._runtime: Runtime
+    _limit_s = 0.0
+    _until_ns = 0
+    _runtime: Runtime
 
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime."""
@@ -215,7 +203,7 @@ class Timeout(HookedDecorator):
 
     def initialise(self) -> None:
         """Fix the deadline."""
-        self._limit_s = self._seconds()
+        self._limit_s = self._values.number(self._node.seconds, LIMIT)
         self._until_ns = self._runtime.now_ns + round(self._limit_s * NS)
 
     def save_state(self, now_ns: int) -> dict[str, Any]:
@@ -247,38 +235,29 @@ class Timeout(HookedDecorator):
 class ForEach(HookedDecorator):
     """Runs its child once for each element of a list, in order; fails as soon as the child fails.
 
-    Args:
-        elements: Gives the list at entry.
-        take: Called with each element before the child runs for it.
-        leave: Called when it has ended or was halted.
+    Its variable has no value once it has ended or was halted.
     """
 
-    def __init__(
-        self,
-        name: str,
-        child: Behaviour,
-        elements: Callable[[], Sequence[Any]],
-        take: Callable[[Any], None],
-        leave: Callable[[], None],
-    ) -> None:
-        super().__init__(name, child)
-        self._read = elements
-        self._take = take
-        self._leave = leave
-        self._elements: Sequence[Any] = ()
+    def __init__(self, node: ForEachNode, values: Evaluator) -> None:
+        super().__init__(node, values)
+        self._variable = node.variable
+        self._elements: list[Any] = []
         self._index = 0
 
     def walk(self) -> Iterator[Behaviour]:
         """Read the list at entry; an empty one succeeds at once."""
         if self.status != Status.RUNNING:
-            self._elements, self._index = self._read(), 0
+            elements, self._index = self._values.resolve(self._node.elements), 0
+            if not isinstance(elements, list):
+                raise self._values.failure(f"expected a list, got {show(elements)}")
+            self._elements = elements
             if not self._elements:
                 self.decorated.stop(Status.INVALID)
                 self.feedback_message = "0 of 0"
                 self.stop(Status.SUCCESS)
                 yield self
                 return
-        self._take(self._elements[self._index])
+        self._values.scope.values[self._variable] = self._elements[self._index]
         yield from super().walk()
 
     def save_state(self, _now_ns: int) -> dict[str, Any]:
@@ -300,4 +279,4 @@ class ForEach(HookedDecorator):
 
     def terminate(self, _new_status: Status) -> None:
         """Take the variable away."""
-        self._leave()
+        self._values.scope.values.pop(self._variable, None)

@@ -1,19 +1,23 @@
-"""Repeat and retry, with counts and pauses known only when they start; and a named tree's place."""
+"""Decorators that repeat their child or change its end; and a named tree's place."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.control import ConditionResult, Rounds
+from bt_mission.behaviours.evaluator import Condition, Evaluator
 from bt_mission.behaviours.hooks import HookedDecorator
-from bt_mission.behaviours.runtime import Runtime, Scope
+from bt_mission.behaviours.runtime import Runtime
+from bt_mission.core.diagnostics import describe
 from bt_mission.core.stamps import NS
-from bt_mission.language.expressions.values import NoValue
+from bt_mission.language.expressions.values import WORDS, NoValue, fits, type_of
+from bt_mission.language.nodes.decorators import RepeatSettings, RetryNode
+from bt_mission.language.nodes.fields import SECONDS, TIMES
+from bt_mission.language.nodes.subtree import TreeNode
 
 
 class Repeat(HookedDecorator):
@@ -24,12 +28,9 @@ class Repeat(HookedDecorator):
     tick of its own, so that rounds which take no time keep no tick from its end.
     """
 
-    def __init__(self, name: str, child: Behaviour, rounds: Rounds) -> None:
-        super().__init__(name, child)
-        self._rounds = rounds
-        self._done = 0
-        self._count: int | None = None
-        self._is_within = False
+    _done = 0
+    _count: int | None = None
+    _is_within = False
 
     def save_state(self, _now_ns: int) -> dict[str, Any]:
         """The rounds done, how many there are, and whether one has begun."""
@@ -42,19 +43,17 @@ class Repeat(HookedDecorator):
 
     def walk(self) -> Iterator[Behaviour]:
         """Read the count at entry; ask before each round."""
-        rounds = self._rounds
+        settings: RepeatSettings = self._node.settings
         if self.status is not Status.RUNNING:
-            self._done, self._is_within = 0, False
-            self._count = None if rounds.count is None else rounds.count()
-        if not self._is_within and rounds.before is not None:
-            verdict = rounds.before()
-            self.feedback_message = self._said(verdict, self._done)
-            if not verdict.holds:
-                if self._done == 0:
-                    self.decorated.stop(Status.INVALID)
-                self.stop(Status.SUCCESS)
-                yield self
-                return
+            self._done, self._is_within, count = 0, False, settings.count
+            self._count = None if count is None else int(self._values.number(count, TIMES))
+        before = None if self._is_within else settings.before
+        if before is not None and not self._holds(before):
+            if self._done == 0:
+                self.decorated.stop(Status.INVALID)
+            self.stop(Status.SUCCESS)
+            yield self
+            return
         self._is_within = True
         yield from super().walk()
 
@@ -65,53 +64,62 @@ class Repeat(HookedDecorator):
             self._is_within = False
             self._done += 1
             return self._after_round()
-        if not self._rounds.has_condition:
+        if not self._node.settings.has_condition:
             self.feedback_message = self._which(self._done + 1)
         return status
 
     def _after_round(self) -> Status:
-        rounds, is_over = self._rounds, self._done == self._count
-        if not rounds.has_condition:
+        settings: RepeatSettings = self._node.settings
+        is_over = self._done == self._count
+        if not settings.has_condition:
             self.feedback_message = self._which(self._done + (not is_over))
             return Status.SUCCESS if is_over else Status.RUNNING
-        if rounds.after is not None:
-            verdict = rounds.after()
-            self.feedback_message = self._said(verdict, self._done)
-            if verdict.holds:
-                return Status.SUCCESS
+        if settings.after is not None and self._holds(settings.after):
+            return Status.SUCCESS
         if not is_over:
             return Status.RUNNING
-        if rounds.before is not None:
-            verdict = rounds.before()
-            self.feedback_message = self._said(verdict, self._done)
-            if not verdict.holds:
-                return Status.SUCCESS
+        if settings.before is not None and not self._holds(settings.before):
+            return Status.SUCCESS
         self.feedback_message = f"not ended by its condition: {self.feedback_message}"
         return Status.FAILURE
+
+    def _holds(self, condition: Condition) -> bool:
+        """Ask a condition, and put it into the message."""
+        result = self._values.ask(condition)
+        most = "" if self._count is None else f" of at most {self._count}"
+        self.feedback_message = f"{self._done}{most} rounds done, condition {result.text}"
+        return result.holds
 
     def _which(self, number: int) -> str:
         return f"{number} of {self._count}"
 
-    def _said(self, verdict: ConditionResult, done: int) -> str:
-        most = "" if self._count is None else f" of at most {self._count}"
-        return f"{done}{most} rounds done, condition {verdict.text}"
+
+class Inverter(HookedDecorator, py_trees.decorators.Inverter):
+    """The inverter of py_trees."""
+
+
+class Force(HookedDecorator):
+    """Ends as the node says, however its child ends."""
+
+    def update(self) -> Status:
+        """Change the end, and say so."""
+        forced, found = Status[self._node.status.upper()], self.decorated.status
+        self.feedback_message = self.decorated.feedback_message
+        if found in (Status.RUNNING, forced):
+            return found
+        said = f" [{self.feedback_message}]" if self.feedback_message else ""
+        self.feedback_message = f"{found.name.lower()} is {forced.name.lower()}{said}"
+        return forced
 
 
 class Retry(HookedDecorator, py_trees.decorators.Retry):
     """Tries its child up to ``attempts`` times, with a pause of ROS time after a failure."""
 
-    def __init__(
-        self,
-        name: str,
-        child: Behaviour,
-        attempts: Callable[[], int],
-        pause_s: Callable[[], float],
-    ) -> None:
-        super().__init__(name=name, child=child, num_failures=1)
-        self._attempts = attempts
-        self._pause_s = pause_s
-        self._resume_ns: int | None = None
-        self._runtime: Runtime
+    _resume_ns: int | None = None
+    _runtime: Runtime
+
+    def __init__(self, node: RetryNode, values: Evaluator) -> None:
+        super().__init__(node, values, num_failures=1)
 
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime."""
@@ -121,7 +129,7 @@ class Retry(HookedDecorator, py_trees.decorators.Retry):
         """Read the number of attempts."""
         super().initialise()
         self._resume_ns = None
-        self.num_failures = self._attempts()
+        self.num_failures = int(self._values.number(self._node.settings.attempts, TIMES))
 
     def save_state(self, now_ns: int) -> dict[str, Any]:
         """The failures so far, how many are allowed, and what is left of a pause."""
@@ -150,7 +158,7 @@ class Retry(HookedDecorator, py_trees.decorators.Retry):
         self.feedback_message = f"attempt {min(self.failures + 1, self.num_failures)}"
         self.feedback_message += f" of {self.num_failures}"
         if status == Status.RUNNING and self.failures > failures:
-            pause_s = self._pause_s()
+            pause_s = self._values.number(self._node.settings.pause, SECONDS)
             self._resume_ns = self._runtime.now_ns + round(pause_s * NS)
             self.feedback_message += f", after a pause of {pause_s:g} s"
         return status
@@ -161,33 +169,22 @@ class Subtree(HookedDecorator):
 
     Outputs go to the caller when the tree has ended, with success or failure, if they have a
     value; not when it is halted.
-
-    Args:
-        inputs: Gives the values that its variables begin with, at each entry.
-        inner: The variables of the tree.
-        outer: Those of its caller.
-        outputs: Variable of the tree to variable of the caller.
     """
 
-    def __init__(
-        self,
-        name: str,
-        child: Behaviour,
-        inputs: Callable[[], Mapping[str, Any]],
-        inner: Scope,
-        outer: Scope,
-        outputs: Mapping[str, str],
-    ) -> None:
-        super().__init__(name, child)
-        self._inputs = inputs
-        self.inner = inner
+    def __init__(self, node: TreeNode, values: Evaluator) -> None:
+        super().__init__(node, values)
+        self.inner = values.inner
         """The variables of the tree below."""
-        self._outer = outer
-        self._outputs = outputs
 
     def initialise(self) -> None:
-        """Forget the last time, and take the inputs."""
-        self.inner.replace(self._inputs())
+        """Forget the last time, and take the inputs. Raises MissionFailure."""
+        node, values = self._node, self._values
+        given: dict[str, Any] = values.resolve(node.inputs)
+        for name, value in given.items():
+            wanted = node.takes.get(name)
+            if wanted is not None and not fits(type_of(value), wanted):
+                raise values.failure(f"'{name}': expected {WORDS[wanted]}, got {describe(value)}")
+        self.inner.replace({**values.mission.trees[node.tree].inputs, **given})
 
     def update(self) -> Status:
         """End as the tree does."""
@@ -198,6 +195,6 @@ class Subtree(HookedDecorator):
         """Hand the outputs out."""
         if new_status is not Status.INVALID:
             values = self.inner.values
-            for name, ours in self._outputs.items():
+            for name, ours in self._node.outputs.items():
                 if name in values and not isinstance(values[name], NoValue):
-                    self._outer.values[ours] = values[name]
+                    self._values.scope.values[ours] = values[name]

@@ -1,25 +1,26 @@
-"""What a mission writes as expressions, computed when a step is entered."""
+"""What a behaviour is built from: its node, the behaviours below it, and what computes its values.
+
+Everything that a mission writes as an expression is computed when a node is entered.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from operator import is_
 from typing import Any, TypeAlias
 
-from bt_mission.behaviours.control import ConditionResult, Question, Rounds
+from py_trees.behaviour import Behaviour
+
 from bt_mission.behaviours.runtime import MissionFailure, Scope, read_field
-from bt_mission.core.diagnostics import describe
 from bt_mission.core.errors import BtMissionError
 from bt_mission.language.expressions.expression import Expression, Value, resolve
 from bt_mission.language.expressions.syntax import Comparison, Constant, Name
 from bt_mission.language.expressions.syntax import EvaluationScope as Evaluation
-from bt_mission.language.expressions.values import WORDS, ExpressionError, Type, fits, show, type_of
+from bt_mission.language.expressions.values import ExpressionError, show
 from bt_mission.language.mission import Mission
-from bt_mission.language.nodes.base import NodeModel
-from bt_mission.language.nodes.decorators import RepeatSettings
-from bt_mission.language.nodes.fields import LIMIT, SECONDS, TIMES, NumberRule
+from bt_mission.language.nodes.fields import LIMIT, NumberRule
 
 Condition: TypeAlias = Expression | bool
 """A condition on variables; a constant where it holds always or never."""
@@ -29,43 +30,57 @@ _LASTING = (bool, int, float, str)
 
 
 @dataclass(frozen=True)
-class BuildContext:
-    """What the nodes of one tree of a mission have in common when they are built.
+class ConditionResult:
+    """Whether a condition holds, and in words, with the values it read."""
 
-    Args:
-        mission: the whole mission.
-        file: in which the tree stands, for messages.
-        scope: the variables that its nodes read and write.
-    """
+    holds: bool
+    text: str
 
-    mission: Mission
-    file: str
-    scope: Scope
+
+_CONSTANT = {
+    True: ConditionResult(True, "always holds"),
+    False: ConditionResult(False, "never holds"),
+}
+
+
+@dataclass
+class _Asked:
+    """A condition with its last result, which lasts while the variables hold the same values."""
+
+    condition: Expression
+    names: tuple[str, ...]
+    values: list[Any] = field(default_factory=list)
+    result: ConditionResult | None = None
 
 
 class Evaluator:
-    """Computes the values of one node.
+    """Computes the values of one node, and has the behaviours below it.
 
     Args:
-        path: of the node in the tree; what is random in it follows from that and the seed.
+        node: As it is written now: it may be revised while the mission runs.
+        path: Of the node in the tree; what is random in it follows from that and the seed.
+        mission: The whole mission.
+        file: In which the node stands, for messages.
+        scope: The variables that it reads and writes.
     """
 
-    def __init__(self, node: NodeModel, path: str, context: BuildContext) -> None:
-        self.node: Any = node
-        self.path = path
-        self.context = context
-        self.place = f"{context.file}:{node.line}:{node.column}"
-        self._scope = context.scope
-        self._scope.evaluators[path] = self
+    def __init__(self, node: Any, path: str, mission: Mission, file: str, scope: Scope) -> None:
+        self.path, self.mission, self.scope = path, mission, scope
+        self.inner = scope
+        """The variables of the nodes below; a named tree has its own."""
+        self.children: list[Behaviour] = []
+        self.scope.evaluators[path] = self
+        self._asked: dict[str, _Asked] = {}
+        self.revise(node, file)
 
-    def revise(self, node: NodeModel, file: str) -> None:
+    def revise(self, node: Any, file: str) -> None:
         """Go by another version of the node from now on; what has begun keeps what it has read.
 
         Args:
             node: It has the frame of the first one.
             file: In which it stands.
         """
-        self.node = node
+        self.node, self.file = node, file
         self.place = f"{file}:{node.line}:{node.column}"
 
     def failure(self, message: str) -> MissionFailure:
@@ -83,16 +98,9 @@ class Evaluator:
     def resolve(self, value: Any) -> Any:
         """A value with everything in it computed. Raises MissionFailure."""
         try:
-            return resolve(value, self._scope.values, self._scope.random_for(self.path, value))
+            return resolve(value, self.scope.values, self.scope.random_for(self.path, value))
         except ExpressionError as error:
             raise self.failure(str(error)) from error
-
-    def store(self, outputs: Mapping[str, str], message: Any) -> None:
-        """Write fields of a message, by their dotted names, to variables."""
-        for field, variable in outputs.items():
-            self._scope.values[variable] = read_field(message, field)
-
-    # ---- numbers -------------------------------------------------------------------------
 
     def number(self, value: Value, rule: NumberRule) -> float:
         """A number that keeps to a rule. Raises MissionFailure."""
@@ -105,144 +113,57 @@ class Evaluator:
         """Seconds above 0, or None for no limit."""
         return None if value is None else self.number(value, LIMIT)
 
-    def seconds(self, read: Callable[[], Value]) -> Callable[[], float]:
-        """What reads seconds at entry."""
-        return lambda: self.number(read(), SECONDS)
+    def store(self, outputs: Mapping[str, str], message: Any) -> None:
+        """Write fields of a message, by their dotted names, to variables."""
+        for name, variable in outputs.items():
+            self.scope.values[variable] = read_field(message, name)
 
-    def times(self, read: Callable[[], Value]) -> Callable[[], int]:
-        """What reads a whole number of times at entry."""
-        return lambda: int(self.number(read(), TIMES))
+    # ---- conditions on variables ---------------------------------------------------------
 
-    # ---- variables -----------------------------------------------------------------------
-
-    def assign(self, values: Mapping[str, Value]) -> str:
-        """Give variables new values, one after another; tells which."""
-        for name, value in values.items():
-            self._scope.values[name] = self.resolve(value)
-        return ", ".join(f"{name} = {_brief(self._scope.values[name])}" for name in values)
-
-    def inputs(
-        self, given: Mapping[str, Value], takes: Mapping[str, Type | None]
-    ) -> dict[str, Any]:
-        """What a named tree is given, each of the type that it wants. Raises MissionFailure."""
-        found: dict[str, Any] = self.resolve(given)
-        for name, value in found.items():
-            wanted = takes.get(name)
-            if wanted is not None and not fits(type_of(value), wanted):
-                raise self.failure(f"'{name}': expected {WORDS[wanted]}, got {describe(value)}")
-        return found
-
-    def elements(self, value: Value) -> Sequence[Any]:
-        """A list to go through."""
-        found = self.resolve(value)
-        if not isinstance(found, list):
-            raise self.failure(f"expected a list, got {show(found)}")
-        return found
-
-    def loop(self, variable: str) -> tuple[Callable[[Any], None], Callable[[], None]]:
-        """What sets the variable of a loop, and what takes it away."""
-        values = self._scope.values
-        return lambda element: values.update({variable: element}), lambda: values.pop(
-            variable, None
-        )
-
-    # ---- decisions -----------------------------------------------------------------------
-
-    def rounds(self) -> Rounds:
-        """What ends a loop."""
-        settings: RepeatSettings = self.node.settings
-        return Rounds(
-            None if settings.count is None else self.times(lambda: self.node.settings.count),
-            None if settings.before is None else self.question(lambda: self.node.settings.before),
-            None if settings.after is None else self.question(lambda: self.node.settings.after),
-        )
-
-    def question(self, read: Callable[[], Condition]) -> Question:
-        """A condition on variables. Asking raises MissionFailure where it cannot be answered.
+    def ask(self, condition: Condition) -> ConditionResult:
+        """Whether a condition on variables holds. Raises MissionFailure where it has no answer.
 
         While the variables that it reads hold the same plain values, the answer is the same.
-
-        Args:
-            read: Gives the condition, which is another one once the node was revised.
         """
-        condition = read()
-        answer = self._answers(condition)
-
-        def ask() -> ConditionResult:
-            nonlocal condition, answer
-            present = read()
-            if present is not condition:
-                condition, answer = present, self._answers(present)
-            return answer()
-
-        return ask
-
-    def _answers(self, condition: Condition) -> Question:
         if isinstance(condition, bool):
-            constant = ConditionResult(condition, "always holds" if condition else "never holds")
-            return lambda: constant
-        variables = self._scope.values
-        names = tuple(dict.fromkeys(name.name for name in condition.references))
-        known: ConditionResult | None = None
-        known_of: list[Any] = []
+            return _CONSTANT[condition]
+        asked = self._asked.get(condition.text)
+        if asked is None or asked.condition is not condition:
+            names = tuple(dict.fromkeys(name.name for name in condition.references))
+            asked = self._asked[condition.text] = _Asked(condition, names)
+        variables = self.scope.values
+        values = [variables.get(name) for name in asked.names]
+        if asked.result is not None and all(map(is_, values, asked.values)):
+            return asked.result
+        result = self._judge(condition, asked.names)
+        is_lasting = not condition.draws and all(isinstance(one, _LASTING) for one in values)
+        asked.result, asked.values = (result, values) if is_lasting else (None, [])
+        return result
 
-        def ask() -> ConditionResult:
-            nonlocal known, known_of
-            values = [variables.get(name) for name in names]
-            if known is not None and all(map(is_, values, known_of)):
-                return known
-            verdict = self._judge(condition)
-            is_lasting = not condition.draws and all(isinstance(one, _LASTING) for one in values)
-            known, known_of = (verdict, values) if is_lasting else (None, [])
-            return verdict
-
-        return ask
-
-    def _judge(self, condition: Expression) -> ConditionResult:
-        variables = self._scope.values
+    def _judge(self, condition: Expression, names: tuple[str, ...]) -> ConditionResult:
+        variables = self.scope.values
         try:
-            answer = condition.evaluate(variables, self._scope.random_for(self.path, condition))
+            answer = condition.evaluate(variables, self.scope.random_for(self.path, condition))
         except ExpressionError as error:
             raise self.failure(str(error)) from error
         if not isinstance(answer, bool):
             raise self.failure(f"'{condition.text}' gave {show(answer)}, not a boolean")
-        names = dict.fromkeys(name.name for name in condition.references)
         values = ", ".join(
-            f"{name} = {_brief(variables[name])}" for name in names if name in variables
+            f"{name} = {brief(variables[name])}" for name in names if name in variables
         )
         holds = "holds" if answer else "does not hold"
         return ConditionResult(answer, holds + (f" ({values})" if values else ""))
-
-    def fork(self, read: Callable[[], Condition]) -> Callable[[], tuple[int, str]]:
-        """What picks the first child where a condition holds, else the second."""
-        ask = self.question(read)
-
-        def pick() -> tuple[int, str]:
-            verdict = ask()
-            return 0 if verdict.holds else 1, verdict.text
-
-        return pick
-
-    def lot(self, count: int) -> Callable[[], tuple[int, str]]:
-        """What draws one of so many children, by the weights of the node."""
-
-        def draw() -> tuple[int, str]:
-            random = self._scope.random(self.path)
-            (index,) = random.choices(range(count), weights=self.node.weights or None)
-            return index, f"drew {index + 1} of {count}"
-
-        return draw
 
     # ---- conditions on messages ----------------------------------------------------------
 
     def condition(self, key: str, expression: Expression) -> Callable[[Any], str | None]:
         """What says whether a message meets a condition, with the values that it names."""
-        random = self._scope.random_for(f"{self.path}/{key}", expression)
+        random = self.scope.random_for(f"{self.path}/{key}", expression)
 
         def met(message: Any) -> str | None:
             fields = MessageFields(message)
             try:
-                if not expression.evaluate(self._scope.values, random, fields):
+                if not expression.evaluate(self.scope.values, random, fields):
                     return None
             except ExpressionError as error:
                 where = f"{self.place}: '{self.node.label}' {key}"
@@ -258,7 +179,7 @@ class Evaluator:
         A condition on variables alone is asked at once, without a message, too. None where it
         reads no variable.
         """
-        variables = self._scope.values
+        variables = self.scope.values
         names = tuple(dict.fromkeys(name.name for name in expression.references))
         if not any(name.variable or name.name in variables for name in expression.references):
             return None
@@ -277,7 +198,7 @@ class Evaluator:
             if said is None or needs_message:
                 return said
             read = zip(names, values, strict=True)
-            return f"{said} ({', '.join(f'{name} = {_brief(value)}' for name, value in read)})"
+            return f"{said} ({', '.join(f'{name} = {brief(value)}' for name, value in read)})"
 
         return ask
 
@@ -285,10 +206,10 @@ class Evaluator:
         """The field and the bound of a condition such as ``current_image >= 5``."""
         match condition and condition.root:
             case Comparison(first=Name(variable=False) as name, rest=((sign, _, bound),)) if (
-                sign in (">", ">=") and name.name not in self._scope.values
+                sign in (">", ">=") and name.name not in self.scope.values
             ):
-                random = self._scope.random_for(f"{self.path}/target", condition)
-                nodes = Evaluation(self._scope.values, {}, random)
+                random = self.scope.random_for(f"{self.path}/target", condition)
+                nodes = Evaluation(self.scope.values, {}, random)
                 limit = bound.evaluate(nodes) if isinstance(bound, Constant | Name) else None
                 if isinstance(limit, int | float):
                     return name.name, float(limit)
@@ -324,5 +245,6 @@ def values_read(condition: Expression, fields: Mapping[str, Any]) -> str:
     )
 
 
-def _brief(value: Any) -> str:
+def brief(value: Any) -> str:
+    """The value of a variable in a message; of a list only its length."""
     return f"a list of {len(value)}" if isinstance(value, list) else show(value)

@@ -1,13 +1,15 @@
-"""What every node of a mission offers to those who debug or test it: hooks, and none by default."""
+"""The bases of all behaviours: hooks for debuggers and tests, and the way decorators tick."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
-import py_trees
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.decorators import Decorator
+
+from bt_mission.behaviours.evaluator import Evaluator
 
 StartHook = Callable[[Behaviour], Iterator[Behaviour]]
 """What comes out of a tick just before a node starts."""
@@ -25,6 +27,13 @@ class Hooked(Behaviour):
     start_hook: StartHook | None = None
     call_hooks: tuple[CallHook, ...] = ()
     """Of a leaf: called before its own ``initialise``, ``update`` and ``terminate``."""
+
+    _values: Evaluator
+
+    @property
+    def _node(self) -> Any:
+        """Its node as it is written now: it may be revised while the mission runs."""
+        return self._values.node
 
     def remove_call_hook(self, hook: CallHook) -> None:
         """Call a hook no more."""
@@ -49,20 +58,12 @@ class Hooked(Behaviour):
         yield from self.walk()
 
 
-class Sequence(Hooked, py_trees.composites.Sequence):
-    """The sequence of py_trees."""
-
-    walk = py_trees.composites.Sequence.tick
-
-
-class Selector(Hooked, py_trees.composites.Selector):
-    """The selector of py_trees."""
-
-    walk = py_trees.composites.Selector.tick
-
-
 class HookedDecorator(Hooked, Decorator):
     """A decorator that ticks as py_trees' own do, without a line for a log that nobody reads."""
+
+    def __init__(self, node: Any, values: Evaluator, **more: Any) -> None:
+        super().__init__(node.label, values.children[0], **more)
+        self._values = values
 
     def walk(self) -> Iterator[Behaviour]:
         """Begin, if it does not run; tick the child; update; stop, if it has ended."""
@@ -74,15 +75,3 @@ class HookedDecorator(Hooked, Decorator):
             self.stop(status)
         self.status = status
         yield self
-
-
-class Inverter(HookedDecorator, py_trees.decorators.Inverter):
-    """The inverter of py_trees."""
-
-
-class FailureIsSuccess(HookedDecorator, py_trees.decorators.FailureIsSuccess):
-    """The decorator of py_trees."""
-
-
-class SuccessIsFailure(HookedDecorator, py_trees.decorators.SuccessIsFailure):
-    """The decorator of py_trees."""

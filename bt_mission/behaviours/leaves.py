@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.behaviours.control import Question
-from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.behaviours.evaluator import Evaluator, brief
 from bt_mission.behaviours.hooks import Hooked
 from bt_mission.behaviours.runtime import Runtime, placed
 from bt_mission.core.stamps import NS
-from bt_mission.language.nodes.interfaces import InterfaceNode
+from bt_mission.language.nodes.fields import SECONDS
 
 RUNNING = Status.RUNNING
 
@@ -50,6 +49,10 @@ class Leaf(Hooked):
     """
 
     _runtime: Runtime
+
+    def __init__(self, node: Any, values: Evaluator) -> None:
+        super().__init__(node.label)
+        self._values = values
 
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime."""
@@ -89,15 +92,6 @@ class ClientLeaf(Leaf):
 
     _client: Any
 
-    def __init__(self, node: InterfaceNode, values: Evaluator) -> None:
-        super().__init__(node.label)
-        self._values = values
-
-    @property
-    def _node(self) -> Any:
-        """As it is written now: it may be revised while the mission runs."""
-        return self._values.node
-
     def setup(self, **kwargs: Any) -> None:
         """Take the runtime, and make the client."""
         super().setup(**kwargs)
@@ -112,15 +106,12 @@ class ClientLeaf(Leaf):
 class Wait(Leaf):
     """Runs for a time of the ROS clock, then succeeds."""
 
-    def __init__(self, name: str, seconds: Callable[[], float]) -> None:
-        super().__init__(name)
-        self._seconds = seconds
-        self._wait_s = 0.0
-        self._until_ns = 0
+    _wait_s = 0.0
+    _until_ns = 0
 
     def initialise(self) -> None:
         """Fix the end."""
-        self._wait_s = self._seconds()
+        self._wait_s = self._values.number(self._node.seconds, SECONDS)
         self._until_ns = self._runtime.now_ns + round(self._wait_s * NS)
 
     def save_state(self, now_ns: int) -> dict[str, Any]:
@@ -150,13 +141,9 @@ class Wait(Leaf):
 class Log(Leaf):
     """Says a line to the people who watch, and succeeds."""
 
-    def __init__(self, name: str, text: Callable[[], str]) -> None:
-        super().__init__(name)
-        self._text = text
-
     def update(self) -> Status:
         """Say it."""
-        self.feedback_message = self._text()
+        self.feedback_message = str(self._values.resolve(self._node.message))
         self._runtime.log(self.feedback_message)
         return Status.SUCCESS
 
@@ -164,29 +151,20 @@ class Log(Leaf):
 class Check(Leaf):
     """Succeeds where a condition holds, else fails."""
 
-    def __init__(self, name: str, question: Question) -> None:
-        super().__init__(name)
-        self._question = question
-
     def update(self) -> Status:
         """Ask once."""
-        verdict = self._question()
-        self.feedback_message = verdict.text
-        return Status.SUCCESS if verdict.holds else Status.FAILURE
+        result = self._values.ask(self._node.condition)
+        self.feedback_message = result.text
+        return Status.SUCCESS if result.holds else Status.FAILURE
 
 
 class Set(Leaf):
-    """Gives variables new values, and succeeds.
-
-    Args:
-        assign: Does it, and tells what was set.
-    """
-
-    def __init__(self, name: str, assign: Callable[[], str]) -> None:
-        super().__init__(name)
-        self._assign = assign
+    """Gives variables new values, one after another, and succeeds."""
 
     def update(self) -> Status:
-        """Do it."""
-        self.feedback_message = self._assign()
+        """Compute and assign them."""
+        variables, written = self._values.scope.values, self._node.values
+        for name, value in written.items():
+            variables[name] = self._values.resolve(value)
+        self.feedback_message = ", ".join(f"{name} = {brief(variables[name])}" for name in written)
         return Status.SUCCESS

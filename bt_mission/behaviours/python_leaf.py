@@ -47,11 +47,6 @@ class PythonLeaf(Hooked):
         self._values = values
         self._is_noted = False
 
-    @property
-    def _node(self) -> Any:
-        """As it is written now: it may be revised while the mission runs."""
-        return self._values.node
-
     def __getattr__(self, name: str) -> Any:
         return getattr(self.__dict__["behaviour"], name)
 
@@ -185,12 +180,12 @@ class PythonLeaf(Hooked):
         for attribute, variable in self._node.outputs.items():
             if not hasattr(self.behaviour, attribute):
                 raise MissionFailure(f"{self._named} has no attribute '{attribute}' to give")
-            self._values.context.scope.values[variable] = getattr(self.behaviour, attribute)
+            self._values.scope.values[variable] = getattr(self.behaviour, attribute)
 
 
 def _made(node: PythonNode, values: Evaluator) -> Behaviour:
     with placed(values.place):
-        kind = find_class(node.target, values.context.file)
+        kind = find_class(node.target, values.file)
     try:
         return kind(node.label)
     except Exception as error:

@@ -47,13 +47,6 @@ class Generator(Random):
 _NEVER_DRAWN = Random(0)
 
 
-class Revisable(Protocol):
-    """What computes the values of a node: :class:`bt_mission.behaviours.evaluator.Evaluator`."""
-
-    def revise(self, node: Any, file: str) -> None:
-        """Go by another version of the node, which stands in a file, from now on."""
-
-
 @dataclass
 class Scope:
     """A mission's variables, and its seeded random generators.
@@ -68,8 +61,8 @@ class Scope:
     seed: int
     generators: dict[str, Generator] = field(default_factory=dict)
     followed: tuple[Follow, ...] = ()
-    evaluators: dict[str, Revisable] = field(default_factory=dict, repr=False, compare=False)
-    """What computes the values of each node, by the node's path."""
+    evaluators: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
+    """The :class:`~bt_mission.behaviours.evaluator.Evaluator` of each node, by the node's path."""
 
     def inner(self, followed: tuple[Follow, ...] = ()) -> Scope:
         """A scope for a named tree: variables of its own, the same generators."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from itertools import product
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 from py_trees.behaviour import Behaviour
@@ -53,12 +55,24 @@ class TheirDecorator(Diary, Decorator):
     pass
 
 
+NODE: Any = SimpleNamespace(label="leaf")
+
+
+def ours() -> Ours:
+    """Return a leaf of ours."""
+    return Ours(NODE, cast("Any", None))
+
+
+def our_decorator(child: Behaviour) -> OurDecorator:
+    """Return a decorator of ours."""
+    return OurDecorator(NODE, cast("Any", SimpleNamespace(children=[child])))
+
+
 @pytest.mark.parametrize("halted_after", [None, 1, 2, 3])
 def test_the_same_calls_at_the_same_statuses(halted_after: int | None) -> None:
     """Over every sequence of three answers, with a halt in any place."""
 
-    def calls(kind: Callable[[str], Any], answers: tuple[Status, ...]) -> list[Any]:
-        leaf = kind("leaf")
+    def calls(leaf: Any, answers: tuple[Status, ...]) -> list[Any]:
         leaf.tell(answers)
         for number in range(1, 4):
             assert [*leaf.tick()] == [leaf]
@@ -69,7 +83,7 @@ def test_the_same_calls_at_the_same_statuses(halted_after: int | None) -> None:
         return list(leaf.calls)
 
     for answers in product(STATUSES, repeat=3):
-        assert calls(Ours, answers) == calls(Theirs, answers)
+        assert calls(ours(), answers) == calls(Theirs("leaf"), answers)
 
 
 @pytest.mark.parametrize("child", STATUSES)
@@ -77,10 +91,10 @@ def test_the_same_calls_at_the_same_statuses(halted_after: int | None) -> None:
 def test_the_same_calls_of_a_decorator(halted_after: int | None, child: Status) -> None:
     """Whatever its child comes to: the same calls, the same nodes visited, the same child's end."""
 
-    def calls(kind: Callable[..., Any], answers: tuple[Status, ...]) -> list[Any]:
-        decorated = Ours("child")
+    def calls(kind: Callable[[Behaviour], Any], answers: tuple[Status, ...]) -> list[Any]:
+        decorated = ours()
         decorated.tell((child,) * 3)
-        node = kind("decorator", decorated)
+        node = kind(decorated)
         node.tell(answers)
         for number in range(1, 4):
             node.calls += [(one.name, one.status) for one in node.tick()]
@@ -90,12 +104,12 @@ def test_the_same_calls_of_a_decorator(halted_after: int | None, child: Status) 
         return [*node.calls, *decorated.calls]
 
     for answers in product(STATUSES, repeat=3):
-        assert calls(OurDecorator, answers) == calls(TheirDecorator, answers)
+        assert calls(our_decorator, answers) == calls(partial(TheirDecorator, NODE.label), answers)
 
 
 def test_it_is_ready_to_be_iterated_after_a_stop() -> None:
     """As py_trees' own, a stopped leaf holds a new iterator."""
-    leaf = Ours("leaf")
+    leaf = ours()
     leaf.tell((Status.SUCCESS,))
     leaf.stop(Status.INVALID)
     assert next(leaf.iterator).status is Status.SUCCESS

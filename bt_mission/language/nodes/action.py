@@ -22,6 +22,7 @@ class GoalNode(InterfaceNode, base.OutputsNode):
     # is asked on every feedback; the node then ends as `on_cancel` says. `outputs` takes fields
     # of the result, also of a goal that was cancelled or aborted, provided a result came.
     kind: ClassVar[str] = "action"
+    sign: ClassVar[base.Sign] = base.Sign("▶", ">", "action", base.Family.ACTION)
     interface: ClassVar[Literal["action", "service", "topic"]] = "action"
     condition_path: ClassVar[base.Path] = ("cancel_when",)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from operator import attrgetter
 from typing import (
     TYPE_CHECKING,
@@ -161,10 +162,33 @@ HIDDEN = "@"
 """Begins the keys of such fields."""
 
 
+class Family(StrEnum):
+    """What belongs together looks alike."""
+
+    COMPOSITE = "composite"
+    DECORATOR = "decorator"
+    CONDITION = "condition"
+    ACTION = "action"
+    MESSAGE = "message"
+    SUBTREE = "subtree"
+    OTHER = "other"
+
+
+@dataclass(frozen=True)
+class Sign:
+    """How a kind of node is marked, without colour: a glyph, its form in ASCII, and in words."""
+
+    glyph: str
+    ascii: str
+    words: str
+    family: Family
+
+
 class NodeModel(InFile, Written):
     """A node's modifiers that every kind takes."""
 
     kind: ClassVar[str]
+    sign: ClassVar[Sign]
     keys: ClassVar[tuple[str, ...]] = ("name",)
     """The keys that may stand in a node of this kind."""
     read_fields: ClassVar[tuple[tuple[Path, Callable[[Any], Any], Reads], ...]] = ()
@@ -189,6 +213,11 @@ class NodeModel(InFile, Written):
         names = (field.alias or name for name, field in cls.model_fields.items())
         cls.keys = tuple(name for name in names if not name.startswith(HIDDEN))
         cls.read_fields = tuple(_read_fields(cls))
+
+    @classmethod
+    def is_kind(cls) -> bool:
+        """Return whether it is a kind of node, rather than the base of several."""
+        return getattr(cls, "kind", None) in cls.keys
 
     @classmethod
     def written_children(cls, data: Mapping[str, Any]) -> Iterator[tuple[Path, Any]]:

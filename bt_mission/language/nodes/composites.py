@@ -42,6 +42,7 @@ class SequenceNode(InTurnNode):
     """Children one after another, until one fails."""
 
     kind: ClassVar[str] = "sequence"
+    sign: ClassVar[base.Sign] = base.Sign("→", "->", "sequence", base.Family.COMPOSITE)
     goes_on: ClassVar[Literal["success", "failure"]] = "success"
 
     children: base.Children = Field(alias="sequence")
@@ -57,6 +58,7 @@ class FallbackNode(InTurnNode):
     """Children one after another, until one succeeds."""
 
     kind: ClassVar[str] = "fallback"
+    sign: ClassVar[base.Sign] = base.Sign("?", "?", "fallback", base.Family.COMPOSITE)
     goes_on: ClassVar[Literal["success", "failure"]] = "failure"
 
     children: base.Children = Field(alias="fallback")
@@ -74,6 +76,7 @@ class ParallelNode(base.CompositeNode):
     # It succeeds when all children have, when any has, or when those of these names have. It fails
     # when any has failed, or once it can no longer succeed. The rest is then halted, or finishes.
     kind: ClassVar[str] = "parallel"
+    sign: ClassVar[base.Sign] = base.Sign("⇉", "=>", "parallel", base.Family.COMPOSITE)
 
     children: base.Children = Field(alias="parallel")
     succeed_when: Literal["all", "any"] | Annotated[list[fields.Line], Field(min_length=1)] = "all"
@@ -129,6 +132,7 @@ class ChooseNode(base.CompositeNode):
     """One of the children, chosen at random each time."""
 
     kind: ClassVar[str] = "choose"
+    sign: ClassVar[base.Sign] = base.Sign("⚄", "%", "choice", base.Family.COMPOSITE)
 
     children: base.Children = Field(alias="choose")
     weights: list[fields.Weight] = []
@@ -163,6 +167,7 @@ class FinallyNode(base.NodeModel):
     # By itself, by a halt of the tree around it, or with the mission. Its status is the node's,
     # or failure where the clean-up fails or takes longer than its `timeout`.
     kind: ClassVar[str] = "finally"
+    sign: ClassVar[base.Sign] = base.Sign("Ω", "&", "finally", base.Family.DECORATOR)
     child_keys: ClassVar[tuple[str, ...]] = ("do", "then")
 
     settings: FinallySettings = Field(alias="finally")
@@ -193,6 +198,7 @@ class WhenNode(base.ConditionalNode):
 
     # It succeeds where the condition does not hold and there is no other one.
     kind: ClassVar[str] = "when"
+    sign: ClassVar[base.Sign] = base.Sign("◇", "<>", "when", base.Family.CONDITION)
     child_keys: ClassVar[tuple[str, ...]] = ("do", "else")
 
     condition: fields.Condition = Field(alias="when")

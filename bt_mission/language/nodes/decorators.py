@@ -43,6 +43,7 @@ class RepeatNode(base.DecoratorNode):
     # As long as it succeeds. `while` is asked before each round, `until` after it, when the
     # variables are known that the node below writes; beside them `count` is the most rounds.
     kind: ClassVar[str] = "repeat"
+    sign: ClassVar[base.Sign] = base.Sign("↻", "@", "repeat", base.Family.DECORATOR)
 
     settings: RepeatSettings = Field(alias="repeat")
     child: base.Child = Field(alias="do")
@@ -94,6 +95,7 @@ class RetryNode(base.DecoratorNode):
     """A node, until it succeeds."""
 
     kind: ClassVar[str] = "retry"
+    sign: ClassVar[base.Sign] = base.Sign("↺", "@", "retry", base.Family.DECORATOR)
 
     settings: RetrySettings = Field(alias="retry")
     child: base.Child = Field(alias="do")
@@ -110,6 +112,7 @@ class TimeoutNode(base.DecoratorNode):
 
     # Then it is halted, and the timeout fails.
     kind: ClassVar[str] = "timeout"
+    sign: ClassVar[base.Sign] = base.Sign("◷", "t", "timeout", base.Family.DECORATOR)
 
     seconds: fields.Limit = Field(alias="timeout")
     child: base.Child = Field(alias="do")
@@ -127,6 +130,7 @@ class InvertNode(base.DecoratorNode):
     """A node, its success for failure and its failure for success."""
 
     kind: ClassVar[str] = "invert"
+    sign: ClassVar[base.Sign] = base.Sign("≠", "!", "invert", base.Family.DECORATOR)
     child_keys: ClassVar[tuple[str, ...]] = ("invert",)
 
     child: base.Child = Field(alias="invert")
@@ -140,6 +144,7 @@ class ForceNode(base.DecoratorNode):
     """A node whose end counts as success, or as failure."""
 
     kind: ClassVar[str] = "force"
+    sign: ClassVar[base.Sign] = base.Sign("=", "=", "force", base.Family.DECORATOR)
 
     status: Literal["success", "failure"] = Field(alias="force")
     child: base.Child = Field(alias="do")
@@ -163,6 +168,7 @@ class GuardNode(base.ConditionalNode, base.DecoratorNode):
 
     # The condition is looked at before every tick.
     kind: ClassVar[str] = "guard"
+    sign: ClassVar[base.Sign] = base.Sign("◈", "<>", "guard", base.Family.CONDITION)
 
     condition: fields.Condition = Field(alias="guard")
     child: base.Child = Field(alias="do")
@@ -177,6 +183,7 @@ class ForEachNode(base.DecoratorNode):
 
     # The variable is known only below it; `checks.scope` sees to that.
     kind: ClassVar[str] = "for_each"
+    sign: ClassVar[base.Sign] = base.Sign("∀", "@", "for each", base.Family.DECORATOR)
 
     loop: Annotated[
         dict[fields.Variable, fields.Elements],

@@ -169,6 +169,7 @@ class ServiceNode(InterfaceNode, base.OutputsNode):
     # `timeout` bounds the time from the call to the answer, `server_timeout` the wait for a
     # server. `outputs` takes fields of the response.
     kind: ClassVar[str] = "service"
+    sign: ClassVar[base.Sign] = base.Sign("⇄", "<>", "service", base.Family.ACTION)
     interface: ClassVar[Literal["action", "service", "topic"]] = "service"
     sent_key: ClassVar[str] = "request"
 
@@ -197,6 +198,7 @@ class WaitForNode(InterfaceNode, base.OutputsNode):
 
     # `until` is asked on every message; `outputs` takes fields of the one that met it.
     kind: ClassVar[str] = "wait_for"
+    sign: ClassVar[base.Sign] = base.Sign("▷", "|>", "wait for a message", base.Family.MESSAGE)
     interface: ClassVar[Literal["action", "service", "topic"]] = "topic"
     condition_path: ClassVar[base.Path] = ("wait_for", "until")
 
@@ -244,6 +246,7 @@ class PublishNode(InterfaceNode):
 
     # Once at least `readers` subscriptions are matched; `server_timeout` bounds the wait for them.
     kind: ClassVar[str] = "publish"
+    sign: ClassVar[base.Sign] = base.Sign("◁", "<|", "publish", base.Family.MESSAGE)
     interface: ClassVar[Literal["action", "service", "topic"]] = "topic"
     sent_key: ClassVar[str] = "message"
 

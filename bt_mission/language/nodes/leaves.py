@@ -17,6 +17,7 @@ class CheckNode(base.ConditionalNode):
     """Success where a condition holds, else failure."""
 
     kind: ClassVar[str] = "check"
+    sign: ClassVar[base.Sign] = base.Sign("◇", "<>", "check", base.Family.CONDITION)
 
     condition: fields.Condition = Field(alias="check")
 
@@ -32,6 +33,7 @@ class SetNode(base.NodeModel):
 
     # One after another: each value may read those before it.
     kind: ClassVar[str] = "set"
+    sign: ClassVar[base.Sign] = base.Sign("≔", ":=", "set", base.Family.OTHER)
     always: ClassVar[base.Ends] = base.SUCCESS
 
     values: Annotated[dict[fields.Variable, fields.Computed], Field(min_length=1)] = Field(
@@ -61,6 +63,7 @@ class WaitNode(base.NodeModel):
     """Nothing, for some seconds."""
 
     kind: ClassVar[str] = "wait"
+    sign: ClassVar[base.Sign] = base.Sign("◷", "t", "wait", base.Family.OTHER)
     always: ClassVar[base.Ends] = base.SUCCESS
     takes_time: ClassVar[bool] = True
 
@@ -75,6 +78,7 @@ class LogNode(base.NodeModel):
     """A line in the log."""
 
     kind: ClassVar[str] = "log"
+    sign: ClassVar[base.Sign] = base.Sign("¶", '"', "log", base.Family.OTHER)
     always: ClassVar[base.Ends] = base.SUCCESS
 
     message: fields.Message = Field(alias="log")
@@ -90,6 +94,7 @@ class PythonNode(base.OutputsNode):
     # "module:Class", "file.py:Class", or the name of a plug-in. `inputs` become attributes of it
     # whenever it is entered; `outputs` takes attributes.
     kind: ClassVar[str] = "python"
+    sign: ClassVar[base.Sign] = base.Sign("λ", "py", "python", base.Family.OTHER)
 
     target: Annotated[str, PlainValidator(fields.python_target), fields.TEXT_SCHEMA] = Field(
         alias="python"

@@ -27,6 +27,7 @@ class TreeNode(base.OutputsNode):
 
     # The body of the tree is not below this node: a tree stands by itself.
     kind: ClassVar[str] = "tree"
+    sign: ClassVar[base.Sign] = base.Sign("▣", "[]", "tree", base.Family.SUBTREE)
 
     settings: Annotated[
         TreeSettings,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bt_mission.core.text import escape_lines
-from bt_mission.views.drawing.nodes import DrawnNode, Family
+from bt_mission.language.nodes.base import Family
+from bt_mission.views.drawing.nodes import DrawnNode
 from bt_mission.views.drawing.scene import COLOURS
 
 SHAPES = {Family.CONDITION: "ellipse", Family.SUBTREE: "component"}

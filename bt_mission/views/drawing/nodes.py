@@ -4,62 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import StrEnum
 
 from bt_mission.core.text import can_encode, escape_control
 from bt_mission.language.expressions.expression import written_text
 from bt_mission.language.mission import Mission
-from bt_mission.language.nodes.base import NodeModel
-from bt_mission.language.nodes.subtree import TreeNode
-
-
-class Family(StrEnum):
-    """What belongs together looks alike."""
-
-    COMPOSITE = "composite"
-    DECORATOR = "decorator"
-    CONDITION = "condition"
-    ACTION = "action"
-    MESSAGE = "message"
-    SUBTREE = "subtree"
-    OTHER = "other"
-
-
-@dataclass(frozen=True)
-class Sign:
-    """How a kind of node is marked, without colour: a glyph, its form in ASCII, and in words."""
-
-    glyph: str
-    ascii: str
-    words: str
-    family: Family
-
-
-SIGNS: dict[str, Sign] = {
-    "sequence": Sign("→", "->", "sequence", Family.COMPOSITE),
-    "fallback": Sign("?", "?", "fallback", Family.COMPOSITE),
-    "parallel": Sign("⇉", "=>", "parallel", Family.COMPOSITE),
-    "choose": Sign("⚄", "%", "choice", Family.COMPOSITE),
-    "when": Sign("◇", "<>", "when", Family.CONDITION),
-    "repeat": Sign("↻", "@", "repeat", Family.DECORATOR),
-    "for_each": Sign("∀", "@", "for each", Family.DECORATOR),
-    "retry": Sign("↺", "@", "retry", Family.DECORATOR),
-    "timeout": Sign("◷", "t", "timeout", Family.DECORATOR),
-    "invert": Sign("≠", "!", "invert", Family.DECORATOR),
-    "force": Sign("=", "=", "force", Family.DECORATOR),
-    "finally": Sign("Ω", "&", "finally", Family.DECORATOR),
-    "guard": Sign("◈", "<>", "guard", Family.CONDITION),
-    "check": Sign("◇", "<>", "check", Family.CONDITION),
-    "set": Sign("≔", ":=", "set", Family.OTHER),
-    "wait": Sign("◷", "t", "wait", Family.OTHER),
-    "log": Sign("¶", '"', "log", Family.OTHER),
-    "publish": Sign("◁", "<|", "publish", Family.MESSAGE),
-    "wait_for": Sign("▷", "|>", "wait for a message", Family.MESSAGE),
-    "service": Sign("⇄", "<>", "service", Family.ACTION),
-    "action": Sign("▶", ">", "action", Family.ACTION),
-    "tree": Sign("▣", "[]", "tree", Family.SUBTREE),
-    "python": Sign("λ", "py", "python", Family.OTHER),
-}
+from bt_mission.language.nodes.base import Family, NodeModel, Sign
+from bt_mission.language.nodes.registry import KINDS
 
 
 @dataclass(frozen=True)
@@ -75,11 +25,7 @@ class DrawnNode:
     name: str
     details: tuple[str, ...]
     children: tuple[DrawnNode, ...]
-
-    @property
-    def sign(self) -> Sign:
-        """How it is marked."""
-        return SIGNS[self.kind]
+    sign: Sign
 
 
 def drawn(mission: Mission) -> DrawnNode:
@@ -96,9 +42,8 @@ def heading(mission: Mission) -> str:
 
 
 def _node(node: NodeModel, mission: Mission) -> DrawnNode:
-    below = (mission.trees[node.tree].body,) if isinstance(node, TreeNode) else node.below
-    children = tuple(_node(child, mission) for child in below)
-    return DrawnNode(node.kind, node.label, tuple(node.details()), children)
+    children = tuple(_node(child, mission) for child in mission.below(node))
+    return DrawnNode(node.kind, node.label, tuple(node.details()), children, node.sign)
 
 
 @dataclass(frozen=True)
@@ -153,5 +98,5 @@ def legend(root: DrawnNode, *, ascii_only: bool = False) -> str:
 
 def can_show(encoding: str | None) -> bool:
     """Has a stream of this encoding all the signs?"""
-    signs = [sign.glyph for sign in SIGNS.values()]
+    signs = [node.sign.glyph for node in KINDS.values()]
     return can_encode("".join((*signs, *BRANCHES[False])), encoding)

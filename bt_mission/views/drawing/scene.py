@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from bt_mission.language.nodes.base import Family
 from bt_mission.views.drawing.layout import NodeBox, place
 from bt_mission.views.drawing.letters import width_px, wrapped
-from bt_mission.views.drawing.nodes import DrawnNode, Family
+from bt_mission.views.drawing.nodes import DrawnNode
 
 COLOURS = {
     Family.COMPOSITE: ("#e4ebfa", "#3d5a99"),
