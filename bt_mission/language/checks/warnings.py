@@ -36,8 +36,9 @@ def warnings(mission: Mission) -> Iterator[Diagnostic]:
     names = used(mission)
     for tree in mission.all_trees:
         if tree.is_main or tree.name in names:
-            yield from _head_warnings(tree)
-            for path, message, hint in _findings(tree):
+            read = frozenset(tree.outputs).union(*map(names_read, tree.body.walk()))
+            yield from _head_warnings(tree, read)
+            for path, message, hint in _findings(tree, read):
                 yield tree.document.fault(path, message, hint, severity="warning")
             yield from _cut_texts(tree)
     for name, tree in mission.trees.items():
@@ -62,10 +63,9 @@ def word_inputs(mission: Mission) -> Iterator[Diagnostic]:
                 yield tree.document.fault(path, message, hint, severity="warning")
 
 
-def _head_warnings(tree: Tree) -> Iterator[Diagnostic]:
+def _head_warnings(tree: Tree, read: frozenset[str]) -> Iterator[Diagnostic]:
     """Yield a warning for each input and followed variable that is never read."""
-    document, read = tree.document, _names_read(tree)
-    head = () if tree.is_main else tree.path
+    document, head = tree.document, () if tree.is_main else tree.path
     for name in tree.types:
         if name not in read:
             place = next(one for one in ("inputs", "needs") if _has(document, (*head, one), name))
@@ -81,13 +81,9 @@ def _has(document: Document, path: Path, name: str) -> bool:
     return name in (document.find(path).keys or {})
 
 
-def _names_read(tree: Tree) -> frozenset[str]:
-    return frozenset(tree.outputs).union(*(names_read(node) for node in tree.body.walk()))
-
-
-def _findings(tree: Tree) -> Iterator[Finding]:
+def _findings(tree: Tree, read: frozenset[str]) -> Iterator[Finding]:
     """Yield what is suspicious in the nodes of a tree."""
-    read, ends = _names_read(tree), ends_of(tree.body)
+    ends = ends_of(tree.body)
     followed = {one.variable for one in tree.follow}
     bounded, concurrent = _ids_below(tree, TimeoutNode), _ids_below(tree, ParallelNode)
     for node in tree.body.walk():
