@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import closing
 from shlex import quote
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.cli import graph_command
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import ABORTED, CANCELED, INTERRUPTED, LOST, NO_SERVER, REJECTED, SUCCESS
-from bt_mission.cli.options import add_plain_option
+from bt_mission.cli.options import PLAIN
+from bt_mission.cli.parser import Command, Option, each
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.text import columns
 
@@ -36,80 +37,6 @@ exit codes of send: 0 succeeded, 1 aborted, 2 bad input, 3 rejected, 4 canceled,
 6 lost or not confirmed, 130 left by a second Ctrl-C; of cancel: 0 all ended, 3 refused, 5, 6
 """
 GOAL = "the goal's fields in YAML, such as 'angle: 90'; {}: all defaults; -: from standard input"
-
-
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    kinds = graph_command.subcommands(commands, "actions", EPILOG)
-    graph_command.add_list(kinds, "action", "the actions of the graph, and who serves them")
-    _add_info(kinds)
-    _add_send(kinds)
-    _add_cancel(kinds)
-    _add_watch(kinds)
-
-
-def _add_info(kinds: Any) -> None:
-    parser = kinds.add_parser(
-        "info", help="an action's nodes and the fields of its messages, with units and comments"
-    )
-    _add_action(parser, "the action")
-    graph_command.add_json_option(parser, "one object")
-    parser.set_defaults(command=info)
-
-
-def _add_send(kinds: Any) -> None:
-    parser = kinds.add_parser(
-        "send",
-        help="send a goal and see it to its end",
-        description="Sends a goal and shows its feedback until it has ended. Ctrl-C cancels the "
-        "goal and waits for its end, for 10 s at most; a second Ctrl-C leaves at once and says "
-        "which goal it left.",
-        epilog=EPILOG.partition("\n\n")[2],
-    )
-    _add_action(parser, "a server", "goal", GOAL)
-    parser.add_argument(
-        "--form", action="store_true", help="fill the goal in field by field, on a terminal"
-    )
-    parser.add_argument(
-        "--timeout", type=seconds, metavar="SECONDS", help="cancel the goal after this time"
-    )
-    add_plain_option(parser)
-    graph_command.add_json_option(parser, "an object a line for each thing that happens")
-    parser.set_defaults(command=send)
-
-
-def _add_cancel(kinds: Any) -> None:
-    parser = kinds.add_parser(
-        "cancel",
-        help="cancel goals, also those of others, and wait for their end",
-        description="Cancels every goal of an action, or one, whoever sent it, and waits for "
-        "their end, for 10 s at most.",
-    )
-    _add_action(parser, "a server", "goal", "the goal's id, or its first digits (default: all)")
-    parser.set_defaults(command=cancel)
-
-
-def _add_watch(kinds: Any) -> None:
-    parser = kinds.add_parser(
-        "watch",
-        help="show the goals of an action and their feedback, whoever sent them",
-        description="Shows what becomes of each goal of an action, and its feedback, until Ctrl-C.",
-    )
-    _add_action(parser, "the action")
-    graph_command.add_json_option(parser, "an object a line")
-    parser.set_defaults(command=watch)
-
-
-def _add_action(
-    parser: argparse.ArgumentParser, what: str, late: str = "", words: str = ""
-) -> None:
-    """Add the action, a word that may stand after it, its type, and where to look for `what`."""
-    graph_command.add_name(parser, "action", "/turn")
-    if late:
-        parser.add_argument(late, nargs="?", default="", help=words)
-        parser.set_defaults(late=late)
-    graph_command.add_type(parser, "the action's")
-    graph_command.add_graph_options(parser, what)
 
 
 def info(options: argparse.Namespace) -> int:
@@ -138,8 +65,6 @@ def send(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools.interface_description import describe_interface
     from bt_mission.graph_tools.values import read_fields
 
-    if options.form:
-        _refuse_form(options)
     text = sys.stdin.read() if options.goal == "-" else options.goal
     with graph_command.joined(options) as session:
         name, type_name = graph_command.named(session, options)
@@ -190,16 +115,14 @@ def _refuse_nothing(name: str, part: InterfacePart) -> None:
     raise BtMissionError("\n".join(lines))
 
 
-def _refuse_form(options: argparse.Namespace) -> None:
-    """Refuse what does not go with a form.
+def _require_terminal() -> None:
+    """Refuse a form where there is no terminal.
 
     Raises:
         BtMissionError: With what to do instead.
     """
     if not (sys.stdin.isatty() and sys.stdout.isatty()) or os.environ.get("TERM") == "dumb":
         raise BtMissionError("--form needs a terminal; give the goal as YAML instead")
-    if options.json or options.timeout is not None:
-        raise BtMissionError("--form goes with neither --json nor --timeout")
 
 
 def cancel(options: argparse.Namespace) -> int:
@@ -243,3 +166,93 @@ def _code(how: GoalOutcome) -> int:
         GoalOutcome.LEFT: INTERRUPTED,
     }
     return codes.get(how, LOST)
+
+
+def _command(
+    function: Callable[[argparse.Namespace], int],
+    wanted: str,
+    help: str,  # noqa: A002 - as argparse calls it
+    description: str = "",
+    *options: Option,
+    epilog: str = "",
+) -> Command:
+    """Return a command about an action, whose words come before the options of the graph.
+
+    Args:
+        wanted: What is looked for in the graph.
+    """
+    words = [one for one in options if not one.flags]
+    return Command(
+        function,
+        description,
+        (
+            graph_command.name_option("action", "/turn"),
+            *words,
+            graph_command.type_option("the action's"),
+            *graph_command.graph_options(wanted),
+            *(one for one in options if one.flags),
+        ),
+        epilog,
+        help,
+        leaves_at_once=True,
+        defaults={"kind": "action"},
+    )
+
+
+COMMANDS = {
+    "actions": graph_command.graph_command(
+        "actions",
+        {
+            "list": graph_command.list_command(
+                "action", "the actions of the graph, and who serves them"
+            ),
+            "info": _command(
+                info,
+                "the action",
+                "an action's nodes and the fields of its messages, with units and comments",
+                "",
+                graph_command.json_option("one object"),
+            ),
+            "send": _command(
+                send,
+                "a server",
+                "send a goal and see it to its end",
+                "Sends a goal and shows its feedback until it has ended. Ctrl-C cancels the goal "
+                "and waits for its end, for 10 s at most; a second Ctrl-C leaves at once and says "
+                "which goal it left.",
+                Option("goal", GOAL, nargs="?", default=""),
+                Option("--timeout SECONDS", "cancel the goal after this time", seconds),
+                PLAIN,
+                graph_command.json_option("an object a line for each thing that happens"),
+                Option(
+                    "--form",
+                    "fill the goal in field by field, on a terminal",
+                    excludes=each("json", "timeout"),
+                    check=_require_terminal,
+                ),
+                epilog=EPILOG.partition("\n\n")[2],
+            ),
+            "cancel": _command(
+                cancel,
+                "a server",
+                "cancel goals, also those of others, and wait for their end",
+                "Cancels every goal of an action, or one, whoever sent it, and waits for their "
+                "end, for 10 s at most.",
+                Option(
+                    "goal",
+                    "the goal's id, or its first digits (default: all)",
+                    nargs="?",
+                    default="",
+                ),
+            ),
+            "watch": _command(
+                watch,
+                "the action",
+                "show the goals of an action and their feedback, whoever sent them",
+                "Shows what becomes of each goal of an action, and its feedback, until Ctrl-C.",
+                graph_command.json_option("an object a line"),
+            ),
+        },
+        EPILOG,
+    )
+}

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import math
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 LAST_PORT = 65535
 
@@ -12,31 +14,44 @@ LONGEST_SEED = 18
 """Digits of a seed where there are many: their count fits in 64 bits."""
 
 
-def seconds(text: str, expected: str = "seconds, 0 or more") -> float:
+@dataclass(frozen=True)
+class FileType:
+    """The path of a file that a command reads or writes.
+
+    Attributes:
+        role: What is done with it; :mod:`bt_mission.cli.outputs` has the rules. Of an "unchecked
+            output" only the rule for equal files holds.
+        suffixes: Those that its name may have; empty where any will do.
+        what: The reason for them, such as ``recordings are MCAP files``.
+        takes_devices: May it be a device or a pipe, whatever its name is?
+    """
+
+    role: Literal["input", "output", "unchecked output"]
+    suffixes: tuple[str, ...] = ()
+    what: str = ""
+    takes_devices: bool = True
+
+    def __call__(self, text: str) -> Path:
+        """Read the path."""
+        return Path(text)
+
+
+input_file = FileType("input")
+"""Or a name that stands for one."""
+output_file = FileType("output")
+unchecked_output_file = FileType("unchecked output")
+
+
+def seconds(text: str) -> float:
     """Read a time, s."""
     value = _number(text)
     if not 0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"expected {expected}, got '{text}'")
+        raise argparse.ArgumentTypeError(f"expected seconds from 0, such as 12.5, got '{text}'")
     return value
 
 
-def output_file(text: str) -> Path:
-    """Read the path of a file to write, which :mod:`bt_mission.cli.outputs` checks."""
-    return Path(text)
-
-
-def unchecked_output_file(text: str) -> Path:
-    """Read the path of a file to write, of which only the rule for equal files holds."""
-    return Path(text)
-
-
-def input_file(text: str) -> Path:
-    """Read the path of a file to read, or a name that stands for one."""
-    return Path(text)
-
-
-def speed(text: str) -> float:
-    """Read a speed, in virtual seconds per second of the wall clock."""
+def above_zero(text: str) -> float:
+    """Read a number above 0, such as virtual seconds per second of the wall clock."""
     value = _number(text)
     if not 0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"expected a number above 0, got '{text}'")
@@ -49,14 +64,14 @@ def count(text: str) -> int:
 
 
 def whole(text: str) -> int:
-    """Read an integer, 0 or more."""
+    """Read an integer, 0 or more, such as a seed."""
     return _integer(text, 0)
 
 
 def port(text: str) -> int:
     """Read the number of a port; 0 is any that is free."""
-    value = _integer(text, 0)
-    if value > LAST_PORT:
+    value = int(text) if text.isdecimal() else -1
+    if not 0 <= value <= LAST_PORT:
         raise argparse.ArgumentTypeError(f"expected a port from 0 to {LAST_PORT}, got '{text}'")
     return value
 
@@ -67,11 +82,6 @@ def share(text: str) -> float:
     if not 0 <= value <= 1:
         raise argparse.ArgumentTypeError(f"expected a share from 0 to 1, got '{text}'")
     return value
-
-
-def seed(text: str) -> int:
-    """Read the seed of a mission's random numbers, 0 or more."""
-    return _integer(text, 0)
 
 
 def seeds(text: str) -> range | tuple[int, ...]:

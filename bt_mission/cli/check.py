@@ -12,78 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import BAD_INPUT, SUCCESS
-from bt_mission.cli.network import add_network_option, prepare_graph
-from bt_mission.cli.options import (
-    add_overrides,
-    add_python_option,
-    add_require_option,
-    mission_file,
-)
+from bt_mission.cli.network import NETWORK, prepare_graph
+from bt_mission.cli.options import JSON, MISSION, NO_PYTHON, OVERRIDES, REQUIRE, mission_file
+from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import is_scenario, kind_of
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
     from bt_mission.language.permissions import Permissions
-
-
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "check",
-        description="Reads missions, checks them against the real ROS types, worlds and robots, "
-        "and prints every fault with its file, line and column. Nothing moves, and no code of the "
-        "missions runs unless --import-python is given. Worlds, robots, requirements and ranges "
-        "are checked, too.",
-    )
-    parser.add_argument(
-        "files",
-        nargs="+",
-        type=Path,
-        metavar="file",
-        help="missions, scenarios, fleets, worlds, robots, files of requirements and of ranges, "
-        "recognized by their content: YAML files, XML files of Groot 2, or names of shipped "
-        "missions",
-    )
-    add_overrides(parser)
-    add_require_option(parser)
-    parser.add_argument(
-        "--import-python",
-        action="store_true",
-        help="import the missions' Python leaves and nodes, which runs their code, and check them "
-        "(default: only name them)",
-    )
-    add_python_option(parser)
-    parser.add_argument(
-        "--json",
-        action="store_true",
-        help="print a list with an object for each fault and warning, for editors and programs",
-    )
-    parser.add_argument(
-        "--against",
-        action="store_true",
-        help="also look for the mission's actions, services and topics in the running ROS graph, "
-        "and compare its goals with the limits of the servers there",
-    )
-    parser.add_argument(
-        "--namespace", help="with --against: the robot's namespace (default: none)", default=None
-    )
-    add_network_option(parser)
-    parser.set_defaults(command=check_files)
-
-
-def load_checked(options: argparse.Namespace) -> Any:
-    """Load the mission that the options name and check it; warnings go to standard error.
-
-    The goals are compared with the limits of our servers, unless they go to those of a graph.
-
-    Raises:
-        InputError: With every fault.
-    """
-    mission, warnings = examined(options)
-    for warning in warnings:
-        print(warning, file=sys.stderr)
-    return mission
 
 
 def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
@@ -164,11 +101,6 @@ def examined_fleet(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     from bt_mission.core.diagnostics import InputError
     from bt_mission.fleets.loader import FleetChanges, examine_fleet
 
-    for name in ("set", "robot", "require"):
-        if getattr(options, name):
-            raise BtMissionError(
-                f"--{name} is about one mission, and {options.file} is a fleet: write it there"
-            )
     changes = FleetChanges(
         seed=options.seed,
         world=options.world,
@@ -278,8 +210,7 @@ def _located(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
 def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     """Load and check a file; the names in a scenario's faults are looked for on its stage."""
     kind = kind_of(mission_file(options))
-    if kind != "mission" and options.against:
-        raise BtMissionError(f"--against: {options.file} is a {kind}, which has a stage of its own")
+    refuse_for_kind(options, kind)
     if kind == "ranges":
         from bt_mission.sweeps.ranges import check_ranges
 
@@ -386,26 +317,70 @@ _SCHEMAS = {
 """What gives the schema of each kind of file, with its module."""
 
 
-def add_schema_parser(commands: Any) -> None:
-    """Add ``schema`` to the command line."""
-    parser = commands.add_parser(
-        "schema",
-        description="Prints the JSON Schema of a kind of file. An editor with a "
-        "YAML language server completes and checks missions by it: put it into a file, and say so "
-        "in the first line of a mission: '# yaml-language-server: $schema=mission.schema.json'.",
-    )
-    parser.add_argument(
-        "of",
-        nargs="?",
-        choices=tuple(_SCHEMAS),
-        default="mission",
-        help="of which files (default: mission)",
-    )
-    parser.set_defaults(command=print_schema)
-
-
 def print_schema(options: argparse.Namespace) -> int:
     """Print it."""
     module, name = _SCHEMAS[options.of]
     print(json.dumps(getattr(import_module(module), name)(), indent=2))
     return SUCCESS
+
+
+COMMANDS = {
+    "check": Command(
+        check_files,
+        "Reads missions, checks them against the real ROS types, worlds and robots, and prints "
+        "every fault with its file, line and column. Nothing moves, and no code of the missions "
+        "runs unless --import-python is given. Worlds, robots, requirements and ranges are "
+        "checked, too.",
+        (
+            MISSION.but(
+                form="files file",
+                nargs="+",
+                type=Path,
+                help="missions, scenarios, fleets, worlds, robots, files of requirements and of "
+                "ranges, recognized by their content: YAML files, XML files of Groot 2, or names "
+                "of shipped missions",
+            ),
+            *OVERRIDES,
+            REQUIRE,
+            Option(
+                "--import-python",
+                "import the missions' Python leaves and nodes, which runs their code, and check "
+                "them (default: only name them)",
+            ),
+            NO_PYTHON,
+            JSON.but(
+                help="print a list with an object for each fault and warning, for editors and "
+                "programs"
+            ),
+            Option(
+                "--against",
+                "also look for the mission's actions, services and topics in the running ROS "
+                "graph, and compare its goals with the limits of the servers there",
+                not_for=each(
+                    *_PLAIN, "scenario", "fleet", why="only missions are looked for in a graph"
+                ),
+            ),
+            Option(
+                "--namespace NAMESPACE",
+                "with --against: the robot's namespace (default: none)",
+                completes="namespaces",
+            ),
+            NETWORK,
+        ),
+    ),
+    "schema": Command(
+        print_schema,
+        "Prints the JSON Schema of a kind of file. An editor with a YAML language server completes "
+        "and checks missions by it: put it into a file, and say so in the first line of a mission: "
+        "'# yaml-language-server: $schema=mission.schema.json'.",
+        (
+            Option(
+                "of",
+                "of which files (default: mission)",
+                nargs="?",
+                choices=tuple(_SCHEMAS),
+                default="mission",
+            ),
+        ),
+    ),
+}

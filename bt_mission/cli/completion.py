@@ -1,18 +1,24 @@
-"""``bt-mission completion``: scripts with which shells complete our commands."""
+"""``bt-mission completion``: scripts that complete commands in shells, and names for them."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+import re
+import shlex
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from bt_mission.cli.argument_types import input_file
+from bt_mission.cli.argument_types import FileType
+from bt_mission.cli.commands import COMMANDS as ALL_COMMANDS
 from bt_mission.cli.commands import load_commands
-from bt_mission.cli.completed_names import FILES, KINDS, known
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.outputs import OUTPUTS
+from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import fleets, is_file, is_scenario, look_for, names, scenarios
+
+if TYPE_CHECKING:
+    from bt_mission.graph_tools.live_names import LiveKind
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -25,34 +31,6 @@ now, and in every new shell:
 Names of missions, worlds and robots, of a mission's inputs, and of actions, topics, services,
 executives and namespaces of the running graph are looked up when a word is completed.
 """
-
-OF_KIND = {
-    "mission": "missions",
-    "world": "worlds",
-    "robot": "robots",
-    "params": "parameters",
-    "set": "inputs",
-    "vary": "inputs",
-    "action": "actions",
-    "topic": "topics",
-    "service": "services",
-    "executive": "executives",
-    "namespace": "namespaces",
-}
-"""What is completed for an argument, by its name: these, and files of one's own."""
-
-OF_COMMAND = {
-    ("run", "file"): "runs",
-    ("check", "files"): "runs",
-    ("tree", "file"): "missions",
-    ("convert", "file"): "missions",
-    ("sweep", "file"): "runs",
-    ("falsify", "file"): "runs",
-    ("missions", "name"): "listed",
-    ("worlds", "name"): "worlds",
-    ("robots", "name"): "robots",
-}
-"""The same for arguments that mean something else elsewhere, by the command and their name."""
 
 BASH = """\
 _bt_mission_{kind}_file() {{
@@ -118,27 +96,6 @@ FISH_NAMES = (
 )
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "completion",
-        description="Prints a script with which a shell completes commands, options, files, and "
-        "the names of missions, worlds, robots, inputs, and of what is in the running graph.",
-        epilog=EPILOG,
-    )
-    parser.add_argument("shell", nargs="?", choices=SHELLS, help="the shell")
-    parser.add_argument(
-        "--names", choices=tuple(KINDS), help="instead: print the names that are known, one a line"
-    )
-    parser.add_argument(
-        "--line",
-        default="",
-        metavar="WORDS",
-        help="with --names: the command line so far, which names the mission of inputs",
-    )
-    parser.set_defaults(command=completion)
-
-
 def completion(options: argparse.Namespace) -> int:
     """Print the script, or names."""
     if (options.shell is None) == (options.names is None):
@@ -155,25 +112,24 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
     """The script for one shell."""
     import shtab
 
-    load_commands(parser)
-    for command, action in _actions(parser):
-        how = _how(command, action)
+    for action in _actions(load_commands(parser)):
+        option: Option | None = getattr(action, "option", None)
+        how = None if option is None else _how(option)
         if how is not None:
             action.complete = how  # type: ignore[attr-defined]  # where shtab looks for it
     written = str(shtab.complete(parser, shell))
     return written + BASH_END if shell == "bash" else written
 
 
-def _how(command: str, action: argparse.Action) -> Any:
-    """How an argument is completed; None leaves it to shtab, which knows choices."""
+def _how(option: Option) -> Any:
+    """How an option is completed; None leaves it to shtab, which knows choices."""
     import shtab
 
-    kind = OF_COMMAND.get((command, action.dest)) or OF_KIND.get(action.dest)
-    if kind is not None and not action.choices:
-        return _of_kind(kind)
-    if action.dest == "images":
+    if option.completes == "folders":
         return shtab.DIRECTORY
-    return shtab.FILE if action.type in (Path, input_file, *OUTPUTS) else None
+    if option.completes:
+        return _of_kind(option.completes)
+    return shtab.FILE if option.type is Path or isinstance(option.type, FileType) else None
 
 
 def _of_kind(kind: str) -> dict[str, Any]:
@@ -195,13 +151,155 @@ def _of_kind(kind: str) -> dict[str, Any]:
     }
 
 
-def _actions(
-    parser: argparse.ArgumentParser, command: str = ""
-) -> Iterator[tuple[str, argparse.Action]]:
-    """All arguments of all commands, with the command's name."""
-    for action in parser._actions:  # noqa: SLF001 - argparse has no public way to its arguments
-        if isinstance(action.choices, dict):
-            for name, inner in action.choices.items():
-                yield from _actions(inner, command or name)
-        else:
-            yield command, action
+def _actions(action: argparse.Action) -> Iterator[argparse.Action]:
+    """Yield all arguments of the commands below an argument; or that itself."""
+    if not isinstance(action.choices, dict):
+        yield action
+        return
+    for parser in action.choices.values():
+        for inner in parser._actions:  # noqa: SLF001 - argparse has no public way to its arguments
+            yield from _actions(inner)
+
+
+_PLAIN_NAME = re.compile(r"[\w.+@%/-]+(=[\w.+@%/-]*)?", re.ASCII)
+"""Names that a shell takes as they are: it expands `$(...)` and blanks in what it completes."""
+
+
+def known(kind: str, line: str = "") -> list[str]:
+    """Return the names of a kind that fit a command line so far; what a shell expands is left out.
+
+    Nothing is said of what cannot be read or is not there: somebody is typing.
+
+    Raises:
+        KeyError: For a kind that is none of :data:`KINDS`.
+    """
+    try:
+        found = KINDS[kind](_words(line))
+    except BtMissionError:
+        return []
+    return [name for name in found if _PLAIN_NAME.fullmatch(name)]
+
+
+def _words(line: str) -> list[str]:
+    """Split a command line as far as it goes: its last quotes may be open."""
+    try:
+        return shlex.split(line)
+    except ValueError:
+        return re.split(r"[\s'\"]+", line)
+
+
+def _runs(_: list[str]) -> list[str]:
+    return [*names("missions"), *scenarios(), *fleets()]
+
+
+def _listed(_: list[str]) -> list[str]:
+    from bt_mission.core.file_index import list_files
+
+    return [one.name for one in list_files("missions")]
+
+
+def _inputs(words: list[str]) -> list[str]:
+    """Name the inputs of the first mission or scenario of the line."""
+    program, *rest = words or [""]
+    given = rest if Path(program).name == "bt-mission" else words
+    if given and given[0] in ALL_COMMANDS:  # a shipped mission has the name of a command
+        given = given[1:]
+    for word in given:
+        path = None if word.startswith("-") else look_for("missions", word)
+        if path is not None:
+            return [
+                text
+                for name, places in _inputs_of(path).items()
+                for text in (f"{name}=", *(f"{name}={place}" for place in places))
+            ]
+    return []
+
+
+def _inputs_of(path: Path) -> dict[str, list[str]]:
+    """Read the inputs of a mission, or of the one of a scenario, without checking it.
+
+    Those that hold the name of a place have the names of all places.
+    """
+    from bt_mission.core.yaml.document import read
+
+    if path.suffix == ".xml":
+        return {}
+    if is_scenario(path):
+        data = _mapping(read(path).data)
+        name = str(data.get("mission") or "")
+        beside = path.parent / name
+        inner = beside if is_file(beside) else look_for("missions", name, path)
+        return {} if inner is None or is_scenario(inner) else _inputs_of(inner)
+    from bt_mission.language.expressions.places import Places
+    from bt_mission.language.places import zones_of_file
+
+    data = _mapping(read(path).data)
+    zones = zones_of_file(str(data.get("world") or ""), str(path))
+    own = {str(name): (0.0, 0.0, 0.0) for name in _mapping(data.get("places"))}
+    places = Places(own, lambda: zones)
+    return {
+        str(name): sorted(places.all) if isinstance(value, str) and places.find(value) else []
+        for name, value in _mapping(data.get("inputs")).items()
+    }
+
+
+def _mapping(value: Any) -> Mapping[Any, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _live(kind: LiveKind) -> Callable[[list[str]], list[str]]:
+    """Make the lookup of a kind of names of the graph that the line is about."""
+
+    def look(words: list[str]) -> list[str]:
+        from bt_mission.core.dds.discovery import restrict_discovery
+        from bt_mission.core.dds.middleware import prepare_middleware
+
+        restrict_discovery(network="--network" in words)
+        prepare_middleware()
+        from bt_mission.graph_tools.live_names import live_names
+
+        return live_names(kind)
+
+    return look
+
+
+KINDS: Mapping[str, Callable[[list[str]], list[str]]] = {
+    "missions": lambda _: names("missions"),
+    "runs": _runs,
+    "listed": _listed,
+    "worlds": lambda _: names("worlds"),
+    "robots": lambda _: names("robots"),
+    "parameters": lambda _: names("parameters"),
+    "inputs": _inputs,
+    "actions": _live("actions"),
+    "topics": _live("topics"),
+    "services": _live("services"),
+    "executives": _live("executives"),
+    "namespaces": _live("namespaces"),
+}
+"""What is completed by name; runs are missions, scenarios and fleets, listed all of `missions`."""
+
+FILES = ("missions", "runs", "listed", "worlds", "robots", "parameters")
+"""Those for which a file of one's own will do, too."""
+
+COMMANDS = {
+    "completion": Command(
+        completion,
+        "Prints a script with which a shell completes commands, options, files, and the names of "
+        "missions, worlds, robots, inputs, and of what is in the running graph.",
+        (
+            Option("shell", "the shell", nargs="?", choices=SHELLS),
+            Option(
+                "--names",
+                "instead: print the names that are known, one a line",
+                choices=tuple(KINDS),
+            ),
+            Option(
+                "--line WORDS",
+                "with --names: the command line so far, which names the mission of inputs",
+                default="",
+            ),
+        ),
+        EPILOG,
+    )
+}

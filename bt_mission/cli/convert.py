@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
-from typing import Any
 
-from bt_mission.cli.argument_types import input_file, output_file
+from bt_mission.cli.argument_types import output_file
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_force_option, mission_file, write_output
+from bt_mission.cli.options import FORCE, MISSION, mission_file, write_output
 from bt_mission.cli.outputs import refuse_overwritten
+from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
 
 DESCRIPTION = """\
@@ -35,31 +34,6 @@ docs/how-to/groot.md has the whole table.
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "convert",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-    )
-    parser.add_argument(
-        "file",
-        type=input_file,
-        nargs="?",
-        help="the mission: a YAML or an XML file, or the name of a shipped one",
-    )
-    parser.add_argument(
-        "-o", "--output", type=output_file, help="the file to write (default: standard output)"
-    )
-    add_force_option(parser)
-    parser.add_argument(
-        "--palette",
-        action="store_true",
-        help="the models of all leaves, for Groot 2, with the ports that FILE uses, if it is given",
-    )
-    parser.set_defaults(command=convert)
-
-
 def convert(options: argparse.Namespace) -> int:
     """Write the other form of a file."""
     from bt_mission.core.file_index import files_of
@@ -67,7 +41,9 @@ def convert(options: argparse.Namespace) -> int:
     if options.file is None and not options.palette:
         raise BtMissionError("expected the file of a mission, or --palette")
     file = options.file and mission_file(options)
-    text = _text(file, palette=options.palette)
+    from bt_mission.sessions import load
+
+    text = load.palette(file) if options.palette or file is None else load.convert(file)
     if options.output is None:
         print(text, end="")
     else:
@@ -76,8 +52,26 @@ def convert(options: argparse.Namespace) -> int:
     return SUCCESS
 
 
-def _text(file: Path | None, *, palette: bool) -> str:
-    """The text of the other form, or of the palette."""
-    from bt_mission.sessions import load
-
-    return load.palette(file) if palette or file is None else load.convert(file)
+COMMANDS = {
+    "convert": Command(
+        convert,
+        DESCRIPTION,
+        (
+            MISSION.but(
+                help="the mission: a YAML or an XML file, or the name of a shipped one",
+                nargs="?",
+                completes="missions",
+            ),
+            Option(
+                "-o --output OUTPUT", "the file to write (default: standard output)", output_file
+            ),
+            FORCE,
+            Option(
+                "--palette",
+                "the models of all leaves, for Groot 2, with the ports that FILE uses, if it is "
+                "given",
+            ),
+        ),
+        EPILOG,
+    )
+}

@@ -6,25 +6,10 @@ import argparse
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from bt_mission.cli.exits import MISSION_FAILED, SUCCESS
-
-
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "diff",
-        description="Compares two traces, as 'bt-mission run --trace FILE' writes them, and tells "
-        "where they part: the last events that were the same, what happened in each then, and by "
-        "how much numbers differ.",
-        epilog="exit codes: 0 the same things happened at the same times, 1 they differ, "
-        "2 bad input",
-    )
-    parser.add_argument("first", type=Path, help="a trace")
-    parser.add_argument("second", type=Path, help="another")
-    parser.add_argument("--json", action="store_true", help="print one JSON object, or null")
-    parser.set_defaults(command=compare)
+from bt_mission.cli.options import JSON
+from bt_mission.cli.parser import Command, Option
 
 
 def compare(options: argparse.Namespace) -> int:
@@ -46,3 +31,19 @@ def compare(options: argparse.Namespace) -> int:
         else:
             print(f"< {options.first}\n> {options.second}\n{found}")
     return SUCCESS if found is None else MISSION_FAILED
+
+
+COMMANDS = {
+    "diff": Command(
+        compare,
+        "Compares two traces, as 'bt-mission run --trace FILE' writes them, and tells where they "
+        "part: the last events that were the same, what happened in each then, and by how much "
+        "numbers differ.",
+        (
+            Option("first", "a trace", Path),
+            Option("second", "another", Path),
+            JSON.but(help="print one JSON object, or null"),
+        ),
+        "exit codes: 0 the same things happened at the same times, 1 they differ, 2 bad input",
+    )
+}

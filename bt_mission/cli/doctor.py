@@ -14,8 +14,9 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
+from bt_mission.cli.parser import Command
 from bt_mission.core.dds.discovery import MACHINE, PROCESS, RANGE
 
 if TYPE_CHECKING:
@@ -48,16 +49,6 @@ STYLES: Mapping[State, str] = {
     "missing": "bold red",
     "skipped": "dim",
 }
-
-
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "doctor",
-        description="Checks Python, ROS 2, our message types, off-screen rendering, DDS on "
-        "loopback and the virtual clock, and says what to install where something is missing.",
-    )
-    parser.set_defaults(command=doctor)
 
 
 def doctor(_: argparse.Namespace) -> int:
@@ -290,3 +281,12 @@ def report_on(console: Console, checks: Iterable[DoctorCheck] = CHECKS) -> int:
     verdict = f"Missing: {', '.join(missing)}." if missing else "Everything needed is there."
     console.print(Text(verdict), soft_wrap=True)
     return 1 if missing else 0
+
+
+COMMANDS = {
+    "doctor": Command(
+        doctor,
+        "Checks Python, ROS 2, our message types, off-screen rendering, DDS on loopback and the "
+        "virtual clock, and says what to install where something is missing.",
+    )
+}

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import json
+import sys
 from collections.abc import Callable, Coroutine
 from dataclasses import replace
 from itertools import chain
@@ -10,38 +12,46 @@ from itertools import count as numbers
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bt_mission.cli import falsify_cover, falsify_results
-from bt_mission.cli.argument_types import count, input_file, seed, whole
+from bt_mission.cli.argument_types import count, input_file, whole
+from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import (
-    add_fault_option,
-    add_mission_file,
-    add_nature_option,
-    add_python_option,
-    add_require_option,
-    add_set_option,
+    FAULT,
+    JSON,
+    MISSION,
+    NO_PYTHON,
+    REQUIRE,
+    ROBOT,
+    SET,
+    WORLD,
+    announce,
     mission_file,
+    nature_option,
 )
-from bt_mission.cli.run import announce, leaving_at_once
-from bt_mission.cli.workers import (
-    add_worker_options,
-    base_changes,
-    is_alone,
-    pool_for,
-    refuse_worker_options,
-)
+from bt_mission.cli.parser import Command, Option, each
+from bt_mission.cli.workers import WORKER_OPTIONS, base_changes, is_alone, pool_for, require_dask
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.core.interrupts import InterruptSignals
-    from bt_mission.search.search import SearchState
+    from bt_mission.search.cover import CoverSession, CoverState
+    from bt_mission.search.result import FoundFiles
+    from bt_mission.search.search import Found, SearchState
     from bt_mission.search.session import SearchSession
     from bt_mission.sweeps.base import BaseScenario
     from bt_mission.sweeps.ranges import RangesFile
+    from bt_mission.sweeps.row import ScenarioRow
     from bt_mission.sweeps.runner import ScenarioRunner
 
-AIMS = ("violated", "failed", "orphaned", "collision", "anything")
 STRATEGIES = ("optuna", "random")
-DEFAULT_STRATEGY = "optuna"
+"""The first is the default."""
+SOUGHT = {
+    "violated": "no violated requirement",
+    "failed": "no mission that fails",
+    "orphaned": "no orphaned goal",
+    "collision": "no collision",
+    "anything": "no violated requirement, failed mission, orphaned goal or collision",
+}
+"""What may be searched for, with what is said where nothing was found."""
 
 EPILOG = """\
 examples:
@@ -66,111 +76,10 @@ far is written
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "falsify",
-        description="Runs a mission with other seeds, obstacles that appear, and faults at their "
-        "times, until a requirement is violated, the mission fails, a goal is orphaned or the "
-        "robot touches something. What is found is minimized: fewest faults, roundest numbers, "
-        "shortest run, each step checked by running it. The result is a folder with a scenario, a "
-        "test that fails until the mission is fixed, a recording and its report.",
-        epilog=EPILOG,
-    )
-    add_mission_file(parser)
-    _add_search_options(parser)
-    add_nature_option(parser, "usual")
-    add_require_option(parser)
-    add_fault_option(parser)
-    add_set_option(parser)
-    parser.add_argument("--world", help="a world's name or file instead of the mission's")
-    parser.add_argument("--robot", help="a robot's name or file instead of the mission's")
-    add_python_option(parser)
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FOLDER",
-        help="where the result is written (default: found/NAME, or else found/NAME_2)",
-    )
-    add_worker_options(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
-    parser.set_defaults(command=falsify)
-
-
-def _add_search_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--budget",
-        type=count,
-        default=1000,
-        metavar="RUNS",
-        help="so many runs at most (default: 1000), besides those that minimize what is found",
-    )
-    parser.add_argument(
-        "--find",
-        choices=AIMS,
-        help="what to search for (default: a violated requirement; in a mission without any, "
-        "anything)",
-    )
-    parser.add_argument(
-        "--cover",
-        action="store_true",
-        help="instead drive towards nodes, outcomes and branches of the tree that no run has "
-        "reached, and list those that stay",
-    )
-    parser.add_argument(
-        "--reference",
-        type=input_file,
-        metavar="GOOD.yaml",
-        help="a mission that is good: what breaks it in the same scenario does not count",
-    )
-    parser.add_argument(
-        "--keep-going",
-        type=count,
-        default=1,
-        metavar="N",
-        help="go on until N different causes are found (default: 1)",
-    )
-    parser.add_argument(
-        "--within", type=input_file, metavar="RANGES.yaml", help="what may vary, and by how much"
-    )
-    parser.add_argument(
-        "--strategy",
-        choices=STRATEGIES,
-        default=DEFAULT_STRATEGY,
-        help=f"how scenarios are chosen (default: {DEFAULT_STRATEGY})",
-    )
-    parser.add_argument(
-        "--search-seed",
-        type=seed,
-        default=0,
-        metavar="SEED",
-        help="another search; the same one repeats exactly (default: 0)",
-    )
-    parser.add_argument(
-        "--simplify",
-        type=whole,
-        default=150,
-        metavar="RUNS",
-        help="the most runs that minimize each find, 0 to leave it (default: 150)",
-    )
-
-
 def falsify(options: argparse.Namespace) -> int:
     """Search; gives the exit code."""
-    with leaving_at_once():
-        return _falsify(options)
-
-
-def _falsify(options: argparse.Namespace) -> int:
     if not is_alone(options):
-        refuse_worker_options(options)
-    if options.cover:
-        for name in ("find", "output", "reference"):
-            if getattr(options, name) is not None:
-                raise BtMissionError(f"--cover lists what was reached: it has no --{name}")
-        if options.keep_going != 1:
-            raise BtMissionError("--cover lists what was reached: it has no --keep-going")
+        require_dask()
     announce(f"loading {options.file}, starting the simulation")
     from bt_mission.core.dds.middleware import prepare_middleware
     from bt_mission.core.interrupts import InterruptSignals
@@ -196,7 +105,7 @@ def _falsify(options: argparse.Namespace) -> int:
         if folder is None:
             return _cover(base, ranges, options, interrupts)
         session = _searched(base, good, ranges, options, interrupts)
-    return falsify_results.tell(session, folder, options)
+    return _tell_search(session, folder, options)
 
 
 def _searched(
@@ -222,9 +131,9 @@ def _searched(
 
     def watch(state: SearchState) -> bool:
         if state.runs == 1 and session.as_it_is is not None:
-            falsify_results.warn_of(session.as_it_is)
+            _warn_of(session.as_it_is)
         runs = state.runs + state.simplifying_runs
-        progress.show(runs, lambda: falsify_results.progress_line(state, options.budget))
+        progress.show(runs, lambda: _search_line(state, options.budget))
         return not interrupts.count
 
     wanted = SearchOptions(
@@ -257,19 +166,19 @@ def _cover(
 ) -> int:
     """Drive towards what was not reached; gives the exit code."""
     from bt_mission.cli.search_progress import SearchProgress
-    from bt_mission.search.cover import CoverSession, CoverState
+    from bt_mission.search.cover import CoverSession
 
     progress = SearchProgress()
 
     def watch(state: CoverState) -> bool:
-        progress.show(state.runs, lambda: falsify_cover.progress_line(state, options.budget))
+        progress.show(state.runs, lambda: _cover_line(state, options.budget))
         return not interrupts.count
 
     session = CoverSession(base, ranges, options.strategy, options.search_seed, watch)
     if _is_cut_short(base, lambda runner: session.run(runner, options.budget), options, interrupts):
         session.state.is_interrupted = True
     progress.end()
-    return falsify_cover.tell(session, options)
+    return _tell_cover(session, options)
 
 
 def _is_cut_short(
@@ -346,3 +255,277 @@ def _folder(options: argparse.Namespace, base: BaseScenario) -> Path:
     if folder.is_dir() and any(folder.iterdir()):
         raise BtMissionError(f"{folder}: holds something already; name another folder with -o")
     return folder
+
+
+def _warn_of(as_it_is: ScenarioRow) -> None:
+    """Warn of a mission that does not succeed with nothing varied."""
+    if as_it_is.outcome != "success":
+        end = f"{as_it_is.outcome}: {as_it_is.reason}" if as_it_is.reason else as_it_is.outcome
+        print(
+            f"as it is, with nothing varied, the mission ends in {end}; --find failed tells of it "
+            "at once",
+            file=sys.stderr,
+        )
+
+
+def _search_line(state: SearchState, budget: int) -> str:
+    """Return how far a search is."""
+    if state.simplifying_runs:
+        faults = ", ".join(str(len(one.candidate.faults)) for one in state.found)
+        return f"found; minimized in {state.simplifying_runs} runs, faults left: {faults}"
+    margin = "" if state.smallest is None else f", {_smallest(state.smallest)}"
+    causes = f", causes found: {len(state.found)}" if state.found else ""
+    return f"{state.runs} of {budget} runs{causes}{margin}"
+
+
+def _smallest(found: tuple[float, str]) -> str:
+    """Return the smallest margin in words."""
+    share, name = found
+    return f"smallest margin {share:.0%} of the usual one ('{name}')"
+
+
+def _tell_search(session: SearchSession, folder: Path, options: argparse.Namespace) -> int:
+    """Write what was found, and say it; gives the exit code."""
+    from bt_mission.search.result import write_all
+
+    state = session.state
+    files = write_all(session.base, state.found, folder, runs_again=not state.is_interrupted)
+    if options.json:
+        print(json.dumps(_search_as_dict(session, files, options)))
+    else:
+        print("\n".join(_search_lines(session, files)))
+    if state.is_interrupted:
+        return INTERRUPTED
+    return MISSION_FAILED if state.found else SUCCESS
+
+
+def _search_as_dict(
+    session: SearchSession, files: list[FoundFiles], options: argparse.Namespace
+) -> dict[str, Any]:
+    state = session.state
+    return {
+        "mission": session.base.mission.name,
+        "searched_for": session.aim,
+        "strategy": options.strategy,
+        "search_seed": options.search_seed,
+        "budget": options.budget,
+        "runs": state.runs,
+        "errors": state.errors,
+        "outside_assumptions": state.outside,
+        "broke_the_reference": state.unfair,
+        "simplifying_runs": state.simplifying_runs,
+        "interrupted": state.is_interrupted,
+        "smallest_margin": None
+        if state.smallest is None
+        else {"share": state.smallest[0], "requirement": state.smallest[1]},
+        "found": [_find_as_dict(*one) for one in zip(state.found, files, strict=True)],
+    }
+
+
+def _find_as_dict(found: Found, files: FoundFiles) -> dict[str, Any]:
+    return {
+        "kind": found.failure.kind,
+        "what": found.failure.what,
+        "node": found.failure.node,
+        "reason": found.failure.reason,
+        "runs": found.runs,
+        "sentence": files.sentence,
+        "faults": [one.text for one in found.candidate.faults],
+        "repeats": files.repeats,
+        "trace_sha256": found.row.trace_sha256,
+        "folder": str(files.folder),
+        "scenario": str(files.scenario),
+        "test": str(files.test),
+        "recording": files.recording and str(files.recording),
+        "report": files.report and str(files.report),
+    }
+
+
+def _search_lines(session: SearchSession, files: list[FoundFiles]) -> list[str]:
+    state = session.state
+    told: list[str] = []
+    name = session.base.mission.name
+    notes = f"; {state.errors} could not run: {state.first_error}" if state.errors else ""
+    if state.outside:
+        notes += f"; {state.outside} did not keep to the assumptions"
+    if state.unfair:
+        notes += f"; {state.unfair} broke the reference, too"
+    runs = "1 run" if state.runs == 1 else f"{state.runs} runs"
+    if not files:
+        what = "interrupted" if state.is_interrupted else f"nothing found ({SOUGHT[session.aim]})"
+        told.append(f"{name}: {what} in {runs}{notes}")
+        if state.smallest is not None:
+            told.append(f"  {_smallest(state.smallest)}")
+        return told
+    if state.runs == 1:
+        told.append(f"{name}: {files[0].sentence}")
+        told.append("  it breaks as it is, with nothing varied: there is nothing to search for")
+        return told + _files_of(files[0])
+    effort = f"found after {runs}, minimized in {state.simplifying_runs}{notes}"
+    if len(files) == 1:
+        return [f"{name}: {files[0].sentence}", f"  {effort}", *_files_of(files[0])]
+    told.append(f"{name}: {len(files)} causes {effort}")
+    for number, (found, one) in enumerate(zip(state.found, files, strict=True), 1):
+        times = "1 run" if found.runs == 1 else f"{found.runs} runs"
+        told += [f"{number}. {one.sentence} ({times})", *_files_of(one)]
+    return told
+
+
+def _files_of(files: FoundFiles) -> list[str]:
+    told = []
+    if files.repeats is False:
+        told.append("  the run of the file has another trace than the one of the search")
+    return [
+        *told,
+        f"  {files.scenario}: bt-mission run repeats it",
+        f"  {files.test}: fails until the mission is fixed",
+        f"  {files.recording}, {files.report}: the run"
+        if files.recording
+        else f"  interrupted, so not run again: bt-mission run {files.scenario} --record FILE.mcap",
+    ]
+
+
+def _cover_line(state: CoverState, budget: int) -> str:
+    """Return how far it is."""
+    return f"{_reached(state)} reached in {state.runs} of {budget} runs"
+
+
+def _reached(state: CoverState) -> str:
+    """Return how much was reached."""
+    return f"{len(state.record.reached)} of {len(state.record.names)} places"
+
+
+def _tell_cover(session: CoverSession, options: argparse.Namespace) -> int:
+    """Say what was reached, and what was not; gives the exit code."""
+    state = session.state
+    if options.json:
+        print(json.dumps(_cover_as_dict(session, options)))
+    else:
+        print("\n".join(_cover_lines(session)))
+    return INTERRUPTED if state.is_interrupted else SUCCESS
+
+
+def _cover_as_dict(session: CoverSession, options: argparse.Namespace) -> dict[str, Any]:
+    state = session.state
+    return {
+        "mission": session.base.mission.name,
+        "searched_for": "coverage",
+        "strategy": options.strategy,
+        "search_seed": options.search_seed,
+        "budget": options.budget,
+        "runs": state.runs,
+        "errors": state.errors,
+        "interrupted": state.is_interrupted,
+        "places": len(state.record.names),
+        "reached": list(state.record.reached),
+        "missing": list(state.record.missing),
+        "scenarios": [
+            {
+                "run": row.number,
+                "seed": row.seed,
+                "parameters": dict(row.parameters),
+                "faults": list(row.faults),
+                "reached_first": list(new),
+            }
+            for _, row, new in state.first
+        ],
+    }
+
+
+def _cover_lines(session: CoverSession) -> list[str]:
+    state = session.state
+    errors = f"; {state.errors} could not run: {state.first_error}" if state.errors else ""
+    runs = "1 run" if state.runs == 1 else f"{state.runs} runs"
+    told = [f"{session.base.mission.name}: {_reached(state)} of the tree reached in {runs}{errors}"]
+    for _, row, new in state.first[1:]:
+        faults = "; ".join(row.faults) or "no fault"
+        told.append(f"  {', '.join(new)}")
+        told.append(f"    first with seed {row.seed}, {faults}")
+    if state.record.missing:
+        told.append("never reached:")
+        told += [f"  {one}" for one in state.record.missing]
+    return told
+
+
+_NOT_COVERED = each("cover", why="it lists what was reached")
+
+COMMANDS = {
+    "falsify": Command(
+        falsify,
+        "Runs a mission with other seeds, obstacles that appear, and faults at their times, until "
+        "a requirement is violated, the mission fails, a goal is orphaned or the robot touches "
+        "something. What is found is minimized: fewest faults, roundest numbers, shortest run, "
+        "each step checked by running it. The result is a folder with a scenario, a test that "
+        "fails until the mission is fixed, a recording and its report.",
+        (
+            MISSION,
+            Option(
+                "--budget RUNS",
+                "so many runs at most (default: 1000), besides those that minimize what is found",
+                count,
+                1000,
+            ),
+            Option(
+                "--find",
+                "what to search for (default: a violated requirement; in a mission without any, "
+                "anything)",
+                choices=tuple(SOUGHT),
+                excludes=_NOT_COVERED,
+            ),
+            Option(
+                "--cover",
+                "instead drive towards nodes, outcomes and branches of the tree that no run has "
+                "reached, and list those that stay",
+            ),
+            Option(
+                "--reference GOOD.yaml",
+                "a mission that is good: what breaks it in the same scenario does not count",
+                input_file,
+                excludes=_NOT_COVERED,
+            ),
+            Option(
+                "--keep-going N",
+                "go on until N different causes are found (default: 1)",
+                count,
+                1,
+                excludes=_NOT_COVERED,
+            ),
+            Option("--within RANGES.yaml", "what may vary, and by how much", input_file),
+            Option(
+                "--strategy",
+                f"how scenarios are chosen (default: {STRATEGIES[0]})",
+                choices=STRATEGIES,
+                default=STRATEGIES[0],
+            ),
+            Option(
+                "--search-seed SEED",
+                "another search; the same one repeats exactly (default: 0)",
+                whole,
+                0,
+            ),
+            Option(
+                "--simplify RUNS",
+                "the most runs that minimize each find, 0 to leave it (default: 150)",
+                whole,
+                150,
+            ),
+            nature_option("usual"),
+            REQUIRE,
+            FAULT,
+            SET,
+            WORLD,
+            ROBOT,
+            NO_PYTHON,
+            Option(
+                "-o --output FOLDER",
+                "where the result is written (default: found/NAME, or else found/NAME_2)",
+                Path,
+                excludes=_NOT_COVERED,
+            ),
+            *WORKER_OPTIONS,
+            JSON,
+        ),
+        EPILOG,
+        leaves_at_once=True,
+    )
+}

@@ -10,16 +10,15 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import replace
-from functools import partial
 from itertools import count as count_up
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli import recording
-from bt_mission.cli.argument_types import assignment, count, input_file, seconds
+from bt_mission.cli.argument_types import count, input_file
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import add_fault_option, add_require_option
-from bt_mission.cli.run import announce, leaving_at_once
+from bt_mission.cli.options import AT, FAULT, JSON, RECORDING, REQUIRE, SET, announce
+from bt_mission.cli.parser import Command, Option, each
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
 
@@ -47,71 +46,12 @@ same up to the fork, 130 interrupted
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "fork",
-        description="Runs a recorded simulation again from its start, with all that the recording "
-        "holds of it: mission, world, robot, seed, inputs. What happens is compared with the "
-        "recorded trace, byte by byte, up to the control step at --at. There the change takes "
-        "effect, and the run goes on. The files on the disk are not used.",
-        epilog=EPILOG,
-    )
-    parser.add_argument("file", type=input_file, help="made by bt-mission run --record")
-    parser.add_argument(
-        "--at",
-        type=partial(seconds, expected="seconds from 0, such as 12.5"),
-        metavar="S",
-        help="fork so many seconds after the mission's start, at the next control step",
-    )
-    parser.add_argument(
-        "--sweep-at",
-        action="store_true",
-        help="instead of --at: fork at one instant after another, and tell the last one at which "
-        "the change would have saved the mission",
-    )
-    parser.add_argument(
-        "--tries",
-        type=count,
-        metavar="N",
-        help="with --sweep-at: try so many of the instants at which a node changed, evenly spread "
-        f"(default: {MOST_TRIES})",
-    )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        type=assignment,
-        help="give a variable of the mission another value there; may be repeated",
-    )
-    parser.add_argument(
-        "--mission",
-        type=input_file,
-        metavar="FILE",
-        help="go on as this version of the mission's file says: nodes that begin from there on "
-        "begin as it has them",
-    )
-    add_require_option(parser)
-    add_fault_option(parser)
-    parser.add_argument(
-        "--import-python",
-        action="store_true",
-        help="import the mission's Python leaves and nodes from this folder, which runs their code",
-    )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    recording.add_recording_options(parser)
-    parser.set_defaults(command=fork, attach=False)
-
-
 def fork(options: argparse.Namespace) -> int:
     """Fork the run; gives the exit code."""
-    with leaving_at_once():
-        return _fork(options)
-
-
-def _fork(options: argparse.Namespace) -> int:
-    refuse_contradictions(options)
+    if options.at is None and not options.sweep_at:
+        raise BtMissionError(
+            "say where to fork with --at S, or look for the last instant with --sweep-at"
+        )
     announce(f"running {options.file} again")
     from bt_mission.core.dds.middleware import prepare_middleware
 
@@ -185,28 +125,6 @@ def _sweep(options: argparse.Namespace, source: ForkSource, change: ForkChange) 
     return MISSION_FAILED if found.last is None else SUCCESS
 
 
-def refuse_contradictions(options: argparse.Namespace) -> None:
-    """Refuse options that would be ignored.
-
-    Raises:
-        BtMissionError: With what to do instead.
-    """
-    recording.refuse_recording(options)
-    if (options.at is None) != options.sweep_at:
-        raise BtMissionError(
-            "say where to fork with --at S, or look for the last instant with --sweep-at: one of "
-            "them"
-        )
-    if options.tries is not None and not options.sweep_at:
-        raise BtMissionError("--tries goes with --sweep-at")
-    if not options.sweep_at:
-        return
-    if options.fault:
-        raise BtMissionError("--fault has an instant of its own: --sweep-at goes with --set")
-    if not (options.set or options.mission):
-        raise BtMissionError("--sweep-at: name the change to try with --set or --mission")
-
-
 def run_fork(
     options: argparse.Namespace,
     source: ForkSource,
@@ -272,3 +190,54 @@ def fork_shown(
 def beside(path: Path, number: int) -> Path:
     """Name the recording of a fork of a recording."""
     return path.with_name(f"{path.stem}_fork_{number}.mcap")
+
+
+COMMANDS = {
+    "fork": Command(
+        fork,
+        "Runs a recorded simulation again from its start, with all that the recording holds of it: "
+        "mission, world, robot, seed, inputs. What happens is compared with the recorded trace, "
+        "byte by byte, up to the control step at --at. There the change takes effect, and the run "
+        "goes on. The files on the disk are not used.",
+        (
+            RECORDING,
+            AT.but(help="fork so many seconds after the mission's start, at the next control step"),
+            Option(
+                "--sweep-at",
+                "fork at one instant after another, and report the last one at which the change "
+                "would have saved the mission",
+                needs=each("set", "mission", why="name the change to try"),
+                excludes={"at": "", "fault": "a fault has an instant of its own; use --set"},
+            ),
+            Option(
+                "--tries N",
+                "try so many of the instants at which a node changed, evenly spread (default: "
+                f"{MOST_TRIES})",
+                count,
+                needs=each("sweep_at"),
+            ),
+            SET.but(
+                help="give a variable of the mission another value there; may be repeated",
+                completes="",
+            ),
+            Option(
+                "--mission FILE",
+                "go on as this version of the mission's file says: nodes that begin from there on "
+                "begin as it has them",
+                input_file,
+                completes="missions",
+            ),
+            REQUIRE,
+            FAULT,
+            Option(
+                "--import-python",
+                "import the mission's Python leaves and nodes from this folder, which runs their "
+                "code",
+            ),
+            JSON,
+            *recording.RECORDING_OPTIONS,
+        ),
+        EPILOG,
+        leaves_at_once=True,
+    )
+}

@@ -5,57 +5,43 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from functools import partial
 from typing import TYPE_CHECKING
 
+from bt_mission.cli.argument_types import port
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
-from bt_mission.cli.web import (
-    has_input_ended,
-    port_number,
-    refuse_without_server,
-    to_stderr,
-    watch_beside,
-)
-from bt_mission.core.errors import BtMissionError
+from bt_mission.cli.parser import Option, each
+from bt_mission.cli.web import has_input_ended, require_server, to_stderr, watch_beside
 
 if TYPE_CHECKING:
     from bt_mission.graph_tools.foxglove.server import FoxgloveServer
     from bt_mission.sessions.session import ObservableSession
 
 
-def add_foxglove_options(parser: argparse.ArgumentParser) -> None:
-    """Are topics served to Foxglove?"""
-    group = parser.add_argument_group("in Foxglove or Lichtblick")
-    group.add_argument(
-        "--foxglove",
-        action="store_true",
-        help="serve all topics to Foxglove and Lichtblick on this machine, and print the address "
-        "to connect to",
-    )
-    group.add_argument(
-        "--foxglove-port",
-        type=port_number,
-        metavar="N",
-        help="with --foxglove: listen on this port (default: 8765; 0 takes any that is free)",
-    )
-
-
-def refuse_foxglove(options: argparse.Namespace, *, instead: tuple[str, ...] = ()) -> None:
-    """Refuse what cannot be served, before anything moves.
+def foxglove_options(*instead: str) -> tuple[Option, ...]:
+    """Return whether topics are served to Foxglove, and where.
 
     Args:
-        instead: Names of options that show something else.
-
-    Raises:
-        BtMissionError: With what to do.
+        instead: Options of the command that show something else.
     """
-    if not options.foxglove:
-        if options.foxglove_port is not None:
-            raise BtMissionError("--foxglove-port goes with --foxglove")
-        return
-    for name in instead:
-        if getattr(options, name):
-            raise BtMissionError(f"--foxglove and --{name}: choose one of them")
-    refuse_without_server("--foxglove")
+    group = "in Foxglove or Lichtblick"
+    return (
+        Option(
+            "--foxglove",
+            "serve all topics to Foxglove and Lichtblick on this machine, and print the address to "
+            "connect to",
+            group=group,
+            excludes=each(*instead),
+            check=partial(require_server, "--foxglove"),
+        ),
+        Option(
+            "--foxglove-port N",
+            "listen on this port (default: 8765; 0 takes any that is free)",
+            port,
+            group=group,
+            needs=each("foxglove"),
+        ),
+    )
 
 
 @contextmanager
@@ -94,9 +80,9 @@ def foxglove_process(options: argparse.Namespace) -> Iterator[None]:
         return
     from bt_mission.graph_tools.foxglove.server import listen
 
-    port = _port_of(options)
-    listen(port).close()  # or say so at once
-    with watch_beside("--foxglove", f"--foxglove-port={port}"):
+    number = _port_of(options)
+    listen(number).close()  # or say so at once
+    with watch_beside("--foxglove", f"--foxglove-port={number}"):
         yield
 
 
@@ -108,13 +94,12 @@ def serve_graph(options: argparse.Namespace) -> int:
 
     with GraphSession() as graph:
         node = graph.node
-        port = _port_of(options)
 
         def now_ns() -> int:
             return int(node.get_clock().now().nanoseconds)
 
         has_clock = False
-        with closing(FoxgloveServer(node, port, now_ns, to_stderr)) as server:
+        with closing(FoxgloveServer(node, _port_of(options), now_ns, to_stderr)) as server:
             _announce(server)
             while not (graph.interrupts.count or server.is_broken):
                 if options.until_input_ends and has_input_ended():
@@ -130,8 +115,8 @@ def serve_graph(options: argparse.Namespace) -> int:
 def _port_of(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools.foxglove.server import PORT
 
-    port: int = PORT if options.foxglove_port is None else options.foxglove_port
-    return port
+    number: int = PORT if options.foxglove_port is None else options.foxglove_port
+    return number
 
 
 def _announce(server: FoxgloveServer) -> None:

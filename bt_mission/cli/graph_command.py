@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.commands import COMMANDS
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.network import add_network_option, prepare_graph
+from bt_mission.cli.network import NAMESPACE, NETWORK, prepare_graph
+from bt_mission.cli.options import JSON
+from bt_mission.cli.parser import Command, Option
 from bt_mission.core.text import columns
 
 if TYPE_CHECKING:
@@ -21,69 +23,65 @@ if TYPE_CHECKING:
 WAIT_S = 5.0
 
 
-def subcommands(commands: Any, name: str, epilog: str) -> Any:
-    """Add a command that has commands of its own."""
-    words = COMMANDS[name].help
-    parser = commands.add_parser(
-        name,
-        description=f"{words[0].upper()}{words[1:]}. Works with any ROS 2 graph, and with every "
-        "type that is installed.",
-        epilog=epilog,
+def graph_command(name: str, commands: Mapping[str, Command], epilog: str) -> Command:
+    """Return a command that has commands of its own."""
+    words = COMMANDS[name]
+    description = (
+        f"{words[0].upper()}{words[1:]}. Works with any ROS 2 graph, and with every type that is "
+        "installed."
     )
-    return parser.add_subparsers(metavar="what")
+    return Command(None, description, epilog=epilog, commands=commands)
 
 
-def add_list(kinds: Any, kind: Kind, words: str) -> None:
-    """Add the command that lists what there is of a kind."""
-    parser = kinds.add_parser("list", help=words)
-    if kind != "action":
-        parser.add_argument("--all", action="store_true", help="hidden ones, too: those of actions")
-    add_graph_options(parser, f"{kind}s")
-    add_json_option(parser, "one list of objects")
-    parser.set_defaults(command=list_entries, kind=kind, all=False)
-
-
-def add_name(parser: argparse.ArgumentParser, kind: Kind, example: str) -> None:
-    """Add the name of what a command is about."""
-    parser.add_argument(kind, help=f"name of the {kind}, such as {example}")
-    parser.set_defaults(kind=kind)
-
-
-def add_type(parser: argparse.ArgumentParser, whose: str = "its") -> None:
-    """Add the type of what a command is about."""
-    words = f"{whose} type, instead of the one found in the graph"
-    parser.add_argument("--type", metavar="TYPE", help=words)
-
-
-def add_graph_options(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add where to look, and for how long."""
-    parser.add_argument("--namespace", default="", help="of names without a leading slash")
-    add_network_option(parser)
-    parser.add_argument(
-        "--wait",
-        type=seconds,
-        default=WAIT_S,
-        metavar="SECONDS",
-        help=f"how long to look for {what} (default: {WAIT_S:g})",
+def list_command(kind: Kind, words: str) -> Command:
+    """Return the command that lists what there is of a kind."""
+    hidden = Option("--all", "hidden ones, too: those of actions")
+    return Command(
+        list_entries,
+        options=(
+            *([] if kind == "action" else [hidden]),
+            *graph_options(f"{kind}s"),
+            json_option("one list of objects"),
+        ),
+        help=words,
+        leaves_at_once=True,
+        defaults={"kind": kind, "all": False} if kind == "action" else {"kind": kind},
     )
 
 
-def add_json_option(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add the output for programs."""
-    parser.add_argument("--json", action="store_true", help=f"for programs: {what}")
+def name_option(kind: Kind, example: str) -> Option:
+    """Return the name of what a command is about."""
+    return Option(kind, f"name of the {kind}, such as {example}", completes=f"{kind}s")
+
+
+def type_option(whose: str = "its") -> Option:
+    """Return the type of what a command is about."""
+    return Option("--type TYPE", f"{whose} type, instead of the one found in the graph")
+
+
+def graph_options(what: str) -> tuple[Option, ...]:
+    """Return where to look, and for how long."""
+    wait = f"how long to look for {what} (default: {WAIT_S:g})"
+    return (
+        NAMESPACE.but(help="of names without a leading slash"),
+        NETWORK,
+        Option("--wait SECONDS", wait, seconds, WAIT_S),
+    )
+
+
+def json_option(what: str) -> Option:
+    """Return the output for programs."""
+    return JSON.but(help=f"for programs: {what}")
 
 
 @contextmanager
 def joined(options: argparse.Namespace) -> Iterator[GraphSession]:
     """Take part in the graph."""
-    from bt_mission.cli.run import leaving_at_once
+    prepare_graph(options)
+    from bt_mission.graph_tools.graph_session import GraphSession
 
-    with leaving_at_once():
-        prepare_graph(options)
-        from bt_mission.graph_tools.graph_session import GraphSession
-
-        with GraphSession(options.namespace) as session:
-            yield session
+    with GraphSession(options.namespace) as session:
+        yield session
 
 
 def list_entries(options: argparse.Namespace) -> int:

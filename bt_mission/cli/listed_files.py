@@ -8,13 +8,13 @@ import os
 import shutil
 import sys
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_force_option, write_output
+from bt_mission.cli.options import FORCE, JSON, write_output
 from bt_mission.cli.outputs import refuse_existing
+from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import SUFFIXES, Kind
 from bt_mission.core.text import columns
@@ -31,43 +31,6 @@ examples:
 A file in ./{kind} stands for the shipped one of the same name.
 """
 EXAMPLES = {"missions": "explore", "worlds": "empty_arena", "robots": "waffle"}
-
-
-def _add_parser(kind: Kind, commands: Any) -> None:
-    """Add the command of a kind of files to the command line."""
-    parser = commands.add_parser(
-        kind,
-        description=f"Lists the {kind} of the working folder and the shipped ones, with a line "
-        "each, or copies one.",
-        epilog=EPILOG.format(kind=kind, name=EXAMPLES[kind]),
-    )
-    parser.add_argument("--json", action="store_true", help="for programs: one list of objects")
-    parser.set_defaults(command=print_list, kind=kind)
-    actions = parser.add_subparsers(metavar="what")
-    listing = actions.add_parser("list", help="the same as without a word")
-    listing.add_argument(
-        "--json",
-        action="store_true",
-        default=argparse.SUPPRESS,
-        help="for programs: one list of objects",
-    )
-    copying = actions.add_parser(
-        "copy",
-        help="copy one, with the files that it names by their paths",
-        description=f"Copies one of the {kind} to edit it, with the files beside it that it "
-        "names: trees that it includes, the mission of a scenario, Python leaves.",
-    )
-    copying.add_argument("name", help=f"its name, as 'bt-mission {kind}' lists it, or its path")
-    copying.add_argument(
-        "to", nargs="?", type=Path, help=f"a folder, or the file to write (default: ./{kind})"
-    )
-    add_force_option(copying)
-    copying.set_defaults(command=copy_file, late="to")
-
-
-add_missions_parser = partial(_add_parser, "missions")
-add_worlds_parser = partial(_add_parser, "worlds")
-add_robots_parser = partial(_add_parser, "robots")
 
 
 def print_list(options: argparse.Namespace) -> int:
@@ -163,3 +126,43 @@ def _make_folder(path: Path) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise BtMissionError(f"cannot make {path}: {error.strerror or error}") from error
+
+
+def _command(kind: Kind, completes: str) -> Command:
+    json_list = JSON.but(help="for programs: one list of objects")
+    copying = Command(
+        copy_file,
+        f"Copies one of the {kind} to edit it, with the files beside it that it names: trees that "
+        "it includes, the mission of a scenario, Python leaves.",
+        (
+            Option(
+                "name",
+                f"its name, as 'bt-mission {kind}' lists it, or its path",
+                completes=completes,
+            ),
+            Option("to", f"a folder, or the file to write (default: ./{kind})", Path, nargs="?"),
+            FORCE,
+        ),
+        help="copy one, with the files that it names by their paths",
+    )
+    listing = Command(
+        print_list,
+        options=(json_list.but(default=argparse.SUPPRESS),),
+        help="the same as without a word",
+    )
+    return Command(
+        print_list,
+        f"Lists the {kind} of the working folder and the shipped ones, with a line each, or copies "
+        "one.",
+        (json_list,),
+        EPILOG.format(kind=kind, name=EXAMPLES[kind]),
+        commands={"list": listing, "copy": copying},
+        defaults={"kind": kind},
+    )
+
+
+COMMANDS = {
+    "missions": _command("missions", "listed"),
+    "worlds": _command("worlds", "worlds"),
+    "robots": _command("robots", "robots"),
+}

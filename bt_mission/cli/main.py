@@ -5,14 +5,16 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 from bt_mission.cli.commands import Commands
 from bt_mission.cli.exits import BAD_INPUT, INTERRUPTED, MISSION_FAILED, NO_SERVER
 from bt_mission.cli.outputs import refuse_outputs
-from bt_mission.cli.parser import Parser
+from bt_mission.cli.parser import Parser, refuse_contradictions
 from bt_mission.cli.ros_arguments import split
 from bt_mission.core.errors import BtMissionError, NotThereError
 from bt_mission.core.terminal.streams import STANDARD_OUTPUT, escaped_output, unescaped
@@ -89,13 +91,29 @@ def _run_command(parser: Parser, arguments: Sequence[str] | None) -> int:
     """Run a command, and flush its output here, where an error of that can still be handled."""
     try:
         options = _parsed(parser, arguments)
+        refuse_contradictions(options)
         refuse_outputs(options)
-        code = int(options.command(options))
+        with _leaving_at_once() if options.leaves_at_once else nullcontext():
+            code = int(options.command(options))
     except SystemExit:  # after a help text, for example
         sys.stdout.flush()
         raise
     sys.stdout.flush()
     return code
+
+
+@contextmanager
+def _leaving_at_once() -> Iterator[None]:
+    """End the process on a signal: before a mission starts and after its end nothing is halted."""
+    before = {
+        number: signal.signal(number, lambda *_: os._exit(INTERRUPTED))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def make_parser() -> Parser:
@@ -113,8 +131,7 @@ def make_parser() -> Parser:
 def _parsed(parser: Parser, arguments: Sequence[str] | None) -> Any:
     """Parse, with what argparse leaves behind when an optional word comes after an option.
 
-    It takes such a word as absent once it has seen the words before the option; a command names
-    the word in its default ``late``.
+    It takes such a word as absent once it has seen the words before the option.
     """
     mine, for_ros = split(sys.argv[1:] if arguments is None else arguments)
     options, rest = parser.parse_known_args(mine)
@@ -125,16 +142,14 @@ def _parsed(parser: Parser, arguments: Sequence[str] | None) -> Any:
         parser.error("--ros-args: this command has no node to hand them to")
     if not hasattr(options, "command"):
         options.parser.lead_on(rest)
-    late = getattr(options, "late", None)
-    if late and len(rest) == 1 and not getattr(options, late) and _is_word(rest[0]):
-        setattr(options, late, rest.pop())
+    words = [one for one in options.parser.options if not one.flags][1:]
+    late = words[-1] if words and words[-1].nargs == "?" else None
+    is_word = len(rest) == 1 and (rest[0] == "-" or not rest[0].startswith("-"))
+    if late and is_word and not late.is_given(options):
+        setattr(options, late.attribute, (late.type or str)(rest.pop()))
     if rest:
         options.parser.refuse(rest)
     return options
-
-
-def _is_word(text: str) -> bool:
-    return text == "-" or not text.startswith("-")
 
 
 def _write_into_nothing() -> None:

@@ -5,27 +5,25 @@ from __future__ import annotations
 import argparse
 import sys
 
+from bt_mission.cli.parser import Option
 from bt_mission.core.dds.discovery import isolate, restrict_discovery
 from bt_mission.core.dds.middleware import prepare_middleware
 
-
-def add_network_option(parser: argparse.ArgumentParser) -> None:
-    """Add the choice between this machine and the network."""
-    parser.add_argument(
-        "--network",
-        action="store_true",
-        help="find processes of other machines, and be found by them (default: what "
-        "ROS_AUTOMATIC_DISCOVERY_RANGE says; where it is not set, this machine alone)",
-    )
-
-
-def add_duplicates_option(parser: argparse.ArgumentParser, when: str = "") -> None:
-    """Add the leave to drive where two robots may be taken for one."""
-    parser.add_argument(
-        "--allow-duplicates",
-        action="store_true",
-        help=f"{when}go on although several nodes publish the same odometry or /clock",
-    )
+NETWORK = Option(
+    "--network",
+    "find processes of other machines, and be found by them (default: what "
+    "ROS_AUTOMATIC_DISCOVERY_RANGE says; where it is not set, this machine alone)",
+)
+ALLOW_DUPLICATES = Option(
+    "--allow-duplicates",
+    "go on although several nodes publish the same odometry or /clock",
+)
+NAMESPACE = Option(
+    "--namespace NAMESPACE", "namespace of the robot's topics", default="", completes="namespaces"
+)
+WALL_CLOCK = Option(
+    "--wall-clock", "keep to this machine's clock, without looking for /clock first"
+)
 
 
 def prepare_graph(options: argparse.Namespace) -> None:

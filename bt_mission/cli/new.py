@@ -10,10 +10,10 @@ from importlib.resources import files as package_files
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.questions import has_terminal, is_confirmed
+from bt_mission.cli.options import confirm
+from bt_mission.cli.parser import Command, Option
 from bt_mission.core.diagnostics import quoted
 from bt_mission.core.errors import BtMissionError
 
@@ -42,21 +42,6 @@ NAME = re.compile(r"\bNAME\b")
 _VALID = re.compile(r"[a-z][a-z0-9_-]{0,63}", re.ASCII | re.IGNORECASE)
 _NO_NAMES = ("true", "false", "yes", "no", "on", "off", "null")
 """YAML takes these for values."""
-
-
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "new",
-        description="Makes a folder with a mission that runs, the world that it runs in, tests "
-        "that pass, and the settings with which an editor completes and checks missions.",
-        epilog=EPILOG,
-    )
-    parser.add_argument("name", help="of the folder and its mission: letters, digits, _ and -")
-    parser.add_argument(
-        "--yes", action="store_true", help="do not ask before a project is made inside another"
-    )
-    parser.set_defaults(command=make_project)
 
 
 def make_project(options: argparse.Namespace) -> int:
@@ -92,13 +77,13 @@ def _ask_inside_project(name: str) -> None:
     """
     here = Path.cwd()
     outer = next((one for one in (here, *here.parents) if _is_project(one)), None)
-    if outer is None:
-        return
-    inside = f"{quoted(name)} would be made inside the project {outer}"
-    if not has_terminal():
-        raise BtMissionError(f"{inside}; change to another folder, or add --yes")
-    if not is_confirmed(f"{inside}. Make it there?"):
-        raise BtMissionError("nothing was made")
+    if outer is not None:
+        confirm(
+            f"{quoted(name)} would be made inside the project {outer}",
+            ". Make it there?",
+            otherwise="; change to another folder, or add --yes",
+            refused="nothing was made",
+        )
 
 
 def _is_project(folder: Path) -> bool:
@@ -156,3 +141,17 @@ def _print_next_steps(name: str, written: Mapping[str, str]) -> None:
     print("next:")
     for command, remark in steps.items():
         print(f"  {command:<{width}}  # {remark}" if remark else f"  {command}")
+
+
+COMMANDS = {
+    "new": Command(
+        make_project,
+        "Makes a folder with a mission that runs, the world that it runs in, tests that pass, and "
+        "the settings with which an editor completes and checks missions.",
+        (
+            Option("name", "of the folder and its mission: letters, digits, _ and -"),
+            Option("--yes", "do not ask before a project is made inside another"),
+        ),
+        EPILOG,
+    )
+}

@@ -1,56 +1,91 @@
-"""Options that several commands share."""
+"""Options that several commands share, and the files that they name."""
 
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
-from typing import Any
 
-from bt_mission.cli.argument_types import assignment, input_file, seed
+from bt_mission.cli.argument_types import above_zero, assignment, input_file, seconds, whole
+from bt_mission.cli.parser import Option, each
 from bt_mission.core.diagnostics import Diagnostic, InputError
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import look_deeper, look_for, other_suffix
 from bt_mission.core.nature import PROFILES, Nature
 from bt_mission.core.output import write_file
 
+_IN_THE_FILE = "write it into the fleet's file"
+_OF_ITS_GRAPH = "an attached run has that of its graph"
 
-def add_overrides(parser: argparse.ArgumentParser) -> None:
-    """What may be overridden in a mission."""
-    add_set_option(parser)
-    parser.add_argument("--seed", type=seed, help="seed of everything random in the run")
-    parser.add_argument("--world", help="a world's name or file instead of the mission's")
-    parser.add_argument("--robot", help="a robot's name or file instead of the mission's")
+MISSION = Option(
+    "file",
+    "the mission: a YAML file, an XML file of Groot 2, or the name of a shipped one; or a "
+    "scenario or a fleet",
+    input_file,
+    completes="runs",
+)
+SET = Option(
+    "--set NAME=VALUE",
+    "give an input of the mission another value; may be repeated",
+    assignment,
+    repeats=True,
+    completes="inputs",
+    not_for=each("fleet", why=_IN_THE_FILE),
+)
+SEED = Option("--seed SEED", "seed of everything random in the run", whole)
+WORLD = Option(
+    "--world WORLD",
+    "a world's name or file instead of the mission's",
+    completes="worlds",
+    excludes=each("attach", why=_OF_ITS_GRAPH),
+)
+ROBOT = Option(
+    "--robot ROBOT",
+    "a robot's name or file instead of the mission's",
+    completes="robots",
+    excludes=each("attach", why=_OF_ITS_GRAPH),
+    not_for=each("fleet", why=_IN_THE_FILE),
+)
+OVERRIDES = (SET, SEED, WORLD, ROBOT)
+REQUIRE = Option(
+    "--require FILE",
+    "a YAML file with further requirements of the mission; may be repeated",
+    input_file,
+    repeats=True,
+    not_for=each("fleet", why=_IN_THE_FILE),
+)
+FAULT = Option(
+    "--fault FAULT",
+    "something that goes wrong in the simulation, such as 'at 5.0: drop scan lasting 2' "
+    "(docs/reference/scenarios.md); may be repeated",
+    repeats=True,
+    excludes=each("attach", why="faults are made in a simulation, not in a running graph"),
+    not_for=each(
+        "fleet", why="faults are those of one robot; run its mission, or write a scenario"
+    ),
+)
+NO_PYTHON = Option(
+    "--no-python",
+    "refuse a mission with Python leaves or nodes: code of its author that runs as you",
+)
+SPEED = Option("--speed SPEED", "seconds of simulation per second", above_zero)
+AT = Option("--at S", "", seconds)
+PLAIN = Option("--plain", "plain lines, also when the output is a terminal")
+JSON = Option("--json", "print one JSON object at the end")
+FORCE = Option("--force", "overwrite files that exist")
+RECORDING = Option("file", "made by bt-mission run --record", input_file)
+IMAGES = Option("--images IMAGES", "", Path, Path("images"), completes="folders")
 
 
-def add_mission_file(parser: argparse.ArgumentParser) -> None:
-    """The mission file."""
-    parser.add_argument(
-        "file",
-        type=input_file,
-        help="the mission: a YAML file, an XML file of Groot 2, or the name of a shipped one; or a "
-        "scenario or a fleet",
-    )
-
-
-def add_set_option(parser: argparse.ArgumentParser) -> None:
-    """Inputs of the mission."""
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        type=assignment,
-        help="give an input of the mission another value; may be repeated",
-    )
-
-
-def add_nature_option(parser: argparse.ArgumentParser, default: str) -> None:
-    """Add the choice of a profile of nature; `default` says what holds without it."""
-    parser.add_argument(
+def nature_option(default: str) -> Option:
+    """Return the choice of a profile of nature; `default` is the one without it."""
+    return Option(
         "--nature",
+        "what differs from run to run: start, localization, wheels, lidar, latency, drawn from the "
+        "seed (docs/reference/nature.md; default: as mission, scenario or world say, else "
+        f"{default})",
         choices=PROFILES,
-        help="what differs from run to run: start, localization, wheels, lidar, latency, drawn "
-        f"from the seed (docs/reference/nature.md; default: as mission, scenario or world say, "
-        f"else {default})",
+        excludes=each("attach", why=_OF_ITS_GRAPH),
     )
 
 
@@ -59,57 +94,36 @@ def nature_of(options: argparse.Namespace) -> Nature | None:
     return None if options.nature is None else Nature(options.nature)
 
 
-def add_require_option(
-    parser: argparse.ArgumentParser,
-    text: str = "a YAML file with further requirements of the mission; may be repeated",
-) -> None:
-    """Add the files of requirements to a parser; `text` is their help."""
-    parser.add_argument(
-        "--require",
-        action="append",
-        default=[],
-        type=input_file,
-        metavar="FILE",
-        help=text,
+def recorded_robot(default: str) -> Option:
+    """Return the choice of a robot of a recorded fleet; `default` describes what it is without."""
+    return Option(
+        "--robot NAME", f"of a recorded fleet: the robot (default: {default})", completes="robots"
     )
 
 
-def add_fault_option(parser: argparse.ArgumentParser) -> None:
-    """Add faults as text to a parser."""
-    parser.add_argument(
-        "--fault",
-        action="append",
-        default=[],
-        metavar="FAULT",
-        help="something that goes wrong in the simulation, such as 'at 5.0: drop scan lasting 2' "
-        "(docs/reference/scenarios.md); may be repeated",
-    )
+def announce(what: str) -> None:
+    """Say to people at a terminal what begins, before the imports and ROS take their seconds."""
+    if sys.stderr.isatty():
+        print(f"{what} ...", file=sys.stderr, flush=True)
 
 
-def add_plain_option(parser: Any) -> None:
-    """Add the choice of plain lines to a parser, or to a group of options."""
-    parser.add_argument(
-        "--plain", action="store_true", help="plain lines, also when the output is a terminal"
-    )
+def confirm(what: str, question: str, *, otherwise: str, refused: str) -> None:
+    """Ask the person at the terminal; anything but a yes is a no.
 
+    Args:
+        what: The reason to ask.
+        question: Follows it.
+        otherwise: What to do where there is no terminal.
+        refused: What has not happened after a no.
 
-def add_robot_option(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add the choice of a robot of a recorded fleet; `what` says what comes without it."""
-    parser.add_argument("--robot", metavar="NAME", help=f"of a recorded fleet: the robot ({what})")
-
-
-def add_force_option(parser: argparse.ArgumentParser) -> None:
-    """Add the leave to overwrite files."""
-    parser.add_argument("--force", action="store_true", help="overwrite files that exist")
-
-
-def add_python_option(parser: argparse.ArgumentParser) -> None:
-    """Add the refusal of the code that a mission brings."""
-    parser.add_argument(
-        "--no-python",
-        action="store_true",
-        help="refuse a mission with Python leaves or nodes: code of its author that runs as you",
-    )
+    Raises:
+        BtMissionError: After a no, or without a terminal.
+    """
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise BtMissionError(f"{what}{otherwise}")
+    print(f"{what}{question} [y/N] ", end="", file=sys.stderr, flush=True)
+    if sys.stdin.readline().strip().lower() not in ("y", "yes"):
+        raise BtMissionError(refused)
 
 
 def write_output(path: Path, content: bytes) -> None:

@@ -1,7 +1,6 @@
 """The rule for files that a command writes, whatever its options are called.
 
-An option declares itself by its type in :mod:`bt_mission.cli.argument_types`: `output_file`,
-`unchecked_output_file` or `input_file`.
+An option declares its file by a :class:`~bt_mission.cli.argument_types.FileType`.
 """
 
 from __future__ import annotations
@@ -12,37 +11,40 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bt_mission.cli.argument_types import input_file, output_file, unchecked_output_file
+from bt_mission.cli.argument_types import FileType
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.core.files import Kind
     from bt_mission.language.mission import Mission
 
-OUTPUTS = (output_file, unchecked_output_file)
+OUTPUTS = ("output", "unchecked output")
 STANDARD_OUTPUT = "-"
 
 
 def refuse_outputs(options: argparse.Namespace) -> None:
     """Refuse files that a command is to write and cannot, or must not, before anything runs.
 
-    Two outputs in one file are refused, and an output that is an input; so is a file that exists,
-    unless the command has no ``--force``, or it is given. A device or a pipe takes anything.
+    A name with another suffix than the option's is refused, two outputs in one file, and an output
+    that is an input; so is a file that exists, unless the command has no ``--force``, or it is
+    given. A device or a pipe takes anything.
 
     Raises:
         BtMissionError: With the option, and what to do.
     """
     taken: dict[object, str] = {}
-    for name, path in _files(options, output_file):
+    for name, path in _files(options, "output"):
         _refuse_place(name, path)
     for name, path in _files(options, *OUTPUTS):
         other = taken.setdefault(_identity(path), name)
         if other != name:
             raise BtMissionError(f"{other} and {name} name the same file, {path}: name two")
-    for name, path in _files(options, input_file):
+    for name, kind, path in _given(options):
+        _refuse_suffix(name, kind, path)
+    for name, path in _files(options, "input"):
         _refuse_input(taken, path, f"is the file that {name} names")
     if not getattr(options, "force", True):
-        refuse_existing(path for _, path in _files(options, output_file))
+        refuse_existing(path for _, path in _files(options, "output"))
 
 
 def refuse_overwritten(options: argparse.Namespace, inputs: Iterable[Path]) -> None:
@@ -86,14 +88,27 @@ def file_of_robot(path: Path, robot: str) -> Path:
     return path.with_name(f"{path.stem}.{robot}{path.suffix}")
 
 
-def _files(options: argparse.Namespace, *kinds: object) -> Iterator[tuple[str, Path]]:
-    """Yield the files of these kinds that are given, each with the name of its option."""
-    for action in options.parser.arguments:
-        given = getattr(options, action.dest, None) if action.type in kinds else None
-        name = max(action.option_strings, key=len, default=action.dest.upper())
-        for path in given if isinstance(given, list) else filter(None, [given]):
-            if not _is_special(path):
-                yield name, path
+def _given(options: argparse.Namespace) -> Iterator[tuple[str, FileType, Path]]:
+    """Yield the files that are given, each with the name of its option and its type."""
+    for option in options.parser.options:
+        if isinstance(option.type, FileType):
+            given = getattr(options, option.attribute, None)
+            for path in given if isinstance(given, list) else filter(None, [given]):
+                yield option.name, option.type, path
+
+
+def _files(options: argparse.Namespace, *roles: str) -> Iterator[tuple[str, Path]]:
+    """Yield the files of these roles that are given, without devices and pipes."""
+    for name, kind, path in _given(options):
+        if kind.role in roles and not _is_special(path):
+            yield name, path
+
+
+def _refuse_suffix(name: str, kind: FileType, path: Path) -> None:
+    if path.is_dir() or (kind.takes_devices and _is_special(path)):
+        return
+    if kind.suffixes and path.suffix.lower() not in kind.suffixes:
+        raise BtMissionError(f"{name}: {kind.what}, call it {path.stem}{kind.suffixes[0]}")
 
 
 def _is_special(path: Path) -> bool:

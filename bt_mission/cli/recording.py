@@ -10,10 +10,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Protocol
 
-from bt_mission.cli.argument_types import output_file
-from bt_mission.cli.options import add_force_option
+from bt_mission.cli.argument_types import FileType, output_file
+from bt_mission.cli.options import FORCE
 from bt_mission.cli.outputs import file_of_robot
-from bt_mission.core.errors import BtMissionError, cause_of
+from bt_mission.cli.parser import Option, each
+from bt_mission.core.errors import cause_of
 
 if TYPE_CHECKING:
     from bt_mission.core.output import OutputFile
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from bt_mission.recording.writer import RunRecorder
     from bt_mission.sessions.session import ObservableSession, ObservedRun
     from bt_mission.views.video.recorder import VideoRecorder
-
-
-PAGES = (".html", ".htm")
 
 
 class Summary(Protocol):
@@ -37,95 +35,57 @@ Kept = dict[str, str | int]
 """What was kept of a run, by name, as programs are told."""
 
 
-def add_recording_options(parser: argparse.ArgumentParser) -> None:
-    """Where a run is kept, and what of it."""
-    parser.add_argument(
-        "--trace",
-        type=output_file,
-        metavar="FILE.jsonl",
-        help="write what happens to this file, as JSON lines",
-    )
-    parser.add_argument(
-        "--record",
-        type=output_file,
-        metavar="FILE.mcap",
-        help="record the run: every topic, the tree, goals and feedback (docs/how-to/recording.md)",
-    )
-    parser.add_argument(
-        "--report",
-        type=output_file,
-        metavar="FILE.html",
-        help="make a page of the run, for any browser",
-    )
-    parser.add_argument(
-        "--record-camera",
-        choices=("compressed", "raw"),
-        nargs="?",
-        const="compressed",
-        help="with --record: the camera's pictures too, as JPEGs or as they are; a simulated "
-        "camera then draws all the time, which takes long",
-    )
-    parser.add_argument(
-        "--record-raw-actions",
-        action="store_true",
-        help="with --record: name the types of goals and feedback as ROS does "
-        "(Turn_SendGoal_Event), which mcap-ros2-support and rosbags refuse",
-    )
-    parser.add_argument(
-        "--video",
-        type=output_file,
-        metavar="FILE.mp4",
-        help="film the simulated run: from above, and by the camera (docs/how-to/recording.md)",
-    )
-    add_force_option(parser)
-
-
-def refuse_recording(options: argparse.Namespace) -> None:
-    """Refuse options that contradict each other.
-
-    Raises:
-        BtMissionError: With what to do instead.
-    """
-    if options.record_camera and not (options.record or options.report):
-        raise BtMissionError("--record-camera: name the file to record to with --record FILE.mcap")
-    if options.record_raw_actions and not options.record:
-        raise BtMissionError(
-            "--record-raw-actions: name the file to record to with --record FILE.mcap"
-        )
-    _refuse_video(options)
-    if options.record is not None and not is_recording_name(options.record):
-        raise BtMissionError(
-            f"--record: recordings are MCAP files, call it {options.record.stem}.mcap"
-        )
-    page = options.report
-    if page is not None and page.suffix.lower() not in PAGES and not _is_device(page):
-        raise BtMissionError(f"--report: a report is a page of HTML, call it {page.stem}.html")
-
-
-def is_recording_name(path: Path) -> bool:
-    """Is this what a recording may be called? A device is no file, and may have any name."""
-    return path.suffix.lower() == ".mcap" or _is_device(path)
-
-
-def _is_device(path: Path) -> bool:
-    return path.exists() and not path.is_file()
-
-
-def _refuse_video(options: argparse.Namespace) -> None:
-    """Refuse what cannot be filmed, before anything moves."""
-    if options.video is None:
-        return
-    if options.attach:
-        raise BtMissionError(
-            "--video films a simulation in this process; of an attached run, record the camera "
-            "(--record FILE.mcap --record-camera) and look at it in Foxglove, or make a page of "
-            "it (--report FILE.html)"
-        )
-    if options.video.suffix.lower() != ".mp4":
-        raise BtMissionError(f"--video: films are MP4 files, call it {options.video.stem}.mp4")
+def _check_encoder() -> None:
     from bt_mission.views.video.mp4 import load_encoder
 
     load_encoder()
+
+
+RECORDING_OPTIONS = (
+    Option("--trace FILE.jsonl", "write what happens to this file, as JSON lines", output_file),
+    Option(
+        "--record FILE.mcap",
+        "record the run: every topic, the tree, goals and feedback (docs/how-to/recording.md)",
+        FileType("output", (".mcap",), "recordings are MCAP files"),
+    ),
+    Option(
+        "--report FILE.html",
+        "make a page of the run, for any browser",
+        FileType("output", (".html", ".htm"), "a report is a page of HTML"),
+    ),
+    Option(
+        "--record-camera",
+        "the camera's pictures too, as JPEGs or as they are; a simulated camera then draws all the "
+        "time, which takes long",
+        choices=("compressed", "raw"),
+        nargs="?",
+        const="compressed",
+        needs=each("record", "report"),
+    ),
+    Option(
+        "--record-raw-actions",
+        "name the types of goals and feedback as ROS does (Turn_SendGoal_Event), which "
+        "mcap-ros2-support and rosbags refuse",
+        needs=each("record"),
+    ),
+    Option(
+        "--video FILE.mp4",
+        "film the simulated run: from above, and by the camera (docs/how-to/recording.md)",
+        FileType("output", (".mp4",), "films are MP4 files", takes_devices=False),
+        excludes=each(
+            "attach",
+            why="it films a simulation in this process; record the camera (--record FILE.mcap "
+            "--record-camera) and look at it in Foxglove, or make a page (--report FILE.html)",
+        ),
+        not_for=each(
+            "fleet",
+            why="films are of one robot; record the fleet (--record FILE.mcap) and replay it",
+        ),
+        check=_check_encoder,
+    ),
+    FORCE,
+)
+"""Where a run is kept, and what of it."""
 
 
 @contextmanager

@@ -5,15 +5,14 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from bt_mission.cli.argument_types import seconds, speed
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.fork import fork_shown
-from bt_mission.cli.options import add_plain_option, add_robot_option
-from bt_mission.cli.web import add_web_options, refuse_web, web_server
+from bt_mission.cli.options import AT, PLAIN, SPEED, recorded_robot
+from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
+from bt_mission.cli.web import web_options, web_server
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.stamps import NS
 
@@ -35,59 +34,14 @@ exit codes: 0 success, 2 no such file, or neither a recording nor a trace, 130 i
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "replay",
-        description="Plays what 'bt-mission run --record FILE.mcap' has recorded on a full screen, "
-        "forwards and backwards, at any speed. In a pipe, with --plain, and of a trace "
-        "('run --trace FILE'; failed tests leave both), it tells a line for each event, with its "
-        "virtual time.",
-        epilog=EPILOG,
-    )
-    parser.add_argument("file", type=Path, help="a recording (MCAP), or a trace (JSON lines)")
-    parser.add_argument(
-        "--speed",
-        type=speed,
-        help="virtual seconds per second (default: 1 on a full screen; all lines at once)",
-    )
-    parser.add_argument(
-        "--at",
-        "--start",
-        dest="at",
-        type=partial(seconds, expected="seconds from 0, such as 12.5"),
-        default=0.0,
-        metavar="S",
-        help="begin so many seconds after the mission's start",
-    )
-    parser.add_argument(
-        "--once", action="store_true", help="print the tree as it was at the time --at, and leave"
-    )
-    add_robot_option(parser, "default: the first; all are on the map")
-    add_plain_option(parser)
-    parser.add_argument("--poses", action="store_true", help="in lines: where the robot was, too")
-    add_web_options(parser)
-    parser.set_defaults(command=replay)
-
-
 def replay(options: argparse.Namespace) -> int:
     """Play or print it, at its pace; gives the exit code."""
     from bt_mission.executive.stored_trace import read_trace
     from bt_mission.recording.reading import is_recording
 
-    refuse_web(options, instead=("once", "plain"))
     if is_recording(options.file):
         return _replay_recording(options)
-    if options.once:
-        raise BtMissionError(
-            f"{options.file}: a trace has no tree to print; --once takes a recording "
-            "(bt-mission run --record)"
-        )
-    if options.web:
-        raise BtMissionError(
-            f"{options.file}: a trace has no tree to show; --web takes a recording "
-            "(bt-mission run --record)"
-        )
+    refuse_for_kind(options, "trace")
     return _tell_trace(options, read_trace(options.file))
 
 
@@ -206,3 +160,36 @@ def _say_cut(film: Timeline) -> None:
         print(f"{film.path}: ends here: {film.why_cut}")
     if film.missing:
         print(f"{film.path}: lacks {film.missing}")
+
+
+_NO_TREE = each("trace", why="they have no tree; take a recording (bt-mission run --record)")
+
+COMMANDS = {
+    "replay": Command(
+        replay,
+        "Plays what 'bt-mission run --record FILE.mcap' has recorded on a full screen, forwards "
+        "and backwards, at any speed. In a pipe, with --plain, and of a trace ('run --trace FILE'; "
+        "failed tests leave both), it tells a line for each event, with its virtual time.",
+        (
+            Option("file", "a recording (MCAP), or a trace (JSON lines)", Path),
+            SPEED.but(
+                help="virtual seconds per second (default: 1 on a full screen; all lines at once)"
+            ),
+            AT.but(
+                form="--at --start S",
+                help="begin so many seconds after the mission's start",
+                default=0.0,
+            ),
+            Option(
+                "--once",
+                "print the tree as it was at the time --at, and leave",
+                not_for=_NO_TREE,
+            ),
+            recorded_robot("the first; all are on the map"),
+            PLAIN,
+            Option("--poses", "in lines: where the robot was, too"),
+            *(one.but(not_for=_NO_TREE) for one in web_options("once", "plain")),
+        ),
+        EPILOG,
+    )
+}

@@ -4,35 +4,12 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
-from bt_mission.cli.argument_types import input_file, output_file
+from bt_mission.cli.argument_types import output_file
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_force_option, add_robot_option
+from bt_mission.cli.options import FORCE, RECORDING, recorded_robot
 from bt_mission.cli.outputs import file_of_robot, refuse_existing
-
-
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "report",
-        description="Makes one HTML page of a recording: outcome and reason, requirements with "
-        "their margins against time, a timeline of every node, the robot's way over the map, "
-        "figures against time, goals, pictures, the log and the mission's file. The page needs no "
-        "network and no other file.",
-        epilog="exit codes: 0 success, 2 no such file, or not a recorded run",
-    )
-    parser.add_argument("file", type=input_file, help="made by bt-mission run --record")
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=output_file,
-        metavar="FILE.html",
-        help="the page (default: beside the recording, with its name)",
-    )
-    add_robot_option(parser, "default: a page for each, with its name in the file's")
-    add_force_option(parser)
-    parser.set_defaults(command=report)
+from bt_mission.cli.parser import Command, Option
 
 
 def report(options: argparse.Namespace) -> int:
@@ -68,3 +45,25 @@ def write_page(recording: Path, output: Path, robot: str | None = None) -> None:
     from bt_mission.views.html_report.page import page_of
 
     write_file(output, page_of(read_verified_run(recording, robot)))
+
+
+COMMANDS = {
+    "report": Command(
+        report,
+        "Makes one HTML page of a recording: outcome and reason, requirements with their margins "
+        "against time, a timeline of every node, the robot's way over the map, figures against "
+        "time, goals, pictures, the log and the mission's file. The page needs no network and no "
+        "other file.",
+        (
+            RECORDING,
+            Option(
+                "-o --output FILE.html",
+                "the page (default: beside the recording, with its name)",
+                output_file,
+            ),
+            recorded_robot("a page for each, with its name in the file's"),
+            FORCE,
+        ),
+        "exit codes: 0 success, 2 no such file, or not a recorded run",
+    )
+}

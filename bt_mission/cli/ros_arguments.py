@@ -8,9 +8,6 @@ from bt_mission.core.errors import BtMissionError
 
 BEGIN, END = "--ros-args", "--"
 
-TAKEN = {"ros_args": (), "takes_ros_args": True}
-"""Defaults of the parser of a command that hands ROS arguments to its node."""
-
 EPILOG = (
     "ROS arguments may follow, as launch files append them: --ros-args -r NAME:=NAME "
     "-r __ns:=/NS -r __node:=NAME -p PARAMETER:=VALUE --params-file FILE --log-level LEVEL"

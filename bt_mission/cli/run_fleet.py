@@ -16,7 +16,6 @@ from bt_mission.cli.foxglove import foxglove_on
 from bt_mission.cli.outputs import file_of_robot, files_of, refuse_existing, refuse_overwritten
 from bt_mission.cli.view import window_on
 from bt_mission.cli.web import to_stderr, web_server
-from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.fleets.plan import FleetPlan
@@ -24,14 +23,6 @@ if TYPE_CHECKING:
     from bt_mission.fleets.run import FleetView
     from bt_mission.sessions.session import Steps
     from bt_mission.sessions.stage import Stage
-
-REFUSED = {
-    "attach": "a fleet has its own simulation: attach each robot's mission, with --namespace",
-    "fault": "faults are made for a robot alone: run its mission, or write a scenario",
-    "namespace": "names a robot of a running graph, and a fleet has its own simulation",
-    "video": "films are of a robot alone: record the fleet (--record FILE.mcap) and replay it",
-}
-"""Options that a fleet does not take, and what to do instead."""
 
 
 def run_fleet(options: argparse.Namespace) -> int:
@@ -50,9 +41,6 @@ def load_fleet_plan(options: argparse.Namespace) -> FleetPlan:
         InputError: With every error.
         BtMissionError: For options that a fleet does not take.
     """
-    for name, why in REFUSED.items():
-        if getattr(options, name):
-            raise BtMissionError(f"--{name}: {why}")
     plan, warnings = examined_fleet(options)
     for warning in warnings:
         print(warning, file=sys.stderr)

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.cli.check import examined_file
 from bt_mission.cli.options import nature_of
 from bt_mission.cli.outputs import files_of, refuse_overwritten
-from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
@@ -76,18 +75,12 @@ def load_plan(options: argparse.Namespace) -> RunPlan:
     refuse_overwritten(options, files_of(getattr(loaded, "mission", loaded)))
     if not hasattr(loaded, "mission"):
         return RunPlan(loaded, faults)
-    if options.attach:
-        raise BtMissionError(
-            f"{options.file} is a scenario: it has its own simulation, no --attach"
-        )
     return RunPlan(loaded.mission, (*loaded.faults, *faults), loaded)
 
 
 def _written_faults(options: argparse.Namespace) -> tuple[WrittenFault, ...]:
     if not options.fault:
         return ()
-    if options.attach:
-        raise BtMissionError("--fault: faults are made in a simulation, not in a running graph")
     from bt_mission.faults.located import faults_in_texts
 
     found = faults_in_texts(options.fault)

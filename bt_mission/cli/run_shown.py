@@ -13,7 +13,6 @@ from bt_mission.cli.foxglove import foxglove_on
 from bt_mission.cli.run_plan import RunPlan
 from bt_mission.cli.view import window_on
 from bt_mission.cli.web import stay_until_left, to_stderr, watching_process, web_server
-from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
@@ -157,8 +156,6 @@ def _open_session(options: argparse.Namespace, plan: RunPlan, say: Any) -> Attac
             resume=options.resume,
         )
         return AttachedSession(plan.mission, joining, say)
-    if options.namespace:
-        raise BtMissionError("--namespace names a robot of a running graph: add --attach")
     from bt_mission.sessions.stage import Stage
 
     with plan.scenario.at_its_start() if plan.scenario else nullcontext():

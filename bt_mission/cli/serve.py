@@ -5,17 +5,21 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
-from bt_mission.cli.foxglove import (
-    add_foxglove_options,
-    foxglove_process,
-    refuse_foxglove,
+from bt_mission.cli.foxglove import foxglove_options, foxglove_process
+from bt_mission.cli.network import (
+    ALLOW_DUPLICATES,
+    NAMESPACE,
+    NETWORK,
+    WALL_CLOCK,
+    prepare_graph,
 )
-from bt_mission.cli.network import add_duplicates_option, add_network_option, prepare_graph
-from bt_mission.cli.ros_arguments import TAKEN, checked, of_node
-from bt_mission.cli.web import add_web_options, refuse_web, watching_process
+from bt_mission.cli.options import announce
+from bt_mission.cli.parser import Command, Option
+from bt_mission.cli.ros_arguments import checked, of_node
+from bt_mission.cli.web import watching_process, web_options
 
 if TYPE_CHECKING:
     from bt_mission.core.interrupts import InterruptSignals
@@ -42,65 +46,6 @@ exit codes: 0 ended by Ctrl-C with every goal ended, 2 bad input, 130 left at on
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "serve",
-        description="Offers the action /execute_mission, one mission at a time, against the action "
-        "servers of a running ROS graph; the services /bt_mission/pause, resume, step, stop and "
-        "breakpoint hold the mission that runs, and /bt_mission/tree, changes and state tell how "
-        "it goes. Only missions from the folders of --missions are carried out. Ctrl-C sees every "
-        "goal ended and the robot stopped; a second Ctrl-C leaves at once.",
-        epilog=EPILOG,
-    )
-    parser.add_argument(
-        "--namespace", default="", help="namespace of the robot whose servers carry missions out"
-    )
-    parser.add_argument(
-        "--missions",
-        action="append",
-        type=Path,
-        default=[],
-        metavar="DIR",
-        help="serve the missions of this folder and below, and no others; may be repeated "
-        "(default: ./missions, or where there is none those that come with bt-mission)",
-    )
-    parser.add_argument(
-        "--allow-python",
-        action="store_true",
-        help="accept missions with Python leaves, which are imported, and nodes, which are not: "
-        "files of these folders, and leaves that are plug-ins",
-    )
-    parser.add_argument(
-        "--allow-text",
-        action="store_true",
-        help="accept missions in the text of a goal, which use no other files and no Python",
-    )
-    parser.add_argument(
-        "--on-new-goal",
-        choices=("replace", "refuse"),
-        default="replace",
-        help="what a mission does that comes while another runs (default: replace it)",
-    )
-    parser.add_argument(
-        "--wall-clock",
-        action="store_true",
-        help="keep to this machine's clock, without looking for /clock first",
-    )
-    parser.add_argument(
-        "--record",
-        type=Path,
-        metavar="DIR",
-        help="record each mission to a file of its own in this folder: MISSION_001.mcap, ... "
-        "(docs/how-to/recording.md)",
-    )
-    add_network_option(parser)
-    add_duplicates_option(parser)
-    add_web_options(parser)
-    add_foxglove_options(parser)
-    parser.set_defaults(command=serve, **TAKEN)
-
-
 def _offered(missions: ServedMissions) -> str:
     folders = ", ".join(str(folder.resolve()) for folder in missions.folders) or "no folder"
     python = "imported" if missions.allow_python else "refused (--allow-python)"
@@ -110,17 +55,8 @@ def _offered(missions: ServedMissions) -> str:
 
 def serve(options: argparse.Namespace) -> int:
     """Serve until interrupted; gives the exit code."""
-    from bt_mission.cli.run import announce, leaving_at_once
-
-    refuse_web(options)
-    refuse_foxglove(options)
     announce("joining the ROS graph")
     prepare_graph(options)
-    with leaving_at_once():
-        return _serve(options)
-
-
-def _serve(options: argparse.Namespace) -> int:
     from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
     from bt_mission.recording.served import ServedRecordings
     from bt_mission.ros.graph import GraphConnection, NodeOptions
@@ -216,3 +152,54 @@ def _serve_missions(
     if fault is not None:
         raise fault
     return True
+
+
+COMMANDS = {
+    "serve": Command(
+        serve,
+        "Offers the action /execute_mission, one mission at a time, against the action servers of "
+        "a running ROS graph; the services /bt_mission/pause, resume, step, stop and breakpoint "
+        "hold the mission that runs, and /bt_mission/tree, changes and state tell how it goes. "
+        "Only missions from the folders of --missions are carried out. Ctrl-C sees every goal "
+        "ended and the robot stopped; a second Ctrl-C leaves at once.",
+        (
+            NAMESPACE.but(help="namespace of the robot whose servers carry missions out"),
+            Option(
+                "--missions DIR",
+                "serve the missions of this folder and below, and no others; may be repeated "
+                "(default: ./missions, or where there is none those that come with bt-mission)",
+                Path,
+                repeats=True,
+            ),
+            Option(
+                "--allow-python",
+                "accept missions with Python leaves, which are imported, and nodes, which are not: "
+                "files of these folders, and leaves that are plug-ins",
+            ),
+            Option(
+                "--allow-text",
+                "accept missions in the text of a goal, which use no other files and no Python",
+            ),
+            Option(
+                "--on-new-goal",
+                "what a mission does that comes while another runs (default: replace it)",
+                choices=("replace", "refuse"),
+                default="replace",
+            ),
+            WALL_CLOCK,
+            Option(
+                "--record DIR",
+                "record each mission to a file of its own in this folder: MISSION_001.mcap, ... "
+                "(docs/how-to/recording.md)",
+                Path,
+            ),
+            NETWORK,
+            ALLOW_DUPLICATES,
+            *web_options(),
+            *foxglove_options(),
+        ),
+        EPILOG,
+        takes_ros_args=True,
+        leaves_at_once=True,
+    )
+}

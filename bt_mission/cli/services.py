@@ -9,6 +9,7 @@ from typing import Any
 from bt_mission.cli import graph_command
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import ABORTED, LOST, SUCCESS
+from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import NotThereError
 
 EPILOG = """\
@@ -20,31 +21,6 @@ examples:
 exit codes of call: 0 answered, 1 answered with success: false, 2 bad input, 5 no server,
 6 no answer
 """
-
-
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    kinds = graph_command.subcommands(commands, "services", EPILOG)
-    graph_command.add_list(kinds, "service", "the services of the graph")
-    call_ = kinds.add_parser("call", help="call a service and print its answer")
-    graph_command.add_name(call_, "service", "/stop")
-    call_.add_argument(
-        "request",
-        nargs="?",
-        default="",
-        help="fields of the request in YAML, such as 'data: true'; - reads standard input",
-    )
-    graph_command.add_type(call_)
-    call_.add_argument(
-        "--timeout",
-        type=seconds,
-        default=graph_command.WAIT_S,
-        metavar="SECONDS",
-        help=f"how long to wait for the answer (default: {graph_command.WAIT_S:g})",
-    )
-    graph_command.add_graph_options(call_, "a server")
-    graph_command.add_json_option(call_, "one object")
-    call_.set_defaults(command=call, late="request")
 
 
 def call(options: argparse.Namespace) -> int:
@@ -71,3 +47,39 @@ def call(options: argparse.Namespace) -> int:
     shown = plain(answers[0])
     print(as_json(shown) if options.json else as_yaml(shown), end="\n" if options.json else "")
     return ABORTED if getattr(answers[0], "success", True) is False else SUCCESS
+
+
+COMMANDS = {
+    "services": graph_command.graph_command(
+        "services",
+        {
+            "list": graph_command.list_command("service", "the services of the graph"),
+            "call": Command(
+                call,
+                options=(
+                    graph_command.name_option("service", "/stop"),
+                    Option(
+                        "request",
+                        "fields of the request in YAML, such as 'data: true'; - reads standard "
+                        "input",
+                        nargs="?",
+                        default="",
+                    ),
+                    graph_command.type_option(),
+                    Option(
+                        "--timeout SECONDS",
+                        f"how long to wait for the answer (default: {graph_command.WAIT_S:g})",
+                        seconds,
+                        graph_command.WAIT_S,
+                    ),
+                    *graph_command.graph_options("a server"),
+                    graph_command.json_option("one object"),
+                ),
+                help="call a service and print its answer",
+                leaves_at_once=True,
+                defaults={"kind": "service"},
+            ),
+        },
+        EPILOG,
+    )
+}

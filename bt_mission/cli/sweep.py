@@ -7,15 +7,13 @@ import json
 import shlex
 import sys
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import (
+    above_zero,
     count,
     input_file,
-    seconds,
-    seed,
     seeds,
     share,
     unchecked_output_file,
@@ -23,24 +21,28 @@ from bt_mission.cli.argument_types import (
 )
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import (
-    add_fault_option,
-    add_mission_file,
-    add_nature_option,
-    add_plain_option,
-    add_python_option,
-    add_require_option,
-    add_set_option,
+    FAULT,
+    JSON,
+    MISSION,
+    NO_PYTHON,
+    PLAIN,
+    REQUIRE,
+    ROBOT,
+    SET,
+    WORLD,
+    announce,
+    confirm,
     mission_file,
+    nature_option,
 )
 from bt_mission.cli.outputs import files_of, refuse_overwritten
-from bt_mission.cli.questions import has_terminal, is_confirmed
-from bt_mission.cli.run import announce, leaving_at_once
+from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.sweep_report import tell_results, write_page
 from bt_mission.cli.workers import (
-    add_worker_options,
+    WORKER_OPTIONS,
     base_changes,
     pool_for,
-    refuse_worker_options,
+    require_dask,
     run_interruptible,
 )
 from bt_mission.core.errors import BtMissionError
@@ -71,125 +73,9 @@ interrupted
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "sweep",
-        description="Carries out every combination of seeds and values in simulations of their "
-        "own, as many at a time as this machine has processors, or on a cluster of Dask. Each "
-        "result is kept as it comes: a sweep that was stopped or killed goes on with --resume.",
-        epilog=EPILOG,
-    )
-    add_mission_file(parser)
-    parser.add_argument(
-        "--seeds",
-        type=seeds,
-        metavar="N",
-        help="run each with the seeds 0 to N-1; or A..B, or a list such as 3,5,8 (default: the "
-        "mission's own)",
-    )
-    parser.add_argument(
-        "--vary",
-        action="append",
-        default=[],
-        metavar="NAME=VALUES",
-        help="a parameter and its values, such as speed=0.1,0.2; with --sample also an interval, "
-        "such as speed=0.1..0.26; may be repeated",
-    )
-    parser.add_argument(
-        "--within",
-        type=input_file,
-        metavar="RANGES.yaml",
-        help="what may vary, in a file: parameters, seeds, plans of faults, the limit "
-        "(docs/reference/ranges.md); options come before it",
-    )
-    parser.add_argument(
-        "--sample",
-        type=count,
-        metavar="N",
-        help="draw N points of the parameters' space (a Latin hypercube) instead of taking every "
-        "combination; without --seeds each has a seed of its own",
-    )
-    parser.add_argument(
-        "--sample-seed", type=seed, default=0, metavar="N", help="the draws follow from it"
-    )
-    parser.add_argument(
-        "--fault-plan",
-        action="append",
-        default=[],
-        type=input_file,
-        metavar="FILE",
-        help="a file of ranges with plans of faults alone; each point is run with each plan; may "
-        "be repeated",
-    )
-    add_fault_option(parser)
-    add_set_option(parser)
-    parser.add_argument("--world", help="a world's name or file instead of the mission's")
-    parser.add_argument("--robot", help="a robot's name or file instead of the mission's")
-    add_nature_option(parser, "usual")
-    add_require_option(parser)
-    add_python_option(parser)
-    parser.add_argument(
-        "--limit",
-        type=partial(seconds, expected="seconds above 0, such as 120"),
-        metavar="S",
-        help="interrupt a mission after so many seconds of its time (default: 600)",
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FOLDER",
-        help="where the results go (default: the name of the mission with _sweep)",
-    )
-    parser.add_argument(
-        "--resume", action="store_true", help="go on with the results that are in that folder"
-    )
-    parser.add_argument(
-        "--retry-errors",
-        action="store_true",
-        help="with --resume: carry out again what could not run",
-    )
-    add_worker_options(parser)
-    parser.add_argument(
-        "--fail-below",
-        type=share,
-        metavar="SHARE",
-        help="exit with 1 unless the success rate is surely (95 %%) at this share or above",
-    )
-    parser.add_argument(
-        "--report",
-        type=unchecked_output_file,
-        metavar="FILE",
-        help="where the page goes (default: sweep.html among the results)",
-    )
-    parser.add_argument(
-        "--record-worst",
-        type=whole,
-        metavar="N",
-        help="run so many of the worst once more, recorded, with a page each (default: 20, or as "
-        "many as have failed or are a tenth of all where that is less; 0 is none)",
-    )
-    parser.add_argument(
-        "--yes",
-        action="store_true",
-        help=f"do not ask before a sweep of more than {MOST_UNASKED:,} scenarios",
-    )
-    parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
-    add_plain_option(parser)
-    parser.set_defaults(command=sweep)
-
-
 def sweep(options: argparse.Namespace) -> int:
     """Carry the sweep out; gives the exit code."""
-    with leaving_at_once():
-        return _sweep(options)
-
-
-def _sweep(options: argparse.Namespace) -> int:
-    if options.retry_errors and not options.resume:
-        raise BtMissionError("--retry-errors goes with --resume")
-    refuse_worker_options(options)
+    require_dask()
     announce(f"loading {options.file}")
     from bt_mission.core.dds.middleware import prepare_middleware
 
@@ -263,11 +149,12 @@ def _ask(options: argparse.Namespace, plan: SweepPlan) -> None:
     """Ask before a sweep that may be larger than was meant."""
     if plan.count <= MOST_UNASKED or options.yes:
         return
-    told = f"{plan.count:,} scenarios"
-    if not has_terminal():
-        raise BtMissionError(f"{told}: say --yes if so many are meant")
-    if not is_confirmed(f"{told}. Go on?"):
-        raise BtMissionError("nothing was carried out")
+    confirm(
+        f"{plan.count:,} scenarios",
+        ". Go on?",
+        otherwise=": say --yes if so many are meant",
+        refused="nothing was carried out",
+    )
 
 
 async def _carry_out(
@@ -353,3 +240,90 @@ def _judge(options: argparse.Namespace, progress: SweepProgress) -> int:
         )
         return MISSION_FAILED
     return SUCCESS
+
+
+COMMANDS = {
+    "sweep": Command(
+        sweep,
+        "Carries out every combination of seeds and values in simulations of their own, as many at "
+        "a time as this machine has processors, or on a cluster of Dask. Each result is kept as it "
+        "comes: a sweep that was stopped or killed goes on with --resume.",
+        (
+            MISSION,
+            Option(
+                "--seeds N",
+                "run each with the seeds 0 to N-1; or A..B, or a list such as 3,5,8 (default: the "
+                "mission's own)",
+                seeds,
+            ),
+            Option(
+                "--vary NAME=VALUES",
+                "a parameter and its values, such as speed=0.1,0.2; with --sample also an "
+                "interval, such as speed=0.1..0.26; may be repeated",
+                repeats=True,
+                completes="inputs",
+            ),
+            Option(
+                "--within RANGES.yaml",
+                "what may vary, in a file: parameters, seeds, plans of faults, the limit "
+                "(docs/reference/ranges.md); options come before it",
+                input_file,
+            ),
+            Option(
+                "--sample N",
+                "draw N points of the parameters' space (a Latin hypercube) instead of taking "
+                "every combination; without --seeds each has a seed of its own",
+                count,
+            ),
+            Option("--sample-seed N", "the draws follow from it", whole, 0),
+            Option(
+                "--fault-plan FILE",
+                "a file of ranges with plans of faults alone; each point is run with each plan; "
+                "may be repeated",
+                input_file,
+                repeats=True,
+            ),
+            FAULT,
+            SET,
+            WORLD,
+            ROBOT,
+            nature_option("usual"),
+            REQUIRE,
+            NO_PYTHON,
+            Option(
+                "--limit S",
+                "interrupt a mission after so many seconds of its time (default: 600)",
+                above_zero,
+            ),
+            Option(
+                "-o --output FOLDER",
+                "where the results go (default: the name of the mission with _sweep)",
+                Path,
+            ),
+            Option("--resume", "go on with the results that are in that folder"),
+            Option("--retry-errors", "carry out again what could not run", needs=each("resume")),
+            *WORKER_OPTIONS,
+            Option(
+                "--fail-below SHARE",
+                "exit with 1 unless the success rate is surely (95 %%) at this share or above",
+                share,
+            ),
+            Option(
+                "--report FILE",
+                "where the page goes (default: sweep.html among the results)",
+                unchecked_output_file,
+            ),
+            Option(
+                "--record-worst N",
+                "run so many of the worst once more, recorded, with a page each (default: 20, or "
+                "as many as have failed or are a tenth of all where that is less; 0 is none)",
+                whole,
+            ),
+            Option("--yes", f"do not ask before a sweep of more than {MOST_UNASKED:,} scenarios"),
+            JSON,
+            PLAIN,
+        ),
+        EPILOG,
+        leaves_at_once=True,
+    )
+}

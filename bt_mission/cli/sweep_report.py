@@ -7,12 +7,13 @@ import json
 import sys
 from io import TextIOWrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bt_mission.cli.argument_types import count, output_file
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import add_force_option
+from bt_mission.cli.options import FORCE, JSON
 from bt_mission.cli.outputs import refuse_overwritten
+from bt_mission.cli.parser import Command, Option, each
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.terminal.streams import unescaped
 
@@ -43,51 +44,11 @@ exit codes: 0 success, 2 no such results, or a file that cannot be written
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "sweep-report",
-        description="Tells what a sweep came to: success with its interval, by each parameter and "
-        "each pair of them, margins of requirements, what of the tree was reached, failures by "
-        "leaf and reason with the command that repeats each, and the worst runs. The page needs no "
-        "network and no other file; its charts are drawn by Plotly (pip install "
-        "'bt-mission[sweep]').",
-        epilog=EPILOG,
-    )
-    parser.add_argument("folder", type=Path, help="of the results (bt-mission sweep -o)")
-    parser.add_argument(
-        "--html",
-        type=output_file,
-        metavar="FILE",
-        help="where the page goes (default: sweep.html among the results, which is replaced)",
-    )
-    parser.add_argument(
-        "--csv",
-        type=output_file,
-        metavar="FILE",
-        help="write every row as CSV; - is the standard output, and nothing else is printed",
-    )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument(
-        "--worst",
-        type=count,
-        metavar="N",
-        help=f"tell of so many of the worst runs (default: {WORST} in the page, {SHOWN} here)",
-    )
-    parser.add_argument(
-        "--scenario",
-        metavar="ID",
-        help="write the scenario with this id or number as a file among the results, with all that "
-        "it needs, and print its path: bt-mission run takes it",
-    )
-    add_force_option(parser)
-    parser.set_defaults(command=sweep_report)
-
-
 def sweep_report(options: argparse.Namespace) -> int:
     """Report; gives the exit code."""
-    _refuse_mixed(options)
     is_stdout = str(options.csv) == "-"
+    if options.json and is_stdout:
+        raise BtMissionError("--json and --csv - both print: name a file for the one or the other")
     from bt_mission.sweeps.store import FILE, ResultStore
 
     with ResultStore.read(options.folder) as store:
@@ -104,14 +65,6 @@ def sweep_report(options: argparse.Namespace) -> int:
         if options.html is not None:
             print(write_page(store, options.html, options.worst), file=sys.stderr)
     return SUCCESS
-
-
-def _refuse_mixed(options: argparse.Namespace) -> None:
-    """Refuse two things that both want the standard output."""
-    if options.json and str(options.csv) == "-":
-        raise BtMissionError("--json and --csv - both print: name a file for the one or the other")
-    if options.scenario is not None and (options.json or options.csv or options.html):
-        raise BtMissionError("--scenario goes alone")
 
 
 def _write_scenario(store: ResultStore, name: str) -> int:
@@ -190,3 +143,41 @@ def write_page(
     from bt_mission.sweeps.report.page import write_sweep_page
 
     return write_sweep_page(store, page, worst=worst or WORST, columns=columns)
+
+
+COMMANDS = {
+    "sweep-report": Command(
+        sweep_report,
+        "Tells what a sweep came to: success with its interval, by each parameter and each pair of "
+        "them, margins of requirements, what of the tree was reached, failures by leaf and reason "
+        "with the command that repeats each, and the worst runs. The page needs no network and no "
+        "other file; its charts are drawn by Plotly (pip install 'bt-mission[sweep]').",
+        (
+            Option("folder", "of the results (bt-mission sweep -o)", Path),
+            Option(
+                "--html FILE",
+                "where the page goes (default: sweep.html among the results, which is replaced)",
+                output_file,
+            ),
+            Option(
+                "--csv FILE",
+                "write every row as CSV; - is the standard output, and nothing else is printed",
+                output_file,
+            ),
+            JSON.but(help="print one JSON object"),
+            Option(
+                "--worst N",
+                f"tell of so many of the worst runs (default: {WORST} in the page, {SHOWN} here)",
+                count,
+            ),
+            Option(
+                "--scenario ID",
+                "write the scenario with this id or number as a file among the results, with all "
+                "that it needs, and print its path: bt-mission run takes it",
+                excludes=each("html", "csv", "json"),
+            ),
+            FORCE,
+        ),
+        EPILOG,
+    )
+}

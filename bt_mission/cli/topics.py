@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bt_mission.cli import graph_command
 from bt_mission.cli.argument_types import count
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
+from bt_mission.cli.parser import Command, Option, each
 
 if TYPE_CHECKING:
     from bt_mission.graph_tools.graph_session import GraphSession
@@ -20,52 +21,6 @@ examples:
   bt-mission topics echo /map --once
   bt-mission topics hz /scan
 """
-
-
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    kinds = graph_command.subcommands(commands, "topics", EPILOG)
-    graph_command.add_list(kinds, "topic", "the topics of the graph, with publishers > subscribers")
-
-    echo_ = kinds.add_parser(
-        "echo",
-        help="print messages as YAML",
-        description="Prints messages as YAML, lists cut after 16 items. Suits whatever quality of "
-        "service the publishers offer, and brings what was said before of latched topics.",
-    )
-    _add_topic(echo_)
-    amount = echo_.add_mutually_exclusive_group()
-    amount.add_argument("--once", action="store_const", const=1, dest="count", help="one message")
-    amount.add_argument("--count", type=count, metavar="N", help="so many messages")
-    echo_.add_argument("--field", help="only this field, by its dotted name")
-    echo_.add_argument("--full", action="store_true", help="whole lists")
-    graph_command.add_json_option(echo_, "a message a line, whole")
-    echo_.set_defaults(command=echo)
-
-    rate = kinds.add_parser(
-        "hz",
-        help="how often messages come",
-        description="Prints each second how often messages come, by this machine's clock, or by "
-        "/clock with --sim-time.",
-    )
-    _add_topic(rate)
-    rate.add_argument(
-        "--window",
-        type=count,
-        default=1000,
-        metavar="N",
-        help="messages over which the rate is taken (default: 1000)",
-    )
-    rate.add_argument("--count", type=count, metavar="N", help="leave after so many lines")
-    rate.add_argument("--sim-time", action="store_true", help="seconds of /clock")
-    graph_command.add_json_option(rate, "an object a line")
-    rate.set_defaults(command=hz)
-
-
-def _add_topic(parser: argparse.ArgumentParser) -> None:
-    graph_command.add_name(parser, "topic", "/odom")
-    graph_command.add_type(parser)
-    graph_command.add_graph_options(parser, "the topic")
 
 
 def echo(options: argparse.Namespace) -> int:
@@ -81,7 +36,7 @@ def echo(options: argparse.Namespace) -> int:
             subscriber.step()
             return shown.texts(left)
 
-        return _print_until(session, step, options.count)
+        return _print_until(session, step, 1 if options.once else options.count)
 
 
 def hz(options: argparse.Namespace) -> int:
@@ -108,3 +63,58 @@ def _print_until(
         if left == 0:
             return SUCCESS
     return INTERRUPTED
+
+
+_TOPIC = (
+    graph_command.name_option("topic", "/odom"),
+    graph_command.type_option(),
+    *graph_command.graph_options("the topic"),
+)
+
+COMMANDS = {
+    "topics": graph_command.graph_command(
+        "topics",
+        {
+            "list": graph_command.list_command(
+                "topic", "the topics of the graph, with publishers > subscribers"
+            ),
+            "echo": Command(
+                echo,
+                "Prints messages as YAML, lists cut after 16 items. Suits whatever quality of "
+                "service the publishers offer, and brings what was said before of latched topics.",
+                (
+                    *_TOPIC,
+                    Option("--once", "one message"),
+                    Option("--count N", "so many messages", count, excludes=each("once")),
+                    Option("--field FIELD", "only this field, by its dotted name"),
+                    Option("--full", "whole lists"),
+                    graph_command.json_option("a message a line, whole"),
+                ),
+                help="print messages as YAML",
+                leaves_at_once=True,
+                defaults={"kind": "topic"},
+            ),
+            "hz": Command(
+                hz,
+                "Prints each second how often messages come, by this machine's clock, or by /clock "
+                "with --sim-time.",
+                (
+                    *_TOPIC,
+                    Option(
+                        "--window N",
+                        "messages over which the rate is taken (default: 1000)",
+                        count,
+                        1000,
+                    ),
+                    Option("--count N", "leave after so many lines", count),
+                    Option("--sim-time", "seconds of /clock"),
+                    graph_command.json_option("an object a line"),
+                ),
+                help="how often messages come",
+                leaves_at_once=True,
+                defaults={"kind": "topic"},
+            ),
+        },
+        EPILOG,
+    )
+}

@@ -9,14 +9,9 @@ from typing import Any
 
 from bt_mission.cli.argument_types import output_file
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.options import (
-    add_force_option,
-    add_mission_file,
-    add_set_option,
-    mission_file,
-    write_output,
-)
+from bt_mission.cli.options import FORCE, MISSION, SET, mission_file, write_output
 from bt_mission.cli.outputs import files_of, refuse_overwritten
+from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
 
 FORMATS = ("text", "dot", "svg", "png")
@@ -27,24 +22,6 @@ examples:
   bt-mission tree missions/explore.yaml -o explore.svg
   bt-mission tree missions/explore.yaml --format dot | dot -Tpdf > explore.pdf
 """
-
-
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "tree",
-        description="Shows the tree of a mission, with the trees that it uses in their places. "
-        "Neither ROS nor Graphviz is needed.",
-        epilog=EPILOG,
-    )
-    add_mission_file(parser)
-    add_set_option(parser)
-    parser.add_argument(
-        "--format", choices=FORMATS, help="default: the suffix of the output file, else text"
-    )
-    parser.add_argument("-o", "--output", type=output_file, help="write to this file")
-    add_force_option(parser)
-    parser.set_defaults(command=tree)
 
 
 def tree(options: argparse.Namespace) -> int:
@@ -137,3 +114,22 @@ def _print(root: Any, title: str) -> None:
             console.print(line, overflow="ellipsis", no_wrap=True)
         else:
             print(line.plain)
+
+
+COMMANDS = {
+    "tree": Command(
+        tree,
+        "Shows the tree of a mission, with the trees that it uses in their places. Neither ROS nor "
+        "Graphviz is needed.",
+        (
+            MISSION.but(completes="missions"),
+            SET,
+            Option(
+                "--format", "default: the suffix of the output file, else text", choices=FORMATS
+            ),
+            Option("-o --output OUTPUT", "write to this file", output_file),
+            FORCE,
+        ),
+        EPILOG,
+    )
+}

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.argument_types import input_file
 from bt_mission.cli.exits import MISSION_FAILED, SUCCESS, UNKNOWN
-from bt_mission.cli.options import add_require_option, add_robot_option, mission_file
+from bt_mission.cli.options import JSON, REQUIRE, mission_file, recorded_robot
+from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.text import escape_control
 
@@ -35,38 +36,6 @@ exit codes: 0 none is violated; one may be open, since the run was over before i
             2 bad input
             3 one cannot be determined from this recording, and none is violated
 """
-
-
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "verify",
-        description="Evaluates requirements over a recording: those that the run had "
-        "(bt-mission run --record), and those of files. Of a simulated run, verdicts, margins and "
-        "instants are those of the run itself. A recording of another robot (ros2 bag record) is "
-        "evaluated every 0.05 s; what no topic of it tells is unknown, with the reason.",
-        epilog=EPILOG,
-    )
-    parser.add_argument("file", type=input_file, help="a recording (MCAP)")
-    add_require_option(
-        parser,
-        "a YAML file with further requirements; one with the name of a recorded requirement "
-        "replaces it; may be repeated",
-    )
-    parser.add_argument(
-        "--mission",
-        type=input_file,
-        metavar="FILE",
-        help="take the requirements of this mission file instead of the recorded ones",
-    )
-    parser.add_argument(
-        "--namespace",
-        metavar="NAME",
-        help="namespace of the robot's topics (default: that of the recorded mission)",
-    )
-    add_robot_option(parser, "default: all")
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(command=verify)
 
 
 def verify(options: argparse.Namespace) -> int:
@@ -186,3 +155,35 @@ def _lines(
     if found.lacks:
         lines.append(f"  it lacks {found.lacks}")
     return lines
+
+
+COMMANDS = {
+    "verify": Command(
+        verify,
+        "Evaluates requirements over a recording: those that the run had (bt-mission run "
+        "--record), and those of files. Of a simulated run, verdicts, margins and instants are "
+        "those of the run itself. A recording of another robot (ros2 bag record) is evaluated "
+        "every 0.05 s; what no topic of it tells is unknown, with the reason.",
+        (
+            Option("file", "a recording (MCAP)", input_file),
+            REQUIRE.but(
+                help="a YAML file with further requirements; one with the name of a recorded "
+                "requirement replaces it; may be repeated"
+            ),
+            Option(
+                "--mission FILE",
+                "take the requirements of this mission file instead of the recorded ones",
+                input_file,
+                completes="missions",
+            ),
+            Option(
+                "--namespace NAME",
+                "namespace of the robot's topics (default: that of the recorded mission)",
+                completes="namespaces",
+            ),
+            recorded_robot("all"),
+            JSON.but(help="print one JSON object"),
+        ),
+        EPILOG,
+    )
+}

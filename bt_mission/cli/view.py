@@ -2,42 +2,32 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING
 
-from bt_mission.core.errors import BtMissionError
+from bt_mission.cli.parser import Option, each
 
 if TYPE_CHECKING:
     from bt_mission.sessions.session import ObservableSession
 
 
-def add_view_option(parser: argparse.ArgumentParser) -> None:
-    """Is the simulation shown in a window?"""
-    parser.add_argument(
-        "--view",
-        action="store_true",
-        help="show the simulation in MuJoCo's own viewer, in real time unless --speed says else",
-    )
-
-
-def refuse_view(options: argparse.Namespace) -> None:
-    """Refuse to show what is not here, before anything moves.
-
-    Raises:
-        BtMissionError: With what to do instead.
-    """
-    if not options.view:
-        return
-    if options.attach:
-        raise BtMissionError(
-            "--view shows a simulation in this process: add it to `bt-mission sim`, or look on "
-            "with `bt-mission watch`"
-        )
+def _check_display() -> None:
     from sim.views.window import check_display
 
     check_display()
+
+
+VIEW = Option(
+    "--view",
+    "show the simulation in MuJoCo's own viewer, in real time unless --speed says else",
+    excludes=each(
+        "attach",
+        why="it shows a simulation in this process; add it to `bt-mission sim`, or look on with "
+        "`bt-mission watch`",
+    ),
+    check=_check_display,
+)
 
 
 @contextmanager

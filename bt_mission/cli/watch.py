@@ -6,15 +6,15 @@ import argparse
 import os
 import select
 import sys
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.foxglove import add_foxglove_options, refuse_foxglove, serve_graph
-from bt_mission.cli.network import add_network_option, prepare_graph
-from bt_mission.cli.options import add_plain_option
-from bt_mission.cli.web import add_web_options, has_input_ended, refuse_web, web_server
+from bt_mission.cli.foxglove import foxglove_options, serve_graph
+from bt_mission.cli.network import NETWORK, prepare_graph
+from bt_mission.cli.options import JSON, PLAIN
+from bt_mission.cli.parser import Command, Option, each
+from bt_mission.cli.web import has_input_ended, web_options, web_server
 
 if TYPE_CHECKING:
     from bt_mission.events.mission_state import MissionState
@@ -46,46 +46,8 @@ exit codes: 0 left, 1 nobody to watch within --wait, 2 bad input, 130 interrupte
 """
 
 
-def add_parser(commands: Any) -> None:
-    """Add the command to the command line."""
-    parser = commands.add_parser(
-        "watch",
-        description="Attaches to an executive of the ROS graph (`run --attach`, `run --visible`, "
-        "`serve`) and shows its tree, what each node does and why it ended, its goals, its "
-        "variables and where the robot is. Waits where there is none, and when it goes until it "
-        "is back. A mission does not notice.",
-        epilog=EPILOG,
-    )
-    parser.add_argument(
-        "executive",
-        nargs="?",
-        help="name or namespace of the executive, such as /robot1/bt_mission or robot1 "
-        "(default: the only one, or a list to choose from)",
-    )
-    how = parser.add_mutually_exclusive_group()
-    how.add_argument("--once", action="store_true", help="print the tree as it is now, and leave")
-    how.add_argument(
-        "--json", action="store_true", help="print what happens, one JSON object a line"
-    )
-    add_plain_option(how)
-    parser.add_argument(
-        "--wait",
-        type=partial(seconds, expected="a number of seconds from 0"),
-        metavar="SECONDS",
-        help="leave with code 1 when there is nobody to watch after this time (default: keep "
-        "looking)",
-    )
-    add_network_option(parser)
-    add_web_options(parser)
-    add_foxglove_options(parser)
-    parser.add_argument("--until-input-ends", action="store_true", help=argparse.SUPPRESS)
-    parser.set_defaults(command=watch)
-
-
 def watch(options: argparse.Namespace) -> int:
     """Look on until told to leave; gives the exit code."""
-    refuse_web(options, instead=("once", "json", "plain"))
-    refuse_foxglove(options, instead=("once", "json", "plain", "web", "executive", "wait"))
     prepare_graph(options)
     if options.foxglove:
         return serve_graph(options)
@@ -263,3 +225,40 @@ def _reader_has_left() -> bool:
     poll = select.poll()
     poll.register(sys.stdout.fileno(), 0)
     return any(event & (select.POLLERR | select.POLLHUP) for _, event in poll.poll(0))
+
+
+COMMANDS = {
+    "watch": Command(
+        watch,
+        "Attaches to an executive of the ROS graph (`run --attach`, `run --visible`, `serve`) and "
+        "shows its tree, what each node does and why it ended, its goals, its variables and where "
+        "the robot is. Waits where there is none, and when it goes until it is back. A mission "
+        "does not notice.",
+        (
+            Option(
+                "executive",
+                "name or namespace of the executive, such as /robot1/bt_mission or robot1 "
+                "(default: the only one, or a list to choose from)",
+                nargs="?",
+                completes="executives",
+            ),
+            Option("--once", "print the tree as it is now, and leave"),
+            JSON.but(
+                help="print what happens, one JSON object a line",
+                excludes=each("once"),
+            ),
+            PLAIN.but(excludes=each("once", "json")),
+            Option(
+                "--wait SECONDS",
+                "leave with code 1 when there is nobody to watch after this time (default: keep "
+                "looking)",
+                seconds,
+            ),
+            NETWORK,
+            *web_options("once", "json", "plain"),
+            *foxglove_options("once", "json", "plain", "web", "executive", "wait"),
+            Option("--until-input-ends", argparse.SUPPRESS),
+        ),
+        EPILOG,
+    )
+}

@@ -8,9 +8,12 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from functools import partial
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from bt_mission.cli.argument_types import port
+from bt_mission.cli.parser import Option, each
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -18,6 +21,7 @@ if TYPE_CHECKING:
     from bt_mission.views.web.shown_mission import ShownMission
 
 PORT, LOOPBACK = 8080, "127.0.0.1"
+GROUP = "in a browser"
 NEEDED = ("starlette", "uvicorn", "websockets")
 
 UNSAFE = """\
@@ -26,68 +30,7 @@ all that is shown go over the network unencrypted. A tunnel keeps both to you: l
 and on the other machine run  ssh -L {port}:127.0.0.1:{port} THIS_MACHINE"""
 
 
-def add_web_options(parser: argparse.ArgumentParser) -> None:
-    """Is the mission shown in a browser?"""
-    group = parser.add_argument_group("in a browser")
-    group.add_argument(
-        "--web", action="store_true", help="show it on a page for browsers, and print its link"
-    )
-    group.add_argument(
-        "--port",
-        type=port_number,
-        metavar="N",
-        help=f"with --web: listen on this port (default: {PORT}; 0 takes any that is free)",
-    )
-    group.add_argument("--open", action="store_true", help="with --web: open the page at once")
-    group.add_argument(
-        "--read-only", action="store_true", help="with --web: pages can look, and control nothing"
-    )
-    group.add_argument(
-        "--host",
-        metavar="ADDRESS",
-        help="with --web: listen on this address of the machine (default: 127.0.0.1, which other "
-        "machines do not reach)",
-    )
-
-
-def port_number(text: str) -> int:
-    """Return the number of a port."""
-    try:
-        port = int(text)
-    except ValueError:
-        port = -1
-    if not 0 <= port <= 65535:
-        raise argparse.ArgumentTypeError(f"'{text}' is no port: expected 0 to 65535")
-    return port
-
-
-def refuse_web(options: argparse.Namespace, *, instead: tuple[str, ...] = ()) -> None:
-    """Refuse what cannot be shown, before anything moves.
-
-    Args:
-        instead: Names of options that show it in another way.
-
-    Raises:
-        BtMissionError: With what to do.
-    """
-    if not options.web:
-        given = {
-            "--port": options.port is not None,
-            "--open": options.open,
-            "--read-only": options.read_only,
-            "--host": options.host is not None,
-        }
-        for name, is_given in given.items():
-            if is_given:
-                raise BtMissionError(f"{name} goes with --web")
-        return
-    for name in instead:
-        if getattr(options, name):
-            raise BtMissionError(f"--web and --{name}: choose one of them")
-    refuse_without_server("--web")
-
-
-def refuse_without_server(option: str) -> None:
+def require_server(option: str) -> None:
     """Refuse an option without the packages that serve it.
 
     Raises:
@@ -97,6 +40,36 @@ def refuse_without_server(option: str) -> None:
     if missing:
         needed = " and ".join(missing)
         raise BtMissionError(f"{option} needs {needed}: pip install 'bt-mission[web]'")
+
+
+def web_options(*instead: str) -> tuple[Option, ...]:
+    """Return whether the mission is shown in a browser, and how.
+
+    Args:
+        instead: Options of the command that show it in another way.
+    """
+    of_page = Option("", "", group=GROUP, needs=each("web"))
+    return (
+        Option(
+            "--web",
+            "show it on a page for browsers, and print its link",
+            group=GROUP,
+            excludes=each(*instead),
+            check=partial(require_server, "--web"),
+        ),
+        of_page.but(
+            form="--port N",
+            help=f"listen on this port (default: {PORT}; 0 takes any that is free)",
+            type=port,
+        ),
+        of_page.but(form="--open", help="open the page at once"),
+        of_page.but(form="--read-only", help="pages can look, and control nothing"),
+        of_page.but(
+            form="--host ADDRESS",
+            help="listen on this address of the machine (default: 127.0.0.1, which other machines "
+            "do not reach)",
+        ),
+    )
 
 
 @contextmanager
@@ -130,8 +103,8 @@ def web_server(
 
 
 def _port_of(options: argparse.Namespace) -> int:
-    port: int = PORT if options.port is None else options.port
-    return port
+    number: int = PORT if options.port is None else options.port
+    return number
 
 
 def _open(link: str) -> None:
@@ -189,11 +162,11 @@ def stay_until_left(status: str) -> None:
 
 def web_arguments(options: argparse.Namespace) -> list[str]:
     """The same options for another process."""
-    words: list[str] = ["--web"]
-    valued: dict[str, Any] = {"--port": options.port, "--host": options.host}
-    words += [f"{name}={value}" for name, value in valued.items() if value is not None]
-    flags = {"--open": options.open, "--read-only": options.read_only}
-    return [*words, *(name for name, is_set in flags.items() if is_set)]
+    given = [one for one in options.parser.options if one.group == GROUP and one.is_given(options)]
+    return [
+        one.name if one.is_flag else f"{one.name}={getattr(options, one.attribute)}"
+        for one in given
+    ]
 
 
 def has_input_ended() -> bool:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.cli.argument_types import count, port
 from bt_mission.cli.check import permissions_of
 from bt_mission.cli.options import nature_of
+from bt_mission.cli.parser import Option, each
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
@@ -19,50 +20,38 @@ if TYPE_CHECKING:
     from bt_mission.sweeps.pool import ScenarioPool
 
 
-def add_worker_options(parser: argparse.ArgumentParser) -> None:
-    """Add where the scenarios are carried out."""
-    parser.add_argument(
-        "--workers",
-        type=count,
-        metavar="N",
-        help="processes on this machine (default: one for each processor)",
-    )
-    parser.add_argument(
-        "--worker-memory",
-        metavar="SIZE",
-        help="what each of them may take (default: 2GiB); one that takes more is ended",
-    )
-    parser.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="a scheduler of Dask that is there, such as tcp://10.0.0.1:8786, with workers of one "
-        "thread each; docs/how-to/cluster.md",
-    )
-    parser.add_argument(
-        "--dashboard",
-        type=port,
-        metavar="PORT",
-        help="serve Dask's dashboard of the workers on this machine at 127.0.0.1:PORT",
-    )
-
-
-def refuse_worker_options(options: argparse.Namespace) -> None:
-    """Refuse options that would be ignored, and the lack of Dask.
-
-    Raises:
-        BtMissionError: With what to do instead.
-    """
-    if options.scheduler is not None:
-        for name in ("workers", "worker_memory", "dashboard"):
-            if getattr(options, name) is not None:
-                option = f"--{name.replace('_', '-')}"
-                raise BtMissionError(
-                    f"{option} is for workers on this machine: those of {options.scheduler} were "
-                    "started with what they have"
-                )
-    require_dask()
-    if options.dashboard is not None and find_spec("bokeh") is None:
+def _check_bokeh() -> None:
+    if find_spec("bokeh") is None:
         raise BtMissionError("--dashboard: Dask draws it with Bokeh: pip install bokeh")
+
+
+_LOCAL = each("scheduler", why="its workers were started with what they have")
+WORKER_OPTIONS = (
+    Option(
+        "--workers N",
+        "processes on this machine (default: one for each processor)",
+        count,
+        excludes=_LOCAL,
+    ),
+    Option(
+        "--worker-memory SIZE",
+        "what each of them may take (default: 2GiB); one that takes more is ended",
+        excludes=_LOCAL,
+    ),
+    Option(
+        "--scheduler ADDRESS",
+        "a scheduler of Dask that is there, such as tcp://10.0.0.1:8786, with workers of one "
+        "thread each; docs/how-to/cluster.md",
+    ),
+    Option(
+        "--dashboard PORT",
+        "serve Dask's dashboard of the workers on this machine at 127.0.0.1:PORT",
+        port,
+        excludes=_LOCAL,
+        check=_check_bokeh,
+    ),
+)
+"""Where the scenarios are carried out."""
 
 
 def require_dask() -> None:

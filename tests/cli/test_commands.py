@@ -139,22 +139,6 @@ def test_wrong_options_exit_with_2(arguments: list[str]) -> None:
     assert exit_.value.code == 2
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--attach", "--speed", "2"], "--speed: an attached run has the pace of the graph"),
-        (["--attach", "--visible"], "--visible: an attached run is seen anyway"),
-        (["--wall-clock"], "--wall-clock goes with --attach"),
-    ],
-)
-def test_options_that_would_be_ignored_are_refused(
-    mission: Any, capsys: pytest.CaptureFixture[str], options: list[str], words: str
-) -> None:
-    """Rather than leave somebody to wonder."""
-    assert main(["run", mission(WAIT), *options]) == 2
-    assert words in capsys.readouterr().err
-
-
 def test_a_missing_file_is_bad_input(capsys: pytest.CaptureFixture[str]) -> None:
     """With the name of the file, and no traceback."""
     assert main(["check", "no/such/mission.yaml"]) == 2

@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.cli import main
-from bt_mission.cli.completed_names import FILES, KINDS, known
-from bt_mission.cli.completion import SHELLS, script
+from bt_mission.cli.completion import FILES, KINDS, SHELLS, known, script
 from bt_mission.cli.main import make_parser
 from bt_mission.core.files import names
 from tests.support.processes import PATIENCE_S

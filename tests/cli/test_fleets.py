@@ -157,25 +157,6 @@ def test_ctrl_c_halts_the_missions_of_all_robots(
     assert [one["goals_left_behind"] for one in found["robots"]] == [0, 0]
 
 
-@pytest.mark.parametrize(
-    ("option", "text"),
-    [
-        (["--attach"], "--attach: a fleet has its own simulation"),
-        (["--fault", "at 1: drop scan"], "--fault: faults are made for a robot alone"),
-        (["--set", "a=1"], "--set is about one mission, and"),
-        (["--robot", "burger"], "--robot is about one mission, and"),
-        (["--video", "x.mp4"], "--video: films are of a robot alone"),
-        (["--namespace", "x"], "--namespace: names a robot of a running graph"),
-    ],
-)
-def test_options_of_one_mission_are_refused(
-    fleet: Any, capsys: pytest.CaptureFixture[str], option: list[str], text: str
-) -> None:
-    """With what to do instead."""
-    assert main(["run", fleet(), *option]) == 2
-    assert text in capsys.readouterr().err
-
-
 def test_check_says_of_whom_a_fleet_consists(
     fleet: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -138,10 +138,6 @@ def test_recordings_of_before(capsys: pytest.CaptureFixture[str]) -> None:
     ("words", "expected"),
     [
         ([], "say where to fork with --at S"),
-        (["--at", "1", "--sweep-at", "--set", "speed=1"], "one of them"),
-        (["--sweep-at"], "name the change to try with --set or --mission"),
-        (["--sweep-at", "--set", "speed=0.1", "--fault", "at 3: drop scan"], "--fault has an inst"),
-        (["--at", "1", "--tries", "3"], "--tries goes with --sweep-at"),
         (["--sweep-at", "--set", "speed=0.1"], "there is nothing to save"),
     ],
 )

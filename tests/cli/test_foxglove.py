@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import re
 import signal
 import socket
@@ -12,9 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.cli import foxglove, web
+from bt_mission.cli import web
 from bt_mission.cli.main import main
-from bt_mission.core.errors import BtMissionError
 from bt_mission.graph_tools.foxglove import LAYOUT
 from bt_mission.testing.live_graph import LOCAL, command
 from tests.support.processes import PATIENCE_S, read_until, started
@@ -28,14 +26,6 @@ FOREVER = "mission: forever\nworld: empty_arena\ntree: {wait: 100000}\n"
 SINCE_1970_NS = 10**18
 """The clock of this machine is beyond, that of a simulation is not."""
 ANY_PORT = "--foxglove-port=0"
-
-
-def options(*words: str) -> argparse.Namespace:
-    """Options as a command has them."""
-    parser = argparse.ArgumentParser()
-    foxglove.add_foxglove_options(parser)
-    parser.add_argument("--once", action="store_true")
-    return parser.parse_args(words)
 
 
 @pytest.fixture
@@ -54,24 +44,14 @@ def link_in(text: str) -> str:
     return found[1]
 
 
-def test_without_the_extra_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch):
+def test_without_the_extra_it_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, mission: str, capsys: pytest.CaptureFixture[str]
+):
     """Before anything moves."""
     monkeypatch.setattr(web, "find_spec", lambda name: None)
-    said = r"--foxglove needs starlette and uvicorn and websockets: pip install 'bt-mission\[web\]'"
-    with pytest.raises(BtMissionError, match=said):
-        foxglove.refuse_foxglove(options("--foxglove"))
-
-
-def test_a_port_is_not_ignored_without_it():
-    """It would seem to have done something."""
-    with pytest.raises(BtMissionError, match="--foxglove-port goes with --foxglove"):
-        foxglove.refuse_foxglove(options("--foxglove-port", "1"))
-
-
-def test_what_shows_something_else_is_one_too_many():
-    """`watch` serves the whole graph, and shows no executive then."""
-    with pytest.raises(BtMissionError, match="--foxglove and --once: choose one of them"):
-        foxglove.refuse_foxglove(options("--foxglove", "--once"), instead=("once",))
+    assert main(["run", mission, "--foxglove"]) == 2
+    said = "--foxglove needs starlette and uvicorn and websockets: pip install 'bt-mission[web]'"
+    assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("port", ["x", "-1", "65536"])
@@ -80,7 +60,7 @@ def test_a_port_is_a_number_of_one(port: str, mission: str, capsys: pytest.Captu
     with pytest.raises(SystemExit) as ended:
         main(["run", mission, "--foxglove", "--foxglove-port", port])
     assert ended.value.code == 2
-    assert f"'{port}' is no port: expected 0 to 65535" in capsys.readouterr().err
+    assert f"expected a port from 0 to 65535, got '{port}'" in capsys.readouterr().err
 
 
 @needs_foxglove

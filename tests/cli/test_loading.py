@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.cli.commands import COMMANDS, Commands, load_commands
+from bt_mission.cli.commands import COMMANDS, load_commands, module_of
 from bt_mission.cli.main import make_parser
 
 pytestmark = pytest.mark.process
@@ -60,8 +60,7 @@ def of_packages(modules: list[str]) -> set[str]:
 
 def commands_in(modules: list[str]) -> set[str]:
     """The modules of commands that are loaded."""
-    mine = {f"bt_mission.cli.{one.adder.partition(':')[0]}" for one in COMMANDS.values()}
-    return mine & set(modules)
+    return {*map(module_of, COMMANDS)} & set(modules)
 
 
 def test_help_loads_no_command(tmp_path: Path) -> None:
@@ -89,9 +88,7 @@ def test_help_of_a_command_loads_neither_ros_nor_the_simulation(
 
 def test_the_script_for_a_shell_knows_every_command() -> None:
     """Each has a parser of its own then, in the order in which they are listed."""
-    parser = make_parser()
-    load_commands(parser)
-    (commands,) = (one for one in parser._actions if isinstance(one, Commands))
+    commands = load_commands(make_parser())
     assert list(commands.choices or ()) == list(COMMANDS)
     for name, one in commands.choices.items():
         assert one.prog == f"bt-mission {name}"

@@ -204,8 +204,10 @@ def test_inside_of_a_project_it_asks_first(
         f"'other' would be made inside the project {project}; change to another folder, or add "
         "--yes\n"
     )
-    monkeypatch.setattr("bt_mission.cli.new.has_terminal", lambda: True)
-    monkeypatch.setattr("sys.stdin", io.StringIO("\ny\n"))
+    answers = io.StringIO("\ny\n")
+    monkeypatch.setattr(answers, "isatty", lambda: True)
+    monkeypatch.setattr("sys.stdin", answers)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     assert main(["new", "other"]) == 2
     said = capsys.readouterr().err
     assert said.endswith(f"inside the project {project}. Make it there? [y/N] nothing was made\n")

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.cli.commands import Commands, load_commands
+from bt_mission.cli.argument_types import FileType
+from bt_mission.cli.commands import load_commands
 from bt_mission.cli.main import main, make_parser
-from bt_mission.cli.outputs import OUTPUTS
 
 MISSION = "mission: m\nworld: hall.yaml\ninclude: [trees.yaml]\ntree: {tree: pause}\n"
 TREES = "trees:\n  pause: {do: {wait: 0.1}}\n"
@@ -116,14 +116,13 @@ def test_a_device_takes_several_outputs(folder: Path) -> None:
 
 def test_options_with_files_declare_what_they_are() -> None:
     """Else the rule does not know them; folders are not files."""
-    root = make_parser()
-    load_commands(root)
-    (found,) = (one for one in root.arguments if isinstance(one, Commands))
     undeclared = [
-        f"{name} {action.dest}"
-        for name, parser in found.choices.items()
-        if any(action.type in OUTPUTS for action in parser.arguments)
-        for action in parser.arguments
-        if action.type is Path and action.metavar not in ("FOLDER", "DIR")
+        f"{name} {option.attribute}"
+        for name, parser in load_commands(make_parser()).choices.items()
+        if any(
+            isinstance(one.type, FileType) and "output" in one.type.role for one in parser.options
+        )
+        for option in parser.options
+        if option.type is Path and option.metavar not in ("FOLDER", "DIR")
     ]
     assert undeclared == ["run images", "sweep-report folder"]

@@ -130,13 +130,6 @@ def test_there_must_be_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert refused(capsys, tmp_path) == f"{tmp_path}: cannot read it: Is a directory"
 
 
-def test_a_trace_has_no_tree_to_print(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """It says what has."""
-    path = tmp_path / "trace.jsonl"
-    path.write_text('{"trace_version": 2}\n', encoding="utf-8")
-    assert "--once takes a recording" in refused(capsys, path, "--once")
-
-
 @pytest.mark.parametrize("text", ["-1", "nan", "soon", "inf"])
 def test_a_time_must_be_one(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     """Seconds from 0."""

@@ -81,14 +81,6 @@ def test_options_change_a_scenario_and_add_to_it(
     assert "requirement is fast: violated" in told["scenario"]["differences"][0]
 
 
-def test_a_scenario_has_no_running_graph(scenario: Any, capsys: pytest.CaptureFixture[str]) -> None:
-    """It is refused with the reason."""
-    assert main(["run", scenario(""), "--attach"]) == 2
-    assert "it has its own simulation, no --attach" in capsys.readouterr().err
-    assert main(["check", scenario(""), "--against"]) == 2
-    assert "which has a stage of its own" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_bad_input_exits_with_2_and_points_at_it(
     scenario: Any, capsys: pytest.CaptureFixture[str], command: str
@@ -144,7 +136,7 @@ def test_a_start_in_a_wall_hides_no_other_file(
     assert (fault["file"], fault["line"], fault["column"]) == (str(path), 3, 8)
     assert main(["check", "--against", "--json", str(path), str(sound)]) == 2
     (fault,) = json.loads(capsys.readouterr().out)
-    assert "has a stage of its own" in fault["message"]
+    assert "does not apply to scenario files" in fault["message"]
 
 
 def test_check_tells_what_is_in_a_scenario(

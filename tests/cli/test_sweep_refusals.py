@@ -98,8 +98,6 @@ def test_a_row_of_an_error_names_the_file_of_the_mission(mission: str) -> None:
         ("--fault-plan topic.yaml", "/nowhere"),
         ("--fault drop", "expected"),
         ("--require turns.yaml", "expected a mapping 'requirements:'"),
-        ("--retry-errors", "--retry-errors goes with --resume"),
-        ("--workers 2 --scheduler tcp://127.0.0.1:1", "--workers is for workers on this machine"),
         ("--scheduler tcp://127.0.0.1:1", "no scheduler of Dask answers at tcp://127.0.0.1:1"),
         ("--scheduler nonsense://x", "no scheduler of Dask answers at nonsense://x"),
         ("--worker-memory much", "--worker-memory: expected an amount such as 2GiB"),

@@ -111,7 +111,6 @@ def test_a_scenario_as_a_file(tmp_path, capsys):
     ("words", "told"),
     [
         (("--json", "--csv", "-"), "both print"),
-        (("--scenario", "3", "--json"), "goes alone"),
         (("--worst", "0"), "expected an integer from 1"),
     ],
 )

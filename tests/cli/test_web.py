@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import re
 import signal
 import subprocess
@@ -19,8 +18,7 @@ import pytest
 
 from bt_mission import read_recording
 from bt_mission.cli import replay, run_fleet, run_shown, web
-from bt_mission.cli.main import main
-from bt_mission.core.errors import BtMissionError
+from bt_mission.cli.main import main, make_parser
 from bt_mission.testing.live_graph import command
 from bt_mission.views.web.shown_mission import ShownMission
 from tests.support.processes import PATIENCE_S, read_until, started
@@ -44,10 +42,7 @@ tree:
 
 def options(*words: str) -> argparse.Namespace:
     """Options as a command has them."""
-    parser = argparse.ArgumentParser()
-    web.add_web_options(parser)
-    parser.add_argument("--plain", action="store_true")
-    return parser.parse_args(words)
+    return make_parser().parse_args(["replay", "x.mcap", *words])
 
 
 def link_in(text: str) -> str:
@@ -57,27 +52,14 @@ def link_in(text: str) -> str:
     return found[1]
 
 
-def test_without_the_extra_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch):
+def test_without_the_extra_it_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
     """Before anything moves."""
     monkeypatch.setattr(web, "find_spec", lambda name: None)
-    said = r"--web needs starlette and uvicorn and websockets: pip install 'bt-mission\[web\]'"
-    with pytest.raises(BtMissionError, match=said):
-        web.refuse_web(options("--web"))
-
-
-@pytest.mark.parametrize(
-    "words", [("--port", "1"), ("--open",), ("--read-only",), ("--host", "127.0.0.1")]
-)
-def test_options_of_the_page_are_not_ignored_without_it(words: tuple[str, ...]):
-    """They would seem to have done something."""
-    with pytest.raises(BtMissionError, match=f"{words[0]} goes with --web"):
-        web.refuse_web(options(*words))
-
-
-def test_two_ways_to_show_a_mission_are_one_too_many():
-    """The command has to know which."""
-    with pytest.raises(BtMissionError, match="--web and --plain: choose one of them"):
-        web.refuse_web(options("--web", "--plain"), instead=("plain",))
+    assert main(["replay", "x.mcap", "--web"]) == 2
+    said = "--web needs starlette and uvicorn and websockets: pip install 'bt-mission[web]'"
+    assert said in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("port", ["-1", "65536", "http", "8080.0"])
@@ -85,12 +67,12 @@ def test_a_port_is_a_number_of_sixteen_bits(port: str, capsys: pytest.CaptureFix
     """What else is given is refused with what is expected."""
     with pytest.raises(SystemExit):
         options("--web", "--port", port)
-    assert f"'{port}' is no port: expected 0 to 65535" in capsys.readouterr().err
+    assert f"expected a port from 0 to 65535, got '{port}'" in capsys.readouterr().err
 
 
 def test_another_process_gets_the_same_options():
     """That it is started with, too."""
-    words = ["--web", "--port=0", "--host=127.0.0.1", "--open", "--read-only"]
+    words = ["--web", "--port=0", "--open", "--read-only", "--host=127.0.0.1"]
     assert web.web_arguments(options(*words)) == words
     assert web.web_arguments(options("--web")) == ["--web"]
 
@@ -118,14 +100,6 @@ def test_a_page_for_other_machines_is_warned_of(capsys: pytest.CaptureFixture[st
 
 
 @needs_web
-def test_a_trace_has_no_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
-    """It has no tree to show."""
-    trace = tmp_path / "trace.jsonl"
-    trace.write_text(json.dumps({"t": 0, "event": "log", "text": "hi"}) + "\n", encoding="utf-8")
-    assert main(["replay", str(trace), "--web"]) == 2
-    assert "--web takes a recording" in capsys.readouterr().err
-
-
 @needs_web
 def test_forks_are_offered_with_the_file_as_it_was_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

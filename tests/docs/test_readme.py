@@ -7,9 +7,8 @@ import shlex
 
 import pytest
 
-from bt_mission.cli.argument_types import input_file
+from bt_mission.cli.argument_types import FileType
 from bt_mission.cli.main import make_parser
-from bt_mission.cli.outputs import OUTPUTS
 from bt_mission.core.files import look_for
 from tests.support.project import ROOT
 
@@ -29,11 +28,13 @@ def test_what_a_command_reads_is_there(lines: list[str]) -> None:
     for line in lines:
         words = shlex.split(line.partition(" | ")[0].partition(" > ")[0], comments=True)[1:]
         options = parser.parse_args(words)
-        for action in options.parser.arguments:
-            given = getattr(options, action.dest, None) or []
+        for option in options.parser.options:
+            given = getattr(options, option.attribute, None) or []
+            if not isinstance(option.type, FileType):
+                continue
             for path in given if isinstance(given, list) else [given]:
-                if action.type in OUTPUTS:
+                if option.type.role != "input":
                     made.add(str(path))
-                elif action.type is input_file:
+                else:
                     is_there = str(path) in made or look_for("missions", path) or "*" in path.name
                     assert is_there or (ROOT / path).is_file(), line

@@ -75,15 +75,3 @@ def test_on_the_command_line(
     assert "0 drive: outcome canceled by another client" in told["missing"]
     assert told["scenarios"][0]["faults"] == []
     assert len(told["reached"]) + len(told["missing"]) == told["places"]
-
-
-@pytest.mark.parametrize(
-    ("option", "value"),
-    [("--find", "failed"), ("--output", "here"), ("--reference", "x.yaml"), ("--keep-going", "2")],
-)
-def test_options_that_would_be_ignored(
-    capsys: pytest.CaptureFixture[str], option: str, value: str
-) -> None:
-    """Are refused."""
-    assert main(["falsify", "square", "--workers", "1", "--cover", option, value]) == 2
-    assert capsys.readouterr().err == f"--cover lists what was reached: it has no {option}\n"
