@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable
+from pathlib import Path
 
 import yaml
 from attached_plan import Plan
@@ -64,11 +65,12 @@ class Graph:
 
     @property
     def journal_state(self) -> tuple[int, int]:
-        """Which file the journal is and how long: another one once it is written to again."""
-        if not self.journal.exists():
+        """Time and size of the journal's newest transaction: others once it is written to again."""
+        transactions = Path(f"{self.journal}-wal")
+        if not transactions.exists():
             return 0, 0
-        status = self.journal.stat()
-        return status.st_ino, status.st_size
+        status = transactions.stat()
+        return status.st_mtime_ns, status.st_size
 
     def send(self) -> None:
         """Give the mission to the executive that serves."""

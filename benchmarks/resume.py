@@ -1,108 +1,130 @@
-"""explore.yaml killed at ten points and resumed, with sim and servers as processes of their own.
+"""A mission killed (kill -9) at random instants and resumed from its journal.
 
-Run it as: python benchmarks/resume.py [--speed 4]
+Run it as: python benchmarks/resume.py [--count 200] [--results resume.jsonl]
 
-The points are spread over the lines that a run prints, one for each leaf that starts or ends. At
-every second point the process lives a moment longer, so that the robot drives when it dies.
+Simulator and servers are processes of their own that run all the time. The instant of trial N
+follows from the number N: it is uniform over the time that the mission takes, from the moment that
+its journal exists. Each trial is one line of the results; a second run continues where the first
+was stopped. A finding is
+
+- a mission that is not resumed to success with 0 goals orphaned, or resumed after its success,
+- a leg that is driven by neither process, or one that the first had finished before and is repeated
+  (but for the leg of the tick in which it died),
+- a traceback.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
+import json
+import random
 import re
-import subprocess
-import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from collections import Counter
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
+from campaign import pending
 from measuring import NOT_SOUND, figure
 
-from bt_mission.core.dds.discovery import RANGE
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.faults.errors import ScenarioError
+from bt_mission.testing.live_graph import LiveGraph, Process, own_domain
 
-MISSION, WORLD = "missions/explore.yaml", "dqn_stage4"
-POINTS = 10
-LINES = 26
-"""What an uninterrupted run of explore.yaml with seed 7 prints about its leaves."""
-
-A_MOMENT_S = 0.3
-LEFT = "orphaned"
-LEG = re.compile(r"^ *[\d.]+ s  ✓ drive", re.MULTILINE)
-LEAF = re.compile(r"^ *[\d.]+ s  \S ")
-
-
-@contextmanager
-def process(*arguments: str) -> Iterator[subprocess.Popen[str]]:
-    """``bt-mission`` in a process; it is killed at the end."""
-    environment = os.environ | {RANGE: "LOCALHOST"}
-    command = [sys.executable, "-u", "-m", "bt_mission", *arguments]
-    with subprocess.Popen(  # noqa: S603 - our own command line
-        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    ) as started:
-        try:
-            yield started
-        finally:
-            started.kill()
+LEGS = 3
+MISSION = f"""\
+mission: legs
+requirements:
+  slow: always speed < 1
+tree:
+  sequence:
+    - set: {{n: 0}}
+    - repeat: {{count: {LEGS}}}
+      do:
+        sequence:
+          - set: {{n: n + 1}}
+          - {{turn: {{angle: "uniform(10, 20)"}}, timeout: 20}}
+          - parallel: [{{wait: "uniform(0.1, 0.5)"}}, {{sequence: [{{wait: 0.1}}, {{wait: 0.1}}]}}]
+          - log: leg $n
+"""
+LOOK_S = 0.01
+LEG = re.compile(r"leg (\d)$", re.MULTILINE)
+NO_JOURNAL = "there is no journal to resume from"
 
 
-def read_lines(run: subprocess.Popen[str], count: int) -> list[str]:
-    """What a run prints until it has said so many things about leaves."""
-    assert run.stdout is not None
-    seen: list[str] = []
-    for line in run.stdout:
-        seen.append(line)
-        if sum(bool(LEAF.match(one)) for one in seen) == count:
+def runs_for(process: Process, journal: Path, seconds: float) -> float:
+    """Let a process run for some seconds from when its journal exists; return how long it did."""
+    watch: Stopwatch | None = None
+    while process.code is None:
+        if watch is None and journal.exists():
+            watch = Stopwatch()
+        if watch is not None and watch.elapsed_s >= seconds:
             break
-    return seen
+        left_s = LOOK_S if watch is None else seconds - watch.elapsed_s
+        with suppress(ScenarioError):  # it has not ended yet
+            process.wait(within=max(0.0, min(LOOK_S, left_s)))
+    return watch.elapsed_s if watch else 0.0
 
 
-def trial(number: int, options: argparse.Namespace, folder: Path) -> tuple[str, str, str]:
-    """Kill at the line of that number and go on; gives that line, and the outputs of both runs."""
-    with ExitStack() as stack:
-        sim = ("sim", "--world", options.world, "--speed", options.speed)
-        stack.enter_context(process(*sim))
-        servers = stack.enter_context(process("servers", "--images", str(folder / "images")))
-        assert servers.stdout is not None
-        next(line for line in servers.stdout if "ready: " in line)
-        run = ("run", options.mission, "--attach", "--plain")
-        run += ("--journal", str(folder / f"{number}.journal"))
-        first = stack.enter_context(process(*run))
-        before = read_lines(first, number)
-        if number % 2:
-            with suppress(subprocess.TimeoutExpired):
-                first.wait(A_MOMENT_S)
-        first.kill()
-        assert first.stdout is not None
-        before.append(first.stdout.read())
-        second = stack.enter_context(process(*run, "--resume"))
-        after, _ = second.communicate()
-    return before[-2].strip(), "".join(before), after
+def trial(number: int, graph: LiveGraph, lasts_s: float) -> tuple[str, str, float]:
+    """Kill a mission and resume it; return what came of it, the finding, and the instant."""
+    mission, journal = graph.folder / "legs.yaml", graph.folder / f"{number}.journal"
+    kill_s = random.Random(number).uniform(0, lasts_s)
+    options = ("--seed", str(number), "--journal", str(journal))
+    first = graph.run(mission, *options)
+    runs_for(first, journal, kill_s)
+    first.kill()
+    second = graph.run(mission, *options, "--resume")
+    second.wait(within=120.0)
+    before, after = LEG.findall(first.output), LEG.findall(second.output)
+    said = second.output.strip().splitlines() or [""]
+    if "Traceback" in first.output + second.output:
+        return "failed", f"traceback: {second.output}", kill_s
+    if NO_JOURNAL in second.output and not before:
+        return "killed before the first transaction", "", kill_s
+    if "legs: success" in first.output or len(before) == LEGS:
+        is_right = second.code == 2 and "this mission has ended: success" in second.output
+        is_right = is_right or (second.code == 0 and not set(after) - {str(LEGS)})
+        return "killed at its end", "" if is_right else f"end: {said[-1]}", kill_s
+    legs = [*before, *after]
+    expected = [str(leg + 1) for leg in range(LEGS)]
+    is_whole = legs == expected or (after[:1] == before[-1:] and [*before, *after[1:]] == expected)
+    is_right = second.code == 0 and "legs: success" in second.output
+    if not is_right or " 0 orphaned" not in second.output or not is_whole:
+        return "failed", f"legs {before} {after}: {said[-3:]}", kill_s
+    return "resumed", "", kill_s
 
 
 def main() -> None:
-    """Kill, resume, and say what came of each."""
+    """Run the campaign."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--speed", default="4", help="of the simulation")
-    parser.add_argument("--points", type=int, default=POINTS, help="at which it is killed")
-    parser.add_argument("--mission", default=MISSION, help="the file of another one")
-    parser.add_argument("--world", default=WORLD, help="of the simulation")
+    parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--results", type=Path, default=Path("resume.jsonl"))
     options = parser.parse_args()
-    sound = 0
-    with tempfile.TemporaryDirectory() as folder:
-        for point in range(1, options.points + 1):
-            number = round(point * (LINES - 1) / max(options.points, POINTS))
-            line, before, after = trial(number, options, Path(folder))
-            legs = len(LEG.findall(before)) + len(LEG.findall(after))
-            said = [one.strip() for one in after.splitlines()]
-            ended = [one for one in said if ": success" in one or LEFT in one]
-            sound += len(ended) > 1 and ended[0].endswith(": success") and f" 0 {LEFT}" in ended[-1]
-            print(f"{point:2}: killed after '{line}'")
-            print(f"    {' | '.join(ended or said[-3:])}, {legs} legs in all", flush=True)
-    figure("share that ended with success", sound / options.points)
-    print(f"{sound} of {options.points} ended with success and 0 goals orphaned")
-    raise SystemExit(0 if sound == options.points else NOT_SOUND)
+    options.results.touch()
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        graph = LiveGraph(folder, stack.enter_context(own_domain()))
+        stack.callback(graph.close)
+        (folder / "legs.yaml").write_text(MISSION, encoding="utf-8")
+        graph.robot("empty_arena", "waffle", "--no-camera")
+        whole = folder / "whole.journal"
+        lasts_s = runs_for(graph.run(folder / "legs.yaml", "--journal", str(whole)), whole, 60.0)
+        with options.results.open("a", encoding="utf-8") as results:
+            for number in pending(options.results, options.count):
+                came, finding, kill_s = trial(number, graph, lasts_s)
+                line = {"number": number, "killed_s": round(kill_s, 3), "came": came}
+                results.write(json.dumps({**line, "finding": finding}) + "\n")
+                results.flush()
+                print(
+                    f"{number}: killed after {kill_s:.2f} of {lasts_s:.1f} s: {came} {finding}",
+                    flush=True,
+                )
+    lines = [json.loads(line) for line in options.results.read_text("utf-8").splitlines()]
+    findings = [line["finding"] for line in lines if line["finding"]]
+    figure("findings", len(findings))
+    print(f"{len(lines)} kills: {dict(Counter(line['came'] for line in lines))}; {findings or ''}")
+    raise SystemExit(NOT_SOUND if findings else 0)
 
 
 if __name__ == "__main__":

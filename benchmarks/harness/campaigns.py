@@ -86,11 +86,11 @@ COMMANDS = (
     ),
     Benchmark(
         "resume",
-        "explore.yaml killed at ten points and resumed, as processes",
-        ("resume.py",),
-        ("resume.py --points 1 --speed 1 --mission benchmarks/short.yaml --world empty_arena",),
-        (Figure("share that ended with success", Target(Aim.AT_LEAST, must=1)),),
-        takes="five minutes",
+        "a mission killed at 200 random instants and resumed, as processes; resumable",
+        ("resume.py --results resume.jsonl",),
+        (f"resume.py --count 1 --results {FOLDER}/resume.jsonl",),
+        (Figure("findings", NOTHING),),
+        takes="an hour",
     ),
     Benchmark(
         "floods",

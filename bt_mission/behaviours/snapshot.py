@@ -1,12 +1,14 @@
-"""What a node remembers while it runs, as plain data, so that another process can go on from it.
+"""The memory of a running node as plain data, from which another process can continue.
 
-Our own behaviours say it themselves (:class:`Snapshotable`); of py_trees' composites it is the
-child that they have come to. A leaf that says nothing starts anew.
+A behaviour with more to remember than its status and its children's has two methods:
+``save_state(now_ns)`` returns it as a dictionary of plain data, with points in time as nanoseconds
+from now, and ``restore_state(state, now_ns)`` takes it back. Of py_trees' composites it is the
+child that they have reached. A leaf without these methods starts again.
 """
 
 from __future__ import annotations
 
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -14,37 +16,28 @@ from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
 
-@runtime_checkable
-class Snapshotable(Protocol):
-    """A behaviour with more to remember than its status and its children's."""
-
-    def save_state(self, now_ns: int) -> dict[str, Any]:
-        """What it needs to go on, as plain data; points in time as nanoseconds from now."""
-
-    def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
-        """Take in what it remembered."""
-
-
 def save(node: Behaviour, now_ns: int) -> dict[str, Any]:
-    """What a running node remembers."""
+    """Return the memory of a running node."""
     state: dict[str, Any] = {}
     if isinstance(node, Composite) and node.current_child is not None:
         state["child"] = node.children.index(node.current_child)
-    if isinstance(node, Snapshotable):
-        state |= node.save_state(now_ns)
+    save_state = getattr(node, "save_state", None)
+    if save_state is not None:
+        state |= save_state(now_ns)
     return state
 
 
 def load(node: Behaviour, status: Status, state: dict[str, Any], now_ns: int) -> None:
-    """Put a node that was never ticked where another one of its kind stood."""
+    """Restore a node that was never ticked from the memory of another one of its kind."""
+    restore_state = getattr(node, "restore_state", None)
     if status is not Status.RUNNING:
         node.status = status
-        if state and isinstance(node, Snapshotable):
-            node.restore_state(state, now_ns)
+        if state and restore_state is not None:
+            restore_state(state, now_ns)
         return
     if isinstance(node, Composite) and "child" in state:
         node.current_child = node.children[state["child"]]
-    if isinstance(node, Composite | Decorator | Snapshotable):
+    if isinstance(node, Composite | Decorator) or restore_state is not None:
         node.status = Status.RUNNING
-    if isinstance(node, Snapshotable):
-        node.restore_state(state, now_ns)
+    if restore_state is not None:
+        restore_state(state, now_ns)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, fields, replace
-from typing import Any, Literal
+from dataclasses import replace
+from typing import Literal
 
 from bt_mission.language.expressions.syntax import Not, SyntaxNode
 from bt_mission.language.requirements.formula import Requirement, walk
@@ -14,25 +13,6 @@ from bt_mission.requirements.monitor import RequirementResult
 
 BEFORE = "before the mission was resumed"
 SPANS = "it speaks of times across the instant at which the mission was resumed"
-
-
-def written(results: Iterable[RequirementResult]) -> dict[str, dict[str, Any]]:
-    """Return what requirements have come to as JSON, by their names."""
-    return {one.name: asdict(one) for one in results}
-
-
-def read(
-    kept: Mapping[str, Mapping[str, Any]], requirements: Iterable[Requirement]
-) -> dict[str, RequirementResult]:
-    """Return what these requirements had come to, without those whose text is another one now."""
-    known = {field.name for field in fields(RequirementResult)}
-    found = {}
-    for one in requirements:
-        data = {key: value for key, value in kept.get(one.name, {}).items() if key in known}
-        if data.get("requirement") == one.text:
-            sources = tuple(data.pop("sources", ()))
-            found[one.name] = RequirementResult(**data, sources=sources)
-    return found
 
 
 def joined(

@@ -1,4 +1,4 @@
-"""Opens the journal of a mission: a new one, or one to go on from."""
+"""Opens the journal of a mission: a new one, or one to resume from."""
 
 from __future__ import annotations
 
@@ -8,64 +8,42 @@ from typing import Any
 
 from rclpy.serialization import deserialize_message, serialize_message
 
-from bt_mission.core.errors import BtMissionError
-from bt_mission.executive.journal.file import JournalFile
 from bt_mission.executive.journal.recorder import JournalRecorder
 from bt_mission.executive.journal.recovery import Recovery
-from bt_mission.executive.journal.state import JournalState, head_of, told
+from bt_mission.executive.journal.store import Journal
 from bt_mission.language.mission import Mission
 from bt_mission.ros.interface_types import message_type
 from bt_mission.ros.mission_runner import MissionRunner
 
 
-def open_journal(
-    path: Path, mission: Mission, runner: MissionRunner, *, resume: bool
-) -> JournalFile:
+def open_journal(path: Path, mission: Mission, runner: MissionRunner, *, resume: bool) -> Journal:
     """Write a journal from now on; close it after the mission's end.
 
     Args:
-        resume: Go on with the mission that stands there.
+        resume: Continue the mission of that journal.
 
     Raises:
         BtMissionError: When the file cannot be used for this mission.
     """
-    head = head_of(mission, runner.node.get_namespace())
-    if resume and not path.exists():
-        raise BtMissionError(f"{path}: there is no journal to go on from")
-    file = JournalFile(path)
+    journal, state = Journal(path, must_exist=resume), None
+    namespace = runner.node.get_namespace()
     try:
         if resume:
-            story = told(file.read(), head, path)
-            runner.executive.resume_from(Recovery(story, runner, unpack))
-            runner.requirements.resume(story.requirements)
+            state = journal.resume(mission, namespace)
+            runner.executive.resume_from(Recovery(state, runner, unpack))
+            runner.requirements.resume(state.requirements)
         else:
-            _refuse_what_matters(file)
-            story = JournalState(head)
-            file.rewrite([head])
+            journal.begin(mission, namespace)
         results = runner.requirements.results
-        JournalRecorder(file, story, runner.executive, runner, pack, results)
+        JournalRecorder(journal, state, runner.executive, runner, pack, results)
     except BaseException:
-        file.close()
+        journal.close()
         raise
-    return file
-
-
-def _refuse_what_matters(file: JournalFile) -> None:
-    """Raise for a file that is not empty, and not the journal of a mission that has ended."""
-    if file.path.stat().st_size == 0:
-        return
-    story = JournalState({})
-    for record in file.read():
-        story.take(record)
-    if story.end is None:
-        raise BtMissionError(
-            f"{file.path}: a mission that has not ended stands there; go on with it by --resume, "
-            "or delete the file"
-        )
+    return journal
 
 
 def pack(value: Any) -> dict[str, str] | None:
-    """Return a message with its type as JSON; None for what is no message."""
+    """Return a message with its type as JSON; None for any other object."""
     if not hasattr(type(value), "get_fields_and_field_types"):
         return None
     package, folder = type(value).__module__.split(".")[:2]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Protocol
 
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
@@ -81,9 +81,13 @@ class RequirementWatch:
             monitors.finish(is_complete=executive.status is not MissionStatus.INTERRUPTED)
         return tuple(map(self._joined, self._runner.mission.requirements, monitors.results))
 
-    def resume(self, before: Mapping[str, Mapping[str, Any]]) -> None:
-        """Go on with what requirements had come to when an earlier process of the mission died."""
-        self._before = resumption.read(before, self._runner.mission.requirements)
+    def resume(self, before: Mapping[str, RequirementResult]) -> None:
+        """Continue with the results of an earlier process, for requirements of the same text."""
+        self._before = {
+            one.name: before[one.name]
+            for one in self._runner.mission.requirements
+            if one.name in before and before[one.name].requirement == one.text
+        }
         verdicts = [one.verdict for one in self._before.values()]
         self._violated = verdicts.count("violated")
 

@@ -202,12 +202,12 @@ def test_a_mission_goes_on_after_its_process_was_killed(tmp_path: Path) -> None:
         once_more = stack.enter_context(started(*command, "--resume", **LOCAL))
         ended, _ = once_more.communicate(timeout=PATIENCE_S)
     assert (again.returncode, resumed.returncode, once_more.returncode) == (2, 0, 2)
-    assert "go on with it by --resume, or delete the file" in refused
+    assert "continue it with --resume, or delete the file" in refused
     assert "leg 1" not in seen
     assert [line.split()[-1] for line in seen.splitlines() if " leg " in line] == ["2", "3"]
     assert "three: success" in seen
     assert "0 orphaned" in seen
-    assert "this mission has ended: success; start it anew" in ended
+    assert "this mission has ended: success; start it again" in ended
 
 
 def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 
 from bt_mission.language.requirements.formula import Formula, Requirement
 from bt_mission.requirements.monitor import RequirementResult, Verdict
-from bt_mission.requirements.resumption import joined, read, written
+from bt_mission.requirements.resumption import joined
 
 
 def requirement(text: str) -> Requirement:
@@ -80,13 +78,3 @@ def test_the_margin_is_the_worst_of_both_parts() -> None:
         )
         assert found.margin == expected
         assert ("its margin is from before" in str(found)) == (expected == before)
-
-
-def test_what_is_written_is_read_again() -> None:
-    """What a requirement of another text had come to is not known of this one."""
-    before = result(ALWAYS, "violated", -0.1)
-    kept = json.loads(json.dumps(written([before])))
-    assert read(kept, [requirement(ALWAYS)]) == {"it": before}
-    assert read(kept, [requirement(SOME)]) == {}
-    kept["it"]["new_field"] = 1  # of a later version
-    assert read(kept, [requirement(ALWAYS)]) == {"it": before}

@@ -1,1 +1,1 @@
-"""A mission's journal on disk, and how a mission goes on from it after its process has died."""
+"""A mission's journal on disk, and how a mission resumes after the death of its process."""

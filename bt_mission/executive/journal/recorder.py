@@ -1,4 +1,4 @@
-"""Writes down, after each tick that changes anything, where a mission stands."""
+"""Writes to the journal, after each tick that changes anything, where a mission stands."""
 
 from __future__ import annotations
 
@@ -10,163 +10,170 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.cleanup import Finally
 from bt_mission.behaviours.decorators import Subtree
-from bt_mission.behaviours.runtime import Runtime, Scope
+from bt_mission.behaviours.runtime import Runtime
 from bt_mission.behaviours.snapshot import save
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.stamps import NS
 from bt_mission.executive.executive import Executive
-from bt_mission.executive.journal.file import JournalFile
-from bt_mission.executive.journal.state import JournalState, Record
-from bt_mission.executive.journal.values import Pack, encode, pack_generator
+from bt_mission.executive.journal.store import (
+    Journal,
+    JournalState,
+    Key,
+    Pack,
+    encode,
+    pack_generator,
+)
 from bt_mission.executive.status import Change, MissionStatus
 from bt_mission.goals.goal import Goal
 from bt_mission.requirements.monitor import RequirementResult
-from bt_mission.requirements.resumption import written
 
 HEARTBEAT_NS = NS
-"""The journal shows at least this often that the mission's time goes on."""
+"""The journal shows at least this often that the mission's time passes."""
 
 
 class JournalRecorder:
-    """Follows an executive. A goal stands in the journal before it is sent.
+    """Follows an executive. A goal is in the journal before it is sent.
 
     Args:
-        file: Where to write.
-        story: What stands there already, if only its head.
-        executive: Whom to follow; a journal that cannot be written ends its mission.
+        journal: Where to write.
+        state: Where the mission stood, if it is resumed.
+        executive: A journal that cannot be written ends its mission.
         runtime: Its clock and variables.
-        pack: A message as JSON, None for what is no message.
-        requirements: Returns what the mission's requirements have come to.
+        pack: A message as JSON, None for any other object.
+        requirements: Returns the results of the mission's requirements.
     """
 
     def __init__(
         self,
-        file: JournalFile,
-        story: JournalState,
+        journal: Journal,
+        state: JournalState | None,
         executive: Executive,
         runtime: Runtime,
         pack: Pack,
         requirements: Callable[[], Iterable[RequirementResult]] = tuple,
     ) -> None:
-        self._file = file
-        self._story = story
+        self._journal = journal
         self._executive = executive
         self._runtime = runtime
         self._pack = pack
         self._requirements = requirements
-        self._dirty: dict[Behaviour, None] = {}
-        self._scopes = _scopes(executive, runtime.scope)
-        self._known: dict[str, dict[str, Any]] = {path: {} for path in self._scopes}
+        self._heartbeat_ns = 0
+        self._goals = dict.fromkeys(state.goals) if state else {}
+        self._results = dict(state.requirements) if state else {}
+        self._changed: dict[Behaviour, None] = {}
+        # The variables of the mission and of each named tree in it, by the path of the tree.
+        self._scopes = {"": runtime.scope} | {
+            executive.path_of(node): node.inner
+            for node in executive.nodes
+            if isinstance(node, Subtree)
+        }
+        self._variables: dict[str, dict[str, Any]] = {path: {} for path in self._scopes}
         self._is_broken = False
         self._has_ended = False
         executive.listeners.append(self._on_change)
         executive.goal_listeners.append(self._on_goal)
         executive.after_tick.append(self._after_tick)
 
-    # ---- what happens ----------------------------------------------------------------------
-
     def _on_change(self, change: Change) -> None:
         node: Behaviour | None = change.node
-        while node is not None and node not in self._dirty:
-            self._dirty[node] = None
+        while node is not None and node not in self._changed:
+            self._changed[node] = None
             node = node.parent
 
     def _on_goal(self, what: str, goal: Goal) -> None:
         if what == "sent":
-            # Its leaf remembers it from this tick on.
-            self._dirty |= dict.fromkeys(self._executive.running_leaves)
+            # From this tick on its leaf remembers it.
+            self._changed |= dict.fromkeys(self._executive.running_leaves)
+            self._goals[goal.id.hex()] = None
             name, kind = goal.goal_client.name, goal.goal_client.type_name
-            sent = {"id": goal.id.hex(), "action": name, "type": kind, "owner": goal.owner}
-            self._write({"t": self._runtime.now_ns, "sent": [sent]})
+            sent = {"action": name, "type": kind, "owner": goal.owner}
+            self._write({("goals", goal.id.hex()): sent})
 
     def _after_tick(self) -> None:
-        now_ns = self._runtime.now_ns
         if not self._executive.started_ns:
-            return  # what it is to go on from stands here already
+            return  # the journal has what the mission resumes from
         if self._executive.is_resumable:
-            return  # it can go on from before the tick that ended it
+            return  # it can resume from before the tick that ended it
         if self._executive.is_done or self._executive.status is MissionStatus.OBSERVING:
             if not self._has_ended:
                 end = {"status": str(self._executive.verdict), "reason": self._executive.reason}
-                self._write({"t": now_ns, "end": end})
+                self._write({("about", "end"): end})
             self._has_ended = True
             return
-        judged, has_news = self._judged()
-        if self._dirty or self._ended_goals():
-            self._write(self._changes(now_ns) | judged)
-        elif has_news or now_ns - self._story.time_ns >= HEARTBEAT_NS:
-            self._write({"t": now_ns} | judged)
+        rows: dict[Key, Any] = {}
+        gone: list[Key] = []
+        self._take_results(rows)
+        ended = self._ended_goals()
+        if self._changed or ended:
+            rows |= self._changed_nodes() | self._changed_variables(gone) | self._drawn()
+            gone += [("goals", goal_id) for goal_id in ended]
+        if rows or gone:
+            self._write(rows, gone)
 
-    def _judged(self) -> tuple[Record, bool]:
-        """Return the requirements that have changed, and whether one has another verdict."""
-        known = self._story.requirements
-        new = {
-            name: one
-            for name, one in written(self._requirements()).items()
-            if known.get(name) != one
-        }
-        has_news = any(
-            one["verdict"] != known.get(name, one)["verdict"] for name, one in new.items()
-        )
-        return {"requirements": new} if new else {}, has_news
+    def _take_results(self, rows: dict[Key, Any]) -> None:
+        """Add new verdicts of requirements at once, new margins at each heartbeat."""
+        now_ns = self._runtime.now_ns
+        results = {one.name: one for one in self._requirements()}
+        is_late = now_ns - self._heartbeat_ns >= HEARTBEAT_NS
+        if is_late or any(
+            one.verdict != self._results.get(name, one).verdict for name, one in results.items()
+        ):
+            self._heartbeat_ns = now_ns
+            rows["about", "time_ns"] = now_ns
+            for name, one in results.items():
+                if one != self._results.get(name):
+                    rows["requirements", name] = vars(one)
+            self._results = results
 
-    # ---- records ---------------------------------------------------------------------------
-
-    def _changes(self, now_ns: int) -> Record:
-        record: Record = {"t": now_ns, "nodes": {}, "ended": self._ended_goals()}
-        for node in self._dirty:
+    def _changed_nodes(self) -> dict[Key, Any]:
+        now_ns = self._runtime.now_ns
+        rows: dict[Key, Any] = {}
+        for node in self._changed:
             is_detached = isinstance(node, Finally) and node.is_detached
             lasts = node.status is Status.RUNNING or is_detached
-            state = save(node, now_ns) if lasts else {}
+            memory = save(node, now_ns) if lasts else {}
             for name in ("elements", "values"):
-                if name in state:
-                    state[name] = encode(state[name], self._pack)
-            record["nodes"][self._executive.path_of(node)] = [node.status.value, state, now_ns]
-        self._dirty = {}
+                if name in memory:
+                    memory[name] = encode(memory[name], self._pack)
+            row = {"status": node.status.value, "memory": memory, "saved_ns": now_ns}
+            rows["nodes", self._executive.path_of(node)] = row
+        self._changed = {}
+        return rows
+
+    def _changed_variables(self, gone: list[Key]) -> dict[Key, Any]:
+        rows: dict[Key, Any] = {}
         for path, scope in self._scopes.items():
-            known, values = self._known[path], scope.written()
-            new = {
-                name: value
-                for name, value in values.items()
-                if name not in known or known[name] is not value
-            }
-            gone = [name for name in known if name not in values]
-            if new:
-                encoded = {name: encode(value, self._pack) for name, value in new.items()}
-                record.setdefault("values", {})[path] = encoded
-            if gone:
-                record.setdefault("gone", {})[path] = gone
-            if new or gone:
-                self._known[path] = values
+            known, values = self._variables[path], scope.written()
+            for name, value in values.items():
+                if name not in known or known[name] is not value:
+                    rows["variables", f"{path}/{name}"] = encode(value, self._pack)
+            gone += [("variables", f"{path}/{name}") for name in known if name not in values]
+            self._variables[path] = values
+        return rows
+
+    def _drawn(self) -> dict[Key, Any]:
+        rows: dict[Key, Any] = {}
         for name, generator in self._runtime.scope.generators.items():
             if generator.was_drawn:
                 generator.was_drawn = False
-                record.setdefault("random", {})[name] = pack_generator(generator)
-        return record
+                rows["generators", name] = pack_generator(generator)
+        return rows
 
     def _ended_goals(self) -> list[str]:
         open_goals = self._runtime.ledger.open_goals
-        if len(open_goals) == len(self._story.goals):  # every open goal is in the story
+        if len(open_goals) == len(self._goals):  # the journal has every open goal
             return []
         still = {goal.id.hex() for goal in open_goals}
-        return [goal_id for goal_id in self._story.goals if goal_id not in still]
+        ended = [goal_id for goal_id in self._goals if goal_id not in still]
+        for goal_id in ended:
+            del self._goals[goal_id]
+        return ended
 
-    def _write(self, record: Record) -> None:
+    def _write(self, rows: dict[Key, Any], gone: Iterable[Key] = ()) -> None:
         if self._is_broken:
             return
-        self._story.take(record)
         try:
-            self._file.append(record)
-            if self._file.is_long:
-                self._file.rewrite(self._story.in_short())
+            self._journal.write({("about", "time_ns"): self._runtime.now_ns} | rows, gone)
         except BtMissionError as error:
             self._is_broken = True
             self._executive.fail(str(error))
-
-
-def _scopes(executive: Executive, scope: Scope) -> dict[str, Scope]:
-    """The variables of the mission and of each named tree in it, by the path of the tree."""
-    inner = {
-        executive.path_of(node): node.inner for node in executive.nodes if isinstance(node, Subtree)
-    }
-    return {"": scope, **inner}

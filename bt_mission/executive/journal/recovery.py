@@ -1,9 +1,9 @@
-"""Goes on with a mission from its journal: first the goals that were in flight, then the tree."""
+"""Resumes a mission from its journal: first the goals that were in flight, then the tree."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -12,68 +12,75 @@ from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.runtime import Runtime
 from bt_mission.behaviours.snapshot import load
-from bt_mission.core.errors import BtMissionError
+from bt_mission.core.errors import BtMissionError, cause_of
 from bt_mission.core.stamps import NS
-from bt_mission.executive.journal.state import JournalState
-from bt_mission.executive.journal.values import Unpack, decode, unpack_generator
+from bt_mission.executive.journal.store import (
+    JournalState,
+    NodeState,
+    Unpack,
+    decode,
+    unpack_generator,
+)
 from bt_mission.goals.goal import Goal, GoalClient, GoalStatus
 
 SERVER_WAIT_NS = 10 * NS
 """How long the servers of goals in flight may take to be found."""
 
-MOST_OF_A_LOOK_NS = NS // 10
-"""What passes between two looks counts up to this: a clock that leaps, on a machine that is too
-busy to serve its graph, is no wait in which servers could have been found."""
+LONGEST_STEP_NS = NS // 10
+"""The time between two ticks counts up to this: a clock that leaps, on a machine that is too busy
+to serve its graph, is no wait in which servers could have been found."""
 
 
 class Recovery:
-    """Sees to the goals that were in flight, and puts the tree where the journal left it.
+    """Ends the goals that were in flight, and restores the tree as the journal has it.
 
-    Each goal is asked after and cancelled. One that had succeeded meanwhile counts for the leaf
-    that had sent it; where it was cut short, or its server knows it no more, the leaf starts anew.
+    The state of each goal is queried, and the goal is cancelled. If it had succeeded meanwhile, the
+    leaf that had sent it succeeds; if not, or if its server does not know it, the leaf starts
+    again.
 
     Args:
-        story: Of the journal.
-        runtime: Clock, ledger, variables and clients of the mission that goes on.
+        state: Of the journal.
+        runtime: Clock, ledger, variables and clients of the mission that is resumed.
         unpack: A message from its JSON.
     """
 
-    def __init__(self, story: JournalState, runtime: Runtime, unpack: Unpack) -> None:
-        self._story = story
+    def __init__(self, state: JournalState, runtime: Runtime, unpack: Unpack) -> None:
+        self._state = state
         self._runtime = runtime
         self._unpack = unpack
-        self._couriers: dict[str, GoalClient] = {}
+        self._clients: dict[str, GoalClient] = {}
         self._goals: dict[str, Goal] = {}
-        self._looked_ns: int | None = None
+        self._ticked_ns: int | None = None
         self._waited_ns = 0
 
     def is_done(self) -> bool:
-        """Is it known what became of every goal? Called at each tick until it is.
+        """Return whether every goal has ended. Called at each tick until it is so.
 
         Raises:
-            BtMissionError: When that cannot be found out.
+            BtMissionError: If that cannot be found out.
         """
         now_ns = self._runtime.now_ns
-        if self._looked_ns is None:
-            self._looked_ns = now_ns
-            for goal_id, sent in self._story.goals.items():
-                self._couriers[goal_id] = self._runtime.goal_client(sent["action"], sent["type"])
-        self._waited_ns += min(now_ns - self._looked_ns, MOST_OF_A_LOOK_NS)
-        self._looked_ns = now_ns
-        for goal_id, courier in self._couriers.items():
+        if self._ticked_ns is None:
+            self._ticked_ns = now_ns
+            for goal_id, sent in self._state.goals.items():
+                with _restoring(f"the goal of '{sent.owner}'"):
+                    self._clients[goal_id] = self._runtime.goal_client(sent.action, sent.type)
+        self._waited_ns += min(now_ns - self._ticked_ns, LONGEST_STEP_NS)
+        self._ticked_ns = now_ns
+        for goal_id, client in self._clients.items():
             if goal_id in self._goals:
                 continue
-            owner = self._story.goals[goal_id]["owner"]
-            if courier.is_ready():
+            owner = self._state.goals[goal_id].owner
+            if client.is_ready():
                 self._goals[goal_id] = self._runtime.ledger.recover_goal(
-                    bytes.fromhex(goal_id), courier, owner, now_ns
+                    bytes.fromhex(goal_id), client, owner, now_ns
                 )
             elif self._waited_ns >= SERVER_WAIT_NS:
                 raise BtMissionError(
-                    f"'{owner}' had a goal at {courier.name} when its process died, and no server "
+                    f"'{owner}' had a goal at {client.name} when its process died, and no server "
                     "is there now; start it, then resume again"
                 )
-        if len(self._goals) < len(self._couriers):
+        if len(self._goals) < len(self._clients):
             return False
         if any(goal.is_live for goal in self._goals.values()):
             return False
@@ -83,31 +90,48 @@ class Recovery:
         return True
 
     def finish(self, paths: Mapping[Behaviour, str]) -> None:
-        """Put every node, every variable and every random generator where it stood.
+        """Restore every node, every variable and every random generator.
 
         Raises:
-            BtMissionError: For a variable that the journal could not keep.
+            BtMissionError: For what the journal does not keep, or what cannot be restored.
         """
-        story = self._story
         scopes = {"": self._runtime.scope}
         scopes |= {path: node.inner for node, path in paths.items() if isinstance(node, Subtree)}
+        values: dict[str, dict[str, object]] = {path: {} for path in scopes}
+        for key, data in self._state.variables.items():
+            path, _, name = key.rpartition("/")
+            with _restoring(f"the variable '{name}'"):
+                values[path][name] = decode(name, data, self._unpack)
         for path, scope in scopes.items():
-            kept = story.values.get(path, {})
-            scope.replace({name: decode(name, data, self._unpack) for name, data in kept.items()})
-        for name, data in story.generators.items():
-            unpack_generator(self._runtime.scope.random(name), data)
+            scope.replace(values[path])
+        for name, generator in self._state.generators.items():
+            with _restoring(f"the random generator of {name}"):
+                unpack_generator(self._runtime.scope.random(name), generator)
         for node, path in paths.items():
-            if path in story.nodes:
-                self._put(node, *story.nodes[path])
+            if path in self._state.nodes:
+                with _restoring(f"'{node.name}' ({path})"):
+                    self._restore(node, self._state.nodes[path])
 
-    def _put(self, node: Behaviour, status: str, state: dict[str, Any], saved_ns: int) -> None:
-        for name, whose in (("elements", "for_each"), ("values", "finally")):
-            if name in state:
-                state = {**state, name: decode(whose, state[name], self._unpack)}
-        # What had passed of a time when the process died has passed; the pause since then has not.
-        since_ns = self._runtime.now_ns - (self._story.time_ns - saved_ns)
-        load(node, Status(status), state, since_ns)
-        if isinstance(node, ActionLeaf) and status == Status.RUNNING.value:
-            goal = self._goals.get(str(state.get("goal")))
+    def _restore(self, node: Behaviour, saved: NodeState) -> None:
+        memory = dict(saved.memory)
+        for name, owner in (("elements", "for_each"), ("values", "finally")):
+            if name in memory:
+                memory[name] = decode(owner, memory[name], self._unpack)
+        # Time that had passed when the process died has passed; the pause since then has not.
+        since_ns = self._runtime.now_ns - (self._state.about.time_ns - saved.saved_ns)
+        load(node, saved.status, memory, since_ns)
+        if isinstance(node, ActionLeaf) and saved.status is Status.RUNNING:
+            goal = self._goals.get(str(memory.get("goal")))
             if goal is not None and goal.status is GoalStatus.SUCCEEDED:
                 node.adopt(goal)
+
+
+@contextmanager
+def _restoring(what: str) -> Iterator[None]:
+    """Name what a journal has of a mission in a way that cannot be used."""
+    try:
+        yield
+    except BtMissionError:
+        raise
+    except Exception as error:  # the memory of a node may be anything
+        raise BtMissionError(f"{what} cannot be restored: {cause_of(error)}") from error

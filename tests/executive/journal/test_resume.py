@@ -10,10 +10,9 @@ import pytest
 
 from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.core.errors import BtMissionError
-from bt_mission.executive.journal.file import JournalFile
 from bt_mission.executive.journal.recorder import JournalRecorder
 from bt_mission.executive.journal.recovery import Recovery
-from bt_mission.executive.journal.state import JournalState, head_of, told
+from bt_mission.executive.journal.store import Journal, Unpack
 from bt_mission.goals.goal import Event, Goal, Phase
 from bt_mission.sessions.load import load
 from tests.conftest import ScriptedServer
@@ -25,21 +24,22 @@ S = 1_000_000_000
 class Life:
     """One process of a mission, and the disk that outlives it."""
 
-    def __init__(self, text: str, path: Path, world: World) -> None:
+    def __init__(
+        self, text: str, path: Path, world: World, unpack: Unpack = lambda data: data
+    ) -> None:
         mission = load(text)
-        head = head_of(mission, "/")
         world.lives += 1
         self.play = Play(text, lambda name: Server(name, world), goal_seed=str(world.lives))
         self.play.now_ns = world.now_ns
         self.world = world
-        self._file = JournalFile(path)
-        if path.stat().st_size:
-            story = told(self._file.read(), head, path)
-            self.play.executive.resume_from(Recovery(story, self.play, lambda data: data))
+        is_resumed, state = path.exists(), None
+        self.journal = Journal(path)
+        if is_resumed:
+            state = self.journal.resume(mission, "/")
+            self.play.executive.resume_from(Recovery(state, self.play, unpack))
         else:
-            story = JournalState(head)
-            self._file.rewrite([head])
-        JournalRecorder(self._file, story, self.play.executive, self.play, lambda _: None)
+            self.journal.begin(mission, "/")
+        JournalRecorder(self.journal, state, self.play.executive, self.play, lambda _: None)
 
     def tick(self) -> None:
         """One tick; a goal ends when it has run for three."""
@@ -50,7 +50,7 @@ class Life:
 
     def die(self) -> None:
         """As by ``kill -9``: nothing is written any more."""
-        self._file.close()
+        self.journal.close()
         self.world.lose_the_executive()
 
 
@@ -70,8 +70,10 @@ class World:
     def serve(self) -> None:
         """One tick of every server."""
         for goal_id, goal in tuple(self.goals.items()):
-            if goal.phase is Phase.SENT:
+            if goal.phase in (Phase.SENT, Phase.RECALLED):
                 goal.on(Event.ACCEPTED)
+                if goal_id not in self.goals:
+                    continue  # it was cancelled at once
             self.ages[goal_id] += 1
             if self.ages[goal_id] >= 3:
                 self.driven += 1
@@ -113,7 +115,7 @@ class Server(ScriptedServer):
             goal.on_result(self._world.ended[goal.id], None)
 
     def send_cancel(self, goal: Goal) -> None:
-        if goal.id in self._world.goals:
+        if goal.id in self._world.goals and goal.accepted:
             self._world.end(goal, 5)
 
 
@@ -238,13 +240,12 @@ def test_other_inputs_and_seeds_are_told(begun: Any) -> None:
     """With the option that gives them."""
     _, path = begun("wait: 10")
     text = "mission: m\ntree:\n  wait: 10\n"
-    file = JournalFile(path)
-    records = file.read()
+    journal = Journal(path)
     with pytest.raises(BtMissionError, match=r"other seed: 0, not 4 \(--seed\)"):
-        told(records, head_of(load(text, seed=4), "/"), path)
+        journal.resume(load(text, seed=4), "/")
     with pytest.raises(BtMissionError, match=r"other namespace: '/', not '/r' \(--namespace\)"):
-        told(records, head_of(load(text), "/r"), path)
-    file.close()
+        journal.resume(load(text), "/r")
+    journal.close()
 
 
 def test_a_mission_that_has_ended_is_not_resumed(begun: Any) -> None:
@@ -299,15 +300,65 @@ def test_a_value_that_no_journal_keeps(begun: Any, tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("kind", "name", "value", "words"),
+    [
+        ("nodes", "0", {"left_ns": "x"}, "'wait' (0) cannot be restored: TypeError"),
+        ("nodes", "0", {}, "'wait' (0) cannot be restored: KeyError: 'left_ns'"),
+        ("variables", "/x", {"message": {}}, "the variable 'x' cannot be restored: ValueError"),
+        ("variables", "0.1/x", 1, "the variable 'x' cannot be restored: KeyError: '0.1'"),
+        ("generators", "0", [3, "zz", None], "the random generator of 0 cannot be restored"),
+    ],
+)
+def test_what_cannot_be_restored_is_named(
+    begun: Any, kind: str, name: str, value: Any, words: str
+) -> None:
+    """The mission does not start; the journal stays as it is."""
+    life, path = begun("wait: 10")
+    journal = Journal(path)
+    saved = {"status": "RUNNING", "memory": value, "saved_ns": 1}
+    journal.write({(kind, name): saved if kind == "nodes" else value})
+    journal.close()
+
+    def unpack(_: Any) -> None:
+        raise ValueError
+
+    again = Life("mission: m\ntree:\n  wait: 10\n", path, life.world, unpack)
+    again.tick()
+    again.die()
+    assert again.play.executive.reason.startswith(f"cannot be resumed: {words}")
+    assert again.play.status == "failure"
+
+
+def test_a_full_disk_ends_the_mission_which_can_be_resumed(tmp_path: Path) -> None:
+    """What was written last stays, so it resumes where there is room again."""
+    tree = "sequence: [{turn: {angle: 9}}, {turn: {angle: 8}}, {log: a}]"
+    path, text = tmp_path / "j", f"mission: m\ntree:\n  {tree}\n"
+    life = Life(text, path, World("finishes"))
+    life.tick()
+    life.journal._database.execute("PRAGMA max_page_count=2")
+    life.play.scope.values["large"] = "x" * 9999
+    while not life.play.executive.is_done:
+        life.tick()
+    life.die()
+    reason = f"{path}: cannot write the journal: database or disk is full"
+    assert (life.play.status, life.play.executive.reason) == ("failure", reason)
+    status, said, driven = run(text, path, life.world, [])
+    assert (status, life.play.said + said, driven) == ("success ", ["a"], 2)
+
+
 def test_a_journal_that_cannot_be_written_ends_the_mission(begun: Any, tmp_path: Path) -> None:
     """Whoever asks for one relies on it."""
-    life = Life("mission: m\ntree:\n  wait: 10\n", tmp_path / "k", World("finishes"))
+    life = Life("mission: m\ntree:\n  wait: 10\n", tmp_path / "j", World("finishes"))
     life.tick()
     life.die()  # its file is closed
     for _ in range(40):
         life.tick()
     assert life.play.status == "failure"
-    assert "cannot write the journal: Bad file descriptor" in life.play.executive.reason
+    assert (
+        "cannot write the journal: Cannot operate on a closed database."
+        in life.play.executive.reason
+    )
 
 
 @pytest.mark.parametrize("shape", ["{}", "retry: {{attempts: 1}}\n  do:\n    {}"])
