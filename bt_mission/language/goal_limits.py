@@ -6,10 +6,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from pydantic import BaseModel
+
 from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.language.file import GoalLimits, MissionFile
 
 DEFAULTS: Mapping[str, float] = {
     "server_timeout": 5.0,
@@ -33,8 +34,8 @@ class GoalLimitsTable:
     servers: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @classmethod
-    def written(cls, file: MissionFile) -> GoalLimitsTable:
-        """Return what stands at the head of a file."""
+    def written(cls, file: Any) -> GoalLimitsTable:
+        """Return what the head of a file says (`file.MissionFile`)."""
         servers = {plain_name(name): _said(limits) for name, limits in file.servers.items()}
         return cls(_said(file.limits), servers)
 
@@ -56,6 +57,5 @@ def server_faults(
             yield document.fault(("servers", name), message, hint, key=True)
 
 
-def _said(limits: GoalLimits) -> Mapping[str, Any]:
-    found = {name: getattr(limits, name) for name in type(limits).model_fields}
-    return {name: value for name, value in found.items() if value is not None}
+def _said(limits: BaseModel) -> Mapping[str, Any]:
+    return {name: value for name, value in limits if value is not None}

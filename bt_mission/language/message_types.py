@@ -129,6 +129,12 @@ def field_at(message: MessageShape, dotted: str) -> Shape:
     return shape
 
 
+def too_much(field: str, shape: MessageShape) -> str:
+    """Return what is wrong with a field that is a message where a value is wanted."""
+    fields = listed(f"{field}.{name}" for name in shape.fields)
+    return f"{quoted(field)} is a {shape.name}; name one of its fields: {fields}"
+
+
 def value_type(shape: Shape) -> Type | None:
     """Return the type a field has in an expression; None for a message."""
     match shape:

@@ -23,13 +23,18 @@ from bt_mission.core.diagnostics import (
 from bt_mission.core.yaml.document import Document
 from bt_mission.core.yaml.models import model_faults
 from bt_mission.language.action_names import BROKEN
-from bt_mission.language.expressions.places import Places
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.file import TreeDefinition
 from bt_mission.language.follow import Follow, FollowSettings
-from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.nodes import remedies
-from bt_mission.language.nodes.base import CompositeNode, Key, NodeModel, NodePlace, Written
+from bt_mission.language.nodes.base import (
+    CompositeNode,
+    Key,
+    NodeModel,
+    NodePlace,
+    Reading,
+    Written,
+)
 from bt_mission.language.nodes.composites import SequenceNode
 from bt_mission.language.nodes.registry import KINDS
 
@@ -51,39 +56,15 @@ class Signature:
 
 
 @dataclass
-class NodeReader:
+class NodeReader(Reading):
     """Reads nodes and collects the faults of all.
 
-    `signatures` are the named trees that may be used, `limits` what the mission says of goals,
-    `places` are the named ones on the map.
     `lost` are the outputs of nodes with faults: they have a writer, though none that is kept.
     `lost_nodes` are the names of those nodes, and of the nodes in them.
     """
 
-    document: Document
-    signatures: Mapping[str, Signature] = field(default_factory=dict)
-    limits: GoalLimitsTable = field(default_factory=GoalLimitsTable)
-    places: Places = field(default_factory=Places)
-    faults: list[Diagnostic] = field(default_factory=list)
     lost: set[str] = field(default_factory=set)
     lost_nodes: set[str] = field(default_factory=set)
-
-    def fault(
-        self,
-        path: tuple[Key, ...],
-        message: str,
-        hint: str | None = None,
-        *,
-        key: bool = False,
-        offset: int | None = None,
-    ) -> None:
-        """Note a fault at a value, at an offset in its text, or at its key."""
-        self.faults.append(self.document.fault(path, message, hint, key=key, offset=offset))
-
-    @property
-    def is_full(self) -> bool:
-        """Whether there are as many faults as anybody reads."""
-        return len(self.faults) >= MOST_FAULTS
 
     def written(
         self, model: type[WrittenModel], path: tuple[Key, ...], data: Any
@@ -202,14 +183,6 @@ class NodeReader:
         if wrong is not None:
             self.fault((*path, kind), *wrong)
         return wrong is not None
-
-    def has_keys(self, path: tuple[Key, ...]) -> bool:
-        """Return whether a mapping stands at a place."""
-        return bool(self.document.find(path).keys)
-
-    def limits_of(self, action: str) -> Mapping[str, Any]:
-        """Return what the mission says of the goals of an action, by the names of modifiers."""
-        return self.limits.of(action)
 
     def kind(self, data: Any, path: tuple[Key, ...]) -> str | None:
         """Return the one kind that a node has; note what is wrong where it has not one."""

@@ -9,7 +9,6 @@ from typing import Any
 from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic
 from bt_mission.core.interface_units import unit_of_field
 from bt_mission.core.units import COMPUTED, UNITS
-from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.python_code import leaf_faults
 from bt_mission.language.checks.scope import (
     Variables,
@@ -66,10 +65,10 @@ def _node_faults(
     tree: Tree, visit: Visit, checker: TypeChecker, permissions: Permissions | None
 ) -> Iterator[Diagnostic]:
     node, variables, is_behind = visit
-    yield from node_faults(tree.document, visit)
+    yield from node_faults(visit)
     if isinstance(node, InterfaceNode) and not is_behind:
-        yield from _message_faults(tree.document, node, variables)
-        yield from checker.faults(tree.document, node, variables)
+        yield from _message_faults(node, variables)
+        yield from checker.faults(node, variables)
     elif isinstance(node, PythonNode) and permissions is not None:
         yield from leaf_faults(tree, node, permissions, variables)
 
@@ -94,9 +93,7 @@ def _promise_faults(tree: Tree, variables: Variables) -> Iterator[Diagnostic]:
             yield tree.document.fault(path, message, key=True)
 
 
-def _message_faults(
-    document: Document, node: InterfaceNode, variables: Variables
-) -> Iterator[Diagnostic]:
+def _message_faults(node: InterfaceNode, variables: Variables) -> Iterator[Diagnostic]:
     """Yield what is wrong with the names in a node, as far as that is seen without its types."""
     for path, text in _texts(node.sent, (*node.path, *node.sent_path)):
         readings = (text.template, text.expression)
@@ -104,16 +101,16 @@ def _message_faults(
         if found is None:  # which of the two errors counts, only the field's type can tell
             continue
         marked = [name for name in found.references if name.variable]
-        yield from reference_faults(document, path, marked, variables)
-        yield from _unit_faults(document, node, path, text, variables)
+        yield from reference_faults(path, marked, variables)
+        yield from _unit_faults(node, path, text, variables)
     if node.condition is not None:
         marked = [name for name in node.condition.references if name.variable]
         path = (*node.path, *node.condition_path)
-        yield from reference_faults(document, path, marked, variables, is_on_messages=True)
+        yield from reference_faults(path, marked, variables, is_on_messages=True)
 
 
 def _unit_faults(
-    document: Document, node: InterfaceNode, path: Path, text: Text, variables: Variables
+    node: InterfaceNode, path: Path, text: Text, variables: Variables
 ) -> Iterator[Diagnostic]:
     """Yield the inputs in an expression whose unit is another one than that of the field."""
     if isinstance(text.expression, ExpressionError):
@@ -131,7 +128,7 @@ def _unit_faults(
             turned = {"deg": "degrees", "rad": "radians"}.get(unit)
             hint = f"write '{turned}({name.shown})'" if turned and UNITS[unit][1] == base else None
             message = f"'{name.shown}' is in {value.unit}, the field is in {unit}"
-            yield document.fault(path, message, hint, offset=name.column - 1)
+            yield variables.fault(path, ExpressionError(message, name.column, hint))
 
 
 def _texts(value: Any, path: Path) -> Iterator[tuple[Path, Text]]:

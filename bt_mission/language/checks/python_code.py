@@ -77,6 +77,6 @@ def leaf_faults(
     for name, value in node.inputs.items():
         wanted, path = attributes.get(name), (*node.path, "inputs", name)
         if wanted is not None and isinstance(value, Expression):
-            yield from expression_faults(document, path, value, variables, wanted)
+            yield from expression_faults(path, value, variables, wanted)
         elif wanted is not None and not fits(type_of(value), wanted):
             yield document.fault(path, f"expected {WORDS[wanted]}, got {describe(value)}")

@@ -8,24 +8,28 @@ from __future__ import annotations
 
 import random
 from collections import ChainMap
-from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.expressions.constants import evaluate_constants
 from bt_mission.language.expressions.expression import Expression, Template, Value, names_in
+from bt_mission.language.expressions.outcomes import evaluate_constants
 from bt_mission.language.expressions.places import place_of
 from bt_mission.language.expressions.syntax import Name, SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError, Plain, Type, joined, type_of
 from bt_mission.language.follow import Follow
-from bt_mission.language.mission import Tree
-from bt_mission.language.nodes.base import (
-    Key,
-    NodeModel,
-    Write,
+from bt_mission.language.message_types import (
+    MessageShape,
+    Shape,
+    UnknownField,
+    field_at,
+    too_much,
+    value_type,
 )
+from bt_mission.language.mission import Tree
+from bt_mission.language.nodes.base import NodeModel, Path, Write
 from bt_mission.language.nodes.decorators import ForEachNode
 from bt_mission.language.nodes.fields import NumberRule
 from bt_mission.language.nodes.interfaces import InterfaceNode
@@ -33,18 +37,18 @@ from bt_mission.language.nodes.interfaces import InterfaceNode
 OutputType = Callable[[InterfaceNode | Follow, str], Type | None]
 """The type of a field that is read of messages; None where it is not known."""
 
-FieldType = Callable[[str], Type | None]
-"""The type of a field of a message by its dotted name; raises KeyError where there is none."""
-
-
 MOST_ELEMENTS = 100
 """Of the list of a `for_each`, for which a goal in it is checked."""
 
 
 @dataclass
 class Variables:
-    """The names known at one step. It changes as the file is walked: use it at once."""
+    """The names known at one node of a tree, which stands in a document.
 
+    It changes as the tree is walked: use it at once.
+    """
+
+    document: Document
     inputs: Mapping[str, Plain]
     types: MutableMapping[str, Type | None]
     lines: Mapping[str, int]
@@ -58,6 +62,11 @@ class Variables:
     """The elements that these go through, where they are the same in every run."""
     left: dict[str, int] = field(default_factory=dict)
     """Those of a `for_each` that has ended, with its line."""
+
+    def fault(self, path: Path, error: ExpressionError, offset: int = 0) -> Diagnostic:
+        """Return an error in an expression as one at its place in the document."""
+        offset += error.column - 1
+        return self.document.fault(path, error.message, error.hint, offset=offset)
 
     def note(self, name: str, found: Type | None) -> None:
         """Take in that a variable is written; where writers disagree, its type is not known."""
@@ -147,7 +156,8 @@ def walk(tree: Tree, output_type: OutputType) -> Iterator[Visit]:
     known |= tree.types
     known |= {one.variable: output_type(one, one.settings.field) for one in tree.follow}
     followed = {one.variable: one.line for one in tree.follow}
-    variables = Variables(tree.constants, known, lines, frozenset(tree.types), followed)
+    given = frozenset(tree.types)
+    variables = Variables(tree.document, tree.constants, known, lines, given, followed)
     yield from _walk(tree.body, variables, output_type)
 
 
@@ -195,7 +205,7 @@ def written_by(node: NodeModel) -> tuple[str, ...]:
     return tuple(write.variable for write in node.writes())
 
 
-def node_faults(document: Document, visit: Visit) -> Iterator[Diagnostic]:
+def node_faults(visit: Visit) -> Iterator[Diagnostic]:
     """Yield what is wrong with the names and types in a node, messages left out."""
     node, variables, is_behind = visit
     around = variables
@@ -204,23 +214,21 @@ def node_faults(document: Document, visit: Visit) -> Iterator[Diagnostic]:
             continue
         place = (*node.path, *path)
         if isinstance(value, Template):
-            yield from template_faults(document, place, value, around)
+            yield from template_faults(place, value, around)
         elif isinstance(value, Expression):
             if isinstance(wanted, NumberRule):
-                yield from number_faults(document, place, value, around, wanted)
+                yield from number_faults(place, value, around, wanted)
             else:
-                yield from expression_faults(document, place, value, around, wanted)
+                yield from expression_faults(place, value, around, wanted)
         if assigns is not None:
             if around is variables:
                 around = replace(variables, types=ChainMap({}, variables.types))
             around.note(assigns, around.type_of(value))
     if not is_behind:
-        yield from _naming_faults(document, node, variables)
+        yield from _naming_faults(node, variables)
 
 
-def _naming_faults(
-    document: Document, node: NodeModel, variables: Variables
-) -> Iterator[Diagnostic]:
+def _naming_faults(node: NodeModel, variables: Variables) -> Iterator[Diagnostic]:
     """Yield the variables that a node must not write."""
     for path, name, what, *_ in node.writes():
         why = variables.fixed(name)
@@ -228,67 +236,60 @@ def _naming_faults(
             is_known = name in variables.types
             why = f"'{name}' is a variable already; choose another name" if is_known else None
         if why is not None:
-            yield document.fault((*node.path, *path), why, key=what == "variable")
+            yield variables.document.fault((*node.path, *path), why, key=what == "variable")
 
 
 def number_faults(
-    document: Document,
-    path: Sequence[Key],
-    value: Expression,
-    variables: Variables,
-    rule: NumberRule,
+    path: Path, value: Expression, variables: Variables, rule: NumberRule
 ) -> Iterator[Diagnostic]:
     """Yield what is wrong with an expression that must give a number."""
     if value.draws or not variables.fixes(value.names):
-        yield from expression_faults(
-            document, path, value, variables, rule.type, expected=rule.words
-        )
+        yield from expression_faults(path, value, variables, rule.type, expected=rule.words)
         return
     try:
         result = value.evaluate(variables.inputs, random.Random(0))
     except ExpressionError as error:
-        yield located(document, path, error)
+        yield variables.fault(path, error)
         return
     if not rule.allows(result):
-        yield document.fault(path, rule.refuses(describe(result), result))
+        yield variables.document.fault(path, rule.refuses(describe(result), result))
 
 
 def expression_faults(
-    document: Document,
-    path: Sequence[Key],
+    path: Path,
     value: Expression,
     variables: Variables,
     wanted: Type | None,
-    field_type: FieldType | None = None,
+    message: MessageShape | None = None,
     offset: int = 0,
     expected: str | None = None,
 ) -> Iterator[Diagnostic]:
     """Yield the names in an expression that are not known, or else the clash of types in it.
 
-    `expected` says in words what stands here; one loose word is measured by it.
+    Args:
+        path: Where it stands.
+        value: The expression.
+        variables: Those known there.
+        wanted: The type that it must have; None where every type will do.
+        message: The message whose fields come before variables, in a condition on messages.
+        offset: Of the expression in its text.
+        expected: In words what stands here; a single unknown word is compared with it.
     """
     loose = _loose_word(value.root, variables, expected)
     if loose is not None:
-        yield located(document, path, loose, offset)
+        yield variables.fault(path, loose, offset)
         return
-    names, asks = value.references, field_type is not None
-    faults = list(
-        reference_faults(document, path, names, variables, field_type, offset, is_on_messages=asks)
-    )
+    faults = list(reference_faults(path, value.references, variables, message, offset))
     yield from faults
     if faults:
         return
 
-    def is_field(name: Name) -> bool:
-        return field_type is not None and _has(field_type, name.name)
-
     def type_at(name: Name) -> Type | None:
-        if field_type is not None and not name.variable and is_field(name):
-            return field_type(name.name)
-        return variables.types.get(name.name)
+        shape = _field(message, name)
+        return variables.types.get(name.name) if shape is None else value_type(shape)
 
     def is_constant(name: Name) -> bool:
-        return name.name in variables.inputs and (name.variable or not is_field(name))
+        return name.name in variables.inputs and _field(message, name) is None
 
     try:
         if wanted is None:
@@ -297,7 +298,7 @@ def expression_faults(
             value.root.expect(type_at, wanted)
         evaluate_constants(value.root, variables.inputs, is_constant, wanted)
     except ExpressionError as error:
-        yield located(document, path, error, offset)
+        yield variables.fault(path, error, offset)
 
 
 def _loose_word(
@@ -316,53 +317,56 @@ def _loose_word(
 
 
 def reference_faults(
-    document: Document,
-    path: Sequence[Key],
+    path: Path,
     references: Iterable[Name],
     variables: Variables,
-    field_type: FieldType | None = None,
+    message: MessageShape | None = None,
     offset: int = 0,
     *,
     is_on_messages: bool = False,
 ) -> Iterator[Diagnostic]:
-    """Yield a fault for every name that is neither a field nor a variable known here.
+    """Yield a fault for every name that is neither a value of the message nor a known variable.
 
-    `is_on_messages` tells that fields may be read, also where these are not known.
+    `is_on_messages` tells that fields may be read where these are not known.
     """
+    may_be_field = message is not None or is_on_messages
     for name in references:
-        if field_type is not None and not name.variable and _has(field_type, name.name):
-            continue
         unknown = variables.unknown(name)
-        if unknown is not None:
-            message, hint = f"'{name.shown}' {unknown[0]}", unknown[1]
-            if hint is None and name.variable and is_on_messages:
+        if message is not None and not name.variable:
+            try:
+                found = field_at(message, name.name)
+            except UnknownField as error:
+                if unknown is not None:
+                    wrong = ExpressionError(error.message, name.column, error.hint)
+                    yield variables.fault(path, wrong, offset)
+                continue
+            if isinstance(found, MessageShape):
+                wrong = ExpressionError(too_much(name.name, found), name.column)
+                yield variables.fault(path, wrong, offset)
+        elif unknown is not None:
+            hint = unknown[1]
+            if hint is None and name.variable and may_be_field:
                 hint = f"a field is written without '$': {name.name}"
-            yield document.fault(path, message, hint, offset=name.column - 1 + offset)
+            wrong = ExpressionError(f"'{name.shown}' {unknown[0]}", name.column, hint)
+            yield variables.fault(path, wrong, offset)
 
 
-def _has(field_type: FieldType, name: str) -> bool:
+def _field(message: MessageShape | None, name: Name) -> Shape | None:
+    """Return the field of a message that a name stands for, or None."""
+    if message is None or name.variable:
+        return None
     try:
-        field_type(name)
-    except KeyError:
-        return False
-    return True
+        return field_at(message, name.name)
+    except UnknownField:
+        return None
 
 
-def template_faults(
-    document: Document, path: Sequence[Key], value: Template, variables: Variables
-) -> Iterator[Diagnostic]:
+def template_faults(path: Path, value: Template, variables: Variables) -> Iterator[Diagnostic]:
     """Yield what is wrong with the names in a template."""
     for hole in value.holes:
         yield from expression_faults(
-            document, path, hole.expression, variables, hole.wanted, offset=hole.offset
+            path, hole.expression, variables, hole.wanted, offset=hole.offset
         )
-
-
-def located(
-    document: Document, path: Sequence[Key], error: ExpressionError, offset: int = 0
-) -> Diagnostic:
-    """Return an error in an expression as a fault at its place in the document."""
-    return document.fault(path, error.message, error.hint, offset=error.column - 1 + offset)
 
 
 def names_read(node: NodeModel) -> frozenset[str]:

@@ -8,13 +8,12 @@ from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import Any, Protocol
 
-from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, describe, listed, quoted
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, describe, listed
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.scope import (
     MOST_ELEMENTS,
     Variables,
     expression_faults,
-    located,
     names_read,
     template_faults,
 )
@@ -46,6 +45,7 @@ from bt_mission.language.message_types import (
     completed,
     conform,
     field_at,
+    too_much,
     value_type,
 )
 from bt_mission.language.nodes.interfaces import InterfaceNode
@@ -130,41 +130,38 @@ class TypeChecker:
         except UnknownField:
             return None
 
-    def faults(
-        self, document: Document, node: InterfaceNode, variables: Variables
-    ) -> Iterator[Diagnostic]:
+    def faults(self, node: InterfaceNode, variables: Variables) -> Iterator[Diagnostic]:
         """Yield everything in one node that does not fit its type, for each element of a loop."""
         talk = self._talk(node)
         if isinstance(talk, UnknownType):
-            path = (*node.path, *node.type_path)
-            is_key = node.type_path[-1] != "type"
-            yield document.fault(path, talk.message, talk.hint, key=is_key)
+            path, is_key = (*node.path, *node.type_path), node.type_path[-1] != "type"
+            yield variables.document.fault(path, talk.message, talk.hint, key=is_key)
         if isinstance(talk, _Talk):
             for each in islice(variables.for_each_element(names_read(node)), MOST_ELEMENTS):
-                yield from self._misfits(document, node, talk, each)
+                yield from self._misfits(node, talk, each)
 
     def _misfits(
-        self, document: Document, node: InterfaceNode, talk: _Talk, variables: Variables
+        self, node: InterfaceNode, talk: _Talk, variables: Variables
     ) -> Iterator[Diagnostic]:
         ranges: Ranges = {}
         if node.sent_path:
             # What is published is a message of the topic, which others would read.
             sends = talk.keeps if talk.sends is None else talk.sends
-            reader = _GoalReader(document, (*node.path, *node.sent_path), variables, node.keys)
+            reader = _GoalReader((*node.path, *node.sent_path), variables, node.keys)
             values = conform(sends, node.sent, reader.read, reader.report)
             yield from reader.faults
             if self._rules is not None and not reader.faults:
                 whole = completed(sends, values)
-                for fault in self._rules.faults(document, node, whole):
+                for fault in self._rules.faults(variables.document, node, whole):
                     is_expected = id(node) in self._expected_failures
                     yield replace(fault, severity="warning") if is_expected else fault
                 ranges = self._rules.feedback(node, whole)
         if talk.asks is not None and node.condition is not None:
-            faults = list(_condition_faults(document, node, talk.asks, variables))
-            yield from faults or _settled_condition(document, node, ranges, variables)
+            faults = list(_condition_faults(node, node.condition, talk.asks, variables))
+            yield from faults or _settled_condition(node, node.condition, ranges, variables)
         for write in node.writes():
             path, field = (*node.path, *write.path), str(write.path[-1])
-            yield from _field_faults(document, path, field, talk.keeps, is_key=True)
+            yield from _field_faults(variables.document, path, field, talk.keeps, is_key=True)
 
     def follow_faults(self, document: Document, follow: Follow) -> Iterator[Diagnostic]:
         """Yield what does not fit the type of a topic in a variable that follows it."""
@@ -183,51 +180,19 @@ class TypeChecker:
 
 
 def _condition_faults(
-    document: Document, node: InterfaceNode, message: MessageShape, variables: Variables
+    node: InterfaceNode, asked: Expression, message: MessageShape, variables: Variables
 ) -> Iterator[Diagnostic]:
     """Yield what is wrong with a condition on the feedback, or on the message of a topic."""
-    path, asked = (*node.path, *node.condition_path), node.condition
-    assert asked is not None
-
-    def field_type(name: str) -> Type | None:
-        try:
-            return value_type(field_at(message, name))
-        except UnknownField:
-            raise KeyError(name) from None
-
-    bare = [name for name in asked.references if not name.variable]
-    unknown = list(_unknown_names(document, path, bare, message, variables))
-    yield from unknown
-    if unknown:
-        return
-    faults = list(expression_faults(document, path, asked, variables, "bool", field_type))
+    path = (*node.path, *node.condition_path)
+    faults = list(expression_faults(path, asked, variables, "bool", message))
     yield from faults
-    if not faults and not any(name.name.partition(".")[0] in message.fields for name in bare):
+    read = {name.name.partition(".")[0] for name in asked.references if not name.variable}
+    if not faults and message.fields.keys().isdisjoint(read):
         if node.interface == "action" and not variables.given.issuperset(asked.names):
             return
         what = "the feedback" if node.interface == "action" else message.name
         text = f"the condition reads no field of {what} ({listed(message.fields)})"
-        yield document.fault(path, text)
-
-
-def _unknown_names(
-    document: Document,
-    path: Path,
-    names: list[Name],
-    message: MessageShape,
-    variables: Variables,
-) -> Iterator[Diagnostic]:
-    """Yield the bare names of a condition that name no value, of a field or a variable."""
-    for name in names:
-        offset = name.column - 1
-        try:
-            shape = field_at(message, name.name)
-        except UnknownField as error:
-            if name.name not in variables.types:
-                yield document.fault(path, error.message, error.hint, offset=offset)
-            continue
-        if isinstance(shape, MessageShape):
-            yield document.fault(path, _too_much(name.name, shape), offset=offset)
+        yield variables.document.fault(path, text)
 
 
 def _field_faults(
@@ -240,20 +205,14 @@ def _field_faults(
         yield document.fault(path, error.message, error.hint, key=is_key)
         return
     if isinstance(shape, MessageShape):
-        yield document.fault(path, _too_much(field, shape), key=is_key)
-
-
-def _too_much(field: str, shape: MessageShape) -> str:
-    fields = listed(f"{field}.{name}" for name in shape.fields)
-    return f"{quoted(field)} is a {shape.name}; name one of its fields: {fields}"
+        yield document.fault(path, too_much(field, shape), key=is_key)
 
 
 def _settled_condition(
-    document: Document, node: InterfaceNode, ranges: Ranges, variables: Variables
+    node: InterfaceNode, condition: Expression, ranges: Ranges, variables: Variables
 ) -> Iterator[Diagnostic]:
     """Yield a warning for a condition on feedback that comes to the same for all of a goal."""
-    condition = node.condition
-    if condition is None or not ranges:
+    if not ranges:
         return
 
     def find(name: SyntaxNode) -> Range | None:
@@ -278,7 +237,7 @@ def _settled_condition(
         message = f"this condition holds from the first feedback on: with this goal {reach}"
     else:
         message = f"this condition never holds: with this goal {reach}"
-    yield document.fault(path, message, severity="warning")
+    yield variables.document.fault(path, message, severity="warning")
 
 
 def _words(ends: Range) -> str:
@@ -296,14 +255,12 @@ class _GoalReader:
     """Reads the texts of a goal, request or message as their fields want them.
 
     Args:
-        document: In which it stands.
         at: Where it stands.
         variables: Those known there.
         modifiers: The keys that may stand beside it.
         faults: What is wrong with it; the values are then of no use.
     """
 
-    document: Document
     at: Path
     variables: Variables
     modifiers: Collection[str]
@@ -315,53 +272,40 @@ class _GoalReader:
         path, hint = (*self.at, *problem.path), problem.hint
         if problem.at_key and len(problem.path) == 1 and problem.path[0] in self.modifiers:
             hint = beside(str(problem.path[0]), str(self.at[-1]))
-        fault = self.document.fault(path, problem.message, hint, key=problem.at_key)
-        self.faults.append(fault)
+        document = self.variables.document
+        self.faults.append(document.fault(path, problem.message, hint, key=problem.at_key))
 
     def read(self, path: Path, shape: Shape, text: Text | Late) -> Any:
         """Return the value that a text has in every run. Raises Unknowable where it varies."""
         assert isinstance(text, Text), "a loaded goal holds nothing that is resolved"
         if len(self.faults) >= MOST_FAULTS:
             raise Unknowable
-        if isinstance(shape, Scalar) and shape.type == "text":
-            return self.as_template((*self.at, *path), text.template)
-        return self.as_expression((*self.at, *path), text.expression, shape)
-
-    def as_template(self, path: Path, template: Template | ExpressionError) -> Any:
-        if isinstance(template, ExpressionError):
-            self.faults.append(located(self.document, path, template))
-            raise Unknowable
-        faults = list(template_faults(self.document, path, template, self.variables))
-        self.faults += faults
-        if faults or template.draws or not self.variables.fixes(template.names):
-            raise Unknowable
-        return self.value(path, template)
-
-    def as_expression(
-        self, path: Path, expression: Expression | ExpressionError, shape: Shape
-    ) -> Any:
-        words, wanted = _wanted(shape)
-        if isinstance(expression, ExpressionError):
-            message = expression.message
-            if isinstance(expression, LooseText):
-                message = f"expected {words} or an expression: {message}"
-            offset = expression.column - 1
-            fault = self.document.fault(path, message, expression.hint, offset=offset)
-            self.faults.append(fault)
-            raise Unknowable
-        if expression.draws or not self.variables.fixes(expression.names):
-            self.faults += expression_faults(
-                self.document, path, expression, self.variables, wanted, expected=words
-            )
-            raise Unknowable
-        return self.value(path, expression)
-
-    def value(self, path: Path, text: Expression | Template) -> Any:
+        at, words, wanted = (*self.at, *path), *_wanted(shape)
+        reading = text.template if wanted == "text" else text.expression
         try:
-            return text.evaluate(self.variables.inputs, random.Random(0))
+            if isinstance(reading, ExpressionError):
+                raise reading
+            is_fixed = not reading.draws and self.variables.fixes(reading.names)
+            if isinstance(reading, Template):
+                faults = [*template_faults(at, reading, self.variables)]
+            elif is_fixed:
+                faults = []
+            else:
+                faults = [*expression_faults(at, reading, self.variables, wanted, expected=words)]
+            self.faults += faults
+            if is_fixed and not faults:
+                return reading.evaluate(self.variables.inputs, random.Random(0))
         except ExpressionError as error:
-            self.faults.append(located(self.document, path, error))
-            raise Unknowable from None
+            self.faults.append(self.variables.fault(at, _in_place_of(words, error)))
+        raise Unknowable
+
+
+def _in_place_of(words: str, error: ExpressionError) -> ExpressionError:
+    """Return the error of a text that is no expression, with what else could stand there."""
+    if not isinstance(error, LooseText):
+        return error
+    message = f"expected {words} or an expression: {error.message}"
+    return ExpressionError(message, error.column, error.hint)
 
 
 def _wanted(shape: Shape) -> tuple[str, Type | None]:

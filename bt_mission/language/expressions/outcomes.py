@@ -1,23 +1,33 @@
-"""What an expression can come to where the numbers in it lie in known ranges."""
+"""What is known of an expression before the run: its constant parts, and ranges of its value."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import random
+from collections.abc import Callable, Mapping
 from itertools import pairwise, product
 
-from bt_mission.language.expressions.selection import Conditional
 from bt_mission.language.expressions.syntax import (
     Arithmetic,
     Comparison,
+    Conditional,
     Constant,
+    EvaluationScope,
     FunctionCall,
     Logic,
+    Name,
     Negation,
     Not,
     SyntaxNode,
 )
-from bt_mission.language.expressions.values import type_of
+from bt_mission.language.expressions.values import (
+    ExpressionError,
+    Plain,
+    Type,
+    fits,
+    mismatch,
+    type_of,
+)
 
 Range = tuple[float, float]
 FindRange = Callable[[SyntaxNode], Range | None]
@@ -110,3 +120,64 @@ def range_of(node: SyntaxNode, find: FindRange) -> Range:
 def _spanned(ends: list[float]) -> Range:
     """Return the range of these numbers; of what is not a number nothing is known."""
     return ANYTHING if any(map(math.isnan, ends)) else (min(ends), max(ends))
+
+
+# ---- parts that have the same value in every run ---------------------------------------------
+
+_DIVIDES = frozenset(("/", "//", "%"))
+
+
+def evaluate_constants(
+    root: SyntaxNode,
+    values: Mapping[str, Plain],
+    is_constant: Callable[[Name], bool],
+    wanted: Type | None = None,
+) -> None:
+    """Evaluate what can be evaluated before the run. Raises ExpressionError.
+
+    `values` are those of the names that are constant. What `and` and `or` do not look at is left
+    out. Where the whole expression is constant it must be of the wanted type.
+    """
+    scope = EvaluationScope(values, {}, random.Random(0))
+    if _is_constant(root, scope, is_constant):
+        value = root.evaluate(scope)
+        if wanted is not None and not fits(type_of(value), wanted):
+            raise mismatch(value, wanted, root.column)
+
+
+def _is_constant(
+    node: SyntaxNode,
+    scope: EvaluationScope,
+    is_constant: Callable[[Name], bool],
+) -> bool:
+    """Return whether a part is constant; if not, evaluate the largest parts in it that are."""
+    if isinstance(node, Name):
+        return is_constant(node)
+    if isinstance(node, Conditional):
+        # Of the two values only one is evaluated; which one, a constant condition tells.
+        is_settled = _is_constant(node.condition, scope, is_constant)
+        return is_settled and _is_constant(node.selected(scope), scope, is_constant)
+    return _has_constant_parts(node, scope, is_constant)
+
+
+def _has_constant_parts(
+    node: SyntaxNode,
+    scope: EvaluationScope,
+    is_constant: Callable[[Name], bool],
+) -> bool:
+    constant = []
+    for part in node.parts:
+        if _is_constant(part, scope, is_constant):
+            constant.append(part)
+        if isinstance(node, Logic) and part is node.left and constant:
+            left: bool = part.need(scope, "bool")
+            if left == (node.symbol == "or"):
+                return False
+    if len(constant) == len(node.parts) and not (isinstance(node, FunctionCall) and node.draws):
+        return True
+    for part in constant:
+        value = part.evaluate(scope)
+        divides = isinstance(node, Arithmetic) and node.symbol in _DIVIDES and part is node.right
+        if divides and value == 0:
+            raise ExpressionError("division by zero", node.column)
+    return False

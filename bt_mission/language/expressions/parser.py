@@ -23,7 +23,7 @@ from functools import lru_cache
 
 from bt_mission.core.diagnostics import CUT, did_you_mean, listed, quoted
 from bt_mission.core.units import COMPUTED, near_unit
-from bt_mission.language.expressions import selection, syntax
+from bt_mission.language.expressions import syntax
 from bt_mission.language.expressions.functions import FUNCTIONS
 from bt_mission.language.expressions.units import Quantity
 from bt_mission.language.expressions.values import MAX_MAGNITUDE, ExpressionError, LooseText, Plain
@@ -214,7 +214,7 @@ class ExpressionParser:
             if not self.takes("else"):
                 message = f"expected 'else' for the 'if' in {self._read_from(token)}"
                 raise ExpressionError(message, self.next.column, "write 'a if condition else b'")
-            node = selection.Conditional(token.column, condition, node, self.either())
+            node = syntax.Conditional(token.column, condition, node, self.either())
         self.depth -= 1
         return node
 
@@ -263,7 +263,7 @@ class ExpressionParser:
         """Parse an element, to the power of another."""
         base = self.atom()
         while opened := self.takes("["):
-            base = selection.Subscript(opened.column, base, self.either())
+            base = syntax.Subscript(opened.column, base, self.either())
             self.close(opened, "]")
         token = self.takes("**")
         if token is None:

@@ -19,10 +19,10 @@ from bt_mission.core.units import (
     in_base,
     shown_unit,
 )
-from bt_mission.language.expressions.selection import Conditional
 from bt_mission.language.expressions.syntax import (
     Arithmetic,
     Comparison,
+    Conditional,
     Constant,
     FunctionCall,
     Name,

@@ -12,7 +12,6 @@ from bt_mission.language.action_names import ACTION_NAMES, ActionName
 from bt_mission.language.expressions.expression import Expression, Value
 from bt_mission.language.nodes import base, fields
 from bt_mission.language.nodes.interfaces import InterfaceNode
-from bt_mission.language.nodes.shown import shown_fields, shown_limit
 
 
 class GoalNode(InterfaceNode, base.OutputsNode):
@@ -37,7 +36,7 @@ class GoalNode(InterfaceNode, base.OutputsNode):
 
     @override
     def completed(self, reading: base.Reading) -> Self:
-        limits = reading.limits_of(self.ros_name).items()
+        limits = reading.limits.of(self.ros_name).items()
         return super(
             GoalNode,
             self.model_copy(
@@ -64,9 +63,9 @@ class GoalNode(InterfaceNode, base.OutputsNode):
         cancel = self.cancel_when
         return [
             *self.called(),
-            *shown_fields(self.sent),
+            *base.shown_fields(self.sent),
             *([] if cancel is None else [f"{self.on_cancel} when {cancel.text}"]),
-            *shown_limit(self.timeout),
+            *base.shown_limit(self.timeout),
             *self.shown_outputs(),
         ]
 

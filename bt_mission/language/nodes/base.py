@@ -9,7 +9,7 @@ the builder of behaviours ask the class; `registry.KINDS` lists them all.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from operator import attrgetter
 from typing import (
@@ -19,7 +19,6 @@ from typing import (
     ClassVar,
     Literal,
     NamedTuple,
-    Protocol,
     Self,
     TypeAlias,
     TypeVar,
@@ -31,9 +30,12 @@ from pydantic import BaseModel, ConfigDict, Field, SkipValidation, WithJsonSchem
 from pydantic.json_schema import SkipJsonSchema
 from typing_extensions import override
 
+from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic
+from bt_mission.core.yaml.document import Document
 from bt_mission.language.expressions.expression import Expression, Value, written_text
 from bt_mission.language.expressions.places import Places
 from bt_mission.language.expressions.values import Type
+from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.nodes.fields import Line, NumberRule, Reads
 
 Key = str | int
@@ -120,8 +122,19 @@ class Write(NamedTuple):
     type: Type | None = None
 
 
-class Reading(Protocol):
-    """The reader of a document, as far as a node needs it that is compared with the mission."""
+@dataclass
+class Reading:
+    """What is known where the nodes of a document are read, and what is wrong with them.
+
+    `signatures` are the named trees that may be used (`node_reader.Signature`), `limits` what the
+    mission says of goals, `places` are the named ones on the map.
+    """
+
+    document: Document
+    signatures: Mapping[str, Any] = field(default_factory=dict)
+    limits: GoalLimitsTable = field(default_factory=GoalLimitsTable)
+    places: Places = field(default_factory=Places)
+    faults: list[Diagnostic] = field(default_factory=list)
 
     def fault(
         self,
@@ -133,24 +146,12 @@ class Reading(Protocol):
         offset: int | None = None,
     ) -> None:
         """Note a fault at a value, at an offset in its text, or at its key."""
+        self.faults.append(self.document.fault(path, message, hint, key=key, offset=offset))
 
     @property
     def is_full(self) -> bool:
         """Whether there are as many faults as anybody reads."""
-
-    def has_keys(self, path: Path) -> bool:
-        """Return whether a mapping stands at a place."""
-
-    def limits_of(self, action: str) -> Mapping[str, Any]:
-        """Return what the mission says of the goals of an action, by the names of modifiers."""
-
-    @property
-    def places(self) -> Places:
-        """The named places on the map."""
-
-    @property
-    def signatures(self) -> Mapping[str, Any]:
-        """The named trees that may be used (`node_reader.Signature`)."""
+        return len(self.faults) >= MOST_FAULTS
 
 
 Content = TypeVar("Content")
@@ -199,6 +200,11 @@ class NodeModel(InFile, Written):
     """Whether it may take more than a tick by itself."""
     child_keys: ClassVar[tuple[str, ...]] = ()
     """The keys that hold one node each."""
+    fixed: ClassVar[tuple[str, ...]] = ()
+    """What is fixed once its tree was built, besides kind, name and the nodes below it.
+
+    Everything else is read when it begins.
+    """
 
     name: Line = ""
     place: SkipJsonSchema[SkipValidation[NodePlace]] = Field(
@@ -210,7 +216,7 @@ class NodeModel(InFile, Written):
     @classmethod
     @override
     def __pydantic_init_subclass__(cls, **_kwargs: Any) -> None:
-        names = (field.alias or name for name, field in cls.model_fields.items())
+        names = (info.alias or name for name, info in cls.model_fields.items())
         cls.keys = tuple(name for name in names if not name.startswith(HIDDEN))
         cls.read_fields = tuple(_read_fields(cls))
 
@@ -247,11 +253,8 @@ class NodeModel(InFile, Written):
 
     @property
     def frame(self) -> tuple[object, ...]:
-        """What is fixed once its tree was built, besides the nodes below it.
-
-        Everything else is read when it begins.
-        """
-        return (self.kind, self.name)
+        """The values of `fixed`."""
+        return (self.kind, self.name, *(getattr(self, name) for name in self.fixed))
 
     def walk(self) -> Iterator[NodeModel]:
         """Yield this node and all below it, in the order of the file."""
@@ -302,11 +305,11 @@ def _read_fields(
     model: type[Written], path: Path = (), names: tuple[str, ...] = ()
 ) -> Iterator[tuple[Path, Callable[[Any], Any], Reads]]:
     """Yield the marked fields of a model, and of the models in it that are no nodes."""
-    for name, field in model.model_fields.items():
-        place, within = (*path, field.alias or name), (*names, name)
-        kind: Any = field.annotation
+    for name, info in model.model_fields.items():
+        place, within = (*path, info.alias or name), (*names, name)
+        kind: Any = info.annotation
         parts = get_args(kind)[1:] if get_origin(kind) is dict else ()
-        for mark in (*field.metadata, *(one for part in parts for one in part.__metadata__)):
+        for mark in (*info.metadata, *(one for part in parts for one in part.__metadata__)):
             if isinstance(mark, Reads):
                 yield place, attrgetter(".".join(within)), mark
         if isinstance(kind, type) and issubclass(kind, Written) and kind is not NodeModel:
@@ -386,3 +389,13 @@ class OutputsNode(NodeModel):
     def shown_outputs(self) -> list[str]:
         """Return the outputs as a drawing shows them."""
         return [f"{variable} := {source}" for source, variable in self.outputs.items()]
+
+
+def shown_fields(values: Mapping[str, Any]) -> list[str]:
+    """Return fields of a message or inputs as a drawing shows them."""
+    return [f"{name} {written_text(value)}" for name, value in values.items()]
+
+
+def shown_limit(timeout: Value | None) -> list[str]:
+    """Return a limit in seconds as a drawing shows it."""
+    return [] if timeout is None else [f"within {written_text(timeout)} s"]

@@ -42,32 +42,24 @@ class SequenceNode(InTurnNode):
     """Children one after another, until one fails."""
 
     kind: ClassVar[str] = "sequence"
+    fixed: ClassVar[tuple[str, ...]] = ("memory",)
     sign: ClassVar[base.Sign] = base.Sign("→", "->", "sequence", base.Family.COMPOSITE)
     goes_on: ClassVar[Literal["success", "failure"]] = "success"
 
     children: base.Children = Field(alias="sequence")
     memory: bool = True
 
-    @property
-    @override
-    def frame(self) -> tuple[object, ...]:
-        return (*super().frame, self.memory)
-
 
 class FallbackNode(InTurnNode):
     """Children one after another, until one succeeds."""
 
     kind: ClassVar[str] = "fallback"
+    fixed: ClassVar[tuple[str, ...]] = ("memory",)
     sign: ClassVar[base.Sign] = base.Sign("?", "?", "fallback", base.Family.COMPOSITE)
     goes_on: ClassVar[Literal["success", "failure"]] = "failure"
 
     children: base.Children = Field(alias="fallback")
     memory: bool = True
-
-    @property
-    @override
-    def frame(self) -> tuple[object, ...]:
-        return (*super().frame, self.memory)
 
 
 class ParallelNode(base.CompositeNode):
@@ -76,17 +68,13 @@ class ParallelNode(base.CompositeNode):
     # It succeeds when all children have, when any has, or when those of these names have. It fails
     # when any has failed, or once it can no longer succeed. The rest is then halted, or finishes.
     kind: ClassVar[str] = "parallel"
+    fixed: ClassVar[tuple[str, ...]] = ("needed", "fail_when", "rest")
     sign: ClassVar[base.Sign] = base.Sign("⇉", "=>", "parallel", base.Family.COMPOSITE)
 
     children: base.Children = Field(alias="parallel")
     succeed_when: Literal["all", "any"] | Annotated[list[fields.Line], Field(min_length=1)] = "all"
     fail_when: Literal["any", "impossible"] = "any"
     rest: Literal["halt", "finish"] = "halt"
-
-    @property
-    @override
-    def frame(self) -> tuple[object, ...]:
-        return (*super().frame, self.needed, self.fail_when, self.rest)
 
     @property
     def needed(self) -> list[int] | None:

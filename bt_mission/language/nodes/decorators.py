@@ -144,15 +144,11 @@ class ForceNode(base.DecoratorNode):
     """A node whose end counts as success, or as failure."""
 
     kind: ClassVar[str] = "force"
+    fixed: ClassVar[tuple[str, ...]] = ("status",)
     sign: ClassVar[base.Sign] = base.Sign("=", "=", "force", base.Family.DECORATOR)
 
     status: Literal["success", "failure"] = Field(alias="force")
     child: base.Child = Field(alias="do")
-
-    @property
-    @override
-    def frame(self) -> tuple[object, ...]:
-        return (*super().frame, self.status)
 
     @override
     def ends(self, below: list[base.Ends]) -> base.Ends:
@@ -183,6 +179,7 @@ class ForEachNode(base.DecoratorNode):
 
     # The variable is known only below it; `checks.scope` sees to that.
     kind: ClassVar[str] = "for_each"
+    fixed: ClassVar[tuple[str, ...]] = ("variable",)
     sign: ClassVar[base.Sign] = base.Sign("∀", "@", "for each", base.Family.DECORATOR)
 
     loop: Annotated[
@@ -202,11 +199,6 @@ class ForEachNode(base.DecoratorNode):
         """The list, or the expression that gives it."""
         elements: Value = self.loop[self.variable]
         return elements
-
-    @property
-    @override
-    def frame(self) -> tuple[object, ...]:
-        return (*super().frame, self.variable)
 
     @override
     def writes(self) -> Iterator[base.Write]:

@@ -17,7 +17,6 @@ from bt_mission.language.expressions.syntax import Name
 from bt_mission.language.expressions.units import quantities
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.nodes import base, fields
-from bt_mission.language.nodes.shown import shown_fields, shown_limit
 
 PARTS_OF = {
     "action": ("goal", "feedback"),
@@ -67,6 +66,7 @@ class InterfaceNode(base.NodeModel):
 
     interface: ClassVar[Literal["action", "service", "topic"]]
     takes_time: ClassVar[bool] = True
+    fixed: ClassVar[tuple[str, ...]] = ("ros_name", "type")
     sent_key: ClassVar[str] = ""
     """The key of the fields that it sends in its settings; "" where it sends none."""
     condition_path: ClassVar[base.Path] = ()
@@ -144,11 +144,6 @@ class InterfaceNode(base.NodeModel):
     def default_label(self) -> str:
         return self.ros_name.strip("/")
 
-    @property
-    @override
-    def frame(self) -> tuple[object, ...]:
-        return (*super().frame, self.ros_name, self.type)
-
     def called(self) -> list[str]:
         """Return whom it speaks to as a drawing shows it, unless that is the node's label."""
         name = self.ros_name
@@ -180,7 +175,7 @@ class ServiceNode(InterfaceNode, base.OutputsNode):
 
     @override
     def details(self) -> list[str]:
-        return [*self.called(), *shown_fields(self.sent), *self.shown_outputs()]
+        return [*self.called(), *base.shown_fields(self.sent), *self.shown_outputs()]
 
 
 class WaitForSettings(base.Written):
@@ -228,7 +223,7 @@ class WaitForNode(InterfaceNode, base.OutputsNode):
     @override
     def details(self) -> list[str]:
         until = f"until {self.condition.text}"
-        return [*self.called(), until, *shown_limit(self.timeout), *self.shown_outputs()]
+        return [*self.called(), until, *base.shown_limit(self.timeout), *self.shown_outputs()]
 
 
 class PublishSettings(base.Written):
@@ -260,4 +255,4 @@ class PublishNode(InterfaceNode):
 
     @override
     def details(self) -> list[str]:
-        return [*self.called(), *shown_fields(self.sent)]
+        return [*self.called(), *base.shown_fields(self.sent)]

@@ -10,7 +10,6 @@ from typing_extensions import override
 
 from bt_mission.language.expressions.expression import written_text
 from bt_mission.language.nodes import base, fields
-from bt_mission.language.nodes.shown import shown_fields
 
 
 class CheckNode(base.ConditionalNode):
@@ -94,6 +93,7 @@ class PythonNode(base.OutputsNode):
     # "module:Class", "file.py:Class", or the name of a plug-in. `inputs` become attributes of it
     # whenever it is entered; `outputs` takes attributes.
     kind: ClassVar[str] = "python"
+    fixed: ClassVar[tuple[str, ...]] = ("target",)
     sign: ClassVar[base.Sign] = base.Sign("λ", "py", "python", base.Family.OTHER)
 
     target: Annotated[str, PlainValidator(fields.python_target), fields.TEXT_SCHEMA] = Field(
@@ -102,15 +102,10 @@ class PythonNode(base.OutputsNode):
     inputs: dict[fields.Variable, fields.Computed] = {}
     outputs: dict[fields.Variable, fields.Variable] = {}
 
-    @property
-    @override
-    def frame(self) -> tuple[object, ...]:
-        return (*super().frame, self.target)
-
     @override
     def default_label(self) -> str:
         return self.target.rpartition(":")[2]
 
     @override
     def details(self) -> list[str]:
-        return [self.target, *shown_fields(self.inputs), *self.shown_outputs()]
+        return [self.target, *base.shown_fields(self.inputs), *self.shown_outputs()]

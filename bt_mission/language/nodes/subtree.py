@@ -12,7 +12,6 @@ from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.values import WORDS, Type, fits, type_of
 from bt_mission.language.nodes import base, fields
-from bt_mission.language.nodes.shown import shown_fields
 
 
 class TreeSettings(base.Written):
@@ -27,6 +26,7 @@ class TreeNode(base.OutputsNode):
 
     # The body of the tree is not below this node: a tree stands by itself.
     kind: ClassVar[str] = "tree"
+    fixed: ClassVar[tuple[str, ...]] = ("tree", "outputs")
     sign: ClassVar[base.Sign] = base.Sign("▣", "[]", "tree", base.Family.SUBTREE)
 
     settings: Annotated[
@@ -50,16 +50,11 @@ class TreeNode(base.OutputsNode):
         """The values for its inputs."""
         return self.settings.inputs
 
-    @property
-    @override
-    def frame(self) -> tuple[object, ...]:
-        return (*super().frame, self.tree, self.outputs)
-
     @override
     def completed(self, reading: base.Reading) -> Self:
         """Return the node with the types of what the tree takes and gives."""
         path = (*self.path, "tree")
-        name_path = (*path, "name") if reading.has_keys(path) else path
+        name_path = (*path, "name") if reading.document.find(path).keys else path
         signature = reading.signatures.get(self.tree)
         if signature is None:
             known = listed(reading.signatures)
@@ -111,4 +106,4 @@ class TreeNode(base.OutputsNode):
 
     @override
     def details(self) -> list[str]:
-        return [*shown_fields(self.inputs), *self.shown_outputs()]
+        return [*base.shown_fields(self.inputs), *self.shown_outputs()]

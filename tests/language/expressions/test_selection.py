@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from bt_mission.language.expressions.constants import evaluate_constants
 from bt_mission.language.expressions.expression import Expression, Template
+from bt_mission.language.expressions.outcomes import evaluate_constants
 from bt_mission.language.expressions.values import ExpressionError, Type
 
 NAMES: dict[str, Any] = {"n": 2, "x": 0.125, "word": "a", "none": [], "yes": True}
