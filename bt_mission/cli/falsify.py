@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from bt_mission.sweeps.ranges import RangesFile
     from bt_mission.sweeps.row import ScenarioRow
     from bt_mission.sweeps.runner import ScenarioRunner
+    from bt_mission.views.terminal.progress import Progress
 
 STRATEGIES = ("optuna", "random")
 """The first is the default."""
@@ -119,7 +120,6 @@ def _searched(
     from contextlib import ExitStack
     from functools import partial
 
-    from bt_mission.cli.search_progress import SearchProgress
     from bt_mission.scenarios.run import run_scenario
     from bt_mission.scenarios.runner import silence_logs
     from bt_mission.search.reference import Reference
@@ -127,13 +127,10 @@ def _searched(
     from bt_mission.sweeps.runner import SerialRunner
     from bt_mission.sweeps.work import ScenarioWorker
 
-    progress = SearchProgress()
-
     def watch(state: SearchState) -> bool:
         if state.runs == 1 and session.as_it_is is not None:
             _warn_of(session.as_it_is)
-        runs = state.runs + state.simplifying_runs
-        progress.show(runs, lambda: _search_line(state, options.budget))
+        progress.show(state.runs)
         return not interrupts.count
 
     wanted = SearchOptions(
@@ -152,10 +149,20 @@ def _searched(
             worker = stack.enter_context(ScenarioWorker(good.bundle, run))
             reference = Reference(good, SerialRunner(worker))
         session = SearchSession(base, ranges, wanted, watch, reference)
+        progress = _progress(options, base, lambda: _search_notes(session.state))
+        stack.enter_context(progress)
         if _is_cut_short(base, session.run, options, interrupts):
             session.state.is_interrupted = True
-    progress.end()
     return session
+
+
+def _progress(
+    options: argparse.Namespace, base: BaseScenario, notes: Callable[[], list[str]]
+) -> Progress:
+    from bt_mission.views.terminal.progress import Progress
+
+    name, budget = base.mission.name, options.budget
+    return Progress(name, budget, lambda: (notes(), ()), sys.stderr, unit="runs")
 
 
 def _cover(
@@ -165,19 +172,18 @@ def _cover(
     interrupts: InterruptSignals,
 ) -> int:
     """Drive towards what was not reached; gives the exit code."""
-    from bt_mission.cli.search_progress import SearchProgress
     from bt_mission.search.cover import CoverSession
 
-    progress = SearchProgress()
-
     def watch(state: CoverState) -> bool:
-        progress.show(state.runs, lambda: _cover_line(state, options.budget))
+        progress.show(state.runs)
         return not interrupts.count
 
     session = CoverSession(base, ranges, options.strategy, options.search_seed, watch)
-    if _is_cut_short(base, lambda runner: session.run(runner, options.budget), options, interrupts):
-        session.state.is_interrupted = True
-    progress.end()
+    with _progress(options, base, lambda: [f"{_reached(session.state)} reached"]) as progress:
+        if _is_cut_short(
+            base, lambda runner: session.run(runner, options.budget), options, interrupts
+        ):
+            session.state.is_interrupted = True
     return _tell_cover(session, options)
 
 
@@ -268,14 +274,13 @@ def _warn_of(as_it_is: ScenarioRow) -> None:
         )
 
 
-def _search_line(state: SearchState, budget: int) -> str:
-    """Return how far a search is."""
+def _search_notes(state: SearchState) -> list[str]:
+    """Return what a search has found so far."""
+    notes = [f"causes found: {len(state.found)}"] if state.found else []
     if state.simplifying_runs:
         faults = ", ".join(str(len(one.candidate.faults)) for one in state.found)
-        return f"found; minimized in {state.simplifying_runs} runs, faults left: {faults}"
-    margin = "" if state.smallest is None else f", {_smallest(state.smallest)}"
-    causes = f", causes found: {len(state.found)}" if state.found else ""
-    return f"{state.runs} of {budget} runs{causes}{margin}"
+        return [*notes, f"minimized in {state.simplifying_runs} runs, faults left: {faults}"]
+    return notes if state.smallest is None else [*notes, _smallest(state.smallest)]
 
 
 def _smallest(found: tuple[float, str]) -> str:
@@ -383,11 +388,6 @@ def _files_of(files: FoundFiles) -> list[str]:
         if files.recording
         else f"  interrupted, so not run again: bt-mission run {files.scenario} --record FILE.mcap",
     ]
-
-
-def _cover_line(state: CoverState, budget: int) -> str:
-    """Return how far it is."""
-    return f"{_reached(state)} reached in {state.runs} of {budget} runs"
 
 
 def _reached(state: CoverState) -> str:

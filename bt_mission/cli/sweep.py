@@ -6,6 +6,7 @@ import argparse
 import json
 import shlex
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -49,10 +50,13 @@ from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
     from bt_mission.sweeps.plan import SweepPlan
-    from bt_mission.sweeps.progress import SweepProgress
+    from bt_mission.sweeps.row import ScenarioRow
     from bt_mission.sweeps.store import ResultStore
+    from bt_mission.sweeps.summary import OutcomeCount, SweepTally
 
 MOST_UNASKED = 100_000
+MOST_REASONS = 4
+NO_WORKERS = "no worker is left: it waits for others; Ctrl-C ends it, and --resume goes on"
 
 EPILOG = """\
 examples:
@@ -82,8 +86,8 @@ def sweep(options: argparse.Namespace) -> int:
     prepare_middleware()
     from bt_mission.sweeps.origin import origin_of
     from bt_mission.sweeps.preparation import refuse_impossible
-    from bt_mission.sweeps.progress import SweepProgress
     from bt_mission.sweeps.store import ResultStore
+    from bt_mission.sweeps.summary import SweepTally
 
     plan = plan_of(options)
     refuse_overwritten(options, files_of(plan.base.mission))
@@ -94,19 +98,19 @@ def sweep(options: argparse.Namespace) -> int:
     with opened(folder, plan.as_dict()) as store:
         line = shlex.join(["bt-mission", *options.words])
         origin_of(plan, line, str(options.file)).save(store)
-        progress = SweepProgress(plan.base.mission.name, plan.count)
+        tally = SweepTally()
         for row in store.rows():
             if not (options.retry_errors and row.is_error):
-                progress.tally.add(row)
+                tally.add(row)
         why_stopped, code = "", SUCCESS
         try:
-            signal = run_interruptible(_carry_out(options, plan, store, progress))
+            signal = run_interruptible(_carry_out(options, plan, store, tally))
             if signal:
                 why_stopped, code = f"stopped by {signal}", INTERRUPTED
         except BtMissionError as error:  # the workers are gone, or the disk is full
             why_stopped, code = str(error), MISSION_FAILED
-        _tell(options, store, progress, why_stopped)
-        return code or _judge(options, progress)
+        _tell(options, store, plan.count, tally, why_stopped)
+        return code or _judge(options, tally.count)
 
 
 def plan_of(options: argparse.Namespace) -> SweepPlan:
@@ -158,9 +162,13 @@ def _ask(options: argparse.Namespace, plan: SweepPlan) -> None:
 
 
 async def _carry_out(
-    options: argparse.Namespace, plan: SweepPlan, store: ResultStore, progress: SweepProgress
+    options: argparse.Namespace, plan: SweepPlan, store: ResultStore, tally: SweepTally
 ) -> None:
     from bt_mission.sweeps.sweep import left, record, sweep, to_record
+    from bt_mission.views.terminal.progress import Progress, Remarks
+
+    worst: Sequence[Any] = ()
+    recorded = 0
 
     def is_done() -> bool:
         return next(left(plan, store, retry_errors=options.retry_errors), None) is None
@@ -173,48 +181,74 @@ async def _carry_out(
             print(
                 f"Dask's dashboard, where it is on: {pool.dashboard}", file=sys.stderr, flush=True
             )
-        progress.start()
-        with _shown(options, progress, lambda: pool.workers) as show:
-            pool.on_wait = show
 
-            def on_row(row: Any) -> None:
-                progress.add(row)
+        def remarks() -> Remarks:
+            notes = [f"{recorded} of the worst {len(worst)} recorded"] if worst else []
+            workers = f"{pool.workers} worker{'s' * (pool.workers != 1)}"
+            return [*notes, workers if pool.workers else NO_WORKERS], _tally_lines(tally)
+
+        shown = Progress(
+            plan.base.mission.name,
+            plan.count,
+            remarks,
+            sys.stderr,
+            done=tally.count.scenarios,
+            plain=options.plain,
+            quiet=options.json and not sys.stderr.isatty(),
+        )
+        with shown as progress:
+
+            def show() -> None:
+                progress.show(tally.count.scenarios)
+
+            def on_row(row: ScenarioRow) -> None:
+                tally.add(row)
                 show()
-
-            await sweep(plan, store, pool, on_row, retry_errors=options.retry_errors)
-            worst = to_record(store, plan, options.record_worst)
-            progress.to_record = len(worst)
 
             def on_recorded() -> None:
-                progress.recorded += 1
+                nonlocal recorded
+                recorded += 1
                 show()
 
+            pool.on_wait = show
+            await sweep(plan, store, pool, on_row, retry_errors=options.retry_errors)
+            worst = to_record(store, plan, options.record_worst)
             await record(store, pool, worst, on_recorded)
 
 
-def _shown(options: argparse.Namespace, progress: SweepProgress, workers: Any) -> Any:
-    from bt_mission.views.terminal.progress import shown_progress
-
-    quiet = options.json and not sys.stderr.isatty()
-    return shown_progress(
-        lambda: progress.lines(workers()), sys.stderr, plain=options.plain, quiet=quiet
-    )
+def _tally_lines(tally: SweepTally) -> list[str]:
+    """Return the counts, and a line for each of the most frequent reasons of failures."""
+    if not tally.count.scenarios:
+        return []
+    failures = tally.failures
+    lines = [
+        f"  {tally.count}",
+        *(f"  {one.count:,} x {one.reason}" for one in failures[:MOST_REASONS]),
+    ]
+    if len(failures) > MOST_REASONS:
+        rest = sum(one.count for one in failures[MOST_REASONS:])
+        lines.append(f"  {rest:,} x for {len(failures) - MOST_REASONS} other reasons")
+    return lines
 
 
 def _tell(
-    options: argparse.Namespace, store: ResultStore, progress: SweepProgress, why_stopped: str
+    options: argparse.Namespace,
+    store: ResultStore,
+    total: int,
+    tally: SweepTally,
+    why_stopped: str,
 ) -> None:
     if why_stopped:
-        left = progress.total - progress.tally.count.scenarios
+        left = total - tally.count.scenarios
         print(
             f"{why_stopped}\n{left:,} scenarios are left; the same command with --resume goes on",
             file=sys.stderr,
         )
     if not options.json:
-        if progress.tally.count.scenarios:
+        if tally.count.scenarios:
             tell_results(store, options.report)
         return
-    about = {"of": progress.total, "results": str(store.folder), "stopped": why_stopped}
+    about = {"of": total, "results": str(store.folder), "stopped": why_stopped}
     try:
         about["report"] = str(write_page(store, options.report, None))
     except BtMissionError as error:
@@ -225,8 +259,7 @@ def _tell(
     print(json.dumps({**results_as_dict(SweepColumns.of(store.rows())), **about}))
 
 
-def _judge(options: argparse.Namespace, progress: SweepProgress) -> int:
-    count = progress.tally.count
+def _judge(options: argparse.Namespace, count: OutcomeCount) -> int:
     if count.errors:
         what = "a scenario" if count.errors == 1 else f"{count.errors:,} scenarios"
         print(f"{what} could not run", file=sys.stderr)

@@ -95,3 +95,14 @@ def columns(rows: Iterable[Sequence[str]]) -> list[str]:
         "  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in table
     ]
+
+
+def duration(value_s: float) -> str:
+    """Return a time in the unit that suits it: ``42 s``, ``3 min``, ``2 h 10 min``, ``3 days``."""
+    if value_s < 100:
+        return f"{value_s:.0f} s"
+    minutes = round(value_s / 60)
+    if minutes < 100:
+        return f"{minutes} min"
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours < 48 else f"{hours / 24:.1f} days"

@@ -1,64 +1,97 @@
-"""Progress of long work: a few lines in place on a terminal, a line now and then in a pipe."""
+"""Progress of long work: lines in place on a terminal, a line now and then elsewhere."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from typing import TextIO
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from typing import Self, TextIO
 
 from rich.live import Live
 from rich.text import Text
 
 from bt_mission.core.terminal.console import EscapingConsole
+from bt_mission.core.text import duration, escape_control
 from bt_mission.core.wall_clock import Stopwatch
 
 FRAME_S = 0.1
 LINE_S = 10.0
 """Between two lines where there is no terminal, s."""
 
+Remarks = tuple[Sequence[str], Sequence[str]]
+"""What is added to the line, and the lines below it."""
 
-@contextmanager
-def shown_progress(
-    lines: Callable[[], Sequence[str]], stream: TextIO, *, plain: bool = False, quiet: bool = False
-) -> Iterator[Callable[[], None]]:
-    """Show lines that change; gives what is to be called when they have.
+
+class Progress:
+    """How far work is, in one form: ``explore: 12 of 100 runs   3.2/s   27 s left   4 workers``.
+
+    The rate counts from entering it on. A terminal shows the lines below, too; elsewhere the first
+    of them is added to the line.
 
     Args:
-        lines: Gives what is to be shown now; in a pipe the first of it, at times.
+        what: The work, such as the name of a mission.
+        total: How much there is to do.
+        remarks: Called when it is shown.
         stream: Where it goes.
+        unit: What is counted; empty where that is clear.
+        done: How much was done earlier.
         plain: As in a pipe, on a terminal too.
         quiet: Show nothing.
     """
-    console = EscapingConsole(stream)
-    if quiet:
-        yield lambda: None
-    elif plain or not console.is_terminal or console.is_dumb_terminal:
-        yield _Lines(lines, stream).show
-    else:
-        with Live(console=console, auto_refresh=False, transient=True) as live:
-            frame = Stopwatch()
 
-            def show() -> None:
-                nonlocal frame
-                if frame.elapsed_s >= FRAME_S:
-                    live.update(Text("\n".join(lines())), refresh=True)
-                    frame = Stopwatch()
-
-            live.update(Text("\n".join(lines())), refresh=True)
-            yield show
-
-
-class _Lines:
-    """Prints the first line at times."""
-
-    def __init__(self, lines: Callable[[], Sequence[str]], stream: TextIO) -> None:
-        self._lines = lines
+    def __init__(
+        self,
+        what: str,
+        total: int,
+        remarks: Callable[[], Remarks],
+        stream: TextIO,
+        *,
+        unit: str = "",
+        done: int = 0,
+        plain: bool = False,
+        quiet: bool = False,
+    ) -> None:
+        self._what, self._total, self._unit = what, total, unit
+        self._done = self._before = done
+        self._remarks = remarks
         self._stream = stream
-        self._since = Stopwatch()
+        self._is_quiet = quiet
+        self._console = EscapingConsole(stream)
+        is_screen = self._console.is_terminal and not self._console.is_dumb_terminal
+        self._is_plain = plain or not is_screen
+        self._live: Live | None = None
+        self._wall, self._since = Stopwatch(), Stopwatch()
+        self._closing = ExitStack()
 
-    def show(self) -> None:
-        if self._since.elapsed_s >= LINE_S:
-            self._since = Stopwatch()
-            print(
-                " ".join(line.strip() for line in self._lines()[:2]), file=self._stream, flush=True
-            )
+    def __enter__(self) -> Self:
+        self._wall, self._since = Stopwatch(), Stopwatch()
+        if not (self._is_plain or self._is_quiet):
+            live = Live(console=self._console, auto_refresh=False, transient=True)
+            self._live = self._closing.enter_context(live)
+            live.update(Text("\n".join(self.lines())), refresh=True)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._live = None
+        self._closing.close()
+
+    def show(self, done: int) -> None:
+        """Show how much is done, where it is time."""
+        self._done = done
+        if self._is_quiet or self._since.elapsed_s < (LINE_S if self._is_plain else FRAME_S):
+            return
+        self._since = Stopwatch()
+        if self._live is not None:
+            self._live.update(Text("\n".join(self.lines())), refresh=True)
+        elif self._is_plain:
+            line = " ".join(line.strip() for line in self.lines()[:2])
+            print(line, file=self._stream, flush=True)
+
+    def lines(self) -> list[str]:
+        """Return what a terminal shows."""
+        notes, below = self._remarks()
+        parts = [f"{self._what}: {self._done:,} of {self._total:,} {self._unit}".rstrip()]
+        here, elapsed_s = self._done - self._before, self._wall.elapsed_s
+        if here and elapsed_s > 0:
+            rate = here / elapsed_s
+            parts += [f"{rate:.3g}/s", f"{duration((self._total - self._done) / rate)} left"]
+        return [escape_control(line) for line in ("   ".join((*parts, *notes)), *below)]
