@@ -36,7 +36,7 @@ from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.hooks import Hooked
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.btcpp.document import document_of
-from bt_mission.btcpp.leaves import LEAVES
+from bt_mission.btcpp.table import OUT, leaf_kinds, leaf_row
 from bt_mission.language.loader import read_mission, required
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.registry import KINDS
@@ -86,7 +86,7 @@ class Play:
         self.lines: list[str] = []
         self.scope = Scope(dict(mission.inputs), mission.seed)
         self._former = dict(builder.BEHAVIOURS)
-        builder.BEHAVIOURS.update({KINDS[kind]: self._stub for kind in LEAVES})
+        builder.BEHAVIOURS.update({KINDS[kind]: self._stub for kind in leaf_kinds()})
         try:
             self.tree = builder.build_tree(mission, self.scope)
         finally:
@@ -104,7 +104,7 @@ class Play:
         line, column = (int(one) for one in values.place.rsplit(":", 2)[1:])
         document = values.mission.document
         tag = re.split(r"[\s/>]", document.lines[line - 1][column - 1 :], maxsplit=1)[0]
-        if tag in LEAVES:
+        if leaf_row(tag):
             return _Stub(self, tag, node, values)
         # An element of BehaviorTree.CPP, which runs there as it is: a script, or a Sleep.
         return _Ended(node.label) if node.kind == "wait" else self._former[type(node)](node, values)
@@ -135,7 +135,7 @@ class _Stub(Hooked):
         tag, number = self._tag, self._rule.number
         given = {"int": int(number), "bool": number > 0, "std::string": "text"}
         for field, variable in getattr(self._node, "outputs", {}).items():
-            label = play.types.get((tag, LEAVES[tag].output_attribute(field)), "")
+            label = play.types.get((tag, OUT + field.replace(".", "__")), "")
             self._values.scope.values[variable] = given.get(label, number)
 
     def update(self) -> Status:

@@ -1,4 +1,4 @@
-"""Values with places, what an attribute says, and how a value is said as one.
+"""Values with places, and how each sort of value is read from an attribute and written as one.
 
 `{name}` is the variable `$name`. A number, true, false and a list in `[...]` are themselves, and
 anything else is a text. A text that would be read as something else stands in double quotes, as
@@ -10,31 +10,50 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import Any, Protocol
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 
-from bt_mission.btcpp.elements import Attribute
+from bt_mission.btcpp.elements import Attribute, XmlSource
 from bt_mission.btcpp.yaml_text import escaped, flow
-from bt_mission.core.diagnostics import InputError, did_you_mean, listed, quoted
+from bt_mission.core.diagnostics import (
+    MOST_FAULTS,
+    Diagnostic,
+    InputError,
+    did_you_mean,
+    fault_at,
+    listed,
+    quoted,
+)
 from bt_mission.core.yaml.composer import MAX_INTEGER, At, Place, compose
+from bt_mission.core.yaml.document import read_text as read_yaml
+from bt_mission.language.nodes.fields import SECONDS, VARIABLE, is_quantity
 
-NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-VARIABLE_NAME = re.compile(r"\$?([A-Za-z_][A-Za-z0-9_]*)")
-"""An expression that is a variable and nothing else."""
+LABELS = {
+    "number": "double",
+    "integer": "int",
+    "bool": "bool",
+    "text": "std::string",
+    "list": "list",
+}
+"""Our types, and what Groot 2 shows as theirs."""
 
-_REFERENCE = re.compile(r"\{([A-Za-z_][A-Za-z0-9_]*)\}")
-_VARIABLE = re.compile(r"\$([A-Za-z_][A-Za-z0-9_]*)")
+_REFERENCE = re.compile(rf"\{{({VARIABLE.pattern})\}}")
+_VARIABLE = re.compile(rf"\$?({VARIABLE.pattern})")
+_THOUSANDTH = re.compile(rf"\$({VARIABLE.pattern}) / 1000")
+_LARGEST_MSEC = 2**31 - 1
 _NUMBER = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _INTEGER = re.compile(r"[-+]?[0-9]+")
 _ILLEGAL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _WORDS = {"true": True, "false": False}
 
 
-class FaultReport(Protocol):
-    """Told of a fault: where, what, and what to do."""
+class MisreadError(Exception):
+    """An attribute with an invalid value: each fault is its place, a message and a hint."""
 
-    def __call__(self, at: At, message: str, hint: str | None = None) -> None:
-        """Note it."""
+    def __init__(self, *faults: tuple[At, str, str | None]) -> None:
+        super().__init__(faults)
+        self.faults = faults
 
 
 # ---- values with places ----------------------------------------------------------------------
@@ -53,16 +72,13 @@ Entry = tuple[str, At, LocatedValue]
 
 
 def located(data: Any, at: At) -> LocatedValue:
-    """Return data that stands at one place, but for the values in it that have theirs."""
-    match data:
-        case LocatedValue():
-            return data
-        case dict():
-            return mapping(at, [(key, at, located(value, at)) for key, value in data.items()])
-        case list():
-            items = [located(value, at) for value in data]
-            place = Place(*at, parts=[one.place for one in items])
-            return LocatedValue([one.data for one in items], place)
+    """Return data at one place; the located values in a list keep their own places."""
+    if isinstance(data, LocatedValue):
+        return data
+    if isinstance(data, list):
+        items = [located(value, at) for value in data]
+        place = Place(*at, parts=[item.place for item in items])
+        return LocatedValue([item.data for item in items], place)
     return LocatedValue(data, Place(*at))
 
 
@@ -77,13 +93,8 @@ def mapping(at: At, entries: Iterable[Entry]) -> LocatedValue:
 
 
 def plain_text(attribute: Attribute) -> LocatedValue:
-    """Return the value of an attribute as it is, so that columns in it can be told."""
+    """Return the value of an attribute as it is, so that errors can point to a column in it."""
     return LocatedValue(attribute.value, Place(*attribute.value_at, text=attribute.value))
-
-
-def entry(attribute: Attribute) -> Entry:
-    """Return an attribute as an entry: its name, its place, and its value as it is."""
-    return attribute.name, attribute.at, plain_text(attribute)
 
 
 def _moved(place: Place, at: At) -> Place:
@@ -94,47 +105,16 @@ def _moved(place: Place, at: At) -> Place:
         parts = {key: _moved(part, at) for key, part in place.parts.items()}
     elif isinstance(place.parts, list):
         parts = [_moved(part, at) for part in place.parts]
-    keys = {key: (line, column + found[1] - 1) for key, found in (place.keys or {}).items()}
-    return Place(
-        line,
-        column + place.column - 1,
-        keys=keys if place.keys is not None else None,
-        parts=parts,
-        text=place.text,
-    )
+    keys = {key: (line, column + start - 1) for key, (_, start) in (place.keys or {}).items()}
+    column += place.column - 1
+    return Place(line, column, keys if place.keys is not None else None, parts, place.text)
 
 
-# ---- attributes that an element does not take ---------------------------------------------------
-
-
-def refuse_attribute(
-    attribute: Attribute, tag: str, known: Iterable[str], report: FaultReport
-) -> None:
-    """Report an attribute that an element does not take."""
-    name = attribute.name
-    if name.startswith("_"):
-        report(attribute.at, f"the attribute {quoted(name)} has no counterpart", _instead(name))
-        return
-    message = f"no attribute {quoted(name)} for {tag} (it takes: {listed(known)})"
-    report(attribute.at, message, did_you_mean(name, known))
-
-
-def _instead(name: str) -> str:
-    if name == "_description":
-        return "use 'name', or a comment"
-    if name == "_skipIf":
-        return (
-            "it is read below a Sequence or Fallback that has a child without it; else write "
-            '<Precondition if=... else="SUCCESS">'
-        )
-    return "use nodes instead: ScriptCondition, Script, Precondition, WhileDoElse"
-
-
-# ---- values of attributes -----------------------------------------------------------------------
+# ---- what a value is -------------------------------------------------------------------------
 
 
 def number(text: str) -> int | float | None:
-    """Return the number that a text is, or None where it is none, or too large."""
+    """Return the number in a text; None for anything else, and for a number that is too large."""
     if not _NUMBER.fullmatch(text) or len(text) > 400:
         return None
     if _INTEGER.fullmatch(text):
@@ -144,100 +124,15 @@ def number(text: str) -> int | float | None:
     return value if abs(value) != float("inf") else None
 
 
-def read_reference(attribute: Attribute) -> LocatedValue | None:
-    """Return `$name` for the value `{name}`, or None."""
-    found = _REFERENCE.fullmatch(attribute.value)
-    return located(f"${found[1]}", attribute.value_at) if found else None
-
-
 def referred(value: str) -> str | None:
     """Return `name` for the value `{name}`, or None."""
-    found = _REFERENCE.fullmatch(value)
-    return found[1] if found else None
+    match = _REFERENCE.fullmatch(value)
+    return match[1] if match else None
 
 
 def is_constant(value: str) -> bool:
     """Return whether a value is a number, true, false or a list."""
     return value in _WORDS or number(value) is not None or value.startswith("[")
-
-
-def read_variable(attribute: Attribute, report: FaultReport) -> LocatedValue:
-    """Return the name of the variable that an attribute such as `out_x="{name}"` holds."""
-    found = read_reference(attribute)
-    if found is None:
-        message = f"expected a variable such as '{{name}}', got {quoted(attribute.value)}"
-        report(attribute.value_at, message)
-        return located("_", attribute.value_at)
-    return located(found.data.removeprefix("$"), attribute.value_at)
-
-
-def read_text(attribute: Attribute, report: FaultReport) -> LocatedValue:
-    """Return the text that an attribute holds."""
-    reference = read_reference(attribute)
-    if reference is not None:
-        return reference
-    inner = _unquoted(attribute.value)
-    if inner is not None:
-        return located(inner, attribute.value_at)
-    if _is_braced(attribute.value):
-        got = quoted(attribute.value)
-        message = f"expected the name of a variable in '{{...}}', got {got}"
-        hint = "a text in braces is written in double quotes, within the others"
-        report(attribute.value_at, message, hint)
-        return located("", attribute.value_at)
-    return plain_text(attribute)
-
-
-def written_text(text: str) -> str:
-    """Return the value of an attribute that `read_text` takes for this text."""
-    is_plain = _unquoted(text) is None and not _is_braced(text) and not is_illegal(text)
-    found = _VARIABLE.fullmatch(text)
-    return VARIABLE.write(found[1]) if found else text if is_plain else _json_quoted(text)
-
-
-def read_value(attribute: Attribute, report: FaultReport) -> LocatedValue:
-    """Return the value that an attribute holds."""
-    value = attribute.value
-    found = _WORDS[value] if value in _WORDS else number(value)
-    if found is not None:
-        return located(found, attribute.value_at)
-    return (read_list if value.startswith("[") else read_text)(attribute, report)
-
-
-def written_value(value: Any) -> str:
-    """Return the value of an attribute that `read_value` takes for this value."""
-    if not isinstance(value, str):
-        return flow(value)
-    if is_constant(value):
-        return _json_quoted(value)
-    return written_text(value)
-
-
-def read_list(attribute: Attribute, report: FaultReport) -> LocatedValue:
-    """Return the list that an attribute holds."""
-    line, column = attribute.value_at
-    try:
-        data, place = compose(attribute.value, "")
-    except InputError as error:
-        for fault in error.faults:
-            hint = fault.hint or "a list is written as in YAML, such as [1.0, 0.5, 90]"
-            report(attribute.within(max(fault.column, 1) - 1), fault.message, hint)
-        return located("", (line, column + 1))
-    return LocatedValue(data, _moved(place, (line, column + 1)))
-
-
-@dataclass(frozen=True)
-class Codec:
-    """How values of one sort are read from an attribute, and written as one."""
-
-    read: Callable[[Attribute, FaultReport], LocatedValue]
-    write: Callable[[Any], str]
-
-
-AS_IT_IS = Codec(lambda attribute, _: plain_text(attribute), str)
-TEXT = Codec(read_text, written_text)
-VALUE = Codec(read_value, written_value)
-VARIABLE = Codec(read_variable, "{{{}}}".format)
 
 
 def is_illegal(text: str) -> bool:
@@ -253,11 +148,266 @@ def _unquoted(value: str) -> str | None:
     if len(value) < 2 or value[0] != '"' or value[-1] != '"':
         return None
     try:
-        found = json.loads(value)
+        text = json.loads(value)
     except ValueError:
         return None
-    return found if isinstance(found, str) else None
+    return text if isinstance(text, str) else None
 
 
 def _is_braced(value: str) -> bool:
     return value.startswith("{") and value.endswith("}")
+
+
+# ---- sorts of values -------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Codec:
+    """How values of one sort are read from an attribute, and written as one.
+
+    `read` raises MisreadError. `write` returns None for a value that cannot be written.
+    """
+
+    read: Callable[[Attribute], LocatedValue]
+    write: Callable[[Any], str | None]
+
+
+def _misread(attribute: Attribute, message: str, hint: str | None = None) -> MisreadError:
+    return MisreadError((attribute.value_at, f"{message}, got {quoted(attribute.value)}", hint))
+
+
+def _reference(attribute: Attribute) -> LocatedValue | None:
+    name = referred(attribute.value)
+    return None if name is None else located(f"${name}", attribute.value_at)
+
+
+def _written_reference(value: Any, pattern: re.Pattern[str] = _VARIABLE) -> str | None:
+    match = pattern.fullmatch(value) if isinstance(value, str) else None
+    return f"{{{match[1]}}}" if match else None
+
+
+def _read_variable(attribute: Attribute) -> LocatedValue:
+    name = referred(attribute.value)
+    if name is None:
+        raise _misread(attribute, "expected a variable such as '{name}'")
+    return located(name, attribute.value_at)
+
+
+def _read_text(attribute: Attribute) -> LocatedValue:
+    if (reference := _reference(attribute)) is not None:
+        return reference
+    if (inner := _unquoted(attribute.value)) is not None:
+        return located(inner, attribute.value_at)
+    if _is_braced(attribute.value):
+        hint = "a text in braces is written in double quotes, within the others"
+        raise _misread(attribute, "expected the name of a variable in '{...}'", hint)
+    return plain_text(attribute)
+
+
+def _written_text(text: str) -> str:
+    reference = _written_reference(text) if text.startswith("$") else None
+    is_plain = _unquoted(text) is None and not _is_braced(text) and not is_illegal(text)
+    return reference or (text if is_plain else _json_quoted(text))
+
+
+def _read_value(attribute: Attribute) -> LocatedValue:
+    value = attribute.value
+    constant = _WORDS[value] if value in _WORDS else number(value)
+    if constant is not None:
+        return located(constant, attribute.value_at)
+    return (_read_list if value.startswith("[") else _read_text)(attribute)
+
+
+def _written_value(value: Any) -> str:
+    if not isinstance(value, str):
+        return flow(value)
+    return _json_quoted(value) if is_constant(value) else _written_text(value)
+
+
+def _read_list(attribute: Attribute) -> LocatedValue:
+    line, column = attribute.value_at
+    try:
+        data, place = compose(attribute.value, "")
+    except InputError as error:
+        usual = "a list is written as in YAML, such as [1.0, 0.5, 90]"
+        raise MisreadError(
+            *(
+                (attribute.within(max(one.column, 1) - 1), one.message, one.hint or usual)
+                for one in error.faults
+            )
+        ) from None
+    return LocatedValue(data, _moved(place, (line, column + 1)))
+
+
+def _read_times(attribute: Attribute, least: int = 1) -> LocatedValue:
+    if (reference := _reference(attribute)) is not None:
+        return reference
+    value = number(attribute.value)
+    if not isinstance(value, int) or value < least:
+        hint = "for ever has no counterpart; give a number" if value == -1 else None
+        expected = f"expected an integer of at least {least}, or a variable '{{name}}'"
+        raise _misread(attribute, expected, hint)
+    return located(value, attribute.value_at)
+
+
+def _written_times(value: Any) -> str | None:
+    return _written_reference(value) if isinstance(value, str) else str(value)
+
+
+def _read_milliseconds(attribute: Attribute) -> LocatedValue:
+    times = _read_times(attribute, least=0)
+    value = times.data
+    return LocatedValue(f"{value} / 1000" if isinstance(value, str) else value / 1000, times.place)
+
+
+def _written_milliseconds(seconds: Any) -> str | None:
+    if isinstance(seconds, str):
+        if not is_quantity(seconds):
+            return _written_reference(seconds, _THOUSANDTH)
+        seconds = SECONDS.parse(seconds)
+    if seconds * 1000 > _LARGEST_MSEC:
+        return None
+    whole = round(seconds * 1000)
+    return str(whole) if whole / 1000 == seconds else None
+
+
+def _read_number(attribute: Attribute) -> LocatedValue:
+    value = number(attribute.value)
+    return located(attribute.value if value is None else value, attribute.value_at)
+
+
+def _read_names(attribute: Attribute) -> LocatedValue:
+    return located([name.strip() for name in attribute.value.split(",")], attribute.value_at)
+
+
+def _read_flow(attribute: Attribute) -> LocatedValue:
+    try:
+        return located(read_yaml(attribute.value).data, attribute.value_at)
+    except InputError as error:
+        raise MisreadError((attribute.value_at, error.faults[0].message, None)) from None
+
+
+def _read_constant(attribute: Attribute, word: str) -> LocatedValue:
+    text = attribute.value
+    if word == "text":
+        return plain_text(attribute)
+    if word == "list" and text.startswith("["):
+        return _read_list(attribute)
+    value: Any = _WORDS.get(text) if word == "bool" else None
+    if word in ("number", "integer"):
+        value = number(text)
+    if value is None or (word == "integer" and isinstance(value, float)):
+        raise _misread(attribute, f"expected a value of the type {LABELS[word]}")
+    return located(float(value) if word == "number" else value, attribute.value_at)
+
+
+def _written_constant(value: Any, word: str) -> str | None:
+    if word == "text":
+        return value if isinstance(value, str) else None
+    if isinstance(value, str) or (word == "list") != isinstance(value, list):
+        return None
+    if word == "number":
+        return repr(float(value)) if float(value) == value else None
+    return flow(value)
+
+
+def _text_constant(text: str) -> str | None:
+    """Return the expression for a text, or None where it has both kinds of quotes."""
+    return next((f"{mark}{text}{mark}" for mark in "'\"" if mark not in text), None)
+
+
+def _read_given(attribute: Attribute, word: str) -> LocatedValue:
+    if (reference := _reference(attribute)) is not None:
+        return reference
+    if word != "text":
+        return _read_constant(attribute, word)
+    constant = _text_constant(attribute.value)
+    if constant is None:
+        message = "a text with both kinds of quotes cannot be given to a tree"
+        raise MisreadError((attribute.value_at, message, None))
+    return located(constant, attribute.value_at)
+
+
+def _written_given(value: Any, word: str) -> str | None:
+    if not isinstance(value, str):
+        return _written_constant(value, word)
+    if value not in ("true", "false", "pi") and (reference := _written_reference(value)):
+        return reference
+    inner = value[1:-1]
+    is_plain = inner and not _is_braced(inner)
+    return inner if word == "text" and is_plain and _text_constant(inner) == value else None
+
+
+AS_IT_IS = Codec(plain_text, str)
+TEXT = Codec(_read_text, _written_text)
+VALUE = Codec(_read_value, _written_value)
+OUTPUT = Codec(_read_variable, "{{{}}}".format)
+TIMES = Codec(_read_times, _written_times)
+MILLISECONDS = Codec(_read_milliseconds, _written_milliseconds)
+NUMBER = Codec(_read_number, str)
+NAMES = Codec(_read_names, ", ".join)
+FLOW = Codec(_read_flow, flow)
+
+
+def constant(word: str) -> Codec:
+    """Return how constants of one of our types are written as the default of a port."""
+    return Codec(partial(_read_constant, word=word), partial(_written_constant, word=word))
+
+
+def given(word: str) -> Codec:
+    """Return how an expression is given to a port of one of our types."""
+    return Codec(partial(_read_given, word=word), partial(_written_given, word=word))
+
+
+# ---- faults ----------------------------------------------------------------------------------
+
+_INSTEAD = {
+    "_description": "use 'name', or a comment",
+    "_skipIf": "it is read below a Sequence or Fallback that has a child without it; else write "
+    '<Precondition if=... else="SUCCESS">',
+}
+
+
+@dataclass
+class Reporter:
+    """Collects the faults of one file."""
+
+    source: XmlSource
+    faults: list[Diagnostic] = field(default_factory=list)
+
+    def report(self, at: At, message: str, hint: str | None = None) -> None:
+        """Note a fault, once."""
+        fault = fault_at(at, self.source.file, self.source.lines, message, hint)
+        if len(self.faults) < MOST_FAULTS and fault not in self.faults:
+            self.faults.append(fault)
+
+    def value(self, attribute: Attribute, codec: Codec) -> LocatedValue:
+        """Return the value of an attribute; note what is wrong with it."""
+        try:
+            return codec.read(attribute)
+        except MisreadError as error:
+            for fault in error.faults:
+                self.report(*fault)
+            return located("", attribute.value_at)
+
+    def take(self, attributes: dict[str, Attribute], name: str, at: At) -> Attribute | None:
+        """Return an attribute that is needed, and leave it out of those that are still to read."""
+        if name not in attributes:
+            self.report(at, f"the attribute '{name}' is missing")
+        return attributes.pop(name, None)
+
+    def refuse(
+        self, attributes: Iterable[Attribute], tag: str, known: tuple[str, ...], *silent: str
+    ) -> None:
+        """Note the attributes that an element does not take; `silent` ones it takes as well."""
+        for attribute in attributes:
+            name = attribute.name
+            if name in known or name in silent:
+                continue
+            if name.startswith("_"):
+                nodes = "use nodes instead: ScriptCondition, Script, Precondition, WhileDoElse"
+                message = f"the attribute {quoted(name)} has no counterpart"
+                self.report(attribute.at, message, _INSTEAD.get(name, nodes))
+            else:
+                message = f"no attribute {quoted(name)} for {tag} (it takes: {listed(known)})"
+                self.report(attribute.at, message, did_you_mean(name, known))

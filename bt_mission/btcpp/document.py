@@ -1,46 +1,51 @@
-"""A whole XML file as the document that a YAML file would be, with its places."""
+"""A whole XML file, and those that it includes, as the document that a YAML file would be."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from bt_mission.btcpp.attributes import (
+    AS_IT_IS,
+    FLOW,
+    NAMES,
+    NUMBER,
     Entry,
     LocatedValue,
-    entry,
     located,
     mapping,
-    number,
     plain_text,
-    refuse_attribute,
 )
 from bt_mission.btcpp.elements import Attribute, Element, XmlSource, parse
-from bt_mission.btcpp.includes import IncludeError, Includes
-from bt_mission.btcpp.nodes import XmlNodeReader
-from bt_mission.btcpp.ports import REQUIREMENT, SUBTREE, TreePorts, read_models
-from bt_mission.btcpp.tree_ids import REGISTERED, TREE_NAME
+from bt_mission.btcpp.node_reader import TreePorts, XmlNodeReader
+from bt_mission.btcpp.table import FORMAT, REGISTERED, REQUIREMENT, SUBTREE, TREE_NAME
 from bt_mission.btcpp.yaml_text import yaml_text
-from bt_mission.core.diagnostics import (
-    Diagnostic,
-    InputError,
-    did_you_mean,
-    in_order,
-    listed,
-    quoted,
-)
+from bt_mission.core.diagnostics import InputError, did_you_mean, in_order, listed, quoted
+from bt_mission.core.errors import HintedError
 from bt_mission.core.yaml.composer import MAX_DEPTH, MAX_VALUES, At, Place
-from bt_mission.core.yaml.document import Document, read_source, read_text
+from bt_mission.core.yaml.document import Document, read_source
 from bt_mission.language.loader import read_mission, required
+from bt_mission.language.trees import MOST_FILES
 
-FORMAT = "4"
-AT_REQUIREMENT = (REQUIREMENT, "formula", "on_violation")
-METADATA = ("mission", "world", "robot", "seed", "map", "observe", "nodes", "places")
+HEAD = {
+    "mission": AS_IT_IS,
+    "world": AS_IT_IS,
+    "robot": AS_IT_IS,
+    "seed": NUMBER,
+    "map": AS_IT_IS,
+    "observe": NUMBER,
+    "nodes": NAMES,
+    "places": FLOW,
+}
 """What the head of a mission says in `Metadata` of its tree."""
 
-_AT_ROOT = ("BTCPP_format", "main_tree_to_execute")
-_AT_INCLUDE = ("path", "ros_pkg")
+_AT_REQUIREMENT = (REQUIREMENT, "formula", "on_violation")
+
+
+class _IncludeError(HintedError):
+    """A file that cannot be included."""
 
 
 def read_xml(path: str | Path) -> Document:
@@ -58,14 +63,14 @@ def document_of(
         file: Its name; it includes files that lie beside it.
         texts: Those of the files that it may include, by name; None is the disk.
     """
-    reader = _FileReader(parse(text, file), _Known(Includes(texts)))
+    reader = _FileReader(parse(text, file), known=_Known(texts))
     reader.scan()
     # Without a file that cannot be included, everything that uses its trees would be an error.
-    part = reader.mission() if reader.has_all else None
-    files = [*reader.files]
-    if part is not None and not any(one.nodes.faults for one in files):
+    part = reader.mission() if reader.known.has_all_files else None
+    files = list(reader.files())
+    if part is not None and not any(one.faults for one in files):
         reader.refuse_size(part.place)
-    faults = [fault for one in files for fault in (*one.foreign, *one.nodes.faults)]
+    faults = [fault for one in files for fault in one.faults]
     if faults or part is None:
         raise InputError(in_order(faults))
     return reader.document(part)
@@ -81,8 +86,7 @@ def mission_yaml(path: str | Path) -> str:
     mission = required(read_mission(document))
     data = {key: value for key, value in document.data.items() if key != "include"}
     more = [one.data.get("trees", {}) for one in mission.included]
-    trees = {name: tree for part in more for name, tree in part.items()}
-    if trees:
+    if trees := {name: tree for part in more for name, tree in part.items()}:
         own = {**data.pop("trees", {}), **trees}
         data = {**data, "trees": own, "tree": data.pop("tree")}
     return yaml_text(data)
@@ -92,49 +96,43 @@ def mission_yaml(path: str | Path) -> str:
 class _Known:
     """What is known of all files of a mission: each uses the trees of the others.
 
-    `owners` are the readers of the files that trees stand in, `names` those that trees have in a
-    mission. Does it lack files, which could not be included?
+    Attributes:
+        texts: The files that may be included, by name; None is the disk.
+        included: Those that were read, each once.
+        owners: The readers of the files that trees stand in, by the IDs of the trees.
+        ports: What is declared of trees, by their IDs.
+        names: The names of trees in the mission.
+        has_all_files: Whether every file could be included.
     """
 
-    includes: Includes
+    texts: Mapping[str, str] | None
+    included: set[str] = field(default_factory=set)
     owners: dict[str, _FileReader] = field(default_factory=dict)
     ports: dict[str, TreePorts] = field(default_factory=dict)
     names: set[str] = field(default_factory=set)
-    lacks_files: bool = False
+    has_all_files: bool = True
 
 
-class _FileReader:
-    """Reads one file, and those that it includes.
+@dataclass(kw_only=True)
+class _FileReader(XmlNodeReader):
+    """Reads one file, and those that it includes; `within` are the files around this one."""
 
-    Args:
-        source: The file.
-        known: What is known of all files of the mission.
-        within: The files that include each other down to this one.
-    """
+    source: XmlSource = field(kw_only=False)
+    known: _Known
+    within: tuple[str, ...] = ()
+    library: LocatedValue | None = None
+    """What an included file holds."""
 
-    def __init__(self, source: XmlSource, known: _Known, within: tuple[str, ...] = ()) -> None:
-        self.source = source
-        self._known = known
-        self._within = (source.file, *within)
+    def __post_init__(self) -> None:
+        self.within = (self.source.file, *self.within)
         self._trees: dict[str, Element] = {}
-        """Those of this file."""
         self._included: list[tuple[str, At, _FileReader]] = []
-        self.nodes = XmlNodeReader(source)
-        self.report = self.nodes.report
-        self.foreign: list[Diagnostic] = []
-        """What is wrong with included files that cannot be read at all."""
 
-    @property
     def files(self) -> Iterator[_FileReader]:
-        """This file, and those that it includes, directly or not."""
+        """Yield this reader, and those of the files that it includes, directly or not."""
         yield self
         for _, _, one in self._included:
-            yield from one.files
-
-    @property
-    def has_all(self) -> bool:
-        """Could every file be included?"""
-        return not self._known.lacks_files
+            yield from one.files()
 
     def scan(self) -> None:
         """Find the trees and ports of the file, and of those that it includes."""
@@ -142,59 +140,7 @@ class _FileReader:
         if root.tag != "root":
             self.report(root.at, f'expected <root BTCPP_format="4">, got <{root.tag}>')
             return
-        self._look_at(root)
-        for child in root.children:
-            self._take(child)
-
-    def mission(self) -> LocatedValue | None:
-        """Return the whole mission."""
-        root = self.source.root
-        if root.tag != "root":
-            return None
-        for one in self.files:
-            one.nodes.trees = {name: self._known.ports[name] for name in self._known.owners}
-        main = self._main(root)
-        if main is None:
-            return None
-        head = self._head(main, self._known.ports[main])
-        head += self.entries(main)
-        element = self._trees[main]
-        head.append(("tree", element.at, self._body(element)))
-        for one in [*self.files][1:]:
-            one.library = mapping(one.source.root.at, one.entries(None))
-        return mapping(root.at, head)
-
-    library: LocatedValue
-    """What an included file holds."""
-
-    def document(self, part: LocatedValue) -> Document:
-        """Return the file as a document, with those that it includes."""
-        included = {entry: one.document(one.library) for entry, _, one in self._included}
-        source = self.source
-        return Document(source.file, part.data, part.place, source.lines, included)
-
-    def entries(self, main: str | None) -> list[Entry]:
-        """Return the files that it includes, and its trees but the main one."""
-        at = self.source.root.at
-        trees = [
-            (
-                self._tree_name(element),
-                element.at,
-                self._definition(element, self._known.ports[name]),
-            )
-            for name, element in self._trees.items()
-            if name != main
-        ]
-        entries = [located(entry, entry_at) for entry, entry_at, _ in self._included]
-        return [
-            *([("include", at, located(entries, at))] if entries else []),
-            *([("trees", at, mapping(at, trees))] if trees else []),
-        ]
-
-    def _look_at(self, root: Element) -> None:
-        for attribute in root.attributes.values():
-            if attribute.name not in _AT_ROOT:
-                refuse_attribute(attribute, "root", _AT_ROOT, self.report)
+        self.refuse(root.attributes.values(), "root", ("BTCPP_format", "main_tree_to_execute"))
         found = root.attributes.get("BTCPP_format")
         if found is None:
             message = f"the attribute 'BTCPP_format' is missing; format {FORMAT} is read"
@@ -204,60 +150,83 @@ class _FileReader:
             self.report(found.value_at, message)
         if root.text:
             self.report(root.text_at, f"a loose text: {quoted(root.text)}")
+        for child in root.children:
+            if child.tag == "TreeNodesModel":
+                self._take_models(child)
+            elif child.tag == "include":
+                self._include(child)
+            elif child.tag == "BehaviorTree":
+                self._take_tree(child, self._identified(child))
+            else:
+                self.report(child.at, f"expected BehaviorTree or TreeNodesModel, got <{child.tag}>")
 
-    def _take(self, child: Element) -> None:
-        if child.tag == "TreeNodesModel":
-            for name, ports in read_models(child, self.report).items():
-                self._known.ports[name] = ports
-        elif child.tag == "include":
-            self._include(child)
-        elif child.tag != "BehaviorTree":
-            self.report(child.at, f"expected BehaviorTree or TreeNodesModel, got <{child.tag}>")
-        else:
-            self._take_tree(child, self._identified(child))
+    def mission(self) -> LocatedValue | None:
+        """Return the whole mission."""
+        root = self.source.root
+        if root.tag != "root":
+            return None
+        for one in self.files():
+            one.trees = {name: self.known.ports[name] for name in self.known.owners}
+        main = self._main(root)
+        if main is None:
+            return None
+        element = self._trees[main]
+        head = [*self._head(main, self.known.ports[main]), *self.parts(main)]
+        head.append(("tree", element.at, self._body(element)))
+        for one in [*self.files()][1:]:
+            one.library = mapping(one.source.root.at, one.parts())
+        return mapping(root.at, head)
+
+    def document(self, part: LocatedValue) -> Document:
+        """Return the file as a document, with those that it includes."""
+        included = {
+            entry: one.document(one.library) for entry, _, one in self._included if one.library
+        }
+        source = self.source
+        return Document(source.file, part.data, part.place, source.lines, included)
+
+    def parts(self, main: str | None = None) -> Iterator[Entry]:
+        """Yield the files that it includes, and its trees but the main one."""
+        at = self.source.root.at
+        if self._included:
+            entries = [located(entry, entry_at) for entry, entry_at, _ in self._included]
+            yield "include", at, located(entries, at)
+        trees = [
+            (self._tree_name(element), element.at, self._definition(element, self.trees[tree_id]))
+            for tree_id, element in self._trees.items()
+            if tree_id != main
+        ]
+        if trees:
+            yield "trees", at, mapping(at, trees)
+
+    # ---- the parts of a file -----------------------------------------------------------------
+
+    def _take_models(self, models: Element) -> None:
+        """Take in what is declared of trees; models of other nodes say nothing new."""
+        found: dict[str, TreePorts] = {}
+        for element in models.children:
+            if element.tag == SUBTREE and "ID" in element.attributes:
+                ports = found.setdefault(element.attributes["ID"].value, TreePorts())
+                for child in element.children:
+                    ports.declare(child, self)
+        self.known.ports |= found
 
     def _take_tree(self, tree: Element, name: Attribute) -> None:
-        if name.value in self._known.owners:
-            message = f"there is a tree {quoted(name.value)} already"
-            other = self._known.owners[name.value]
-            where = "" if other is self else f", in {other.source.file}"
-            self.report(name.value_at, message + where)
+        owner = self.known.owners.setdefault(name.value, self)
+        if name.value in self._trees or owner is not self:
+            where = "" if owner is self else f", in {owner.source.file}"
+            self.report(name.value_at, f"there is a tree {quoted(name.value)} already{where}")
         elif name.value in REGISTERED or name.value in ("Root", "root"):
             message = f"BehaviorTree.CPP has a node {quoted(name.value)}, so no tree has that ID"
             self.report(name.value_at, message, "give the tree another ID")
-        self._known.owners.setdefault(name.value, self)
-        self._known.ports.setdefault(name.value, TreePorts())
+        self.known.ports.setdefault(name.value, TreePorts())
         self._trees[name.value] = tree
         names: dict[str, Attribute] = {}
-        for use in self._uses(tree):
+        for use in _uses(tree):
             given = use.attributes.get("name")
             if given is not None and names.setdefault(given.value, given) is not given:
                 message = f"two SubTrees of this tree have the name {quoted(given.value)}, which "
                 self.report(given.value_at, f"{message}BehaviorTree.CPP refuses")
-
-    def _include(self, element: Element) -> None:
-        """Take in another file."""
-        for attribute in element.attributes.values():
-            if attribute.name not in _AT_INCLUDE:
-                refuse_attribute(attribute, "include", _AT_INCLUDE, self.report)
-        path, package = element.attributes.get("path"), element.attributes.get("ros_pkg")
-        if path is None:
-            self.report(element.at, "the attribute 'path' is missing")
-            return
-        try:
-            name = None if package is None else package.value
-            source = self._known.includes.take(path.value, name, self._within)
-        except IncludeError as error:
-            self._known.lacks_files = True
-            self.report(path.value_at, error.message, error.hint)
-        except InputError as error:
-            self._known.lacks_files = True
-            self.foreign += error.faults
-        else:
-            if source is not None:
-                reader = _FileReader(source, self._known, self._within)
-                reader.scan()
-                self._included.append((path.value, path.value_at, reader))
 
     def _identified(self, tree: Element) -> Attribute:
         """Return the ID of a tree; the only one needs none, and is called as the file is."""
@@ -275,76 +244,44 @@ class _FileReader:
             self.report(root.at, "no <BehaviorTree> is in this file")
             return None
         if named is None:
-            used = {
-                one.attributes["ID"].value for one in self._uses(root) if "ID" in one.attributes
-            }
+            used = {use.attributes["ID"].value for use in _uses(root) if "ID" in use.attributes}
             alone = [name for name in self._trees if name not in used]
-            if len(alone) == 1:
-                return alone[0]
-            if len(self._trees) > 1:
-                message = f"which of the trees is the mission? ({listed(self._trees)})"
-                self.report(root.at, message, "write 'main_tree_to_execute' in <root>")
-                return None
-            return next(iter(self._trees))
-        if named.value not in self._trees:
-            if (other := self._known.owners.get(named.value)) is not None:
-                message = f"the main tree lies in the included file {other.source.file}"
-                self.report(named.value_at, message, "run that file, or name a tree of this one")
-                return None
-            message = f"no tree is called {quoted(named.value)} (trees: {listed(self._trees)})"
-            self.report(named.value_at, message, did_you_mean(named.value, self._trees))
+            if len(alone) == 1 or len(self._trees) == 1:
+                return (*alone, *self._trees)[0]
+            message = f"which of the trees is the mission? ({listed(self._trees)})"
+            self.report(root.at, message, "write 'main_tree_to_execute' in <root>")
             return None
-        return named.value
+        if named.value in self._trees:
+            return named.value
+        if (other := self.known.owners.get(named.value)) is not None:
+            message = f"the main tree lies in the included file {other.source.file}"
+            self.report(named.value_at, message, "run that file, or name a tree of this one")
+            return None
+        message = f"no tree is called {quoted(named.value)} (trees: {listed(self._trees)})"
+        self.report(named.value_at, message, did_you_mean(named.value, self._trees))
+        return None
 
-    def _uses(self, element: Element) -> Iterator[Element]:
-        """Yield the uses of trees within the trees."""
-        for child in element.children:
-            if child.tag == SUBTREE:
-                yield child
-            elif child.tag != "TreeNodesModel":
-                yield from self._uses(child)
-
-    def _head(self, main: str, ports: TreePorts) -> list[Entry]:
-        """Return the head of the mission."""
+    def _head(self, main: str, ports: TreePorts) -> Iterator[Entry]:
+        """Yield the head of the mission."""
         element = self._trees[main]
         name = ports.metadata.get("mission", element.attributes["ID"])
-        head: list[Entry] = [("mission", name.at, plain_text(name)), *self._description(element)]
-        for attribute in ports.metadata.values():
-            if attribute.name not in METADATA:
-                refuse_attribute(attribute, "Metadata", METADATA, self.report)
-            elif attribute.name in ("seed", "observe"):
-                value = number(attribute.value)
-                shown = located(attribute.value if value is None else value, attribute.value_at)
-                head.append((attribute.name, attribute.at, shown))
-            elif attribute.name == "nodes":
-                targets = [one.strip() for one in attribute.value.split(",")]
-                head.append(("nodes", attribute.at, located(targets, attribute.value_at)))
-            elif attribute.name == "places":
-                head.append(("places", attribute.at, self._places(attribute)))
-            elif attribute.name != "mission":
-                head.append(entry(attribute))
-        needs, inputs, outputs = ports.entries()
-        for key, at, _ in needs:
+        yield "mission", name.at, plain_text(name)
+        yield from self._description(element)
+        self.refuse(ports.metadata.values(), "Metadata", tuple(HEAD))
+        for key, attribute in ports.metadata.items():
+            if key in HEAD and key != "mission":
+                yield key, attribute.at, self.value(attribute, HEAD[key])
+        for key, at, _ in ports.sections["needs"].values():
             self.report(at, f"the input {quoted(key)} of the mission needs a default")
-        for key, at, _ in outputs:
+        for key, at, _ in ports.outputs.values():
             self.report(at, f"a mission gives no outputs, such as {quoted(key)}")
-        requirements = [self._requirement(one) for one in ports.requirements]
-        return [*head, *_section("inputs", inputs), *_section("requirements", requirements)]
-
-    def _places(self, attribute: Attribute) -> LocatedValue:
-        """Return the named places of the mission, which are written as in YAML."""
-        try:
-            return located(read_text(attribute.value).data, attribute.value_at)
-        except InputError as error:
-            self.report(attribute.value_at, error.faults[0].message)
-            return located({}, attribute.value_at)
+        yield from _section("inputs", [*ports.sections["inputs"].values()])
+        yield from _section("requirements", [self._requirement(one) for one in ports.requirements])
 
     def _requirement(self, element: Element) -> Entry:
         """Return the entry of a requirement of the mission."""
         attributes = element.attributes
-        for attribute in attributes.values():
-            if attribute.name not in AT_REQUIREMENT:
-                refuse_attribute(attribute, "Metadata", AT_REQUIREMENT, self.report)
+        self.refuse(attributes.values(), "Metadata", _AT_REQUIREMENT)
         name, formula = attributes[REQUIREMENT], attributes.get("formula")
         if formula is None:
             self.report(element.at, "the attribute 'formula' is missing")
@@ -352,35 +289,36 @@ class _FileReader:
         action = attributes.get("on_violation")
         if action is None:
             return name.value, name.value_at, plain_text(formula)
-        return name.value, name.value_at, mapping(element.at, [entry(formula), entry(action)])
+        entries = [(one.name, one.at, plain_text(one)) for one in (formula, action)]
+        return name.value, name.value_at, mapping(element.at, entries)
 
     def _tree_name(self, element: Element) -> str:
         """Return the name of a tree; report it where another tree has it, too."""
-        given = element.attributes["ID"]
-        named = self._known.ports[given.value].tree_name(given)
-        if named.value in self._known.names:
+        tree_id = element.attributes["ID"]
+        named = self.trees[tree_id.value].tree_name(tree_id)
+        if named.value in self.known.names:
             self.report(named.value_at, f"there is a tree {quoted(named.value)} already")
-        self._known.names.add(named.value)
+        self.known.names.add(named.value)
         return named.value
 
     def _definition(self, element: Element, ports: TreePorts) -> LocatedValue:
         """Return a tree with a name."""
-        entries = self._description(element)
+        entries = [*self._description(element)]
         for attribute in ports.metadata.values():
             if attribute.name != TREE_NAME:
                 self.report(attribute.at, "only the main tree has metadata that counts")
         for one in ports.requirements:
             self.report(one.at, "only the main tree has requirements")
-        for key, found in zip(("needs", "inputs", "outputs"), ports.entries(), strict=True):
-            entries += _section(key, found)
+        for key, found in ports.sections.items():
+            entries += _section(key, [*found.values()])
         return mapping(element.at, [*entries, ("do", element.at, self._body(element))])
 
-    def _description(self, element: Element) -> list[Entry]:
-        for attribute in element.attributes.values():
-            if attribute.name not in ("ID", "_description", "_fullpath"):
-                refuse_attribute(attribute, "BehaviorTree", ("ID", "_description"), self.report)
-        found = element.attributes.get("_description")
-        return [] if found is None else [("description", found.at, plain_text(found))]
+    def _description(self, element: Element) -> Iterator[Entry]:
+        attributes = element.attributes
+        known = ("ID", "_description")
+        self.refuse(attributes.values(), "BehaviorTree", known, "_fullpath")
+        if found := attributes.get("_description"):
+            yield "description", found.at, plain_text(found)
 
     def _body(self, element: Element) -> LocatedValue:
         if element.text:
@@ -388,7 +326,7 @@ class _FileReader:
         if len(element.children) != 1:
             message = f"expected 1 node in <BehaviorTree>, got {len(element.children)}"
             self.report(element.at, message)
-        nodes = [self.nodes.node(child) for child in element.children]
+        nodes = [self.node(child) for child in element.children]
         return nodes[0] if nodes else located({}, element.at)
 
     def refuse_size(self, place: Place) -> None:
@@ -407,7 +345,105 @@ class _FileReader:
         if count > MAX_VALUES:
             self.report((1, 1), f"more than {MAX_VALUES:,} values; a file holds at most so many")
 
+    # ---- included files ----------------------------------------------------------------------
 
-def _section(key: str, entries: list[Entry]) -> list[Entry]:
-    """Return entries as a mapping under a key, where there are any."""
-    return [(key, entries[0][1], mapping(entries[0][1], entries))] if entries else []
+    def _include(self, element: Element) -> None:
+        """Take in another file."""
+        self.refuse(element.attributes.values(), "include", ("path", "ros_pkg"))
+        path, package = element.attributes.get("path"), element.attributes.get("ros_pkg")
+        if path is None:
+            self.report(element.at, "the attribute 'path' is missing")
+            return
+        try:
+            source = self._included_source(path.value, package.value if package else None)
+        except _IncludeError as error:
+            self.known.has_all_files = False
+            self.report(path.value_at, error.message, error.hint)
+        except InputError as error:  # of the other file
+            self.known.has_all_files = False
+            self.faults[:0] = error.faults
+        else:
+            if source is not None:
+                reader = _FileReader(source, known=self.known, within=self.within)
+                reader.scan()
+                self._included.append((path.value, path.value_at, reader))
+
+    def _included_source(self, path: str, package: str | None) -> XmlSource | None:
+        """Return a file that this one includes; None if it was included before.
+
+        Raises:
+            _IncludeError: For a file that is not there, or may not be included.
+            InputError: For a file that is no XML.
+        """
+        known = self.known
+        if known.texts is None:
+            name = _located_file(path, package, self.within[0])
+        else:
+            name = _file_among(known.texts, path, self.within[0])
+        if name in self.within:
+            ring = " -> ".join(PurePath(one).name for one in (*reversed(self.within), name))
+            raise _IncludeError(f"the files include each other: {ring}")
+        if name in known.included:
+            return None
+        known.included.add(name)
+        if len(known.included) > MOST_FILES:
+            raise _IncludeError(f"more than {MOST_FILES} files are included")
+        return parse(read_source(name) if known.texts is None else known.texts[name], name)
+
+
+def _uses(element: Element) -> Iterator[Element]:
+    """Yield the uses of trees within the trees."""
+    for child in element.children:
+        if child.tag == SUBTREE:
+            yield child
+        elif child.tag != "TreeNodesModel":
+            yield from _uses(child)
+
+
+def _section(key: str, entries: list[Entry]) -> Iterator[Entry]:
+    """Yield entries as a mapping under a key, where there are any."""
+    if entries:
+        yield key, entries[0][1], mapping(entries[0][1], entries)
+
+
+def _file_among(texts: Mapping[str, str], path: str, file: str) -> str:
+    """Return the name of a file that another one includes, among those that may be."""
+    beside = os.path.normpath(Path(file).parent / path)
+    like = [name for name in texts if PurePath(name).match(path)]
+    found = next((name for name in (beside, *like) if name in texts), None)
+    if found is None:
+        raise _IncludeError(f"no such file {quoted(path)}")
+    return found
+
+
+def _located_file(path: str, package: str | None, file: str) -> str:
+    """Return a file beside another one, or in the share folder of a ROS package."""
+    where = "the folder of the file that includes it" if package is None else "the package"
+    folder = Path(file).parent if package is None else _share_folder(package)
+    try:
+        if package is None and not Path(file).is_file():
+            raise _IncludeError("a mission in a text has no folder to include files from")
+        real = (folder / path).resolve(strict=True)
+        is_inside = real.is_relative_to(folder.resolve())
+    except (OSError, RuntimeError, ValueError):  # a ring of links, a name that is too long
+        raise _IncludeError(f"no such file {quoted(path)} in {where}") from None
+    if not is_inside:
+        raise _IncludeError(f"{quoted(path)} lies outside of {where}")
+    if not real.is_file():
+        raise _IncludeError(f"{quoted(path)} is no file")
+    return str(folder / path)
+
+
+def _share_folder(package: str) -> Path:
+    """Return the share folder of a ROS package. Raises _IncludeError where it is not installed."""
+    try:
+        from ament_index_python.packages import (  # noqa: PLC0415 - the rest works without ROS
+            get_package_share_directory,
+        )
+
+        return Path(get_package_share_directory(package))
+    except ImportError:
+        raise _IncludeError("ROS 2 is not there, so its packages are unknown") from None
+    except (LookupError, ValueError, OSError):
+        hint = "source the workspace that it is in, or copy the file beside this one"
+        raise _IncludeError(f"no ROS package {quoted(package)} is installed", hint) from None

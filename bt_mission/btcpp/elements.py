@@ -190,6 +190,12 @@ class Tag:
     attributes: Mapping[str, str] = field(default_factory=dict)
     children: tuple[Tag, ...] = ()
 
+    def walk(self) -> Iterator[Tag]:
+        """Yield this element and all below it, in the order of the file."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
+
 
 def xml_text(root: Tag) -> str:
     """Return an XML file with this root."""

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from bt_mission.btcpp.attributes import referred
-from bt_mission.btcpp.document import FORMAT
+from bt_mission.btcpp.attributes import LABELS, is_constant, referred
 from bt_mission.btcpp.elements import Tag, xml_text
-from bt_mission.btcpp.leaves import LEAVES, OUT, LeafElement, Names
-from bt_mission.btcpp.ports import LABELS, SUBTREE
+from bt_mission.btcpp.table import FORMAT, OUT, SUBTREE, Names, Port, Ports, leaf_kinds, leaf_row
 from bt_mission.core.errors import BtMissionError
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.types import FindShapes
@@ -27,53 +25,56 @@ _COMMON = {
 }
 """Types whose fields are ports of a leaf for any type; more are listed as a mission uses them."""
 
+Used = Mapping[str, Mapping[str, bool]]
+"""The attributes of each kind of leaf that a mission uses, and whether it computes one."""
 
-def palette_xml(
-    shapes: FindShapes | None = None, used: Mapping[str, Iterable[str]] | None = None
-) -> str:
+
+def palette_xml(shapes: FindShapes | None = None, used: Used | None = None) -> str:
     """Return the models of all leaves, as a file without a tree, for Groot 2 to load.
 
     Args:
         shapes: Tells what ROS types hold; without it the fields of goals are left out.
-        used: Attributes of each kind of leaf that are listed as well.
+        used: Attributes of each kind of leaf that are listed as well, with the type of their port.
     """
-    kinds: dict[str, Iterable[str]] = {**dict.fromkeys(LEAVES, ()), **(used or {})}
+    kinds: Used = {kind: {} for kind in leaf_kinds()} | dict(used or {})
     models = Tag("TreeNodesModel", {}, tuple(leaf_models(kinds, shapes)))
     return xml_text(Tag("root", {"BTCPP_format": FORMAT}, (models,)))
 
 
-def leaf_models(
-    used: Mapping[str, Mapping[str, bool] | Iterable[str]], shapes: FindShapes | None = None
-) -> Iterator[Tag]:
+def used_attributes(tags: Iterable[Tag]) -> Used:
+    """Return the attributes of the leaves in trees, in the order of their first uses."""
+    used: dict[str, dict[str, bool]] = {}
+    for tag in (inner for one in tags for inner in one.walk() if leaf_row(inner.name)):
+        attributes = used.setdefault(tag.name, {})
+        for name, value in tag.attributes.items():
+            is_computed = not (is_constant(value) or referred(value))
+            attributes[name] = attributes.get(name, False) or is_computed
+    return used
+
+
+def leaf_models(used: Used, shapes: FindShapes | None = None) -> Iterator[Tag]:
     """Yield the models of leaves, by kind.
 
     Args:
-        used: The attributes that a mission uses are listed as well. Those that it computes (true)
-            have no type: BehaviorTree.CPP refuses an expression at a port with one.
+        used: These attributes are listed as well. Computed ones have no type: BehaviorTree.CPP
+            refuses an expression at a port with one.
         shapes: Tells what ROS types hold.
     """
     for kind, attributes in used.items():
-        ports = _ports(LEAVES[kind], shapes)
-        ports |= {name: None for name in attributes if name != "name" and name not in ports}
-        if isinstance(attributes, Mapping):
-            ports |= {
-                name: None
-                for name, is_computed in attributes.items()
-                if is_computed and ports.get(name) not in (None, LABELS["text"])
-            }
-        tags = tuple(_port(name, label) for name, label in ports.items())
+        ports = _ports(kind, shapes)
+        for name, is_computed in attributes.items():
+            if name != "name" and (is_computed and ports.get(name) != LABELS["text"]):
+                ports[name] = None
+            elif name != "name":
+                ports.setdefault(name, None)
+        tags = tuple(
+            Tag(
+                "output_port" if name.startswith(OUT) else "input_port",
+                {"name": name, **({"type": label} if label else {})},
+            )
+            for name, label in ports.items()
+        )
         yield Tag("Condition" if kind == "check" else "Action", {"ID": kind}, tags)
-
-
-def _ports(leaf: LeafElement, shapes: FindShapes | None) -> dict[str, str | None]:
-    """Return the ports of a leaf that are known without a mission, each with its type."""
-    fields, outputs = field_ports(leaf, shapes)
-    return {
-        **dict.fromkeys([leaf.whole] if leaf.whole else leaf.settings),
-        **{name: _label(leaf, shape) for name, shape in fields.items()},
-        **dict.fromkeys(leaf.modifiers),
-        **{name: _label(leaf, shape) for name, shape in outputs.items()},
-    }
 
 
 def types_read(
@@ -86,45 +87,47 @@ def types_read(
         bodies: The trees by their IDs: a SubTree reads what its tree does with the port.
         shapes: Tells what ROS types hold.
     """
-    if tag.name == SUBTREE:
-        inner = dict(types_read(bodies[tag.attributes["ID"]], bodies, shapes))
-        ports: Mapping[str, str | None] = inner
-    elif tag.name in LEAVES:
-        ports = _ports(LEAVES[tag.name], shapes)
-    else:  # how often, or how long
-        ports = dict.fromkeys(tag.attributes, LABELS["integer"])
-    for name, value in tag.attributes.items():
-        variable, label = referred(value), ports.get(name)
-        if variable is not None and label is not None and not name.startswith(OUT):
-            yield variable, label
-    for child in tag.children:
-        yield from types_read(child, bodies, shapes)
+    for inner in tag.walk():
+        ports: Mapping[str, str | None]
+        if inner.name == SUBTREE:
+            ports = dict(types_read(bodies[inner.attributes["ID"]], bodies, shapes))
+        elif leaf_row(inner.name):
+            ports = _ports(inner.name, shapes)
+        else:  # how often, or how long
+            ports = dict.fromkeys(inner.attributes, LABELS["integer"])
+        for name, value in inner.attributes.items():
+            variable, label = referred(value), ports.get(name)
+            if variable is not None and label is not None and not name.startswith(OUT):
+                yield variable, label
 
 
-def field_ports(
-    leaf: LeafElement, shapes: FindShapes | None
-) -> tuple[dict[str, Shape], dict[str, Shape]]:
-    """Return the attributes of a leaf for fields of what it sends, and of what it gives.
+def _ports(kind: str, shapes: FindShapes | None) -> dict[str, str | None]:
+    """Return the ports of a leaf that are known without a mission, each with its type.
 
-    Those are known of actions with a short name, as far as their types are installed, and of some
-    common types of services and topics. Fields within fields have attributes of their own.
+    The fields of messages are known of actions with a short name, as far as their types are
+    installed, and of some common types of services and topics. Those of any type have no type.
     """
-    short = (ACTION_NAMES[leaf.kind].type,) if leaf.kind in ACTION_NAMES else ()
-    sent: dict[str, Shape] = {}
-    given: dict[str, Shape] = {}
-    for name in short or _COMMON.get(leaf.kind, ()):
-        taken, returned = _messages(leaf, name, shapes)
-        for path, shape in _nested(taken):
-            attribute = leaf.field_attribute(path)
-            if attribute is not None:
-                sent[attribute] = shape
-        if leaf.gives:
-            given |= {leaf.output_attribute(".".join(path)): one for path, one in _nested(returned)}
-    return sent, given
+    row = leaf_row(kind)
+    assert row is not None, "only leaves have models"
+    short = ACTION_NAMES.get(kind)
+    names = (short.type,) if short else _COMMON.get(kind, ())
+    messages = [_messages(kind, name, shapes) for name in names]
+    ports: dict[str, str | None] = {}
+    for column in row.columns:
+        if isinstance(column, Port):
+            ports[column.name] = None
+        elif isinstance(column, Ports):
+            for sent, given in messages:
+                for path, shape in _nested(given if column.prefix == OUT else sent):
+                    attribute = column.attribute(path)
+                    label = value_type(shape) if short else None
+                    if attribute is not None:
+                        ports[attribute] = LABELS[label] if label else None
+    return ports
 
 
 def _messages(
-    leaf: LeafElement, name: str, shapes: FindShapes | None
+    kind: str, name: str, shapes: FindShapes | None
 ) -> tuple[MessageShape | None, MessageShape | None]:
     """Return what a leaf sends and what it gives, for a type."""
     try:
@@ -136,10 +139,8 @@ def _messages(
             return found.goal, found.result
         case ServiceShapes():
             return found.request, found.response
-        case MessageShape() if leaf.fields:
-            return found, None
         case MessageShape():
-            return None, found
+            return (found, None) if kind == "publish" else (None, found)
     return None, None
 
 
@@ -149,14 +150,3 @@ def _nested(message: MessageShape | None, path: Names = ()) -> Iterator[tuple[Na
         yield (*path, name), shape
         if isinstance(shape, MessageShape):
             yield from _nested(shape, (*path, name))
-
-
-def _port(name: str, label: str | None) -> Tag:
-    direction = "output_port" if name.startswith(OUT) else "input_port"
-    return Tag(direction, {"name": name, **({"type": label} if label else {})})
-
-
-def _label(leaf: LeafElement, shape: Shape) -> str | None:
-    """Return what Groot 2 shows as the type; a leaf for any type has none."""
-    kind = value_type(shape) if leaf.kind in ACTION_NAMES else None
-    return LABELS[kind] if kind else None

@@ -10,6 +10,8 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from bt_mission.btcpp.attributes import Codec, LocatedValue, MisreadError, located, mapping
+from bt_mission.btcpp.elements import Attribute
 from bt_mission.core.diagnostics import quoted
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.parser import RESERVED, Token
@@ -27,10 +29,10 @@ _TOKEN = re.compile(
 _ASSIGNMENT = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)\s*(:=|\+=|-=|\*=|/=|=(?!=))\s*")
 _STATEMENT = re.compile(r"(?:'[^']*'|[^';])*")
 _LITERAL = re.compile(r"-?[0-9]+(\.[0-9]+)?([eE][-+]?[0-9]+)?")
-_OURS = {"&&": "and", "||": "or"}
-_THEIRS = {"and": "&&", "or": "||"}
-_LOGIC = re.compile(r"(?<!\w)(and|or)$")
+_OURS = {"&&": "and", "||": "or", "!": "not "}
+_THEIRS = {"and": "&&", "or": "||", "not": "!"}
 _VALUES = frozenset(("true", "false"))
+_BEFORE_SIGN = frozenset(("(", "&&", "||", "<", "<=", ">", ">=", "==", "!=", "+", "-", "*", "/"))
 _LARGEST = 2**63 - 1
 
 
@@ -41,20 +43,19 @@ class ScriptError(ExpressionError):
 def from_script(code: str) -> str:
     """Return a script as an expression. Raises ScriptError where ours has none."""
     tokens = _tokens(code)
-    _refuse_ambiguity(tokens)
-    text = ""
+    _refuse_ambiguity([token for token in tokens if token.kind != "blank"])
+    text, is_open = "", False
     for token in tokens:
-        if token.text in _OURS:
-            text += f"{_blank(text)}{_OURS[token.text]}"
-        elif token.text == "!":
-            text += f"{_blank(text)}not "
-        elif token.kind == "name" and token.text in RESERVED - _VALUES:
+        if token.kind == "name" and token.text in RESERVED - _VALUES:
             message = f"'{token.text}' is a word of our expressions, so no variable"
             raise ScriptError(message, token.column, "give the variable another name")
-        elif token.kind == "blank":
+        if token.kind == "blank":
             text += " " * len(token.text)
-        else:
-            text += f"{_blank(text) if _LOGIC.search(text) else ''}{token.text}"
+            continue
+        if (is_open or token.text in _OURS) and text and text[-1] not in " (":
+            text += " "
+        text += _OURS.get(token.text, token.text)
+        is_open = token.text in ("&&", "||")
     text = text.strip()
     try:
         expression = Expression(text)
@@ -74,7 +75,7 @@ def to_script(text: str) -> str | None:
         if skip and piece != " ":
             return None
         if not skip:
-            script += "!" if piece == "not" else _THEIRS.get(piece, piece)
+            script += _THEIRS.get(piece, piece)
         skip = piece == "not"
     try:
         return script if from_script(script) == text else None
@@ -82,7 +83,7 @@ def to_script(text: str) -> str | None:
         return None
 
 
-def literal(text: str) -> Any:
+def _literal(text: str) -> Any:
     """Return what a variable is set to: a constant, or the text of an expression."""
     if text in _VALUES:
         return text == "true"
@@ -107,25 +108,57 @@ def assignments(code: str) -> list[tuple[str, int, Any]]:
 
 
 def written_assignments(values: dict[str, Any]) -> str | None:
-    """Return a script that sets variables to these values, or None where none can be said."""
+    """Return a script that sets variables to these values, or None where there is none."""
     statements = []
     for name, value in values.items():
-        if isinstance(value, bool):
-            right: str | None = "true" if value else "false"
-        elif isinstance(value, int | float):
-            right = repr(value)
-        else:
-            right = to_script(value) if isinstance(value, str) else None
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        right = repr(value) if is_number else _written_condition(value)
         if right is None:
             return None
         statements.append(f"{name} := {right}")
     script = "; ".join(statements)
     try:
-        back = {name: value for name, _, value in assignments(script)}
+        back = [(name, type(value), value) for name, _, value in assignments(script)]
     except ScriptError:
         return None
-    same = [(key, type(value), value) for key, value in back.items()]
-    return script if same == [(key, type(value), value) for key, value in values.items()] else None
+    return script if back == [(key, type(value), value) for key, value in values.items()] else None
+
+
+def _read_condition(attribute: Attribute) -> LocatedValue:
+    code = attribute.value.lstrip()
+    try:
+        return located(_literal(code.rstrip()), attribute.value_at)
+    except ScriptError as error:
+        at = attribute.within(len(attribute.value) - len(code) + error.column - 1)
+        raise MisreadError((at, error.message, error.hint)) from None
+
+
+def _written_condition(condition: Any) -> str | None:
+    if isinstance(condition, bool):
+        return "true" if condition else "false"
+    code = to_script(condition) if isinstance(condition, str) else None
+    return code if code is not None and _literal(code) == condition else None
+
+
+def _read_assignments(attribute: Attribute) -> LocatedValue:
+    try:
+        values = assignments(attribute.value)
+    except ScriptError as error:
+        at = attribute.within(error.column - 1)
+        raise MisreadError((at, error.message, error.hint)) from None
+    if not values:
+        raise MisreadError((attribute.value_at, "expected 'name := value', got nothing", None))
+    return mapping(
+        attribute.value_at,
+        (
+            (name, attribute.within(column - 1), located(value, attribute.value_at))
+            for name, column, value in values
+        ),
+    )
+
+
+CONDITION = Codec(_read_condition, _written_condition)
+ASSIGNMENTS = Codec(_read_assignments, written_assignments)
 
 
 def _assignment(statement: str, offset: int, taken: set[str]) -> tuple[str, int, Any]:
@@ -142,7 +175,7 @@ def _assignment(statement: str, offset: int, taken: set[str]) -> tuple[str, int,
     try:
         if len(sign) == 2 and sign != ":=":
             return name, column, f"{name} {sign[0]} ({from_script(right.strip())})"
-        return name, column, literal(right.strip())
+        return name, column, _literal(right.strip())
     except ScriptError as error:
         at = offset + found.end() + error.column
         raise ScriptError(error.message, at, error.hint) from None
@@ -166,51 +199,35 @@ def _tokens(code: str) -> list[Token]:
 
 def _refuse_ambiguity(tokens: list[Token]) -> None:
     """Refuse what BehaviorTree.CPP and Python read differently."""
-    solid = [token for token in tokens if token.kind != "blank"]
+    texts = ["", *(token.text for token in tokens), "", ""]
     logic = [""]
-    for index, token in enumerate(solid):
+    for index, token in enumerate(tokens):
+        before, behind = texts[index], texts[index + 2]
         if token.text == "(":
             logic.append("")
         elif token.text == ")" and len(logic) > 1:
             logic.pop()
-        elif token.text in _OURS:
+        elif token.text in ("&&", "||"):
             if logic[-1] not in ("", token.text):
                 message = "'&&' and '||' are read from left to right here, and ours by precedence"
                 raise ScriptError(message, token.column, "put one of them in parentheses")
             logic[-1] = token.text
         elif token.text == "!":
-            _refuse_loose_not(solid, index)
-        elif token.text in ("*", "/") and solid[index - 1].text == token.text and index:
+            _refuse_loose_not(texts[index + 2 :], token.column)
+        elif token.text in ("*", "/") and before == token.text:
             raise ScriptError(f"'{token.text * 2}' is no operator of a script", token.column)
-        elif token.text in ("-", "+") and (index == 0 or solid[index - 1].text in _BEFORE_SIGN):
-            behind = solid[index + 1].kind if index + 1 < len(solid) else ""
-            opened = index + 1 < len(solid) and solid[index + 1].text == "("
-            if token.text == "+" or not (opened or behind in ("number", "name")):
+        elif token.text in ("-", "+") and (not before or before in _BEFORE_SIGN):
+            is_operand = behind == "(" or behind[:1].isalnum() or behind[:1] == "_"
+            if token.text == "+" or not is_operand:
                 raise ScriptError(f"'{token.text}' cannot stand here", token.column)
 
 
-_BEFORE_SIGN = frozenset(("(", "&&", "||", "<", "<=", ">", ">=", "==", "!=", "+", "-", "*", "/"))
-
-
-def _refuse_loose_not(solid: list[Token], index: int) -> None:
+def _refuse_loose_not(behind: list[str], column: int) -> None:
     """Refuse a `!` whose operand does not end with a name or a closed parenthesis."""
-    at = index + 1
-    depth = 0
-    while at < len(solid):
-        depth += {"(": 1, ")": -1}.get(solid[at].text, 0)
+    at, depth = 0, {"(": 1}.get(behind[0], 0)
+    while depth > 0 and at + 1 < len(behind):
         at += 1
-        if depth <= 0:
-            break
-    behind = solid[at].text if at < len(solid) else ")"
-    if index + 1 >= len(solid) or (behind != ")" and behind not in _OURS):
-        column = solid[index].column
-        raise ScriptError(
-            "'!' is for the next name only here, and 'not' for all that follows",
-            column,
-            "use parentheses",
-        )
-
-
-def _blank(text: str) -> str:
-    """Return the blank that has to stand before a word behind this text."""
-    return "" if not text or text[-1] in " (" else " "
+        depth += {"(": 1, ")": -1}.get(behind[at], 0)
+    if not behind[0] or behind[at + 1 : at + 2] not in ([], [""], [")"], ["&&"], ["||"]):
+        message = "'!' is for the next name only here, and 'not' for all that follows"
+        raise ScriptError(message, column, "use parentheses")

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.btcpp.document import METADATA, document_of
-from bt_mission.btcpp.nodes import STAND_IN
+from bt_mission.btcpp.document import HEAD, document_of
+from bt_mission.btcpp.node_reader import STAND_IN
 from bt_mission.core.diagnostics import InputError
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import load
@@ -128,6 +128,16 @@ MEANT = "did you mean 'Sequence'?"
             ),
         ),
         (
+            f'<turn {"__".join("a" * 3000)}="1"/>',
+            (
+                *(2, 28),
+                f"no attribute '{'a__' * 19}...' for turn (it takes: fields of the goal, timeout, "
+                "cancel_when, on_cancel, server_timeout, acceptance_timeout, feedback_timeout, "
+                "cancel_timeout, out_FIELD, name)",
+                None,
+            ),
+        ),
+        (
             '<SubTree ID="x"/>',
             (2, 34, "no tree is called 'x' (trees: m)", None),
         ),
@@ -189,7 +199,7 @@ def test_all_faults_are_found_at_once():
         ),
         (
             '<MetadataFields><Metadata wrld="x"/></MetadataFields>',
-            [f"no attribute 'wrld' for Metadata (it takes: {', '.join(METADATA)})"],
+            [f"no attribute 'wrld' for Metadata (it takes: {', '.join(HEAD)})"],
         ),
     ],
 )

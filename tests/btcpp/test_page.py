@@ -2,12 +2,13 @@
 
 import re
 
-from bt_mission.btcpp.built_in import BUILT_IN
-from bt_mission.btcpp.document import METADATA, document_of
-from bt_mission.btcpp.leaves import LEAVES
+from bt_mission.btcpp.attributes import LABELS
+from bt_mission.btcpp.document import HEAD, document_of
 from bt_mission.btcpp.mission_writer import mission_xml
-from bt_mission.btcpp.ports import LABELS
+from bt_mission.btcpp.table import ELEMENTS, leaf_kinds, rows_of
 from bt_mission.core.yaml.document import read_text
+from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.file import GoalLimits
 from bt_mission.ros.interface_types import shapes
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import load
@@ -19,6 +20,9 @@ TEXT = PAGE.read_text(encoding="utf-8")
 ((YAML,), (XML,)) = (
     re.findall(rf"```{kind}\n(.*?)```", TEXT, re.DOTALL) for kind in ("yaml", "xml")
 )
+
+LIMITS = {*GoalLimits.model_fields, "readers"}
+"""Modifiers that the page has under "the modifiers of the kind"."""
 
 
 def test_the_examples_are_one_mission():
@@ -36,8 +40,7 @@ def test_every_element_and_attribute_is_described():
     """In a table or an example."""
     code = "".join(re.findall(r"`[^`]*`|```.*?```", TEXT, re.DOTALL))
     words = set(re.findall(r"[A-Za-z_0-9:]+", code))
-    attributes = {name for names, _ in BUILT_IN.values() for name in names}
-    attributes |= {name for leaf in LEAVES.values() for name in leaf.settings}
-    attributes |= {leaf.whole for leaf in LEAVES.values() if leaf.whole}
-    ours = {kind for kind, leaf in LEAVES.items() if not leaf.is_short}
-    assert {*BUILT_IN, *attributes, *ours, *METADATA, *LABELS.values()} <= words
+    ours = {kind for kind in leaf_kinds() if kind not in ACTION_NAMES}
+    rows = [row for name in (*ELEMENTS, *ours) for row in rows_of(name)]
+    attributes = {name for row in rows for name in row.takes if name.islower() and " " not in name}
+    assert {*ELEMENTS, *(attributes - LIMITS), *ours, *HEAD, *LABELS.values()} <= words

@@ -3,10 +3,9 @@
 import pytest
 
 from bt_mission.btcpp.document import document_of
-from bt_mission.btcpp.leaves import LEAVES
 from bt_mission.btcpp.mission_writer import mission_palette, mission_xml
 from bt_mission.btcpp.palette import palette_xml
-from bt_mission.btcpp.tree_ids import REGISTERED
+from bt_mission.btcpp.table import REGISTERED, leaf_kinds
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read, read_text
 from bt_mission.ros.interface_types import shapes
@@ -34,7 +33,7 @@ def test_behaviortree_cpp_takes_a_shipped_mission(path):
     """With the leaves registered as the palette of that mission has them."""
     document = read(ROOT / path)
     leaves = models(mission_palette(document, shapes))
-    assert list(leaves) == list(LEAVES)
+    assert list(leaves) == list(leaf_kinds())
     xml = mission_xml(document, shapes)
     assert list(refusals(xml, leaves)) == []
     assert list(type_refusals(xml)) == []

@@ -21,14 +21,14 @@ from bt_mission.language.nodes.action import SHORT_NODES
 from bt_mission.language.nodes.base import Family, NodeModel, Sign
 from bt_mission.language.nodes.fields import Seconds
 from bt_mission.language.nodes.registry import KINDS
-from bt_mission.sessions.load import load
+from bt_mission.sessions.load import convert, load
 from tests.support.project import ROOT
 
 CORPUS = ROOT / "tests" / "fuzz" / "corpus" / "every_kind.yaml"
 PAGE = ROOT / "docs" / "reference" / "mission-language.md"
 
 BEHAVIOUR = "a behaviour in bt_mission.behaviours.builder.BEHAVIOURS"
-XML = "an element of XML in bt_mission.btcpp"
+XML = "a row in bt_mission.btcpp.table"
 EXAMPLE = "a mission with it in tests/fuzz/corpus/every_kind.yaml"
 PARAGRAPH = "a paragraph with an example in docs/reference/mission-language.md"
 
@@ -90,7 +90,10 @@ class HonkNode(NodeModel):
 def test_what_a_new_kind_lacks_is_named(
     corpus: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """One by one, until it is there; a class in the registry is enough to write and check it."""
+    """One by one, until it is there; a class in the registry is enough to write and check it.
+
+    Its element of XML follows from the class, too.
+    """
     monkeypatch.setitem(KINDS, "honk", HonkNode)
     page = PAGE.read_text(encoding="utf-8")
     assert list(lacking("honk", corpus, page, capsys)) == [BEHAVIOUR, PARAGRAPH, EXAMPLE]
@@ -99,7 +102,8 @@ def test_what_a_new_kind_lacks_is_named(
     page += "\n    honk: 2\n"
     assert list(lacking("honk", corpus, page, capsys)) == [EXAMPLE]
     corpus.write_text("mission: m\ntree: {honk: 2}\n", encoding="utf-8")
-    assert list(lacking("honk", corpus, page, capsys)) == [XML]
+    assert list(lacking("honk", corpus, page, capsys)) == []
+    assert '<honk seconds="2"/>' in convert(corpus)
     assert build_tree(load(corpus), Scope({}, 0)).name == "honk"
     corpus.write_text("mission: m\ntree: {honk: -1}\n", encoding="utf-8")
     with pytest.raises(InputError, match="expected seconds, 0 or more, got the number -1"):

@@ -1,0 +1,435 @@
+"""From the elements of a tree to nodes: the columns of a row are filled from an element."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from bt_mission.btcpp.attributes import (
+    LABELS,
+    OUTPUT,
+    Entry,
+    LocatedValue,
+    Reporter,
+    constant,
+    given,
+    located,
+    mapping,
+    number,
+    plain_text,
+)
+from bt_mission.btcpp.elements import Attribute, Element
+from bt_mission.btcpp.scripts import CONDITION
+from bt_mission.btcpp.table import (
+    CHOICES,
+    ELEMENTS,
+    NAME,
+    REQUIREMENT,
+    SUBTREE,
+    TREE_NAME,
+    WITHOUT_COUNTERPART,
+    AllButLast,
+    Blackboard,
+    Child,
+    Children,
+    Names,
+    Never,
+    Port,
+    Ports,
+    Question,
+    Row,
+    leaf_kinds,
+    rows_of,
+)
+from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.core.yaml.composer import At
+from bt_mission.language.nodes.fields import VARIABLE
+
+_SKIP = "_skipIf"
+_LAST = (1 << 62, 0)
+"""Behind every place in a file."""
+
+STAND_IN = (
+    "an <action> leaf, for a node with an action server, or a <python> leaf can stand in for your "
+    "own node (docs/how-to/groot.md)"
+)
+
+
+_TYPES = {
+    **{label: word for word, label in LABELS.items()},
+    "float": "number",
+    "unsigned": "integer",
+    "string": "text",
+}
+
+
+@dataclass
+class TreePorts:
+    """What is declared of a tree under `TreeNodesModel`.
+
+    Attributes:
+        types: The types of its inputs and outputs, in our words.
+        sections: The types of inputs without a default, the defaults, and the types of outputs.
+        metadata: The attributes of its `Metadata` elements, but those with a requirement.
+        requirements: The elements with those.
+    """
+
+    types: dict[str, str] = field(default_factory=dict)
+    sections: dict[str, dict[str, Entry]] = field(
+        default_factory=lambda: {"needs": {}, "inputs": {}, "outputs": {}}
+    )
+    metadata: dict[str, Attribute] = field(default_factory=dict)
+    requirements: list[Element] = field(default_factory=list)
+
+    @property
+    def outputs(self) -> Mapping[str, Entry]:
+        """The outputs of the tree."""
+        return self.sections["outputs"]
+
+    def tree_name(self, tree_id: Attribute) -> Attribute:
+        """Return the name of the tree with an ID: that, unless it could not be the ID."""
+        return self.metadata.get(TREE_NAME, tree_id)
+
+    def declare(self, element: Element, reporter: Reporter) -> None:
+        """Take in an element of the model of the tree."""
+        attributes, report = element.attributes, reporter.report
+        if element.tag == "MetadataFields":
+            for child in element.children:
+                if REQUIREMENT in child.attributes:
+                    self.requirements.append(child)
+                else:
+                    self.metadata |= child.attributes
+        elif element.tag in ("input_port", "output_port"):
+            reporter.refuse(attributes.values(), element.tag, ("name", "type", "default"))
+            name = reporter.take(dict(attributes), "name", element.at)
+            if name is not None:
+                self._declare_port(element, name, reporter)
+        else:
+            message = f"expected input_port, output_port or MetadataFields, got <{element.tag}>"
+            report(element.at, message, "a variable is either given to a tree or taken from it")
+
+    def _declare_port(self, element: Element, name: Attribute, reporter: Reporter) -> None:
+        attributes, report = element.attributes, reporter.report
+        label = attributes["type"].value if "type" in attributes else LABELS["text"]
+        word = "list" if label.startswith("std::vector<") else _TYPES.get(label)
+        if word is None:
+            expected = f"expected a type ({listed(LABELS.values())}) of the port"
+            report(element.at, f"{expected} {quoted(name.value)}, got {quoted(label)}")
+            word = "list"
+        value, section = located(word, name.value_at), "needs"
+        if default := attributes.get("default"):
+            value, section = reporter.value(default, constant(word)), "inputs"
+        if element.tag == "output_port":
+            section = "outputs"
+            if default:
+                report(default.at, "an output has no default")
+        if name.value in self.types:
+            report(element.at, f"the port {quoted(name.value)} is declared twice")
+        self.types[name.value] = word
+        self.sections[section][name.value] = (name.value, name.value_at, value)
+
+
+@dataclass
+class XmlNodeReader(Reporter):
+    """Reads elements as nodes. `trees` are those that may be used, by their IDs."""
+
+    trees: Mapping[str, TreePorts] = field(default_factory=dict)
+
+    def node(self, element: Element) -> LocatedValue:
+        """Return an element and all below it as a node."""
+        if element.text:
+            self.report(element.text_at, f"a loose text in <{element.tag}>: {quoted(element.text)}")
+        if element.tag in ("Action", "Condition", "Control", "Decorator"):
+            rest = dict(element.attributes)
+            name = rest.pop("ID", None)
+            if name is None:
+                message = f"<{element.tag}> does not say which: the attribute 'ID' is missing"
+                self.report(element.at, message)
+                return located({}, element.at)
+            element = replace(element, tag=name.value, at=name.value_at, attributes=rest)
+        if element.tag == SUBTREE:
+            return self._use(element)
+        if rows := rows_of(element.tag):
+            return _Filling(element, self).node(rows)
+        hint = WITHOUT_COUNTERPART.get(element.tag)
+        if hint is None:
+            near = did_you_mean(element.tag, [*ELEMENTS, SUBTREE, *leaf_kinds()])
+            hint = f"{near} {STAND_IN}" if near else STAND_IN
+        self.report(element.at, f"the node {quoted(element.tag)} has no counterpart", hint)
+        for child in element.children:
+            self.node(child)
+        return located({}, element.at)
+
+    def _use(self, element: Element) -> LocatedValue:
+        """Return the use of a named tree."""
+        at = element.at
+        for child in element.children:
+            self.report(child.at, "a SubTree has nothing in it; ID names a tree")
+        attributes = dict(element.attributes)
+        tree_id = self.take(attributes, "ID", at)
+        if tree_id is None:
+            return located({}, at)
+        ports = self.trees.get(tree_id.value)
+        if ports is None:
+            message = f"no tree is called {quoted(tree_id.value)} (trees: {listed(self.trees)})"
+            self.report(tree_id.value_at, message, did_you_mean(tree_id.value, self.trees))
+            return located({}, at)
+        remaps = self._is_remapped(attributes.pop("_autoremap", None))
+        name = attributes.pop("name", None)
+        inputs, outputs = self._given(attributes, ports, tree_id.value)
+        for key in [one for one in ports.types if remaps and one not in attributes]:
+            value = located(key if key in ports.outputs else f"${key}", at)
+            (outputs if key in ports.outputs else inputs).append((key, at, value))
+        tree = LocatedValue(ports.tree_name(tree_id).value, plain_text(tree_id).place)
+        if inputs:
+            section = ("inputs", inputs[0][1], mapping(at, inputs))
+            tree = mapping(at, [("name", tree_id.at, tree), section])
+        entries = [("tree", at, tree)]
+        if name is not None:
+            entries.append(("name", name.at, plain_text(name)))
+        if outputs:
+            entries.append(("outputs", outputs[0][1], mapping(at, outputs)))
+        return mapping(at, entries)
+
+    def _given(
+        self, attributes: Mapping[str, Attribute], ports: TreePorts, tree: str
+    ) -> tuple[list[Entry], list[Entry]]:
+        """Return the inputs and the outputs that attributes give."""
+        inputs: list[Entry] = []
+        outputs: list[Entry] = []
+        for key, attribute in attributes.items():
+            if key in ports.outputs:
+                outputs.append((key, attribute.at, self.value(attribute, OUTPUT)))
+            elif key in ports.types:
+                value = self.value(attribute, given(ports.types[key]))
+                inputs.append((key, attribute.at, value))
+            elif key.startswith("_"):
+                self.refuse([attribute], SUBTREE, ())
+            else:
+                known = sorted(ports.types, key=ports.outputs.__contains__)
+                message = f"no port {quoted(key)} of {tree} (ports: {listed(known)})"
+                hint = "declare it under TreeNodesModel, with its type"
+                self.report(attribute.at, message, did_you_mean(key, known) or hint)
+        return inputs, outputs
+
+    def _is_remapped(self, attribute: Attribute | None) -> bool:
+        """Return whether ports that are not given have the variables of their names."""
+        if attribute is None or attribute.value.lower() in ("false", "0"):
+            return False
+        if attribute.value.lower() not in ("true", "1"):
+            got = quoted(attribute.value)
+            self.report(attribute.value_at, f"expected true or false, got {got}")
+        return True
+
+
+class _Filling:
+    """The columns of a row, filled from one element."""
+
+    def __init__(self, element: Element, reader: XmlNodeReader) -> None:
+        self._element = element
+        self._at = element.at
+        self._reader = reader
+        self._attributes = dict(element.attributes)
+        """Those that are still to be read."""
+
+    def node(self, rows: tuple[Row, ...]) -> LocatedValue:
+        """Return the node of the row that the element fits."""
+        tag, children = self._element.tag, self._element.children
+        fixed = {name: self._chosen(name, rows) for name in rows[0].fixed}
+        fitting = [row for row in rows if row.fixed == fixed] or rows
+        row = next((one for one in fitting if one.children == len(children)), fitting[0])
+        node = self._mapping({**row.node, "name": NAME}, row.kind)
+        if row.is_leaf:
+            for child in children:
+                self._reader.report(child.at, f"<{tag}> is a leaf, with nothing in it")
+        elif row.children is not None and len(children) != row.children:
+            nodes = "1 node" if row.children == 1 else f"{row.children} nodes"
+            self._reader.report(self._at, f"expected {nodes} in <{tag}>, got {len(children)}")
+        self._reader.refuse(self._attributes.values(), tag, row.takes)
+        return node
+
+    def _chosen(self, name: str, rows: tuple[Row, ...]) -> str:
+        """Return the value of an attribute that rows have fixed values of."""
+        choice = CHOICES[name]
+        attribute = self._attributes.pop(name, None)
+        if attribute is None:
+            return choice.default
+        value, count = attribute.value, number(attribute.value)
+        if count == len(self._element.children) > 1:
+            value = "-1"
+        elif count in (1, -1):
+            value = str(int(count))
+        elif value.lower() in ("false", "0"):
+            value = "false"
+        if not any(row.fixed[name] == value for row in rows):
+            message = choice.message.format(quoted(attribute.value))
+            self._reader.report(attribute.value_at, message, choice.hint)
+        return value
+
+    def _mapping(self, template: Mapping[str, Any], kind: str | None = None) -> LocatedValue:
+        """Return a mapping: the kind first, then attributes in their order, then all else."""
+        order: list[tuple[At, Entry]] = []
+        for key, part in template.items():
+            attributes = self._taken(part)
+            value = self._filled(part, attributes)
+            if key == kind:
+                order.append(((0, 0), (key, self._at, value or mapping(self._at, ()))))
+            elif value is not None:
+                at = attributes[0].at if attributes else self._at
+                order.append((at if isinstance(part, Port) else _LAST, (key, at, value)))
+        return mapping(self._at, (entry for _, entry in sorted(order, key=lambda one: one[0])))
+
+    def _taken(self, part: Any) -> list[Attribute]:
+        """Take the attributes of a column."""
+        names: list[str] = []
+        if isinstance(part, Port):
+            names = [part.name] if part.name in self._attributes else []
+        elif isinstance(part, Ports):
+            names = [name for name in self._attributes if part.path(name)]
+        return [self._attributes.pop(name) for name in names]
+
+    def _filled(self, part: Any, attributes: list[Attribute]) -> LocatedValue | None:
+        """Return a part of the node; None where there is nothing for it."""
+        match part:
+            case Port():
+                return self._port(part, attributes)
+            case Ports():
+                return self._entries(part, attributes) if attributes else None
+            case Blackboard():
+                return self._variable(part)
+            case Child() | Question() | Children() | AllButLast() | Never():
+                return self._below(part)
+            case dict():
+                return self._mapping(part)
+            case list():
+                return located([self._filled(one, []) for one in part], self._at)
+        return located(part, self._at)
+
+    def _below(self, column: Any) -> LocatedValue | None:
+        match column:
+            case Question():
+                return self._condition(column)
+            case Children():
+                return self._children(column)
+            case AllButLast():
+                return self._all_but_last()
+            case Child():
+                child = self._child(column.index)
+                is_absent = replace(child, at=self._at) == Element(column.absent or "", self._at)
+                return None if is_absent else self._reader.node(child)
+        return None
+
+    def _port(self, port: Port, attributes: list[Attribute]) -> LocatedValue | None:
+        if attributes:
+            return self._reader.value(attributes[0], port.codec)
+        if not port.is_needed:
+            return None
+        self._reader.report(self._at, f"the attribute '{port.name}' is missing")
+        return located("", self._at)
+
+    def _entries(self, ports: Ports, attributes: list[Attribute]) -> LocatedValue:
+        """Return a mapping whose entries are attributes, nested as their names say."""
+        entries = [
+            (ports.path(one.name) or (), one.at, self._reader.value(one, ports.codec))
+            for one in attributes
+        ]
+        whole: set[Names] = set()
+        above: set[Names] = set()
+        for path, at, _ in entries:
+            around = {path[:count] for count in range(1, len(path))}
+            if path in whole or path in above or not whole.isdisjoint(around):
+                self._reader.report(at, f"the field {quoted('.'.join(path))} is given twice")
+            whole.add(path)
+            above |= around
+        return _nested(entries, self._at)
+
+    def _child(self, index: int) -> Element:
+        """Return an element below; a missing one is made up."""
+        try:
+            return self._element.children[index]
+        except IndexError:
+            return Element("AlwaysSuccess", self._at)
+
+    def _condition(self, question: Question) -> LocatedValue:
+        element = self._child(question.index)
+        node = self._reader.node(element)
+        if list(node.data) != ["check"]:
+            message = "expected a ScriptCondition without a name here"
+            hint = "only a condition on variables decides between nodes"
+            self._reader.report(element.at, message, hint)
+            return located(True, self._at)
+        assert isinstance(node.place.parts, dict)
+        data = node.data["check"]
+        return LocatedValue(
+            _negated(data) if question.is_negated else data, node.place.parts["check"]
+        )
+
+    def _children(self, column: Children) -> LocatedValue:
+        children = self._element.children
+        if not children:
+            self._reader.report(self._at, f"<{self._element.tag}> has nothing in it")
+        # Where all children are skipped, so is their parent, which has no counterpart.
+        skips = column.skips and any(_SKIP not in child.attributes for child in children)
+        nodes = [
+            self._unless_skipped(child, column.skips)
+            if skips and _SKIP in child.attributes
+            else self._reader.node(child)
+            for child in children
+        ]
+        return located(nodes, self._at)
+
+    def _unless_skipped(self, child: Element, kind: str | None) -> LocatedValue:
+        """Return a child that is left out where the condition of its `_skipIf` holds."""
+        rest = dict(child.attributes)
+        code = self._reader.value(rest.pop(_SKIP), CONDITION)
+        asked = LocatedValue(_negated(code.data), code.place)
+        inner = self._reader.node(replace(child, attributes=rest))
+        at = child.at
+        if kind == "sequence":
+            return mapping(at, [("when", at, asked), ("do", at, inner)])
+        steps = located([mapping(at, [("check", at, asked)]), inner], at)
+        return mapping(at, [("sequence", at, steps)])
+
+    def _all_but_last(self) -> LocatedValue:
+        children = self._element.children
+        if len(children) < 2:
+            message = f"expected 2 nodes or more in <{self._element.tag}>, got {len(children)}"
+            self._reader.report(self._at, message)
+        nodes = [self._reader.node(child) for child in children[:-1]]
+        if len(nodes) == 1:
+            return nodes[0]
+        return mapping(self._at, [("sequence", self._at, located(nodes, self._at))])
+
+    def _variable(self, column: Blackboard) -> LocatedValue:
+        """Return a mapping with one variable; a text is a constant."""
+        key = self._reader.take(self._attributes, column.key.name, self._at)
+        values = self._taken(column.value)
+        value = self._port(column.value, values) or located(0, self._at)
+        if key is None:
+            return located({}, self._at)
+        if VARIABLE.fullmatch(key.value) is None:
+            message = f"expected the name of a variable, got {quoted(key.value)}"
+            self._reader.report(key.value_at, message)
+        if isinstance(value.data, str) and not value.data.startswith("$"):
+            value = located(repr(value.data), (value.place.line, value.place.column))
+        return mapping(key.value_at, [(key.value, key.value_at, value)])
+
+
+def _nested(entries: list[tuple[Names, At, LocatedValue]], at: At) -> LocatedValue:
+    """Return a mapping of values, each with its path and its place."""
+    below: dict[str, list[tuple[Names, At, LocatedValue]]] = {}
+    for path, place, value in entries:
+        below.setdefault(path[0], []).append((path[1:], place, value))
+    return mapping(
+        at,
+        (
+            (name, group[0][1], _nested(group, group[0][1]) if group[0][0] else group[0][2])
+            for name, group in below.items()
+        ),
+    )
+
+
+def _negated(condition: Any) -> bool | str:
+    """Return the opposite of a condition."""
+    return not condition if isinstance(condition, bool) else f"not ({condition})"
