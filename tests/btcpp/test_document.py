@@ -131,9 +131,11 @@ MEANT = "did you mean 'Sequence'?"
             f'<turn {"__".join("a" * 3000)}="1"/>',
             (
                 *(2, 28),
-                f"no attribute '{'a__' * 19}...' for turn (it takes: fields of the goal, timeout, "
-                "cancel_when, on_cancel, server_timeout, acceptance_timeout, feedback_timeout, "
-                "cancel_timeout, out_FIELD, name)",
+                (
+                    f"no attribute '{'a__' * 19}...' for turn (it takes: fields of the goal, "
+                    "timeout, cancel_when, on_cancel, server_timeout, acceptance_timeout, "
+                    "feedback_timeout, cancel_timeout, out_FIELD, name)"
+                ),
                 None,
             ),
         ),
