@@ -15,6 +15,7 @@ from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
 from bt_mission.cli.web import web_options, web_server
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.stamps import NS
+from bt_mission.core.text import seconds
 
 if TYPE_CHECKING:
     from bt_mission.executive.stored_trace import StoredTrace
@@ -55,7 +56,7 @@ def _replay_recording(options: argparse.Namespace) -> int:
         print(f"shown: {film.robots[0]}; with --robot NAME: {others}", file=sys.stderr)
     duration_s = (film.end_ns - film.start_ns) / NS
     if options.at > duration_s:
-        raise BtMissionError(f"--at {options.at:g}: the recording ends at {duration_s:.2f} s")
+        raise BtMissionError(f"--at {options.at:g}: the recording ends at {seconds(duration_s)}")
     if options.once:
         return _print_once(options, film)
     if options.web:
@@ -149,7 +150,10 @@ def _tell_trace(options: argparse.Namespace, trace: StoredTrace) -> int:
         if trace.seconds(event) < options.at or (event["event"] == "pose" and not options.poses):
             continue
         pacer.hold(int(event["t"]), lambda: False)
-        print(f"{trace.seconds(event):8.2f} s  {line_of(event, glyphs)}", flush=bool(options.speed))
+        print(
+            f"{seconds(trace.seconds(event)):>10}  {line_of(event, glyphs)}",
+            flush=bool(options.speed),
+        )
     if trace.is_cut:
         print(f"{trace.file}: cut here, in the middle of a line")
     return SUCCESS

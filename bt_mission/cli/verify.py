@@ -13,7 +13,7 @@ from bt_mission.cli.exits import MISSION_FAILED, SUCCESS, UNKNOWN
 from bt_mission.cli.options import JSON, REQUIRE, mission_file, recorded_robot
 from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 
 if TYPE_CHECKING:
     from bt_mission.language.requirements.formula import Requirement
@@ -147,7 +147,7 @@ def _lines(
     options: argparse.Namespace, recorded: RecordedRequirements, found: Verification
 ) -> list[str]:
     what = recorded.mission or "no mission"
-    lines = [f"{options.file}: {what}, {recorded.duration_s:.2f} s"]
+    lines = [f"{options.file}: {what}, {seconds(recorded.duration_s)}"]
     lines += [f"  {note}" for note in found.notes]
     lines += [f"  requirement {one}" for one in found.results]
     if found.why_cut:

@@ -97,8 +97,13 @@ def columns(rows: Iterable[Sequence[str]]) -> list[str]:
     ]
 
 
+def seconds(value_s: float) -> str:
+    """Return a time of a run, as every view of it shows times: ``125.30 s``."""
+    return f"{value_s:.2f} s"
+
+
 def duration(value_s: float) -> str:
-    """Return a time in the unit that suits it: ``42 s``, ``3 min``, ``2 h 10 min``, ``3 days``."""
+    """Return an estimate in a suitable unit: ``42 s``, ``3 min``, ``2 h 10 min``, ``3.5 days``."""
     if value_s < 100:
         return f"{value_s:.0f} s"
     minutes = round(value_s / 60)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.core.nature import in_words
 from bt_mission.core.stamps import NS
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 from bt_mission.events.log import verdict
 
 if TYPE_CHECKING:
@@ -57,10 +57,10 @@ class FaultOutcome:
         if self.began is None:
             return f"{self.fault}: never happened, {self.why}"
         if self.ended is None:
-            return f"{self.fault}: from {self.began:.2f} s on"
+            return f"{self.fault}: from {seconds(self.began)} on"
         if self.ended == self.began:
-            return f"{self.fault}: at {self.began:.2f} s"
-        return f"{self.fault}: from {self.began:.2f} s to {self.ended:.2f} s"
+            return f"{self.fault}: at {seconds(self.began)}"
+        return f"{self.fault}: from {seconds(self.began)} to {seconds(self.ended)}"
 
 
 @dataclass(frozen=True)
@@ -132,9 +132,9 @@ class Report:
         if self.failure is not None and len(self.failure.nodes) > 1:
             message = "" if self.failure.message in self.reason else f": {self.failure.message}"
             path = " > ".join(self.failure.nodes)
-            lines.append(f"  {path}, at {self.failure.time_s:.2f} s{message}")
+            lines.append(f"  {path}, at {seconds(self.failure.time_s)}{message}")
         lines.append(
-            f"  {self.virtual_s:.2f} s in {self.wall_s:.2f} s of wall time "
+            f"  {seconds(self.virtual_s)} in {seconds(self.wall_s)} of wall time "
             f"({self.real_time_factor:.1f} x real time), seed {self.seed}"
         )
         if self.nature:

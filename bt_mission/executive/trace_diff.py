@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import zip_longest
 from typing import Any
 
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 from bt_mission.events.log import line_of
 from bt_mission.executive.stored_trace import StoredTrace
 
@@ -45,7 +45,7 @@ class Difference:
         if self.first is None and self.second is None:
             return _joined([*lines, f"all other {self.number} events are the same"])
         same = "no event is" if not self.number else f"the first {self.number} events are"
-        lines.append(f"{same} the same; they part at {self.time_s:.2f} s")
+        lines.append(f"{same} the same; they part at {seconds(self.time_s)}")
         lines += [f"  {line}" for line in self.before]
         for sign, event in (("<", self.first), (">", self.second)):
             lines.append(f"{sign} {event if event is not None else '          (the end)'}")
@@ -100,7 +100,7 @@ def _before(trace: StoredTrace, events: Sequence[Event], number: int) -> tuple[s
 
 
 def _line(trace: StoredTrace, event: Event) -> str:
-    return f"{trace.seconds(event):8.2f} s  {line_of(event)}"
+    return f"{seconds(trace.seconds(event)):>10}  {line_of(event)}"
 
 
 def _fields(

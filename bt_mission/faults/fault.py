@@ -13,6 +13,7 @@ from rclpy.action import get_action_server_names_and_types_by_node
 from rclpy.node import Node
 
 from bt_mission.core.stamps import NS
+from bt_mission.core.text import seconds
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.mission import Mission
@@ -186,12 +187,12 @@ class FaultInstance:
         self.end()
 
     def __str__(self) -> str:
-        begin = f"{self.began_s:.2f} s"
+        begin = seconds(self.began_s)
         if not self._is_lasting:
             return f"{self.fault!r} at {begin}"
-        if self.ended_ns is None:
-            return f"{self.fault!r} from {begin} on"
-        return f"{self.fault!r} from {begin} to {self.ended_s:.2f} s"
+        end = self.ended_s
+        until = "on" if end is None else f"to {seconds(end)}"
+        return f"{self.fault!r} from {begin} {until}"
 
     def _record(self, state: str) -> None:
         stage = self.run.stage

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bt_mission.core.stamps import NS
+from bt_mission.core.text import seconds
 from bt_mission.executive.report import FaultOutcome
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.fault import Fault, FaultInstance, FaultTarget
@@ -233,5 +234,5 @@ class FaultPlan:
             return f"it could not be made: {self.errors[number]}"
         end_s = ((self._stage.executive.ended_ns or self._stage.now_ns) - self._stage.start_ns) / NS
         if isinstance(one.begins, WhenTrue):
-            return f"its condition was not true by the end at {end_s:.2f} s"
-        return f"the mission ended at {end_s:.2f} s"
+            return f"its condition was not true by the end at {seconds(end_s)}"
+        return f"the mission ended at {seconds(end_s)}"

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.cells import cell_len
 
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 from bt_mission.events.log import verdict
 from bt_mission.executive.report import Report, counted
 from bt_mission.executive.status import MissionStatus
@@ -119,7 +119,7 @@ class FleetReport:
         ]
         reports = [one.mission for one in self.robots]
         distance_m = sum(one.distance_travelled_m or 0.0 for one in reports)
-        time = f"{self.virtual_s:.2f} s in {self.wall_s:.2f} s of wall time"
+        time = f"{seconds(self.virtual_s)} in {seconds(self.wall_s)} of wall time"
         goals = sum(one.goals_sent for one in reports)
         orphaned = sum(one.goals_left_behind for one in reports)
         among = self.collisions_among_robots
@@ -162,7 +162,7 @@ def _row(one: RobotReport) -> list[str]:
     return [
         one.robot,
         report.mission,
-        f"{report.virtual_s:.2f} s",
+        seconds(report.virtual_s),
         f"{report.distance_travelled_m or 0.0:.2f} m",
         counted(report.collisions or 0, "collision"),
         verdict(report.status, report.reason),

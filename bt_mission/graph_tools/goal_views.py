@@ -13,7 +13,7 @@ from rich.style import StyleType
 from rich.text import Text
 
 from bt_mission.core.terminal.console import EscapingConsole
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 from bt_mission.graph_tools.feedback_table import FeedbackTable
 from bt_mission.graph_tools.goal_events import (
     CancelRefused,
@@ -193,7 +193,7 @@ def _event_lines(
 ) -> list[str]:
     match event:
         case GoalEnded(end=end) if end.result is not None:
-            head = f"{end.reason} after {event.since_s:.2f} s"
+            head = f"{end.reason} after {seconds(event.since_s)}"
             return [head, *_table(end.result, about.part("result"))]
         case GoalEnded(end=end):
             return [end.reason]
@@ -204,7 +204,7 @@ def _event_lines(
         case _:
             return [str(event)]
     who = f"{event.goal[:8]} " if event.goal else ""
-    return [f"{who}{event.since_s:9.2f} s  {text}"]
+    return [f"{who}{seconds(event.since_s):>11}  {text}"]
 
 
 def one_line(message: Any, units: Mapping[str, str]) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.core.stamps import NS
+from bt_mission.core.text import seconds
 from bt_mission.language.checks.requirements import KnownNames
 from bt_mission.language.requirements.formula import (
     CONTROL_STEP_S,
@@ -156,7 +157,7 @@ class RecordedRequirements:
         first = survey.first_sample
         if first is not None and first.get("cycle") != 1:
             late_s = (int(first["t"]) - survey.start_ns) / NS
-            return f"the recording begins {late_s:.2f} s after the mission"
+            return f"the recording begins {seconds(late_s)} after the mission"
         return ""
 
     @property

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Literal, Protocol, TypeAlias, runtime_checkable
 
 from bt_mission.core.stamps import NS
+from bt_mission.core.text import seconds
 from bt_mission.core.units import shown_unit
 from bt_mission.language.requirements.formula import (
     OnViolation,
@@ -82,7 +83,7 @@ class RequirementResult:
         measure = (
             "" if not has_measure else f" by {abs(self.margin or 0.0):.4g} {self.unit}".rstrip()
         )
-        when = "" if self.at is None else f" at {self.at:.2f} s"
+        when = "" if self.at is None else f" at {seconds(self.at)}"
         why = f": {self.why}" if self.why else ""
         sources = f" ({', '.join(self.sources)})" if self.sources else ""
         return f"{self.verdict}{measure}{when}{sources}{why}"

@@ -29,6 +29,7 @@ from bt_mission.core.dds.liveliness import ASSURED_S, TOPIC
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import NS, clock_ns
+from bt_mission.core.text import seconds
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.mission_time import MissionTime
@@ -345,9 +346,9 @@ class MissionRunner:
     def _on_clock_jump(self, jump_s: float) -> None:
         self.trace.record(self._time.at(self._ros_ns), "clock", jump=jump_s)
         if jump_s < 0:
-            said = f"was set back by {-jump_s:.2f} s: limits go on with what is left of them"
+            said = f"was set back by {seconds(-jump_s)}: limits go on with what is left of them"
         else:
-            said = f"skipped {jump_s:.2f} s: they count as passed"
+            said = f"skipped {seconds(jump_s)}: they count as passed"
         log_of(self.node).warning(f"the ROS clock {said}")
 
     def warn(self, text: str) -> None:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, quoted
 from bt_mission.core.nature import Nature
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 from bt_mission.core.yaml.document import Document, Key
 from bt_mission.coverage.record import CoverageRecord
 from bt_mission.executive.report import Report
@@ -112,7 +112,7 @@ class Scenario:
         expect = self.expect
         if expect.outcome not in ("any", report.status):
             reason = f": {report.reason}" if report.reason else ""
-            got = f"{report.status}{reason}, at {report.virtual_s:.2f} s"
+            got = f"{report.status}{reason}, at {seconds(report.virtual_s)}"
             yield self._fault("outcome", f"expected {expect.outcome}, got {got}")
         if expect.reason and not re.search(expect.reason, report.reason):
             message = f"expected a reason with {quoted(expect.reason)}, got {report.reason!r}"
@@ -123,10 +123,10 @@ class Scenario:
             yield self._fault("failed", f"expected a failure of {quoted(expect.failed)}, got {got}")
         if expect.after is not None and report.virtual_s < expect.after - 1e-9:
             message = f"expected the end at {expect.after:g} s or later"
-            yield self._fault("after", f"{message}, got {report.virtual_s:.2f} s")
+            yield self._fault("after", f"{message}, got {seconds(report.virtual_s)}")
         if expect.before is not None and report.virtual_s > expect.before + 1e-9:
             message = f"expected the end at {expect.before:g} s or earlier"
-            yield self._fault("before", f"{message}, got {report.virtual_s:.2f} s")
+            yield self._fault("before", f"{message}, got {seconds(report.virtual_s)}")
         yield from self._violations(report)
         if expect.orphaned_goals not in (None, report.goals_left_behind):
             message = f"expected {expect.orphaned_goals} orphaned goals"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from bt_mission.core.text import seconds
 from bt_mission.executive.report import Report
 from bt_mission.faults.planned import Beginning, PlannedFault, Value, WhenTrue
 from bt_mission.faults.world import OBSTACLES
@@ -49,7 +50,7 @@ def _what(failure: Failure, report: Report) -> str:
     if report.status == "interrupted":
         return f"the mission has not ended at {report.virtual_s:g} s"
     leaf = f": '{report.failure.nodes[-1]}' fails" if report.failure else ""
-    return f"the mission fails at {report.virtual_s:.2f} s{leaf} ({_first_line(report.reason)})"
+    return f"the mission fails at {seconds(report.virtual_s)}{leaf} ({_first_line(report.reason)})"
 
 
 def _first_line(text: str) -> str:

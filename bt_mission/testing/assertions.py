@@ -12,6 +12,7 @@ from itertools import takewhile
 from typing import Any
 
 from bt_mission.core.errors import described
+from bt_mission.core.text import seconds
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.sessions.stage import Stage
@@ -56,7 +57,7 @@ def holds(condition: Condition, moment: Moment) -> bool:
         raise
     except Exception as error:
         raise ScenarioError(
-            f"the condition raised {described(error)}, at {moment.t:.2f} s"
+            f"the condition raised {described(error)}, at {seconds(moment.t)}"
         ) from error
 
 
@@ -145,7 +146,7 @@ class Assertions:
         last = None
         for last in self._between(after, before):
             if holds(condition, last):
-                return Verdict(holds=True, line=f"held at {last.t:.2f} s", t=last.t)
+                return Verdict(holds=True, line=f"held at {seconds(last.t)}", t=last.t)
         limit = f"within {within:g} s" if within is not None else "until the end"
         since = f" after {after:g} s" if after else ""
         if last is None:
@@ -174,7 +175,7 @@ class Assertions:
             elif last.t > waiting.t + within + 1e-9:
                 break
         if waiting is not None and last is not None:
-            what = f"did not follow within {within:g} s of {waiting.t:.2f} s; last seen"
+            what = f"did not follow within {within:g} s of {seconds(waiting.t)}; last seen"
             return self._broken(what, then, last)
         return Verdict(holds=True, line=f"followed all {answered} times")
 
@@ -204,7 +205,7 @@ class Assertions:
     def _broken(self, what: str, condition: Condition, moment: Moment) -> Verdict:
         values = read_by(condition, moment)
         told = [f"{name} = {short(value)}" for name, value in values.items()]
-        line = f"{what} at {moment.t:.2f} s"
+        line = f"{what} at {seconds(moment.t)}"
         if told:
             line += ": " + ", ".join(told[:READ])
         details = "\n".join([f"{line.split(':')[0]}:", *(f"  {one}" for one in told), moment.tree])

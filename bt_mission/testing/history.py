@@ -18,7 +18,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 from bt_mission.events.log import UNICODE, line_of
 from bt_mission.executive.status import Change
 from bt_mission.goals.goal import Goal, Phase
@@ -58,7 +58,7 @@ class GoalLife:
         return next((time_s for time_s, what, _ in self.events if what == "ended"), None)
 
     def __str__(self) -> str:
-        lives = ", ".join(f"{what} at {time_s:.2f} s" for time_s, what, _ in self.events)
+        lives = ", ".join(f"{what} at {seconds(time_s)}" for time_s, what, _ in self.events)
         end = f": {self.status}" if self.status else ""
         return f"{self.action} goal {self.id[:8]} of '{self.owner}' ({lives}){end}"
 
@@ -193,7 +193,7 @@ class History:
     def last_events(self, most: int) -> list[str]:
         """The newest events of the trace that are no poses, in words."""
         events = [one for one in self.read_events() if one.get("event", "pose") != "pose"]
-        return [f"{self.seconds(one['t']):8.2f} s  {line_of(one)}" for one in events[-most:]]
+        return [f"{seconds(self.seconds(one['t'])):>10}  {line_of(one)}" for one in events[-most:]]
 
     # ---- listening -----------------------------------------------------------------------
 

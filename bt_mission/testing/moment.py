@@ -10,6 +10,7 @@ from typing import Any, Protocol
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
+from bt_mission.core.text import seconds
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.history import GoalLife, History, Pose, Recorded
 
@@ -81,7 +82,7 @@ class NodeView:
         return history.count(node, self._changes, Status.SUCCESS, Status.FAILURE)
 
     def __repr__(self) -> str:
-        return f"<{self.name}: {self.status} since {self.since:.2f} s>"
+        return f"<{self.name}: {self.status} since {seconds(self.since)}>"
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -249,7 +250,7 @@ class Moment:
         return self._run.history.tree_text(self._changes)
 
     def __repr__(self) -> str:
-        return f"<moment {self.t:.2f} s at ({self.x:.2f}, {self.y:.2f})>"
+        return f"<moment {seconds(self.t)} at ({self.x:.2f}, {self.y:.2f})>"
 
 
 Condition = Callable[[Moment], Any]

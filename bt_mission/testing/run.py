@@ -10,7 +10,7 @@ from py_trees.behaviour import Behaviour
 from rclpy.node import Node
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 from bt_mission.executive.report import Report, report_on
 from bt_mission.faults import FaultInstance
 from bt_mission.faults.errors import ScenarioError, no_such
@@ -271,7 +271,7 @@ class Run(Assertions):
         """Everything that a person wants to know of a run that went wrong."""
         history = self.history
         parts = [
-            f"{self.mission.name}: {self._ended}, at {self.t:.2f} s, seed {self.mission.seed}",
+            f"{self.mission.name}: {self._ended}, at {seconds(self.t)}, seed {self.mission.seed}",
             history.tree_text(len(history.changes)),
         ]
         goals = [str(life) for life in self.goals[-LAST_EVENTS:]]
@@ -289,7 +289,7 @@ class Run(Assertions):
         if failed:
             names = " > ".join(node.name for node in failed)
             what = f"{names}: {failed[-1].feedback_message or 'failed'}"
-        parts = [f"{self.mission.name}: {self.status} at {self.t:.2f} s", what]
+        parts = [f"{self.mission.name}: {self.status} at {seconds(self.t)}", what]
         return f"<run of {'; '.join(filter(None, (*parts, self.replay_command())))}>"
 
     # ---- the end -------------------------------------------------------------------------
@@ -328,7 +328,7 @@ class Run(Assertions):
     def _failed(self, what: str) -> NeverHeldError:
         history = self.history
         return NeverHeldError(
-            f"{what}; at {self.t:.2f} s:\n{history.tree_text(len(history.changes))}"
+            f"{what}; at {seconds(self.t)}:\n{history.tree_text(len(history.changes))}"
         )
 
     def _do_within_a_step(self, actions: tuple[Action, ...]) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 from bt_mission.behaviours.builder import revise_tree
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed, quoted
+from bt_mission.core.text import seconds
 from bt_mission.core.yaml.document import read_text
 from bt_mission.faults.located import WrittenFault
 from bt_mission.faults.planned import WhenTrue
@@ -134,7 +135,7 @@ def refuse_earlier(faults: Iterable[WrittenFault], at_s: float) -> None:
     for one in faults:
         begins = one.planned.begins
         if not isinstance(begins, WhenTrue) and begins.time_s < at_s - ROUNDING_S:
-            message = f"it begins before the fork, whose control step is at {at_s:.2f} s"
+            message = f"it begins before the fork, whose control step is at {seconds(at_s)}"
             wrong.append(one.locate(message, None, str(begins.time_s), 0))
     if wrong:
         raise InputError(wrong)

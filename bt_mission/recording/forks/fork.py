@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.text import seconds
 from bt_mission.executive.report import Report
 from bt_mission.executive.stored_trace import trace_of
 from bt_mission.executive.trace_diff import Difference, first_difference
@@ -194,7 +195,7 @@ class ForkedRun:
         self._lines = self._lines[: self._parted + 1]
         difference = self._difference(self._recorded[: self._parted + 1])
         at_s = source.seconds(self._step_ns)
-        what = f"run again, it is not the same up to {at_s:.2f} s, so it cannot be forked there"
+        what = f"run again, it is not the same up to {seconds(at_s)}, so it cannot be forked there"
         lines = [
             f"{source.path}: {what} (< recorded, > run again)",
             str(difference),

@@ -14,6 +14,7 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.nature_field import read_nature
 from bt_mission.core.stamps import NS
+from bt_mission.core.text import seconds
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.executive.trace import VERSION
 from bt_mission.language.checks.mission import tree_faults
@@ -126,7 +127,7 @@ class ForkSource:
             if step_ns >= wanted:
                 return step_ns
         what = "the run" if self.is_whole else "the recording"
-        raise ForkError(f"--at {at_s:g}: {what} ends at {self.end_s:.2f} s")
+        raise ForkError(f"--at {at_s:g}: {what} ends at {seconds(self.end_s)}")
 
     def options(self, props: int = 0) -> StageOptions:
         """What a stage needs besides the mission.

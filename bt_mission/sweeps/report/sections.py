@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from bt_mission.core.text import escape_markup
+from bt_mission.core.text import duration, escape_markup
 from bt_mission.scenarios.cause import KINDS
 from bt_mission.sweeps.origin import SweepOrigin, resume_command
 from bt_mission.sweeps.repeat import Repeater, told_parameters
@@ -42,8 +42,8 @@ def facts(columns: SweepColumns) -> str:
         "orphaned goals": f"{tally.orphaned_goals:,}",
         "collisions": f"{tally.collisions:,}",
         "driven": _length(tally.distance_m),
-        "time of the missions": _duration(tally.virtual_s),
-        "wall time, all workers": _duration(tally.wall_s),
+        "time of the missions": duration(tally.virtual_s),
+        "wall time, all workers": duration(tally.wall_s),
     }
     cells = (
         element("div", element("dt", name) + element("dd", value)) for name, value in told.items()
@@ -274,11 +274,3 @@ def _cut(text: str, most: int) -> str:
 
 def _length(metres: float) -> str:
     return f"{metres:,.0f} m" if metres < 10_000 else f"{metres / 1000:,.0f} km"
-
-
-def _duration(seconds: float) -> str:
-    """A time in the unit that suits it."""
-    for unit, size in (("days", 86400), ("h", 3600), ("min", 60)):
-        if seconds >= 2 * size:
-            return f"{number(seconds / size, 1)} {unit}"
-    return f"{number(seconds, 1)} s"

@@ -36,11 +36,6 @@ def number(value: float, digits: int = 3) -> str:
     return "0" if text == "-0" else text
 
 
-def seconds(value: float) -> str:
-    """A time for people, with the digits that `run` prints: `0.05 s`, `185.20 s`."""
-    return f"{value:.2f} s"
-
-
 def rows(lines: Iterable[str]) -> str:
     """Markup, one part a line."""
     return "\n".join(lines)

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from bt_mission.core.text import escape_markup
+from bt_mission.core.text import escape_markup, seconds
 from bt_mission.recording.model import Floats, RecordedGrid, RecordedRun, Track
 from bt_mission.views.html_report.figures import stops
-from bt_mission.views.html_report.markup import element, hint, legend, number, rows, seconds, void
+from bt_mission.views.html_report.markup import element, hint, legend, number, rows, void
 
 MARGIN = 0.3
 """m around everything that is drawn."""

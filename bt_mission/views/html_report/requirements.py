@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bt_mission.core.text import escape_markup
+from bt_mission.core.text import escape_markup, seconds
 from bt_mission.recording.model import RecordedRequirement, RecordedRun
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.views.html_report.figures import duration_s
-from bt_mission.views.html_report.markup import element, legend, number, rows, seconds, table, void
+from bt_mission.views.html_report.markup import element, legend, number, rows, table, void
 from bt_mission.views.html_report.timeline import HEIGHT, LineChart, axis, thinned, zoomed
 
 TOP, BOTTOM = 8, 92

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bt_mission.core.text import escape_markup
+from bt_mission.core.text import escape_markup, seconds
 from bt_mission.recording.model import RecordedGoal, RecordedLine, RecordedRun
 from bt_mission.views.html_report.figures import (
     LeafFigures,
@@ -18,7 +18,7 @@ from bt_mission.views.html_report.figures import (
     since_start_s,
     way_to_failure,
 )
-from bt_mission.views.html_report.markup import element, hint, number, rows, seconds, table
+from bt_mission.views.html_report.markup import element, hint, number, rows, table
 
 MOST_LINES = 1000
 MOST_GOALS = 500

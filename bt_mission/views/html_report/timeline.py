@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bt_mission.core.text import escape_markup
+from bt_mission.core.text import escape_markup, seconds
 from bt_mission.recording.model import Floats, RecordedRun, Span, Times
 from bt_mission.views.html_report.figures import clearance, duration_s, inner_nodes, since_start_s
-from bt_mission.views.html_report.markup import element, hint, legend, number, rows, seconds, void
+from bt_mission.views.html_report.markup import element, hint, legend, number, rows, void
 
 ROW = 22
 """Pixels."""

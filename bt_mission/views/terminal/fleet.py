@@ -11,7 +11,7 @@ from rich.console import Group
 from rich.text import Text
 
 from bt_mission.core.terminal.console import EscapingConsole
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.log import verdict
 from bt_mission.executive.report import counted
@@ -122,7 +122,7 @@ class FleetScreen(LiveScreen):
         assert self._stage is not None
         virtual_s = (self._stage.now_ns - self._stage.start_ns) / 1e9
         factor = virtual_s / self._wall.elapsed_s if self._wall.elapsed_s > 0 else 0.0
-        return f"{title_of(self._plan)}   {virtual_s:.2f} s   {factor:.0f} x real time"
+        return f"{title_of(self._plan)}   {seconds(virtual_s)}   {factor:.0f} x real time"
 
     def _header(self, run: FleetRun) -> str:
         """How a mission goes, and what runs in it, in one line."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 from bt_mission.events.log import verdict
 from bt_mission.recording.forks.change import ForkChange
 from bt_mission.recording.forks.fork import ForkResult
@@ -26,7 +26,7 @@ def told(result: ForkResult, asked_s: float) -> list[str]:
     now = _outcome(report.status, report.reason, report.virtual_s)
     lines = [
         f"recorded: {then}",
-        f"forked at {result.at_s:.2f} s{step} {what}: {now}",
+        f"forked at {seconds(result.at_s)}{step} {what}: {now}",
         f"  the same until there: {result.same_events} events, byte by byte",
     ]
     before = {one["name"]: one for one in source.requirements}
@@ -41,7 +41,7 @@ def told(result: ForkResult, asked_s: float) -> list[str]:
 
 def try_line(one: Try) -> str:
     """Tell of one try of a sweep."""
-    return escape_control(f"  forked at {one.at_s:7.2f} s: {_ending(one)}")
+    return escape_control(f"  forked at {seconds(one.at_s):>9}: {_ending(one)}")
 
 
 def told_sweep(
@@ -59,10 +59,12 @@ def told_sweep(
         lines.append(f"with {change}: saved at none of the instants that were tried")
     else:
         at_s = found.last.at_s
-        lines.append(f"with {change} from {at_s:.2f} s on, it is saved: {_ending(found.last)}")
+        lines.append(f"with {change} from {seconds(at_s)} on, it is saved: {_ending(found.last)}")
     if found.last is not None and found.next is not None:
         at_s = found.next.at_s
-        lines.append(f"  one control step later, at {at_s:.2f} s, it is not: {_ending(found.next)}")
+        lines.append(
+            f"  one control step later, at {seconds(at_s)}, it is not: {_ending(found.next)}"
+        )
     left = f"; {found.skipped} such instants were left out (--tries)" if found.skipped else ""
     lines.append(
         f"  {len(found.tries)} of {found.control_steps} control steps were tried, in {wall_s:.0f} "
@@ -78,7 +80,7 @@ def _ending(one: Try) -> str:
 
 
 def _outcome(status: str, reason: str, at_s: float) -> str:
-    return f"{verdict(status, '')} at {at_s:.2f} s" + (f": {reason}" if reason else "")
+    return f"{verdict(status, '')} at {seconds(at_s)}" + (f": {reason}" if reason else "")
 
 
 def _verdict(then: Mapping[str, Any] | None, unknown: str = "") -> str:

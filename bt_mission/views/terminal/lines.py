@@ -11,14 +11,14 @@ from rich.cells import cell_len, set_cell_size
 
 from bt_mission.behaviours.leaves import Log
 from bt_mission.core.stamps import NS
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 from bt_mission.events.events import MissionStarted, RequirementChanged
 from bt_mission.events.log import LogEntry, glyphs_for, mission_state, verdict
 from bt_mission.events.mission_state import MissionState
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.executive.status import Change, MissionStatus
-from bt_mission.views.terminal.marks import Marks, clean, exact_seconds, fit, text_of
+from bt_mission.views.terminal.marks import Marks, clean, fit, text_of
 from bt_mission.views.terminal.panels import log_words, requirement_rows
 from bt_mission.views.terminal.tree_rows import Outline, tree_row
 
@@ -63,7 +63,7 @@ class ControlLines:
 
 def timed(time_ns: int, text: str) -> str:
     """Return a line with the time since the start before it, ns."""
-    return f"{time_ns / NS:9.2f} s  {text}".rstrip()
+    return f"{seconds(time_ns / NS):>11}  {text}".rstrip()
 
 
 class PlainLines:
@@ -124,7 +124,7 @@ def title(mission: MissionState, marks: Marks) -> str:
     name = tree.mission if tree else state.mission if state else ""
     parts = [name or "no mission yet"]
     if tree is not None:
-        parts.append(exact_seconds(mission.elapsed_ns))
+        parts.append(seconds(mission.elapsed_ns / NS))
     if state is not None:
         parts.append(verdict(state.status, state.reason))
     return clean("   ".join(parts), marks)
@@ -203,7 +203,7 @@ def _row(one: LeafSummary, marks: Marks, *, has_distance: bool) -> list[str]:
     name = clean(one.name, marks)
     if cell_len(name) > LONGEST_NAME:
         name = set_cell_size(name, LONGEST_NAME - 1) + marks.cut
-    row = [name, str(one.runs), f"{one.running_s:.2f} s"]
+    row = [name, str(one.runs), seconds(one.running_s)]
     if has_distance:
         row.append("" if one.distance_m is None else f"{one.distance_m:.2f} m")
     outcomes = Counter[str]()

@@ -9,7 +9,7 @@ from py_trees.common import Status
 from rich.cells import cell_len, set_cell_size
 
 from bt_mission.core.stamps import NS
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 from bt_mission.events.log import ASCII, UNICODE, glyphs_for
 
 PLACES = "123456789abcdefghijklmnopqrstuvwxyz"
@@ -75,18 +75,13 @@ Span = tuple[str, str]
 """A piece of text and the name of its style: see :data:`bt_mission.views.tui.pane.STYLES`."""
 
 
-def seconds(time_ns: int) -> str:
-    """A duration in at most seven characters: ``8.45 s``, ``2:05``, ``1:02:05``."""
+def stopwatch(time_ns: int) -> str:
+    """Return a duration in at most seven characters: ``8.45 s``, ``2:05``, ``1:02:05``."""
     if round(time_ns / NS, 2) < 60:
-        return exact_seconds(time_ns)
+        return seconds(time_ns / NS)
     minutes, rest = divmod(int(time_ns / NS + 0.005), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
-
-
-def exact_seconds(time_ns: int) -> str:
-    """A time since the start of a mission, as `run` and reports tell it: ``125.35 s``."""
-    return f"{time_ns / NS:.2f} s"
 
 
 def bar(value: float, limit: float, width: int, marks: Marks) -> str:

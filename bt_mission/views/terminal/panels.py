@@ -9,11 +9,13 @@ from textwrap import wrap
 from py_trees.common import Status
 from rich.cells import cell_len, set_cell_size
 
+from bt_mission.core.stamps import NS
+from bt_mission.core.text import seconds
 from bt_mission.events.events import FINAL, OPEN, RequirementChanged
 from bt_mission.events.log import LogEntry
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
-from bt_mission.views.terminal.marks import Marks, Span, clean, exact_seconds, seconds
+from bt_mission.views.terminal.marks import Marks, Span, clean, stopwatch
 from bt_mission.views.terminal.tree_rows import STATUS_STYLES, time_in_state
 
 Rows = list[list[Span]]
@@ -69,7 +71,7 @@ def header(
         sign, count = marks.status[Status.FAILURE], len(mission.violated)
         spans.append((f"  {sign} {count} of {len(mission.requirements)} violated", "failure"))
     if tree is not None:
-        spans.append((f"  {exact_seconds(mission.elapsed_ns)}", ""))
+        spans.append((f"  {seconds(mission.elapsed_ns / NS)}", ""))
     if factor is not None and mission.status not in FINAL:
         spans.append((f"  {factor:.1f} x", ""))
     if (charge := robot.charge) is not None:
@@ -125,7 +127,7 @@ def goal_rows(mission: MissionState, marks: Marks) -> Rows:
         rows.append(
             [
                 (f"{marks.status[status]} {goal.state:<9} ", STATUS_STYLES[status]),
-                (f"{seconds(max(end_ns - goal.sent_ns, 0)):>7}  ", "time"),
+                (f"{stopwatch(max(end_ns - goal.sent_ns, 0)):>7}  ", "time"),
                 (goal.action, ""),
                 (f"  {goal.owner}  {goal.id[:8]}", "words"),
             ]
@@ -182,7 +184,7 @@ def requirement_rows(mission: MissionState, marks: Marks) -> Rows:
                 (f"{marks.status[status]} {one.verdict:<8} ", STATUS_STYLES[status]),
                 (set_cell_size(name, width), "title"),
                 (f" {margin:>{room}}", STATUS_STYLES[status] if one.verdict != "open" else ""),
-                ("" if one.at is None else f"  at {one.at:.2f} s", "time"),
+                ("" if one.at is None else f"  at {seconds(one.at)}", "time"),
                 (f"  {'; '.join(filter(None, (one.why, *one.sources)))}".rstrip(), "words"),
                 (f"  {one.requirement}", "words"),
             ]
@@ -212,7 +214,7 @@ def node_rows(mission: MissionState, index: int, width: int, marks: Marks) -> Ro
         row.append((f" for {time}" if status is Status.RUNNING else f", ran {time}", "time"))
     since_ns = mission.since_ns[index]
     if since_ns is not None:
-        row.append((f", since {exact_seconds(since_ns - mission.tree.time_ns)}", "time"))
+        row.append((f", since {seconds((since_ns - mission.tree.time_ns) / NS)}", "time"))
     kind = [(f"{node.kind}, path {node.path}", "words")]
     rows: Rows = [[(node.name, "title")], row, kind]
     rows += _wrapped(clean(mission.messages[index], marks), width, "")
@@ -246,9 +248,9 @@ def _ends(mission: MissionState, index: int, marks: Marks) -> Rows:
         row: list[Span] = [("before: ", "words")]
         row.append((f"{marks.status[end.status]} {word}", STATUS_STYLES[end.status]))
         if end.time_ns is not None:
-            row.append((f" at {exact_seconds(end.time_ns - mission.tree.time_ns)}", "time"))
+            row.append((f" at {seconds((end.time_ns - mission.tree.time_ns) / NS)}", "time"))
         if end.ran_ns is not None:
-            row.append((f", ran {seconds(end.ran_ns)}", "time"))
+            row.append((f", ran {stopwatch(end.ran_ns)}", "time"))
         rows.append([*row, (f"  {end.message}", "words")] if end.message else row)
     return rows
 

@@ -9,7 +9,7 @@ from py_trees.common import Status
 
 from bt_mission.events.events import NodeInfo
 from bt_mission.events.mission_state import MissionState
-from bt_mission.views.terminal.marks import Marks, Span, bar, seconds
+from bt_mission.views.terminal.marks import Marks, Span, bar, stopwatch
 
 
 class Outline:
@@ -178,9 +178,9 @@ def time_in_state(mission: MissionState, index: int) -> str:
     """How long a node has been running, or had run when it ended; empty where nobody saw it."""
     if mission.statuses[index] is Status.RUNNING:
         since_ns = mission.since_ns[index]
-        return "" if since_ns is None else seconds(max(mission.now_ns - since_ns, 0))
+        return "" if since_ns is None else stopwatch(max(mission.now_ns - since_ns, 0))
     ran_ns = mission.ran_ns[index]
-    return seconds(ran_ns) if ran_ns and mission.statuses[index] is not Status.INVALID else ""
+    return stopwatch(ran_ns) if ran_ns and mission.statuses[index] is not Status.INVALID else ""
 
 
 def _margin(mission: MissionState, index: int, marks: Marks) -> str:

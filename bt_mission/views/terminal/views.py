@@ -16,7 +16,7 @@ from rich.text import Text
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.leaves import LeafProgress, progress_of
 from bt_mission.core.terminal.console import EscapingConsole, coloured
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.log import STYLES, verdict
 from bt_mission.executive.executive import Executive
@@ -161,7 +161,7 @@ class LiveView(LiveScreen, Quiet):
             factor = virtual_s / wall.elapsed_s if wall.elapsed_s > 0 else 0.0
             executive = session.executive
             state = verdict(executive.state, executive.explanation)
-            time = f"{virtual_s:.2f} s"
+            time = seconds(virtual_s)
             before = f"{_title(session)}   {time}   {factor:.0f} x real time   "
             if cell_len(f"{before}{executive.state}") > self.console.width:
                 before = f"{session.mission.name}   {time}   "  # how it goes must not be cut off

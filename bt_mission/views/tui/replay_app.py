@@ -11,6 +11,7 @@ from typing import Any, ClassVar, TypeAlias
 
 from textual.binding import Binding, BindingType
 
+from bt_mission.core.text import seconds
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline
@@ -144,7 +145,7 @@ class ReplayApp(ViewApp):
             self.tell("forks are not offered here")
             return
         self.player.pause()
-        hint = f"fork at {self.player.at_s:.2f} s: NAME=VALUE, or --mission FILE; Enter, or Esc"
+        hint = f"fork at {seconds(self.player.at_s)}: NAME=VALUE, or --mission FILE; Enter, or Esc"
         self.ask(Prompt(hint, self._fork_with))
 
     def _fork_with(self, text: str) -> None:
@@ -167,7 +168,7 @@ class ReplayApp(ViewApp):
 def time_line(player: Player, width: int, marks: Marks) -> list[Span]:
     """Time, a bar, the duration, the pace."""
     how = _how(player)
-    now, end = f"{player.at_s:.2f}", f"{player.duration_s:.2f} s"
+    now, end = f"{player.at_s:.2f}", seconds(player.duration_s)
     now = f"{now:>{len(end) - 2}}"  # so that what follows stands still
     style = "running" if player.is_playing else "title"
     room = width - len(now) - len(end) - len(how) - 5

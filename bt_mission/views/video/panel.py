@@ -9,7 +9,7 @@ from PIL import Image as Pillow
 from PIL import ImageDraw
 
 from bt_mission.behaviours.leaves import LeafProgress
-from bt_mission.core.text import escape_control
+from bt_mission.core.text import escape_control, seconds
 from bt_mission.views.drawing.letters import width_px, wrapped
 from bt_mission.views.drawing.png import font
 from bt_mission.views.video.mp4 import Picture
@@ -64,7 +64,7 @@ def panel(captions: Captions, width: int, height: int) -> Picture:
     image = Pillow.new("RGB", (width, height), GROUND)
     draw = ImageDraw.Draw(image)
     right, room = width - MARGIN, width - 2 * MARGIN
-    clock = f"{captions.seconds:.2f} s"
+    clock = seconds(captions.seconds)
     draw.text((right, 44), clock, fill=INK, font=font(26, bold=True), anchor="rs")
     name = _fitting(captions.mission, 26, room - 120, bold=True)
     draw.text((MARGIN, 44), name, fill=INK, font=font(26, bold=True), anchor="ls")

@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bt_mission.core.text import seconds
 from bt_mission.recording.model import RecordedRun
 from bt_mission.views.html_report import figures
-from bt_mission.views.html_report.markup import number, seconds
+from bt_mission.views.html_report.markup import number
 from bt_mission.views.html_report.timeline import LineChart, thinned
 
 S = 1_000_000_000

@@ -13,7 +13,7 @@ from bt_mission.views.terminal.marks import (
     clean,
     fit,
     marks_for,
-    seconds,
+    stopwatch,
     text_of,
 )
 from bt_mission.views.terminal.tree_rows import Outline, tree_row
@@ -122,7 +122,7 @@ def test_wide_characters_count_twice():
 )
 def test_durations(time_s: float, shown: str):
     """As `run` has them, below a minute."""
-    assert seconds(round(time_s * S)) == shown
+    assert stopwatch(round(time_s * S)) == shown
 
 
 def test_lines_of_the_log_have_the_time_since_the_start():
