@@ -4,42 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.cleanup import Finally
+from bt_mission.behaviours.client_leaves import ClientLeaf
 from bt_mission.behaviours.control import Guard, Timeout
 from bt_mission.behaviours.evaluator import Evaluator
-from bt_mission.behaviours.leaves import ClientLeaf, LeafProgress
+from bt_mission.behaviours.leaves import LeafProgress
 from bt_mission.behaviours.runtime import read_field, scalars
 from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.goals.attempt import Attempt, Limits
 from bt_mission.goals.goal import Goal, GoalClient
 from bt_mission.goals.outcome import AttemptResult, Outcome
 from bt_mission.goals.progress_bounds import ProgressBounds
-from bt_mission.language.expressions.expression import is_constant
 from bt_mission.language.nodes.action import GoalNode
 
 HALTED = "halted"
 """What a leaf says whose goal the tree has halted."""
-
-
-@dataclass(frozen=True)
-class _Lasting:
-    """What every goal of a leaf has in common, since the mission computes nothing of it.
-
-    Attributes:
-        node: By which this was read.
-        limits: None where they are read anew for each goal.
-    """
-
-    node: GoalNode
-    client: GoalClient
-    request: Any
-    limits: Limits | None
 
 
 class ActionLeaf(ClientLeaf):
@@ -58,7 +42,6 @@ class ActionLeaf(ClientLeaf):
         self._target: tuple[str, float] | None = None
         self._progress_bounds: ProgressBounds | None = None
         self._limits = Limits()
-        self._lasting: _Lasting | None = None
         self._started_ns = 0
 
     def _connected(self, name: str, type_name: str) -> GoalClient:
@@ -71,25 +54,15 @@ class ActionLeaf(ClientLeaf):
             MissionFailure: When the goal's values do not fit its type.
         """
         self.attempt = None
-        node, client, lasting = self._node, self._client, self._lasting
-        if lasting is not None and lasting.node is node and lasting.client is client:
-            request = lasting.request
-            self._limits = lasting.limits or self._bounds()
-        else:
-            sent = node.sent
-            with self._values.starting():
-                request = client.prepare(self._values.resolve(sent))
-            self._limits = limits = self._bounds()
-            are_lasting = node.cancel_when is None and is_constant(
-                [node.timeout, node.feedback_timeout]
-            )
-            if is_constant(sent):
-                self._lasting = _Lasting(node, client, request, limits if are_lasting else None)
+        node = self._node
+        with self._values.starting():
+            request = self._client.prepare(self._values.resolve(node.sent))
+        self._limits = self._bounds()
         self._target = self._values.target(node.cancel_when)
         self._progress_bounds = None
         self._started_ns = self._runtime.now_ns
         self.attempt = Attempt(
-            client,
+            self._client,
             self._runtime.ledger,
             self.name,
             request,

@@ -9,11 +9,10 @@ from py_trees.behaviour import Behaviour
 
 from bt_mission.behaviours import cleanup, control, decorators, leaves
 from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.client_leaves import PublishLeaf, ServiceLeaf, WaitFor
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.python_leaf import PythonLeaf
 from bt_mission.behaviours.runtime import Scope
-from bt_mission.behaviours.service_leaf import ServiceLeaf
-from bt_mission.behaviours.topic_leaves import PublishLeaf, WaitFor
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes import composites, interfaces
 from bt_mission.language.nodes import decorators as decorated

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +11,7 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.evaluator import Evaluator, brief
 from bt_mission.behaviours.hooks import Hooked
-from bt_mission.behaviours.runtime import Runtime, placed
+from bt_mission.behaviours.runtime import Runtime
 from bt_mission.core.stamps import NS
 from bt_mission.language.nodes.fields import SECONDS
 
@@ -85,22 +84,6 @@ class Leaf(Hooked):
         """Terminate without a change of status."""
         self.tell_call_hooks("terminate")
         self.terminate(new_status)
-
-
-class ClientLeaf(Leaf):
-    """A leaf of a node that names an action, a service or a topic."""
-
-    _client: Any
-
-    def setup(self, **kwargs: Any) -> None:
-        """Take the runtime, and make the client."""
-        super().setup(**kwargs)
-        with placed(self._values.place):
-            self._client = self._connected(self._node.ros_name, self._node.type)
-
-    @abstractmethod
-    def _connected(self, name: str, type_name: str) -> Any:
-        """Return the client of a name and type."""
 
 
 class Wait(Leaf):

@@ -1,4 +1,4 @@
-"""What a leaf computes for each of its goals, and what only once."""
+"""What a leaf computes for each of its goals."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ def prepared_by(story: Any) -> list[Any]:
     return asked
 
 
-def test_a_goal_of_which_nothing_is_computed_is_filled_once(play: Any) -> None:
-    """However many goals the leaf sends."""
+def test_a_goal_is_filled_when_the_leaf_starts(play: Any) -> None:
+    """Once for each goal that the leaf sends."""
     story = play(TREE % (90, 60))
     asked = prepared_by(story)
     finish_goals(story, 3)
-    assert asked == [{"angle": 90}]
+    assert asked == [{"angle": 90}] * 3
     assert story.turn.requests == [{"angle": 90}] * 3
 
 
@@ -53,7 +53,7 @@ def test_what_reads_a_variable_is_computed_for_each_goal(play: Any) -> None:
 
 
 def test_a_revised_node_sends_what_it_says_now(play: Any) -> None:
-    """Also where the first version computed nothing."""
+    """Also where neither version computes anything."""
     story = play(TREE % (90, 60))
     finish_goals(story, 2)
     revise_tree(load(f"mission: test\ntree:\n{TREE % (45, 30)}"), story.scope)

@@ -271,11 +271,6 @@ def draws(value: Any) -> bool:
     return any(formula.draws for formula in _formulas(value))
 
 
-def is_constant(value: Any) -> bool:
-    """Return whether a value, nested parts included, is the same whenever it is resolved."""
-    return not any(True for _ in _formulas(value))
-
-
 def names_in(value: Any) -> frozenset[str]:
     """Return the variables that a value may read, nested parts included."""
     return frozenset().union(*(formula.names for formula in _formulas(value)))

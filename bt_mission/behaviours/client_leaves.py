@@ -1,0 +1,222 @@
+"""The leaves that call a service, publish a message or wait for one; a tick never blocks."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import Any
+
+from py_trees.common import Status
+
+from bt_mission.behaviours.evaluator import MessageFields, values_read
+from bt_mission.behaviours.leaves import Leaf
+from bt_mission.behaviours.runtime import (
+    LatestMessage,
+    MissionFailure,
+    Publisher,
+    ServiceClient,
+    placed,
+)
+from bt_mission.core.stamps import NS
+from bt_mission.language.nodes.fields import LIMIT
+
+
+class ClientLeaf(Leaf):
+    """A leaf of a node that names an action, a service or a topic."""
+
+    _client: Any
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the runtime, and make the client."""
+        super().setup(**kwargs)
+        with placed(self._values.place):
+            self._client = self._connected(self._node.ros_name, self._node.type)
+
+    @abstractmethod
+    def _connected(self, name: str, type_name: str) -> Any:
+        """Return the client of a name and type."""
+
+
+class ServiceLeaf(ClientLeaf):
+    """Calls a service each time it starts; the answer makes it succeed.
+
+    It fails when there is no server or no answer in time, and when the response has a field
+    ``success`` that is false. Outputs are written from every response. An answer that comes
+    after the leaf has ended, or was halted, changes nothing.
+    """
+
+    _client: ServiceClient
+    _answer_s: float
+    _request: Any
+    _since_ns: int
+    _answers: list[Any]
+    _forget: Callable[[], None] | None = None
+
+    def _connected(self, name: str, type_name: str) -> ServiceClient:
+        return self._runtime.service_client(name, type_name)
+
+    def initialise(self) -> None:
+        """Begin anew; nothing that was called before is heard any more.
+
+        Raises:
+            MissionFailure: When the request's values do not fit its type.
+        """
+        with self._values.starting():
+            self._request = self._client.prepare(self._values.resolve(self._node.sent))
+        self._answer_s = self._values.number(self._node.timeout, LIMIT)
+        self._answers, self._forget = [], None
+        self._since_ns = self._runtime.now_ns
+
+    def update(self) -> Status:
+        """Call as soon as there is a server; then look for the answer, and at the limits."""
+        waited_s = (self._runtime.now_ns - self._since_ns) / NS
+        if self._forget is None:
+            if self._client.is_ready():
+                self._since_ns = self._runtime.now_ns
+                self._forget = self._client.call(self._request, self._answers.append)
+                return self._running("waiting for the answer")
+            if waited_s >= self._node.server_timeout:
+                return self._fail(f"no server after {self._node.server_timeout:g} s")
+            return self._running("waiting for the server")
+        if self._answers:
+            return self._read(self._answers[0])
+        if waited_s >= self._answer_s:
+            return self._fail(f"no answer within {self._answer_s:g} s")
+        return self._running("waiting for the answer")
+
+    def terminate(self, new_status: Status) -> None:
+        """Forget a call that has not been answered."""
+        if self._forget is not None and not self._answers:
+            self._forget()
+            self._forget = None
+        if new_status is Status.INVALID and self.status is Status.RUNNING:
+            self.feedback_message = "halted"
+
+    def _read(self, response: Any) -> Status:
+        self._values.store(self._node.outputs, response)
+        message = getattr(response, "message", "")
+        said = message if isinstance(message, str) else ""
+        if getattr(response, "success", True) is False:
+            return self._fail(f"answered no success{f': {said}' if said else ''}")
+        self.feedback_message = said
+        return Status.SUCCESS
+
+    def _running(self, message: str) -> Status:
+        self.feedback_message = message
+        return Status.RUNNING
+
+    def _fail(self, message: str) -> Status:
+        self.feedback_message = f"{self._client.name}: {message}"
+        return Status.FAILURE
+
+
+class PublishLeaf(ClientLeaf):
+    """Publishes a message each time it starts, as soon as so many subscriptions are matched.
+
+    It fails when they are not there in time.
+    """
+
+    _client: Publisher
+    _message: Any
+    _until_ns: int
+
+    def _connected(self, name: str, type_name: str) -> Publisher:
+        return self._runtime.publisher(name, type_name)
+
+    def initialise(self) -> None:
+        """Make the message.
+
+        Raises:
+            MissionFailure: When a value does not fit its field.
+        """
+        with self._values.starting():
+            self._message = self._client.prepare(self._values.resolve(self._node.sent))
+        self._until_ns = self._runtime.now_ns + round(self._node.server_timeout * NS)
+
+    def update(self) -> Status:
+        """Publish it once it is heard."""
+        there = self._client.count_readers()
+        if there >= self._node.readers:
+            self._client.publish(self._message)
+            self.feedback_message = f"published to {there}" if there else "published to nobody"
+            return Status.SUCCESS
+        wanted = "nobody listens" if there == 0 else f"{there} of {self._node.readers} listen"
+        self.feedback_message = f"{wanted} to {self._client.name}"
+        if self._runtime.now_ns < self._until_ns:
+            return Status.RUNNING
+        self.feedback_message += f" after {self._node.server_timeout:g} s"
+        return Status.FAILURE
+
+
+class WaitFor(ClientLeaf):
+    """Succeeds at the first tick after a message has met the condition; latches until then.
+
+    Messages count from the moment the leaf is reached. A topic that is latched tells its newest
+    message at once.
+    """
+
+    _client: LatestMessage
+    _timeout_s: float | None
+    _condition: Callable[[Any], str | None]
+    _since_ns: int
+    _newest: Any
+    _met: tuple[str, Any] | None
+    _error: MissionFailure | None
+
+    def _connected(self, name: str, type_name: str) -> LatestMessage:
+        return self._runtime.subscriber(name, type_name)
+
+    def initialise(self) -> None:
+        """Begin to listen."""
+        self._timeout_s = self._values.limit(self._node.timeout)
+        self._condition = self._values.condition("until", self._node.condition)
+        self._since_ns = self._runtime.now_ns
+        self._newest = self._met = self._error = None
+        self._client.listen(self._hear)
+
+    def update(self) -> Status:
+        """Look at what was heard, and at the limit; what comes with the deadline wins."""
+        self._client.look_around()
+        if self._error is not None:
+            raise self._error
+        if self._met is not None:
+            self.feedback_message, message = self._met
+            self._values.store(self._node.outputs, message)
+            return Status.SUCCESS
+        limit_s = self._timeout_s
+        if limit_s is not None and self._runtime.now_ns - self._since_ns >= limit_s * NS:
+            self.feedback_message = self._in_vain(limit_s)
+            return Status.FAILURE
+        self.feedback_message = self._last() or "no message yet"
+        return Status.RUNNING
+
+    def terminate(self, new_status: Status) -> None:
+        """Listen no more."""
+        self._client.leave(self._hear)
+        if new_status is Status.INVALID and self.status is Status.RUNNING:
+            self.feedback_message = "halted"
+
+    def _hear(self, message: Any) -> None:
+        """Ask the condition; errors in it are kept for the next tick."""
+        if self._met is not None or self._error is not None:
+            return
+        self._newest = message
+        try:
+            met = self._condition(message)
+        except MissionFailure as error:
+            self._error = error
+            return
+        if met is not None:
+            self._met = met, message
+
+    def _last(self) -> str:
+        if self._newest is None:
+            return ""
+        return values_read(self._node.condition, MessageFields(self._newest))
+
+    def _in_vain(self, limit_s: float) -> str:
+        name = self._client.name
+        if self._newest is None:
+            return f"{name}: no message within {limit_s:g} s; {self._client.why_silent()}"
+        text = self._node.condition.text
+        return f"{name}: '{text}' was not met within {limit_s:g} s (last: {self._last()})"
