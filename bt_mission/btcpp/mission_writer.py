@@ -16,10 +16,10 @@ from bt_mission.btcpp.palette import leaf_models, palette_xml, types_read, used_
 from bt_mission.btcpp.table import FORMAT, REQUIREMENT, SUBTREE, TREE_NAME
 from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.file import MissionFile, TreeDefinition
 from bt_mission.language.goal_limits import GoalLimitsTable
 from bt_mission.language.loader import read_mission, required
+from bt_mission.language.message_types import FindShapes
 from bt_mission.language.mission import Tree
 from bt_mission.language.node_reader import Signature
 from bt_mission.language.nodes import base

@@ -9,11 +9,9 @@ from bt_mission.btcpp.elements import Tag, xml_text
 from bt_mission.btcpp.table import FORMAT, OUT, SUBTREE, Names, Port, Ports, leaf_kinds, leaf_row
 from bt_mission.core.errors import BtMissionError
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.message_types import (
-    ActionShapes,
+    FindShapes,
     MessageShape,
-    ServiceShapes,
     Shape,
     value_type,
 )
@@ -134,14 +132,10 @@ def _messages(
         found = shapes(name) if shapes is not None else None
     except BtMissionError:  # a type that is not installed: the attributes in use will do
         return None, None
-    match found:
-        case ActionShapes():
-            return found.goal, found.result
-        case ServiceShapes():
-            return found.request, found.response
-        case MessageShape():
-            return (found, None) if kind == "publish" else (None, found)
-    return None, None
+    if found is None:
+        return None, None
+    is_read = "/msg/" in name and kind != "publish"
+    return None if is_read else found.sends, found.keeps
 
 
 def _nested(message: MessageShape | None, path: Names = ()) -> Iterator[tuple[Names, Shape]]:

@@ -68,20 +68,22 @@ Shape = Scalar | ListOf | MessageShape
 
 
 @dataclass(frozen=True)
-class ActionShapes:
-    """What the three messages of an action hold."""
+class InterfaceShapes:
+    """What the messages of an interface hold: of a topic, all are its one message.
 
-    goal: MessageShape
-    result: MessageShape
-    feedback: MessageShape
+    Attributes:
+        sends: The goal, the request or the message.
+        keeps: The result, the response or the message.
+        asks: The feedback or the message, which a condition reads; None for a service.
+    """
+
+    sends: MessageShape
+    keeps: MessageShape
+    asks: MessageShape | None
 
 
-@dataclass(frozen=True)
-class ServiceShapes:
-    """What the two messages of a service hold."""
-
-    request: MessageShape
-    response: MessageShape
+FindShapes = Callable[[str], InterfaceShapes]
+"""Gives what the messages of a type hold, by its full name. Raises UnknownType."""
 
 
 class UnknownType(HintedError):  # noqa: N818 - what it is says more than that it is an error

@@ -20,11 +20,10 @@ from bt_mission.language.expressions.expression import Late, Text
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.message_types import (
     LARGEST_FLOAT32,
-    ActionShapes,
+    InterfaceShapes,
     ListOf,
     MessageShape,
     Scalar,
-    ServiceShapes,
     Shape,
     TypeMismatch,
     Unknowable,
@@ -152,21 +151,19 @@ def shape_of(message_class: Any) -> MessageShape:
     return MessageShape(f"{package}/{message_class.__name__}", fields)
 
 
-def action_shapes(name: str) -> ActionShapes:
-    """Return what the messages of an action type hold. Raises UnknownType."""
-    found = action_type(name)
-    return ActionShapes(shape_of(found.Goal), shape_of(found.Result), shape_of(found.Feedback))
-
-
-def shapes(name: str) -> ActionShapes | ServiceShapes | MessageShape:
-    """Return what a type of any kind holds, by its full name. Raises UnknownType."""
+def shapes(name: str) -> InterfaceShapes:
+    """Return what the messages of a type of any kind hold. Raises UnknownType."""
     match name.split("/"):
         case [_, "srv", _]:
-            found = service_type(name)
-            return ServiceShapes(shape_of(found.Request), shape_of(found.Response))
+            service = service_type(name)
+            return InterfaceShapes(shape_of(service.Request), shape_of(service.Response), None)
         case [_, "msg", _]:
-            return shape_of(message_type(name))
-    return action_shapes(name)
+            message = shape_of(message_type(name))
+            return InterfaceShapes(message, message, message)
+    action = action_type(name)
+    return InterfaceShapes(
+        shape_of(action.Goal), shape_of(action.Result), shape_of(action.Feedback)
+    )
 
 
 def fields(message_class: Any) -> dict[str, str]:

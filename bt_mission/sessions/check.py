@@ -25,12 +25,12 @@ from bt_mission.core.robot.model import load_robot
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.mission import tree_faults
 from bt_mission.language.checks.python_code import factory_faults
-from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.checks.warnings import word_inputs
 from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.loader import Examined, read_mission
+from bt_mission.language.message_types import FindShapes
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.composites import ParallelNode

@@ -12,9 +12,9 @@ from typing import TypeAlias
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import SUFFIXES
 from bt_mission.core.yaml.document import Document, read, read_text
-from bt_mission.language.checks.types import FindShapes
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.loader import read_mission, required
+from bt_mission.language.message_types import FindShapes
 from bt_mission.language.mission import Mission
 
 XML = ".xml"

@@ -9,14 +9,11 @@ from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.expressions.expression import Expression, Text, resolve
 from bt_mission.language.message_types import (
     ListOf,
-    MessageShape,
     Scalar,
-    ServiceShapes,
     UnknownType,
 )
 from bt_mission.ros.interface_types import (
     FillError,
-    action_shapes,
     action_type,
     fields,
     fill,
@@ -38,7 +35,7 @@ def test_every_short_name_has_an_installed_type():
     types = {short.type for short in ACTION_NAMES.values()}
     assert types <= set(installed("action"))
     for name in types:
-        assert action_shapes(name).goal.fields
+        assert shapes(name).sends.fields
 
 
 @pytest.mark.parametrize(
@@ -80,15 +77,18 @@ def test_services_and_messages_are_found_in_the_same_way():
 
 
 def test_shapes_of_every_kind_of_type():
-    """A service has two messages, a message is itself, everything else is an action."""
+    """A service has two messages, a topic one, everything else is an action."""
     found = shapes("std_srvs/srv/SetBool")
-    assert isinstance(found, ServiceShapes)
-    assert found.request.name == "the request of std_srvs/srv/SetBool"
-    assert list(found.response.fields) == ["success", "message"]
-    assert isinstance(shapes("std_msgs/msg/Bool"), MessageShape)
-    assert shapes("bt_mission_interfaces/action/Turn") == action_shapes(
-        "bt_mission_interfaces/action/Turn"
-    )
+    assert found.sends.name == "the request of std_srvs/srv/SetBool"
+    assert list(found.keeps.fields) == ["success", "message"]
+    assert found.asks is None
+    message = shapes("std_msgs/msg/Bool")
+    assert message.sends is message.keeps is message.asks
+    turn = shapes("bt_mission_interfaces/action/Turn")
+    assert turn.asks is not None
+    assert [one.name.split()[1] for one in (turn.sends, turn.keeps, turn.asks)] == [
+        *("goal", "result", "feedback")
+    ]
     with pytest.raises(UnknownType, match="expected a type such as nav2_msgs/action/Spin"):
         shapes("Turn")
 

@@ -18,11 +18,12 @@ from bt_mission.language.checks.scope import (
     walk,
     written_by,
 )
-from bt_mission.language.checks.types import FindShapes, GoalRules, TypeChecker
+from bt_mission.language.checks.types import GoalRules, TypeChecker
 from bt_mission.language.checks.warnings import expected_failures
 from bt_mission.language.expressions.expression import Text
 from bt_mission.language.expressions.units import Measured, added_names, is_angle
 from bt_mission.language.expressions.values import WORDS, ExpressionError, fits
+from bt_mission.language.message_types import FindShapes
 from bt_mission.language.mission import Mission, Tree
 from bt_mission.language.nodes.base import Path
 from bt_mission.language.nodes.interfaces import PARTS_OF, InterfaceNode

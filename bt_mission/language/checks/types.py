@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import Any, Protocol
@@ -31,12 +31,12 @@ from bt_mission.language.expressions.values import (
 from bt_mission.language.follow import Follow
 from bt_mission.language.message_types import (
     SHORTHANDS,
-    ActionShapes,
+    FindShapes,
+    InterfaceShapes,
     ListOf,
     MessageShape,
     Path,
     Scalar,
-    ServiceShapes,
     Shape,
     TypeMismatch,
     Unknowable,
@@ -50,10 +50,6 @@ from bt_mission.language.message_types import (
 )
 from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.nodes.remedies import beside
-
-Shapes = ActionShapes | ServiceShapes | MessageShape
-FindShapes = Callable[[str], Shapes]
-"""Gives what a type holds, by its full name. Raises UnknownType."""
 
 Ranges = Mapping[str, tuple[float, float]]
 """From where to where numbers can go, by their names."""
@@ -75,24 +71,6 @@ class GoalRules(Protocol):
         """Return from where to where the numbers of the feedback can go."""
 
 
-@dataclass(frozen=True)
-class _Talk:
-    """The messages of one step: what it sends, what its condition reads, what it can keep."""
-
-    sends: MessageShape | None
-    asks: MessageShape | None
-    keeps: MessageShape
-
-
-def _talk(shapes: Shapes) -> _Talk:
-    match shapes:
-        case ActionShapes():
-            return _Talk(shapes.goal, shapes.feedback, shapes.result)
-        case ServiceShapes():
-            return _Talk(shapes.request, None, shapes.response)
-    return _Talk(None, shapes, shapes)
-
-
 class TypeChecker:
     """Compares nodes with the types of their messages, each type looked up once.
 
@@ -109,70 +87,68 @@ class TypeChecker:
         self._find = find
         self._rules = rules
         self._expected_failures = expected_failures
-        self._known: dict[str, _Talk | UnknownType] = {}
+        self._known: dict[str, InterfaceShapes | UnknownType] = {}
 
-    def _talk(self, node: InterfaceNode | Follow) -> _Talk | UnknownType | None:
+    def _shapes(self, node: InterfaceNode | Follow) -> InterfaceShapes | UnknownType | None:
         """Return the messages of a node or a topic, or why they are not known."""
         if self._find is not None and node.type not in self._known:
             try:
-                self._known[node.type] = _talk(self._find(node.type))
+                self._known[node.type] = self._find(node.type)
             except UnknownType as error:
                 self._known[node.type] = error
         return self._known.get(node.type)
 
     def output_type(self, node: InterfaceNode | Follow, field: str) -> Type | None:
         """Return the type of a field that is kept; None where there is no such field."""
-        talk = self._talk(node)
-        if not isinstance(talk, _Talk):
+        shapes = self._shapes(node)
+        if not isinstance(shapes, InterfaceShapes):
             return None
         try:
-            return value_type(field_at(talk.keeps, field))
+            return value_type(field_at(shapes.keeps, field))
         except UnknownField:
             return None
 
     def faults(self, node: InterfaceNode, variables: Variables) -> Iterator[Diagnostic]:
         """Yield everything in one node that does not fit its type, for each element of a loop."""
-        talk = self._talk(node)
-        if isinstance(talk, UnknownType):
+        shapes = self._shapes(node)
+        if isinstance(shapes, UnknownType):
             path, is_key = (*node.path, *node.type_path), node.type_path[-1] != "type"
-            yield variables.document.fault(path, talk.message, talk.hint, key=is_key)
-        if isinstance(talk, _Talk):
+            yield variables.document.fault(path, shapes.message, shapes.hint, key=is_key)
+        if isinstance(shapes, InterfaceShapes):
             for each in islice(variables.for_each_element(names_read(node)), MOST_ELEMENTS):
-                yield from self._misfits(node, talk, each)
+                yield from self._misfits(node, shapes, each)
 
     def _misfits(
-        self, node: InterfaceNode, talk: _Talk, variables: Variables
+        self, node: InterfaceNode, shapes: InterfaceShapes, variables: Variables
     ) -> Iterator[Diagnostic]:
         ranges: Ranges = {}
         if node.sent_path:
-            # What is published is a message of the topic, which others would read.
-            sends = talk.keeps if talk.sends is None else talk.sends
             reader = _GoalReader((*node.path, *node.sent_path), variables, node.keys)
-            values = conform(sends, node.sent, reader.read, reader.report)
+            values = conform(shapes.sends, node.sent, reader.read, reader.report)
             yield from reader.faults
             if self._rules is not None and not reader.faults:
-                whole = completed(sends, values)
+                whole = completed(shapes.sends, values)
                 for fault in self._rules.faults(variables.document, node, whole):
                     is_expected = id(node) in self._expected_failures
                     yield replace(fault, severity="warning") if is_expected else fault
                 ranges = self._rules.feedback(node, whole)
-        if talk.asks is not None and node.condition is not None:
-            faults = list(_condition_faults(node, node.condition, talk.asks, variables))
+        if shapes.asks is not None and node.condition is not None:
+            faults = list(_condition_faults(node, node.condition, shapes.asks, variables))
             yield from faults or _settled_condition(node, node.condition, ranges, variables)
         for write in node.writes():
             path, field = (*node.path, *write.path), str(write.path[-1])
-            yield from _field_faults(variables.document, path, field, talk.keeps, is_key=True)
+            yield from _field_faults(variables.document, path, field, shapes.keeps, is_key=True)
 
     def follow_faults(self, document: Document, follow: Follow) -> Iterator[Diagnostic]:
         """Yield what does not fit the type of a topic in a variable that follows it."""
-        talk, path, settings = self._talk(follow), follow.place.path, follow.settings
-        if isinstance(talk, UnknownType):
-            yield document.fault((*path, "type"), talk.message, talk.hint)
-        if not isinstance(talk, _Talk):
+        shapes, path, settings = self._shapes(follow), follow.place.path, follow.settings
+        if isinstance(shapes, UnknownType):
+            yield document.fault((*path, "type"), shapes.message, shapes.hint)
+        if not isinstance(shapes, InterfaceShapes):
             return
-        faults = [*_field_faults(document, (*path, "field"), settings.field, talk.keeps)]
+        faults = [*_field_faults(document, (*path, "field"), settings.field, shapes.keeps)]
         yield from faults
-        wanted = None if faults else value_type(field_at(talk.keeps, settings.field))
+        wanted = None if faults else value_type(field_at(shapes.keeps, settings.field))
         for key, value in (("initial", settings.initial), ("default", settings.default)):
             if wanted is not None and value is not None and not fits(type_of(value), wanted):
                 message = f"expected {WORDS[wanted]}, as the field has, got {describe(value)}"

@@ -14,7 +14,7 @@ from action_servers.core.goal_rules import ACTIONS
 from action_servers.core.limits import COLOURS, NumberLimit, faults
 from action_servers.core.tuning import TUNING
 from bt_mission.core.robot.model import load_robot
-from bt_mission.language.message_types import ActionShapes, field_at, value_type
+from bt_mission.language.message_types import field_at, value_type
 from bt_mission.ros.interface_types import action_type, shapes
 
 WAFFLE = load_robot("waffle")
@@ -25,11 +25,11 @@ def test_every_limit_names_a_field_of_the_type(name):
     """So does every range of the feedback."""
     rules = ACTIONS[name]
     found = shapes(rules.type)
-    assert isinstance(found, ActionShapes)
     for limit in rules.limits(WAFFLE, TUNING):
-        field_at(found.goal, limit.field)  # raises UnknownField
+        field_at(found.sends, limit.field)  # raises UnknownField
     for field in rules.feedback(action_type(rules.type).Goal()):
-        assert value_type(field_at(found.feedback, field)) in ("integer", "number")
+        assert found.asks is not None
+        assert value_type(field_at(found.asks, field)) in ("integer", "number")
 
 
 @pytest.mark.parametrize("name", ACTIONS)

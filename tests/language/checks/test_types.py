@@ -4,7 +4,7 @@ import pytest
 
 from bt_mission.language.checks.mission import tree_faults
 from bt_mission.language.message_types import (
-    ActionShapes,
+    InterfaceShapes,
     ListOf,
     MessageShape,
     Scalar,
@@ -17,7 +17,7 @@ INT = Scalar("int32", "integer", -(2**31), 2**31 - 1)
 BOOL = Scalar("bool", "bool")
 TEXT = Scalar("string", "text")
 POINT = MessageShape("geometry_msgs/Point", {"x": FLOAT, "y": FLOAT})
-SHAPES = ActionShapes(
+SHAPES = InterfaceShapes(
     MessageShape(
         "the goal of a/action/B", {"speed": FLOAT, "count": INT, "label": TEXT, "at": POINT}
     ),

@@ -16,12 +16,11 @@ from bt_mission.language.expressions.values import ExpressionError, Type, fits, 
 from bt_mission.language.follow import Follow
 from bt_mission.language.message_types import UnknownField, field_at, value_type
 from bt_mission.language.mission import Mission, Tree
-from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.nodes.base import (
     NodeModel,
     Written,
 )
-from bt_mission.language.nodes.interfaces import InterfaceNode, ServiceNode
+from bt_mission.language.nodes.interfaces import InterfaceNode
 from bt_mission.language.nodes.leaves import SetNode
 from bt_mission.ros import interface_types
 
@@ -147,12 +146,7 @@ def _inside(value: Any) -> Iterator[Any]:
 
 
 def _output_type(step: InterfaceNode | Follow, name: str) -> Type | None:
-    shapes: Any = interface_types.shapes(step.type)
-    if isinstance(step, GoalNode):
-        shapes = shapes.result
-    elif isinstance(step, ServiceNode):
-        shapes = shapes.response
     try:
-        return value_type(field_at(shapes, name))
+        return value_type(field_at(interface_types.shapes(step.type).keeps, name))
     except UnknownField:
         return None
