@@ -39,16 +39,6 @@ def test_a_misspelt_parameter_ends_before_anything_starts(command: str, tmp_path
     assert "Traceback" not in said
 
 
-def test_a_namespace_needs_a_running_graph(tmp_path: Path) -> None:
-    """On a stage of its own there is one robot, without a name."""
-    path = tmp_path / "turn.yaml"
-    path.write_text(TURN, encoding="utf-8")
-    with started("run", str(path), "--namespace", "robot1", **LOCAL) as process:
-        said, _ = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 2
-    assert "--namespace names a robot of a running graph: add --attach" in said
-
-
 def test_servers_of_a_real_robot_say_that_nobody_listens() -> None:
     """As an error, within a second; the arbiter does the same."""
     for command, topic in (("servers", "/cmd_vel_mission"), ("arbiter", "/cmd_vel")):
