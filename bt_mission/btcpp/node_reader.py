@@ -43,6 +43,7 @@ from bt_mission.btcpp.table import (
     rows_of,
 )
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
+from bt_mission.core.text import counted
 from bt_mission.core.yaml.composer import At
 from bt_mission.language.nodes.fields import VARIABLE
 
@@ -244,7 +245,7 @@ class _Filling:
             for child in children:
                 self._reader.report(child.at, f"<{tag}> is a leaf, with nothing in it")
         elif row.children is not None and len(children) != row.children:
-            nodes = "1 node" if row.children == 1 else f"{row.children} nodes"
+            nodes = counted(row.children, "node")
             self._reader.report(self._at, f"expected {nodes} in <{tag}>, got {len(children)}")
         self._reader.refuse(self._attributes.values(), tag, row.takes)
         return node

@@ -12,11 +12,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import BAD_INPUT, SUCCESS
-from bt_mission.cli.network import NETWORK, prepare_graph
-from bt_mission.cli.options import JSON, MISSION, NO_PYTHON, OVERRIDES, REQUIRE, mission_file
+from bt_mission.cli.options import (
+    JSON,
+    MISSION,
+    NETWORK,
+    NO_PYTHON,
+    OVERRIDES,
+    REQUIRE,
+    mission_file,
+    prepare_graph,
+)
 from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import is_scenario, kind_of
+from bt_mission.core.text import counted
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
@@ -153,30 +162,33 @@ def _check_file(options: argparse.Namespace) -> int:
     from bt_mission.core.diagnostics import InputError
 
     try:
-        mission, warnings = _located(options)
+        found, warnings = _located(options)
     except InputError as error:
         print(error, file=sys.stderr)
         count = sum(fault.severity == "error" for fault in error.faults)
-        print(f"{count} error{'s' if count > 1 else ''}", file=sys.stderr)
+        print(counted(count, "error"), file=sys.stderr)
         return BAD_INPUT
     for warning in warnings:
         print(warning, file=sys.stderr)
     kind = kind_of(mission_file(options))
-    if kind in _PLAIN:
-        print(f"{mission.file}: {kind} '{mission.name}' is valid ({mission.summary})")
-        return SUCCESS
+    print(f"{found.file}: {kind} '{found.name}' is valid ({_summary(kind, found)})")
+    if kind in ("mission", "scenario"):
+        _explain_windows(found if kind == "mission" else found.mission)
+    return _check_against(found, options) if options.against else SUCCESS
+
+
+def _summary(kind: str, found: Any) -> str:
+    """Return what a valid file holds."""
+    if kind == "mission":
+        return counted(sum(1 for _ in found.tree.walk()), "node")
     if kind == "fleet":
-        print(f"{mission.file}: fleet '{mission.name}' is valid ({_robots_of(mission)})")
-        return SUCCESS
+        each = (f"{one.name}: {one.mission.name}" for one in found.robots)
+        return f"{counted(len(found.robots), 'robot')}; {', '.join(each)}"
     if kind == "scenario":
-        print(f"{mission.file}: scenario '{mission.name}' is valid ({_told(mission)})")
-        _explain_windows(mission.mission)
-        return SUCCESS
-    count = sum(1 for _ in mission.tree.walk())
-    nodes = "1 node" if count == 1 else f"{count} nodes"
-    print(f"{mission.file}: mission '{mission.name}' is valid ({nodes})")
-    _explain_windows(mission)
-    return _check_against(mission, options) if options.against else SUCCESS
+        requirements = counted(len(found.mission.requirements), "requirement")
+        faults = counted(len(found.faults), "fault")
+        return f"mission '{found.mission.name}', {faults}, {requirements}"
+    return str(found.summary)
 
 
 def _explain_windows(mission: Any) -> None:
@@ -236,19 +248,6 @@ def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     if any(fault.severity == "error" for fault in faults):
         raise InputError(faults)
     return found, faults
-
-
-def _robots_of(fleet: Any) -> str:
-    """Say of whom a fleet consists, and what they carry out."""
-    count = len(fleet.robots)
-    each = ", ".join(f"{one.name}: {one.mission.name}" for one in fleet.robots)
-    return f"{count} robot{'' if count == 1 else 's'}; {each}"
-
-
-def _told(scenario: Any) -> str:
-    counts = [(len(scenario.faults), "fault"), (len(scenario.mission.requirements), "requirement")]
-    parts = [f"{count} {noun}{'' if count == 1 else 's'}" for count, noun in counts]
-    return ", ".join([f"mission '{scenario.mission.name}'", *parts])
 
 
 def _check_against(mission: Any, options: argparse.Namespace) -> int:

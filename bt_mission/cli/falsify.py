@@ -30,6 +30,7 @@ from bt_mission.cli.options import (
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.workers import WORKER_OPTIONS, base_changes, is_alone, pool_for, require_dask
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.text import counted
 
 if TYPE_CHECKING:
     from bt_mission.core.interrupts import InterruptSignals
@@ -355,7 +356,7 @@ def _search_lines(session: SearchSession, files: list[FoundFiles]) -> list[str]:
         notes += f"; {state.outside} did not keep to the assumptions"
     if state.unfair:
         notes += f"; {state.unfair} broke the reference, too"
-    runs = "1 run" if state.runs == 1 else f"{state.runs} runs"
+    runs = counted(state.runs, "run")
     if not files:
         what = "interrupted" if state.is_interrupted else f"nothing found ({SOUGHT[session.aim]})"
         told.append(f"{name}: {what} in {runs}{notes}")
@@ -371,8 +372,7 @@ def _search_lines(session: SearchSession, files: list[FoundFiles]) -> list[str]:
         return [f"{name}: {files[0].sentence}", f"  {effort}", *_files_of(files[0])]
     told.append(f"{name}: {len(files)} causes {effort}")
     for number, (found, one) in enumerate(zip(state.found, files, strict=True), 1):
-        times = "1 run" if found.runs == 1 else f"{found.runs} runs"
-        told += [f"{number}. {one.sentence} ({times})", *_files_of(one)]
+        told += [f"{number}. {one.sentence} ({counted(found.runs, 'run')})", *_files_of(one)]
     return told
 
 
@@ -435,7 +435,7 @@ def _cover_as_dict(session: CoverSession, options: argparse.Namespace) -> dict[s
 def _cover_lines(session: CoverSession) -> list[str]:
     state = session.state
     errors = f"; {state.errors} could not run: {state.first_error}" if state.errors else ""
-    runs = "1 run" if state.runs == 1 else f"{state.runs} runs"
+    runs = counted(state.runs, "run")
     told = [f"{session.base.mission.name}: {_reached(state)} of the tree reached in {runs}{errors}"]
     for _, row, new in state.first[1:]:
         faults = "; ".join(row.faults) or "no fault"

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.commands import COMMANDS
 from bt_mission.cli.exits import SUCCESS
-from bt_mission.cli.network import NAMESPACE, NETWORK, prepare_graph
-from bt_mission.cli.options import JSON
+from bt_mission.cli.options import JSON, NAMESPACE, NETWORK, prepare_graph
 from bt_mission.cli.parser import Command, Option
 from bt_mission.core.text import columns
 

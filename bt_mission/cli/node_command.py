@@ -6,14 +6,18 @@ import argparse
 from typing import Any
 
 from bt_mission.cli.argument_types import whole
-from bt_mission.cli.network import (
+from bt_mission.cli.options import (
     ALLOW_DUPLICATES,
+    IMAGES,
     NAMESPACE,
     NETWORK,
+    ROBOT,
+    SEED,
+    SPEED,
     WALL_CLOCK,
+    WORLD,
     prepare_graph,
 )
-from bt_mission.cli.options import IMAGES, ROBOT, SEED, SPEED, WORLD
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.ros_arguments import EPILOG, checked
 from bt_mission.cli.view import VIEW

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from bt_mission.cli.argument_types import above_zero, assignment, input_file, seconds, whole
 from bt_mission.cli.parser import Option, each
+from bt_mission.core.dds.discovery import isolate, restrict_discovery
+from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import look_deeper, look_for, other_suffix
@@ -76,6 +78,22 @@ FORCE = Option("--force", "overwrite files that exist")
 RECORDING = Option("file", "made by bt-mission run --record", input_file)
 IMAGES = Option("--images IMAGES", "", Path, Path("images"), completes="folders")
 
+NETWORK = Option(
+    "--network",
+    "find processes of other machines, and be found by them (default: what "
+    "ROS_AUTOMATIC_DISCOVERY_RANGE says; where it is not set, this machine alone)",
+)
+ALLOW_DUPLICATES = Option(
+    "--allow-duplicates",
+    "go on although several nodes publish the same odometry or /clock",
+)
+NAMESPACE = Option(
+    "--namespace NAMESPACE", "namespace of the robot's topics", default="", completes="namespaces"
+)
+WALL_CLOCK = Option(
+    "--wall-clock", "keep to this machine's clock, without looking for /clock first"
+)
+
 
 def nature_option(default: str) -> Option:
     """Return the choice of a profile of nature; `default` is the one without it."""
@@ -99,6 +117,20 @@ def recorded_robot(default: str) -> Option:
     return Option(
         "--robot NAME", f"of a recorded fleet: the robot (default: {default})", completes="robots"
     )
+
+
+def prepare_graph(options: argparse.Namespace) -> None:
+    """Make ready for rclpy, and say who is found, unless the environment decides that.
+
+    Raises:
+        BtMissionError: For a middleware or a domain that is none.
+    """
+    said = restrict_discovery(network=options.network)
+    if getattr(options, "visible", False):
+        isolate(visible=True, network=options.network)
+    prepare_middleware()
+    if said is not None:
+        print(said, file=sys.stderr, flush=True)
 
 
 def announce(what: str) -> None:

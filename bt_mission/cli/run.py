@@ -12,27 +12,25 @@ from bt_mission.cli import recording
 from bt_mission.cli.argument_types import seconds, unchecked_output_file
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.foxglove import foxglove_options
-from bt_mission.cli.network import (
-    ALLOW_DUPLICATES,
-    NAMESPACE,
-    NETWORK,
-    WALL_CLOCK,
-    prepare_graph,
-)
 from bt_mission.cli.options import (
+    ALLOW_DUPLICATES,
     FAULT,
     IMAGES,
     JSON,
     MISSION,
+    NAMESPACE,
+    NETWORK,
     NO_PYTHON,
     OVERRIDES,
     PLAIN,
     REQUIRE,
     SPEED,
+    WALL_CLOCK,
     announce,
     known_mission_file,
     mission_file,
     nature_option,
+    prepare_graph,
 )
 from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
 from bt_mission.cli.run_plan import load_plan

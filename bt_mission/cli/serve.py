@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.foxglove import foxglove_options, foxglove_process
-from bt_mission.cli.network import (
+from bt_mission.cli.options import (
     ALLOW_DUPLICATES,
     NAMESPACE,
     NETWORK,
     WALL_CLOCK,
+    announce,
     prepare_graph,
 )
-from bt_mission.cli.options import announce
 from bt_mission.cli.parser import Command, Option
 from bt_mission.cli.ros_arguments import checked, of_node
 from bt_mission.cli.web import watching_process, web_options

@@ -47,6 +47,7 @@ from bt_mission.cli.workers import (
     run_interruptible,
 )
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.text import counted
 
 if TYPE_CHECKING:
     from bt_mission.sweeps.plan import SweepPlan
@@ -184,8 +185,8 @@ async def _carry_out(
 
         def remarks() -> Remarks:
             notes = [f"{recorded} of the worst {len(worst)} recorded"] if worst else []
-            workers = f"{pool.workers} worker{'s' * (pool.workers != 1)}"
-            return [*notes, workers if pool.workers else NO_WORKERS], _tally_lines(tally)
+            notes.append(counted(pool.workers, "worker") if pool.workers else NO_WORKERS)
+            return notes, _tally_lines(tally)
 
         shown = Progress(
             plan.base.mission.name,
@@ -261,8 +262,7 @@ def _tell(
 
 def _judge(options: argparse.Namespace, count: OutcomeCount) -> int:
     if count.errors:
-        what = "a scenario" if count.errors == 1 else f"{count.errors:,} scenarios"
-        print(f"{what} could not run", file=sys.stderr)
+        print(f"{counted(count.errors, 'scenario')} could not run", file=sys.stderr)
         return MISSION_FAILED
     low, _ = count.interval or (0.0, 0.0)
     if options.fail_below is not None and low < options.fail_below:

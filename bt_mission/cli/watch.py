@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 from bt_mission.cli.argument_types import seconds
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.foxglove import foxglove_options, serve_graph
-from bt_mission.cli.network import NETWORK, prepare_graph
-from bt_mission.cli.options import JSON, PLAIN
+from bt_mission.cli.options import JSON, NETWORK, PLAIN, prepare_graph
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.web import has_input_ended, web_options, web_server
 

@@ -97,6 +97,11 @@ def columns(rows: Iterable[Sequence[str]]) -> list[str]:
     ]
 
 
+def counted(count: int, noun: str) -> str:
+    """Return a count with its noun, in the plural unless it is one."""
+    return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
+
+
 def seconds(value_s: float) -> str:
     """Return a time of a run, as every view of it shows times: ``125.30 s``."""
     return f"{value_s:.2f} s"

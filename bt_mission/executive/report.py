@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bt_mission.core.nature import in_words
 from bt_mission.core.stamps import NS
-from bt_mission.core.text import escape_control, seconds
+from bt_mission.core.text import counted, escape_control, seconds
 from bt_mission.events.log import verdict
 
 if TYPE_CHECKING:
@@ -148,11 +148,6 @@ class Report:
         lines += [f"  requirement {one}" for one in self.requirements]
         lines += [f"  fault {one}" for one in self.faults]
         return "\n".join(map(escape_control, lines))
-
-
-def counted(count: int, noun: str) -> str:
-    """Return a count with its noun, in the plural unless it is one."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def report_on(

@@ -8,9 +8,9 @@ from typing import Any
 
 from rich.cells import cell_len
 
-from bt_mission.core.text import escape_control, seconds
+from bt_mission.core.text import counted, escape_control, seconds
 from bt_mission.events.log import verdict
-from bt_mission.executive.report import Report, counted
+from bt_mission.executive.report import Report
 from bt_mission.executive.status import MissionStatus
 
 

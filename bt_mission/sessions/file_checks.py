@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.core.text import counted
 from bt_mission.core.yaml.document import read
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.requirements.written import RequirementsFile
@@ -45,7 +46,7 @@ def check_world(path: Path, robot: str | None = None, _world: str | None = None)
         place = ("spawn",) if document.has("spawn") else ()
         raise InputError([document.fault(place, problem)])
     warnings = tuple(document.fault((), one, severity="warning") for one in unseen(world, model))
-    summary = f"{_count(len(world.obstacles), 'obstacle')}, {_count(len(world.zones), 'zone')}"
+    summary = f"{counted(len(world.obstacles), 'obstacle')}, {counted(len(world.zones), 'zone')}"
     return CheckedFile(str(path), world.name, summary), warnings
 
 
@@ -78,7 +79,7 @@ def check_requirements(path: Path, _robot: str | None = None, _world: str | None
     written = reader.written(RequirementsFile, (), document.data)
     if written is None or reader.faults:
         raise InputError(reader.faults)
-    return CheckedFile(str(path), path.stem, _count(len(written.requirements), "requirement")), ()
+    return CheckedFile(str(path), path.stem, counted(len(written.requirements), "requirement")), ()
 
 
 CHECKS: Mapping[str, Callable[[Path, str | None, str | None], Checked]] = {
@@ -106,7 +107,3 @@ def requirements_schema() -> dict[str, Any]:
 
 def _schema(model: Any, title: str) -> dict[str, Any]:
     return {"$schema": DIALECT, **model.model_json_schema(), "title": f"bt-mission {title}"}
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

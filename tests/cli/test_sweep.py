@@ -121,7 +121,7 @@ def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(
     assert [one["reason"] for one in told["failures"]] == [
         "it has killed its worker 3 times, alone there"
     ]
-    assert "a scenario could not run" in error
+    assert "1 scenario could not run" in error
 
 
 def test_ctrl_c_ends_it_with_what_is_there(tmp_path: Path) -> None:

@@ -11,10 +11,9 @@ from rich.console import Group
 from rich.text import Text
 
 from bt_mission.core.terminal.console import EscapingConsole
-from bt_mission.core.text import escape_control, seconds
+from bt_mission.core.text import counted, escape_control, seconds
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.log import verdict
-from bt_mission.executive.report import counted
 from bt_mission.executive.status import Change
 from bt_mission.fleets.plan import FleetPlan
 from bt_mission.fleets.run import FleetView, QuietFleet
