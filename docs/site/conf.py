@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,6 +25,7 @@ from sphinx.transforms import SphinxTransform
 from sphinx.util.osutil import relative_uri
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
 
 project = "bt-mission"
 author = "the authors of bt-mission"
@@ -85,6 +87,14 @@ def add_navigation(app: Sphinx, docname: str, source: list[str]) -> None:
         source[0] += "\n".join(navigation(index))
 
 
+def add_commands(_app: Sphinx, docname: str, source: list[str]) -> None:
+    """Give the page of commands the help of each."""
+    if docname == "docs/reference/commands":
+        from tools.command_reference import command_reference  # noqa: PLC0415 - of this page alone
+
+        source[0] += command_reference()
+
+
 class FileLinks(SphinxTransform):
     """Links to files that are no page, such as missions, lead to a page that shows the file."""
 
@@ -123,5 +133,6 @@ def setup(app: Sphinx) -> None:
         app.add_lexer(name, lexer)
     app.add_transform(FileLinks)
     app.connect("source-read", add_navigation)
+    app.connect("source-read", add_commands)
     app.connect("html-collect-pages", show_files)
     app.connect("build-finished", make_index)

@@ -143,3 +143,19 @@ def test_a_version_is_a_folder(source, tmp_path, monkeypatch, capsys):
         page = (tmp_path / "site" / name / "index.html").read_text("utf-8")
         assert f"bt-mission {name}" in page
         assert f"<h1>{title}<" in page
+
+
+def test_the_page_of_commands_has_the_help_of_each(source, tmp_path):
+    """Also of commands below others, with what options need."""
+    page = source / "docs" / "reference" / "commands.md"
+    page.parent.mkdir()
+    page.write_text("# Commands\n\nAll of them.\n", encoding="utf-8")
+    (source / "docs" / "README.md").write_text(
+        f"{INDEX}| [Commands](reference/commands.md) | b |\n", encoding="utf-8"
+    )
+    site = tmp_path / "site" / "1.2.3"
+    build_site.build(source, site, is_strict=True)
+    text = text_of(site / "docs" / "reference" / "commands.html")
+    assert "usage: bt-mission run [-h]" in text
+    assert "usage: bt-mission actions send [-h]" in text
+    assert "with --web: listen on this port" in text
