@@ -120,7 +120,7 @@ class _Ended(Hooked):
 class _Stub(Hooked):
     def __init__(self, play: Play, tag: str, node: Any, values: Evaluator) -> None:
         super().__init__(node.label)
-        self._play, self._tag, self._node, self._values = play, tag, node, values
+        self._play, self._tag, self._leaf_node, self._scope = play, tag, node, values.scope
         self._leaf = f"{tag} {node.name or tag}"
 
     def initialise(self) -> None:
@@ -128,15 +128,15 @@ class _Stub(Hooked):
         self._rule = Rule.of(play.seed, self._leaf, play.counts[self._leaf])
         self._left = self._rule.ticks
         play.counts[self._leaf] += 1
-        if self._node.kind == "set":
-            scope = self._values.scope.values
-            scope.update(dict.fromkeys(self._node.values, 1.0))
+        if self._leaf_node.kind == "set":
+            scope = self._scope.values
+            scope.update(dict.fromkeys(self._leaf_node.values, 1.0))
 
         tag, number = self._tag, self._rule.number
         given = {"int": int(number), "bool": number > 0, "std::string": "text"}
-        for field, variable in getattr(self._node, "outputs", {}).items():
+        for field, variable in getattr(self._leaf_node, "outputs", {}).items():
             label = play.types.get((tag, OUT + field.replace(".", "__")), "")
-            self._values.scope.values[variable] = given.get(label, number)
+            self._scope.values[variable] = given.get(label, number)
 
     def update(self) -> Status:
         if self._left > 0:
