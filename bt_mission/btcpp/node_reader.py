@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from bt_mission.btcpp import table
 from bt_mission.btcpp.attributes import (
     LABELS,
-    OUTPUT,
+    Codec,
     Entry,
     LocatedValue,
     Reporter,
     constant,
-    given,
     located,
     mapping,
     number,
@@ -21,36 +21,12 @@ from bt_mission.btcpp.attributes import (
 )
 from bt_mission.btcpp.elements import Attribute, Element
 from bt_mission.btcpp.scripts import CONDITION
-from bt_mission.btcpp.table import (
-    CHOICES,
-    ELEMENTS,
-    NAME,
-    REQUIREMENT,
-    SUBTREE,
-    TREE_NAME,
-    WITHOUT_COUNTERPART,
-    AllButLast,
-    Blackboard,
-    Child,
-    Children,
-    Names,
-    Never,
-    Port,
-    Ports,
-    Question,
-    Row,
-    leaf_kinds,
-    rows_of,
-)
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.core.text import counted
 from bt_mission.core.yaml.composer import At
 from bt_mission.language.nodes.fields import VARIABLE
 
 _SKIP = "_skipIf"
-_LAST = (1 << 62, 0)
-"""Behind every place in a file."""
-
 STAND_IN = (
     "an <action> leaf, for a node with an action server, or a <python> leaf can stand in for your "
     "own node (docs/how-to/groot.md)"
@@ -70,13 +46,13 @@ class TreePorts:
     """What is declared of a tree under `TreeNodesModel`.
 
     Attributes:
-        types: The types of its inputs and outputs, in our words.
+        inputs: The types of its inputs, in our words.
         sections: The types of inputs without a default, the defaults, and the types of outputs.
         metadata: The attributes of its `Metadata` elements, but those with a requirement.
         requirements: The elements with those.
     """
 
-    types: dict[str, str] = field(default_factory=dict)
+    inputs: dict[str, str] = field(default_factory=dict)
     sections: dict[str, dict[str, Entry]] = field(
         default_factory=lambda: {"needs": {}, "inputs": {}, "outputs": {}}
     )
@@ -90,14 +66,18 @@ class TreePorts:
 
     def tree_name(self, tree_id: Attribute) -> Attribute:
         """Return the name of the tree with an ID: that, unless it could not be the ID."""
-        return self.metadata.get(TREE_NAME, tree_id)
+        return self.metadata.get(table.TREE_NAME, tree_id)
+
+    def located_name(self, tree_id: Attribute) -> LocatedValue:
+        """Return the name of the tree, at the place of an ID."""
+        return LocatedValue(self.tree_name(tree_id).value, plain_text(tree_id).place)
 
     def declare(self, element: Element, reporter: Reporter) -> None:
         """Take in an element of the model of the tree."""
         attributes, report = element.attributes, reporter.report
         if element.tag == "MetadataFields":
             for child in element.children:
-                if REQUIREMENT in child.attributes:
+                if table.REQUIREMENT in child.attributes:
                     self.requirements.append(child)
                 else:
                     self.metadata |= child.attributes
@@ -125,9 +105,10 @@ class TreePorts:
             section = "outputs"
             if default:
                 report(default.at, "an output has no default")
-        if name.value in self.types:
+        else:
+            self.inputs[name.value] = word
+        if any(name.value in one for one in self.sections.values()):
             report(element.at, f"the port {quoted(name.value)} is declared twice")
-        self.types[name.value] = word
         self.sections[section][name.value] = (name.value, name.value_at, value)
 
 
@@ -149,13 +130,13 @@ class XmlNodeReader(Reporter):
                 self.report(element.at, message)
                 return located({}, element.at)
             element = replace(element, tag=name.value, at=name.value_at, attributes=rest)
-        if element.tag == SUBTREE:
+        if element.tag == table.SUBTREE:
             return self._use(element)
-        if rows := rows_of(element.tag):
+        if rows := table.rows_of(element.tag):
             return _Filling(element, self).node(rows)
-        hint = WITHOUT_COUNTERPART.get(element.tag)
+        hint = table.WITHOUT_COUNTERPART.get(element.tag)
         if hint is None:
-            near = did_you_mean(element.tag, [*ELEMENTS, SUBTREE, *leaf_kinds()])
+            near = did_you_mean(element.tag, [*table.ELEMENTS, table.SUBTREE, *table.leaf_kinds()])
             hint = f"{near} {STAND_IN}" if near else STAND_IN
         self.report(element.at, f"the node {quoted(element.tag)} has no counterpart", hint)
         for child in element.children:
@@ -168,51 +149,32 @@ class XmlNodeReader(Reporter):
         for child in element.children:
             self.report(child.at, "a SubTree has nothing in it; ID names a tree")
         attributes = dict(element.attributes)
-        tree_id = self.take(attributes, "ID", at)
+        tree_id = attributes.get("ID")
         if tree_id is None:
+            self.report(at, "the attribute 'ID' is missing")
             return located({}, at)
         ports = self.trees.get(tree_id.value)
         if ports is None:
             message = f"no tree is called {quoted(tree_id.value)} (trees: {listed(self.trees)})"
             self.report(tree_id.value_at, message, did_you_mean(tree_id.value, self.trees))
             return located({}, at)
-        remaps = self._is_remapped(attributes.pop("_autoremap", None))
-        name = attributes.pop("name", None)
-        inputs, outputs = self._given(attributes, ports, tree_id.value)
-        for key in [one for one in ports.types if remaps and one not in attributes]:
-            value = located(key if key in ports.outputs else f"${key}", at)
-            (outputs if key in ports.outputs else inputs).append((key, at, value))
-        tree = LocatedValue(ports.tree_name(tree_id).value, plain_text(tree_id).place)
-        if inputs:
-            section = ("inputs", inputs[0][1], mapping(at, inputs))
-            tree = mapping(at, [("name", tree_id.at, tree), section])
-        entries = [("tree", at, tree)]
-        if name is not None:
-            entries.append(("name", name.at, plain_text(name)))
-        if outputs:
-            entries.append(("outputs", outputs[0][1], mapping(at, outputs)))
-        return mapping(at, entries)
-
-    def _given(
-        self, attributes: Mapping[str, Attribute], ports: TreePorts, tree: str
-    ) -> tuple[list[Entry], list[Entry]]:
-        """Return the inputs and the outputs that attributes give."""
-        inputs: list[Entry] = []
-        outputs: list[Entry] = []
-        for key, attribute in attributes.items():
-            if key in ports.outputs:
-                outputs.append((key, attribute.at, self.value(attribute, OUTPUT)))
-            elif key in ports.types:
-                value = self.value(attribute, given(ports.types[key]))
-                inputs.append((key, attribute.at, value))
-            elif key.startswith("_"):
-                self.refuse([attribute], SUBTREE, ())
-            else:
-                known = sorted(ports.types, key=ports.outputs.__contains__)
-                message = f"no port {quoted(key)} of {tree} (ports: {listed(known)})"
-                hint = "declare it under TreeNodesModel, with its type"
-                self.report(attribute.at, message, did_you_mean(key, known) or hint)
-        return inputs, outputs
+        known = [*ports.inputs, *ports.outputs]
+        for key in [one for one in attributes if one not in (*known, "ID", "name")]:
+            if not key.startswith("_"):
+                message = f"no port {quoted(key)} of {tree_id.value} (ports: {listed(known)})"
+                hint = did_you_mean(key, known) or "declare it under TreeNodesModel, with its type"
+                self.report(attributes.pop(key).at, message, hint)
+        if self._is_remapped(attributes.pop("_autoremap", None)):
+            given = {key: Attribute(key, f"{{{key}}}", at, at) for key in known}
+            attributes |= {key: one for key, one in given.items() if key not in attributes}
+        row = table.tree_row(Codec(ports.located_name, str), ports.inputs, ports.outputs)
+        use = replace(element, attributes=attributes, children=[])
+        node = _Filling(use, self).node((row,))
+        tree = node.data["tree"]
+        if "inputs" not in tree:
+            assert isinstance(node.place.parts, dict)
+            node.data["tree"], node.place.parts["tree"] = tree["name"], plain_text(tree_id).place
+        return node
 
     def _is_remapped(self, attribute: Attribute | None) -> bool:
         """Return whether ports that are not given have the variables of their names."""
@@ -233,14 +195,15 @@ class _Filling:
         self._reader = reader
         self._attributes = dict(element.attributes)
         """Those that are still to be read."""
+        self._order = {name: index for index, name in enumerate(element.attributes)}
 
-    def node(self, rows: tuple[Row, ...]) -> LocatedValue:
+    def node(self, rows: tuple[table.Row, ...]) -> LocatedValue:
         """Return the node of the row that the element fits."""
         tag, children = self._element.tag, self._element.children
         fixed = {name: self._chosen(name, rows) for name in rows[0].fixed}
         fitting = [row for row in rows if row.fixed == fixed] or rows
         row = next((one for one in fitting if one.children == len(children)), fitting[0])
-        node = self._mapping({**row.node, "name": NAME}, row.kind)
+        node = self._mapping({**row.node, "name": table.NAME}, row.kind)
         if row.is_leaf:
             for child in children:
                 self._reader.report(child.at, f"<{tag}> is a leaf, with nothing in it")
@@ -250,9 +213,9 @@ class _Filling:
         self._reader.refuse(self._attributes.values(), tag, row.takes)
         return node
 
-    def _chosen(self, name: str, rows: tuple[Row, ...]) -> str:
+    def _chosen(self, name: str, rows: tuple[table.Row, ...]) -> str:
         """Return the value of an attribute that rows have fixed values of."""
-        choice = CHOICES[name]
+        choice = table.CHOICES[name]
         attribute = self._attributes.pop(name, None)
         if attribute is None:
             return choice.default
@@ -270,58 +233,59 @@ class _Filling:
 
     def _mapping(self, template: Mapping[str, Any], kind: str | None = None) -> LocatedValue:
         """Return a mapping: the kind first, then attributes in their order, then all else."""
-        order: list[tuple[At, Entry]] = []
+        order: list[tuple[int, Entry]] = []
         for key, part in template.items():
             attributes = self._taken(part)
             value = self._filled(part, attributes)
             if key == kind:
-                order.append(((0, 0), (key, self._at, value or mapping(self._at, ()))))
+                order.append((-1, (key, self._at, value or mapping(self._at, ()))))
             elif value is not None:
                 at = attributes[0].at if attributes else self._at
-                order.append((at if isinstance(part, Port) else _LAST, (key, at, value)))
+                is_port = attributes and isinstance(part, table.Port)
+                rank = self._order[attributes[0].name] if is_port else len(self._order)
+                order.append((rank, (key, at, value)))
         return mapping(self._at, (entry for _, entry in sorted(order, key=lambda one: one[0])))
 
     def _taken(self, part: Any) -> list[Attribute]:
         """Take the attributes of a column."""
         names: list[str] = []
-        if isinstance(part, Port):
+        if isinstance(part, table.Port):
             names = [part.name] if part.name in self._attributes else []
-        elif isinstance(part, Ports):
+        elif isinstance(part, table.Ports):
             names = [name for name in self._attributes if part.path(name)]
         return [self._attributes.pop(name) for name in names]
 
     def _filled(self, part: Any, attributes: list[Attribute]) -> LocatedValue | None:
         """Return a part of the node; None where there is nothing for it."""
         match part:
-            case Port():
+            case table.Port():
                 return self._port(part, attributes)
-            case Ports():
+            case table.Ports():
                 return self._entries(part, attributes) if attributes else None
-            case Blackboard():
+            case table.Blackboard():
                 return self._variable(part)
-            case Child() | Question() | Children() | AllButLast() | Never():
-                return self._below(part)
+            case table.Never():
+                return None
             case dict():
-                return self._mapping(part)
+                inner = self._mapping(part)
+                return inner if inner.data else None
             case list():
                 return located([self._filled(one, []) for one in part], self._at)
-        return located(part, self._at)
+        return self._below(part) if isinstance(part, table.Below) else located(part, self._at)
 
-    def _below(self, column: Any) -> LocatedValue | None:
+    def _below(self, column: table.Below) -> LocatedValue | None:
         match column:
-            case Question():
+            case table.Question():
                 return self._condition(column)
-            case Children():
+            case table.Children():
                 return self._children(column)
-            case AllButLast():
+            case table.AllButLast():
                 return self._all_but_last()
-            case Child():
-                child = self._child(column.index)
-                is_absent = replace(child, at=self._at) == Element(column.absent or "", self._at)
-                return None if is_absent else self._reader.node(child)
-        return None
+        child = self._child(column.index)
+        is_absent = replace(child, at=self._at) == Element(column.absent or "", self._at)
+        return None if is_absent else self._reader.node(child)
 
-    def _port(self, port: Port, attributes: list[Attribute]) -> LocatedValue | None:
+    def _port(self, port: table.Port, attributes: list[Attribute]) -> LocatedValue | None:
         if attributes:
             return self._reader.value(attributes[0], port.codec)
         if not port.is_needed:
@@ -329,14 +293,14 @@ class _Filling:
         self._reader.report(self._at, f"the attribute '{port.name}' is missing")
         return located("", self._at)
 
-    def _entries(self, ports: Ports, attributes: list[Attribute]) -> LocatedValue:
+    def _entries(self, ports: table.Ports, attributes: list[Attribute]) -> LocatedValue:
         """Return a mapping whose entries are attributes, nested as their names say."""
         entries = [
             (ports.path(one.name) or (), one.at, self._reader.value(one, ports.codec))
             for one in attributes
         ]
-        whole: set[Names] = set()
-        above: set[Names] = set()
+        whole: set[table.Names] = set()
+        above: set[table.Names] = set()
         for path, at, _ in entries:
             around = {path[:count] for count in range(1, len(path))}
             if path in whole or path in above or not whole.isdisjoint(around):
@@ -352,7 +316,7 @@ class _Filling:
         except IndexError:
             return Element("AlwaysSuccess", self._at)
 
-    def _condition(self, question: Question) -> LocatedValue:
+    def _condition(self, question: table.Question) -> LocatedValue:
         element = self._child(question.index)
         node = self._reader.node(element)
         if list(node.data) != ["check"]:
@@ -366,7 +330,7 @@ class _Filling:
             _negated(data) if question.is_negated else data, node.place.parts["check"]
         )
 
-    def _children(self, column: Children) -> LocatedValue:
+    def _children(self, column: table.Children) -> LocatedValue:
         children = self._element.children
         if not children:
             self._reader.report(self._at, f"<{self._element.tag}> has nothing in it")
@@ -402,7 +366,7 @@ class _Filling:
             return nodes[0]
         return mapping(self._at, [("sequence", self._at, located(nodes, self._at))])
 
-    def _variable(self, column: Blackboard) -> LocatedValue:
+    def _variable(self, column: table.Blackboard) -> LocatedValue:
         """Return a mapping with one variable; a text is a constant."""
         key = self._reader.take(self._attributes, column.key.name, self._at)
         values = self._taken(column.value)
@@ -417,9 +381,9 @@ class _Filling:
         return mapping(key.value_at, [(key.value, key.value_at, value)])
 
 
-def _nested(entries: list[tuple[Names, At, LocatedValue]], at: At) -> LocatedValue:
+def _nested(entries: list[tuple[table.Names, At, LocatedValue]], at: At) -> LocatedValue:
     """Return a mapping of values, each with its path and its place."""
-    below: dict[str, list[tuple[Names, At, LocatedValue]]] = {}
+    below: dict[str, list[tuple[table.Names, At, LocatedValue]]] = {}
     for path, place, value in entries:
         below.setdefault(path[0], []).append((path[1:], place, value))
     return mapping(

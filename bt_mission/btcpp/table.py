@@ -9,7 +9,7 @@ timeout="30"/>`, follow from the schemas of their classes.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any, Literal, TypeAlias
@@ -22,6 +22,7 @@ from bt_mission.btcpp.attributes import (
     TIMES,
     VALUE,
     Codec,
+    given,
 )
 from bt_mission.btcpp.scripts import ASSIGNMENTS, CONDITION
 from bt_mission.language.action_names import ACTION_NAMES
@@ -166,7 +167,8 @@ class Never:
     unless: Any = None
 
 
-Column: TypeAlias = Port | Ports | Child | Question | Children | AllButLast | Blackboard | Never
+Below: TypeAlias = Child | Question | Children | AllButLast
+Column: TypeAlias = Port | Ports | Blackboard | Never | Below
 
 
 # ---- rows ------------------------------------------------------------------------------------
@@ -359,6 +361,23 @@ def rows_for(kind: str) -> tuple[Row, ...]:
     rows = tuple(row for row in _ROWS if row.is_written and row.kind == kind)
     leaf = leaf_row(kind)
     return (*rows, leaf) if leaf else rows
+
+
+def tree_row(name: Codec, inputs: Mapping[str, str], outputs: Iterable[str]) -> Row:
+    """Return the row of the use of a named tree.
+
+    Args:
+        name: How the name of the tree is read from its ID, and written as it.
+        inputs: The types of its inputs, in our words.
+        outputs: The names of its outputs.
+    """
+    hint = "'set' a variable to it first, and give that"
+    takes = {
+        key: Port(key, given(word), refusal=(f"what '{key}' is given", hint))
+        for key, word in inputs.items()
+    }
+    gives = {key: Port(key, OUTPUT) for key in outputs}
+    return Row(SUBTREE, {"tree": {"name": Port("ID", name), "inputs": takes}, "outputs": gives})
 
 
 # ---- our leaves ------------------------------------------------------------------------------
