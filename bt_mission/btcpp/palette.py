@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 
 from bt_mission.btcpp.attributes import LABELS, is_constant, referred
 from bt_mission.btcpp.elements import Tag, xml_text
@@ -11,6 +12,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.message_types import (
     FindShapes,
+    InterfaceShapes,
     MessageShape,
     Shape,
     value_type,
@@ -108,15 +110,19 @@ def _ports(kind: str, shapes: FindShapes | None) -> dict[str, str | None]:
     row = leaf_row(kind)
     assert row is not None, "only leaves have models"
     short = ACTION_NAMES.get(kind)
-    names = (short.type,) if short else _COMMON.get(kind, ())
-    messages = [_messages(kind, name, shapes) for name in names]
+    interfaces: list[InterfaceShapes] = []
+    for name in (short.type,) if short else _COMMON.get(kind, ()):
+        with suppress(
+            BtMissionError
+        ):  # a type that is not installed: the attributes in use will do
+            interfaces += [] if shapes is None else [shapes(name)]
     ports: dict[str, str | None] = {}
     for column in row.columns:
         if isinstance(column, Port):
             ports[column.name] = None
         elif isinstance(column, Ports):
-            for sent, given in messages:
-                for path, shape in _nested(given if column.prefix == OUT else sent):
+            for found in interfaces:
+                for path, shape in _nested(found.keeps if column.prefix == OUT else found.sends):
                     attribute = column.attribute(path)
                     label = value_type(shape) if short else None
                     if attribute is not None:
@@ -124,23 +130,9 @@ def _ports(kind: str, shapes: FindShapes | None) -> dict[str, str | None]:
     return ports
 
 
-def _messages(
-    kind: str, name: str, shapes: FindShapes | None
-) -> tuple[MessageShape | None, MessageShape | None]:
-    """Return what a leaf sends and what it gives, for a type."""
-    try:
-        found = shapes(name) if shapes is not None else None
-    except BtMissionError:  # a type that is not installed: the attributes in use will do
-        return None, None
-    if found is None:
-        return None, None
-    is_read = "/msg/" in name and kind != "publish"
-    return None if is_read else found.sends, found.keeps
-
-
-def _nested(message: MessageShape | None, path: Names = ()) -> Iterator[tuple[Names, Shape]]:
+def _nested(message: MessageShape, path: Names = ()) -> Iterator[tuple[Names, Shape]]:
     """Yield the fields of a message, each with its path, and behind it the fields in it."""
-    for name, shape in message.fields.items() if message else ():
+    for name, shape in message.fields.items():
         yield (*path, name), shape
         if isinstance(shape, MessageShape):
             yield from _nested(shape, (*path, name))
