@@ -327,7 +327,7 @@ COMMANDS = {
     "check": Command(
         check_files,
         "Reads missions, checks them against the real ROS types, worlds and robots, and prints "
-        "every fault with its file, line and column. Nothing moves, and no code of the missions "
+        "every error with its file, line and column. Nothing moves, and no code of the missions "
         "runs unless --import-python is given. Worlds, robots, requirements and ranges are "
         "checked, too.",
         (

@@ -36,8 +36,8 @@ def compare(options: argparse.Namespace) -> int:
 COMMANDS = {
     "diff": Command(
         compare,
-        "Compares two traces, as 'bt-mission run --trace FILE' writes them, and tells where they "
-        "part: the last events that were the same, what happened in each then, and by how much "
+        "Compares two traces, as 'bt-mission run --trace FILE' writes them, and shows where they "
+        "part: the last events that were the same, what happened then in each, and by how much "
         "numbers differ.",
         (
             Option("first", "a trace", Path),

@@ -461,7 +461,7 @@ COMMANDS = {
             MISSION,
             Option(
                 "--budget RUNS",
-                "so many runs at most (default: 1000), besides those that minimize what is found",
+                "the most runs (default: 1000), besides those that minimize what is found",
                 count,
                 1000,
             ),
@@ -475,17 +475,17 @@ COMMANDS = {
             Option(
                 "--cover",
                 "instead drive towards nodes, outcomes and branches of the tree that no run has "
-                "reached, and list those that stay",
+                "reached, and list those that remain",
             ),
             Option(
                 "--reference GOOD.yaml",
-                "a mission that is good: what breaks it in the same scenario does not count",
+                "a good mission: what breaks it in the same scenario does not count",
                 input_file,
                 excludes=_NOT_COVERED,
             ),
             Option(
                 "--keep-going N",
-                "go on until N different causes are found (default: 1)",
+                "continue until N different causes are found (default: 1)",
                 count,
                 1,
                 excludes=_NOT_COVERED,

@@ -201,7 +201,9 @@ COMMANDS = {
         "goes on. The files on the disk are not used.",
         (
             RECORDING,
-            AT.but(help="fork so many seconds after the mission's start, at the next control step"),
+            AT.but(
+                help="fork this many seconds after the mission's start, at the next control step"
+            ),
             Option(
                 "--sweep-at",
                 "fork at one instant after another, and report the last one at which the change "
@@ -211,7 +213,7 @@ COMMANDS = {
             ),
             Option(
                 "--tries N",
-                "try so many of the instants at which a node changed, evenly spread (default: "
+                "try N of the instants at which a node changed, evenly spread (default: "
                 f"{MOST_TRIES})",
                 count,
                 needs=each("sweep_at"),
@@ -222,8 +224,8 @@ COMMANDS = {
             ),
             Option(
                 "--mission FILE",
-                "go on as this version of the mission's file says: nodes that begin from there on "
-                "begin as it has them",
+                "continue with this version of the mission's file: nodes that start after the "
+                "fork are as it has them",
                 input_file,
                 completes="missions",
             ),

@@ -26,14 +26,14 @@ EPILOG = """\
 examples:
   bt-mission run explore              a shipped mission, as fast as it goes
   bt-mission run mine.yaml --speed 1  your own, at the speed of the wall clock
-  bt-mission watch                    look on at one in another terminal
-  bt-mission check mine.yaml          find every fault before anything moves
+  bt-mission watch                    monitor it from another terminal
+  bt-mission check mine.yaml          find every error before anything moves
   bt-mission convert mine.yaml        the same mission as XML, for Groot 2
-  bt-mission verify run.mcap          what the requirements of a recorded run came to
+  bt-mission verify run.mcap          verdicts of the requirements of a recorded run
   bt-mission doctor                   is everything here that is needed?
 
 exit codes: 0 success, 1 mission failed, 2 bad input or an output that cannot be written, 130
-interrupted; those of actions and services stand in their own help
+interrupted; those of actions and services are in their own help
 """
 
 

@@ -102,7 +102,7 @@ _ROBOT = ROBOT.but(help="a robot's name or file", default=ROBOT_MODEL)
 _REAL = Option(
     "--real", "drive a real robot: this machine's clock, and the type of command it listens for"
 )
-_WALL_CLOCK = WALL_CLOCK.but(help="keep to this machine's clock instead of /clock")
+_WALL_CLOCK = WALL_CLOCK.but(help="use this machine's clock instead of /clock")
 _WALL_CLOCK_REAL = WALL_CLOCK.but(help=f"{_WALL_CLOCK.help}, as with a real robot")
 _PARAMETERS = Option(
     "--params FILE", "values of parameters: a ROS parameter file", completes="parameters"
@@ -163,7 +163,7 @@ COMMANDS = {
         servers,
         "Offers driving, turning, pictures, colours, distances, exploration, and Nav2's navigation "
         "and recoveries as actions ('bt-mission actions list' names them), and the services /stop "
-        "and /release, for a robot, simulated or real, that it knows by its topics alone.",
+        "and /release, for a robot, simulated or real, by its topics alone.",
         _ROBOT,
         NAMESPACE,
         NETWORK,
@@ -178,7 +178,7 @@ COMMANDS = {
     "mapper": _node(
         mapper,
         "Publishes map and coverage while the robot moves, out of scan, odom and the transform "
-        "from map to odom, which something else has to know. The service save_map writes the map "
+        "from map to odom, which another node has to publish. The service save_map writes the map "
         "as Nav2's map server reads it.",
         _ROBOT,
         NAMESPACE,
@@ -192,7 +192,7 @@ COMMANDS = {
         arbiter,
         "Stands between several topics of commands and cmd_vel: cmd_vel_stop over cmd_vel_joy over "
         "cmd_vel_mission (all TwistStamped). A source that falls silent counts no longer, and the "
-        "base is told to stand while nobody speaks. Have the servers send to cmd_vel_mission: a "
+        "base is stopped while no source sends. Have the servers send to cmd_vel_mission: a "
         "parameter file with topics.cmd_vel.",
         NAMESPACE,
         NETWORK,

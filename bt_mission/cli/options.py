@@ -58,7 +58,7 @@ REQUIRE = Option(
 )
 FAULT = Option(
     "--fault FAULT",
-    "something that goes wrong in the simulation, such as 'at 5.0: drop scan lasting 2' "
+    "a fault in the simulation, such as 'at 5.0: drop scan lasting 2' "
     "(docs/reference/scenarios.md); may be repeated",
     repeats=True,
     excludes=each("attach", why="faults are made in a simulation, not in a running graph"),
@@ -85,14 +85,12 @@ NETWORK = Option(
 )
 ALLOW_DUPLICATES = Option(
     "--allow-duplicates",
-    "go on although several nodes publish the same odometry or /clock",
+    "continue although several nodes publish the same odometry or /clock",
 )
 NAMESPACE = Option(
     "--namespace NAMESPACE", "namespace of the robot's topics", default="", completes="namespaces"
 )
-WALL_CLOCK = Option(
-    "--wall-clock", "keep to this machine's clock, without looking for /clock first"
-)
+WALL_CLOCK = Option("--wall-clock", "use this machine's clock, without looking for /clock first")
 
 
 def nature_option(default: str) -> Option:

@@ -50,7 +50,7 @@ RECORDING_OPTIONS = (
     ),
     Option(
         "--report FILE.html",
-        "make a page of the run, for any browser",
+        "generate a page of the run, for any browser",
         FileType("output", (".html", ".htm"), "a report is a page of HTML"),
     ),
     Option(
@@ -70,16 +70,17 @@ RECORDING_OPTIONS = (
     ),
     Option(
         "--video FILE.mp4",
-        "film the simulated run: from above, and by the camera (docs/how-to/recording.md)",
-        FileType("output", (".mp4",), "films are MP4 files", takes_devices=False),
+        "save a video of the simulated run, from above and by the camera "
+        "(docs/how-to/recording.md)",
+        FileType("output", (".mp4",), "videos are MP4 files", takes_devices=False),
         excludes=each(
             "attach",
-            why="it films a simulation in this process; record the camera (--record FILE.mcap "
+            why="it shows a simulation in this process; record the camera (--record FILE.mcap "
             "--record-camera) and look at it in Foxglove, or make a page (--report FILE.html)",
         ),
         not_for=each(
             "fleet",
-            why="films are of one robot; record the fleet (--record FILE.mcap) and replay it",
+            why="videos are of one robot; record the fleet (--record FILE.mcap) and replay it",
         ),
         check=_check_encoder,
     ),
@@ -219,7 +220,7 @@ def told(kept: Kept) -> list[str]:
         lines.append(_line(f"  trace in {kept['trace']}", kept["trace_lacks"]))
     if "video" in kept:
         size = f"{kept['video_frames']} frames, {int(kept['video_bytes']) / 1e6:.2f} MB"
-        lines.append(_line(f"  filmed to {kept['video']} ({size})", kept["video_lacks"]))
+        lines.append(_line(f"  video saved to {kept['video']} ({size})", kept["video_lacks"]))
     if "recording" in kept:
         lines.append(_line(f"  recorded to {kept['recording']}", kept["recording_lacks"]))
     if "report" in kept:

@@ -1,4 +1,4 @@
-"""``bt-mission replay``: see or tell a run that is over again."""
+"""``bt-mission replay``: show a recorded run."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ COMMANDS = {
         replay,
         "Plays what 'bt-mission run --record FILE.mcap' has recorded on a full screen, forwards "
         "and backwards, at any speed. In a pipe, with --plain, and of a trace ('run --trace FILE'; "
-        "failed tests leave both), it tells a line for each event, with its virtual time.",
+        "failed tests leave both), it prints a line for each event, with its virtual time.",
         (
             Option("file", "a recording (MCAP), or a trace (JSON lines)", Path),
             SPEED.but(
@@ -181,7 +181,7 @@ COMMANDS = {
             ),
             AT.but(
                 form="--at --start S",
-                help="begin so many seconds after the mission's start",
+                help="begin this many seconds after the mission's start",
                 default=0.0,
             ),
             Option(

@@ -1,4 +1,4 @@
-"""``bt-mission run``: carry a mission out."""
+"""``bt-mission run``: run a mission."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ def _leaves(report: Report) -> list[str]:
 _ON_A_GRAPH = (
     Option(
         "--attach",
-        "run the executive alone, against servers in other processes",
+        "run the executive alone, with servers in other processes",
         not_for={
             "scenario": "a scenario has its own simulation",
             "fleet": "a fleet has its own simulation; attach each robot's mission, with "
@@ -140,18 +140,18 @@ _ON_A_GRAPH = (
     ),
     WALL_CLOCK.but(needs=each("attach", why="a simulation has a clock of its own")),
     NAMESPACE.but(
-        help="namespace of the robot whose servers carry the mission out",
+        help="namespace of the robot whose servers run the mission",
         needs=each("attach", why="it names a robot of a running graph"),
     ),
     Option(
         "--journal FILE",
-        "write down in this file where the mission stands, as it goes",
+        "write the state of the mission to this file while it runs",
         unchecked_output_file,
         needs=each("attach", why="a simulation ends with its process"),
     ),
     Option(
         "--resume",
-        "go on where a mission stood when its process died",
+        "continue where a mission was when its process died",
         needs=each("journal"),
     ),
 )
@@ -159,7 +159,7 @@ _ON_A_GRAPH = (
 COMMANDS = {
     "run": Command(
         run,
-        "Checks a mission, then carries it out: in a simulation of its own as fast as this machine "
+        "Checks a mission, then runs it: in a simulation of its own as fast as this machine "
         "can, or with --attach against the action servers of a running ROS graph. Ctrl-C halts the "
         "mission, sees every goal ended and the robot stopped; a second Ctrl-C leaves at once.",
         (

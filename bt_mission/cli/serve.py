@@ -160,10 +160,10 @@ COMMANDS = {
         "Offers the action /execute_mission, one mission at a time, against the action servers of "
         "a running ROS graph; the services /bt_mission/pause, resume, step, stop and breakpoint "
         "hold the mission that runs, and /bt_mission/tree, changes and state tell how it goes. "
-        "Only missions from the folders of --missions are carried out. Ctrl-C sees every goal "
+        "Only missions from the folders of --missions are run. Ctrl-C sees every goal "
         "ended and the robot stopped; a second Ctrl-C leaves at once.",
         (
-            NAMESPACE.but(help="namespace of the robot whose servers carry missions out"),
+            NAMESPACE.but(help="namespace of the robot whose servers run missions"),
             Option(
                 "--missions DIR",
                 "serve the missions of this folder and below, and no others; may be repeated "

@@ -278,9 +278,9 @@ def _judge(options: argparse.Namespace, count: OutcomeCount) -> int:
 COMMANDS = {
     "sweep": Command(
         sweep,
-        "Carries out every combination of seeds and values in simulations of their own, as many at "
-        "a time as this machine has processors, or on a cluster of Dask. Each result is kept as it "
-        "comes: a sweep that was stopped or killed goes on with --resume.",
+        "Runs every combination of seeds and values, each in its own simulation, as many at a "
+        "time as this machine has processors, or on a cluster of Dask. Each result is kept as it "
+        "comes: --resume continues a sweep that was stopped or killed.",
         (
             MISSION,
             Option(
@@ -325,7 +325,7 @@ COMMANDS = {
             NO_PYTHON,
             Option(
                 "--limit S",
-                "interrupt a mission after so many seconds of its time (default: 600)",
+                "interrupt a mission after this many seconds of its time (default: 600)",
                 above_zero,
             ),
             Option(
@@ -333,8 +333,8 @@ COMMANDS = {
                 "where the results go (default: the name of the mission with _sweep)",
                 Path,
             ),
-            Option("--resume", "go on with the results that are in that folder"),
-            Option("--retry-errors", "carry out again what could not run", needs=each("resume")),
+            Option("--resume", "continue with the results that are in that folder"),
+            Option("--retry-errors", "run again what could not run", needs=each("resume")),
             *WORKER_OPTIONS,
             Option(
                 "--fail-below SHARE",
@@ -348,7 +348,7 @@ COMMANDS = {
             ),
             Option(
                 "--record-worst N",
-                "run so many of the worst once more, recorded, with a page each (default: 20, or "
+                "run N of the worst once more, recorded, with a page each (default: 20, or "
                 "as many as have failed or are a tenth of all where that is less; 0 is none)",
                 whole,
             ),

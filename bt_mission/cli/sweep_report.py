@@ -148,10 +148,11 @@ def write_page(
 COMMANDS = {
     "sweep-report": Command(
         sweep_report,
-        "Tells what a sweep came to: success with its interval, by each parameter and each pair of "
-        "them, margins of requirements, what of the tree was reached, failures by leaf and reason "
-        "with the command that repeats each, and the worst runs. The page needs no network and no "
-        "other file; its charts are drawn by Plotly (pip install 'bt-mission[sweep]').",
+        "Reports the results of a sweep: success with its interval, by each parameter and each "
+        "pair of them, margins of requirements, what of the tree was reached, failures by leaf and "
+        "reason with the command that repeats each, and the worst runs. The page needs no "
+        "network and no other file; its charts are drawn by Plotly (pip install "
+        "'bt-mission[sweep]').",
         (
             Option("folder", "of the results (bt-mission sweep -o)", Path),
             Option(
@@ -167,7 +168,7 @@ COMMANDS = {
             JSON.but(help="print one JSON object"),
             Option(
                 "--worst N",
-                f"tell of so many of the worst runs (default: {WORST} in the page, {SHOWN} here)",
+                f"show N of the worst runs (default: {WORST} in the page, {SHOWN} here)",
                 count,
             ),
             Option(

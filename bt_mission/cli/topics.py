@@ -85,7 +85,7 @@ COMMANDS = {
                 (
                     *_TOPIC,
                     Option("--once", "one message"),
-                    Option("--count N", "so many messages", count, excludes=each("once")),
+                    Option("--count N", "N messages", count, excludes=each("once")),
                     Option("--field FIELD", "only this field, by its dotted name"),
                     Option("--full", "whole lists"),
                     graph_command.json_option("a message a line, whole"),
@@ -106,7 +106,7 @@ COMMANDS = {
                         count,
                         1000,
                     ),
-                    Option("--count N", "leave after so many lines", count),
+                    Option("--count N", "exit after N lines", count),
                     Option("--sim-time", "seconds of /clock"),
                     graph_command.json_option("an object a line"),
                 ),

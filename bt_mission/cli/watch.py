@@ -1,4 +1,4 @@
-"""``bt-mission watch``: look on at a mission that runs elsewhere."""
+"""``bt-mission watch``: monitor a mission that runs elsewhere."""
 
 from __future__ import annotations
 

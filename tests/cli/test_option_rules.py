@@ -67,7 +67,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ("run m.yaml --attach --nature mild", "--nature does not go with --attach: an attached"),
         ("run m.yaml --attach --visible", "--visible does not go with --attach: an attached run"),
         ("run m.yaml --attach --view", "--view does not go with --attach: it shows a simulation"),
-        ("run m.yaml --attach --video x.mp4", "--video does not go with --attach: it films a"),
+        ("run m.yaml --attach --video x.mp4", "--video does not go with --attach: it shows a"),
         ("run m.yaml --attach --fault 'at 1: drop scan'", "--fault does not go with --attach: "),
         ("watch --once --json", "--once and --json: choose one of them"),
         ("watch --json --plain", "--json and --plain: choose one of them"),
@@ -95,7 +95,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ("run f.fleet.yaml --set a=1", "--set does not apply to fleet files: write it into the"),
         ("run f.fleet.yaml --robot burger", "--robot does not apply to fleet files: write it into"),
         ("run f.fleet.yaml --require r.yaml", "--require does not apply to fleet files: write it"),
-        ("run f.fleet.yaml --video x.mp4", "--video does not apply to fleet files: films are of"),
+        ("run f.fleet.yaml --video x.mp4", "--video does not apply to fleet files: videos are"),
         ("check f.fleet.yaml --set a=1", "--set does not apply to fleet files: write it into the"),
         ("check s.scenario.yaml --against", "--against does not apply to scenario files: only"),
         ("check r.yaml --against", "--against does not apply to requirements files: only"),
@@ -107,7 +107,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         # What its file may be called.
         ("run m.yaml --record x.txt", "--record: recordings are MCAP files, call it x.mcap"),
         ("run m.yaml --report x.txt", "--report: a report is a page of HTML, call it x.html"),
-        ("run m.yaml --video x.avi", "--video: films are MP4 files, call it x.mp4"),
+        ("run m.yaml --video x.avi", "--video: videos are MP4 files, call it x.mp4"),
     ],
 )
 def test_a_contradiction_is_refused(
@@ -127,7 +127,7 @@ def test_a_contradiction_is_refused(
             ["run"],
             [
                 "--port N with --web: listen on this port",
-                "--resume with --journal: go on where a mission stood",
+                "--resume with --journal: continue where a mission was",
                 "--record-camera [{compressed,raw}] with --record or --report: the camera's",
                 "as fast as it goes) (not with --attach)",
             ],

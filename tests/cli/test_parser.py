@@ -96,7 +96,7 @@ def test_a_paragraph_of_help_is_filled_as_a_whole(
         main(["--help"])
     assert capsys.readouterr().out.splitlines()[-3:] == [
         "exit codes: 0 success, 1 mission failed, 2 bad input or an output that cannot",
-        "be written, 130 interrupted; those of actions and services stand in their own",
+        "be written, 130 interrupted; those of actions and services are in their own",
         "help",
     ]
 

@@ -67,7 +67,7 @@ def test_people_are_told(mission: str, tmp_path: Path, capsys: pytest.CaptureFix
     path = tmp_path / "film.mp4"
     assert main(["run", mission, "--video", str(path)]) == 0
     line = capsys.readouterr().out.splitlines()[-1]
-    assert line.startswith(f"  filmed to {path} (")
+    assert line.startswith(f"  video saved to {path} (")
     assert line.endswith(" MB)")
 
 
@@ -93,7 +93,7 @@ def test_a_full_disk_is_told_at_the_end(mission: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        (["--video", "film.avi"], "films are MP4 files, call it film.mp4"),
+        (["--video", "film.avi"], "videos are MP4 files, call it film.mp4"),
         (["--video", "film.mp4", "--attach"], "--record FILE.mcap --record-camera"),
         (["--video", "no/film.mp4"], "there is no folder no"),
     ],
