@@ -34,10 +34,9 @@ from bt_mission.core.text import counted
 
 if TYPE_CHECKING:
     from bt_mission.core.interrupts import InterruptSignals
-    from bt_mission.search.cover import CoverSession, CoverState
     from bt_mission.search.result import FoundFiles
     from bt_mission.search.search import Found, SearchState
-    from bt_mission.search.session import SearchSession
+    from bt_mission.search.session import CoverSession, CoverState, SearchOptions, SearchSession
     from bt_mission.sweeps.base import BaseScenario
     from bt_mission.sweeps.ranges import RangesFile
     from bt_mission.sweeps.row import ScenarioRow
@@ -124,7 +123,7 @@ def _searched(
     from bt_mission.scenarios.run import run_scenario
     from bt_mission.scenarios.runner import silence_logs
     from bt_mission.search.reference import Reference
-    from bt_mission.search.session import SearchOptions, SearchSession, aim_of
+    from bt_mission.search.session import SearchSession
     from bt_mission.sweeps.runner import SerialRunner
     from bt_mission.sweeps.work import ScenarioWorker
 
@@ -134,14 +133,6 @@ def _searched(
         progress.show(state.runs)
         return not interrupts.count
 
-    wanted = SearchOptions(
-        aim_of(base, options.find),
-        options.budget,
-        options.strategy,
-        options.search_seed,
-        options.simplify,
-        options.keep_going,
-    )
     with ExitStack() as stack:
         reference = None
         if good is not None:
@@ -149,7 +140,7 @@ def _searched(
             run = partial(run_scenario, before_step=_leaving(interrupts))
             worker = stack.enter_context(ScenarioWorker(good.bundle, run))
             reference = Reference(good, SerialRunner(worker))
-        session = SearchSession(base, ranges, wanted, watch, reference)
+        session = SearchSession(base, ranges, _search_options(options), watch, reference)
         progress = _progress(options, base, lambda: _search_notes(session.state))
         stack.enter_context(progress)
         if _is_cut_short(base, session.run, options, interrupts):
@@ -173,19 +164,30 @@ def _cover(
     interrupts: InterruptSignals,
 ) -> int:
     """Drive towards what was not reached; gives the exit code."""
-    from bt_mission.search.cover import CoverSession
+    from bt_mission.search.session import CoverSession
 
     def watch(state: CoverState) -> bool:
         progress.show(state.runs)
         return not interrupts.count
 
-    session = CoverSession(base, ranges, options.strategy, options.search_seed, watch)
+    session = CoverSession(base, ranges, _search_options(options), watch)
     with _progress(options, base, lambda: [f"{_reached(session.state)} reached"]) as progress:
-        if _is_cut_short(
-            base, lambda runner: session.run(runner, options.budget), options, interrupts
-        ):
+        if _is_cut_short(base, session.run, options, interrupts):
             session.state.is_interrupted = True
     return _tell_cover(session, options)
+
+
+def _search_options(options: argparse.Namespace) -> SearchOptions:
+    from bt_mission.search.session import SearchOptions
+
+    return SearchOptions(
+        options.find,
+        options.budget,
+        options.strategy,
+        options.search_seed,
+        options.simplify,
+        options.keep_going,
+    )
 
 
 def _is_cut_short(

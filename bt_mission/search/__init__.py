@@ -1,14 +1,13 @@
-"""Searches for a scenario that breaks a mission, and makes what it finds small.
+"""Searches for a scenario that breaks a mission, and minimizes what it finds.
 
-- ``material``: what the mission gives to draw from; ``probing``: what of that is there
 - ``candidate``: one scenario that may be tried, in parts that can be left out or rounded
-- ``space``: all candidates: a world, a start, inputs, obstacles and faults that are drawn
+- ``material``: what the mission gives to draw from
+- ``space``: all candidates: a world, a start (``starts``), inputs, obstacles and faults
 - ``guide``: what counts as found, and how near a run came to it
 - ``reference``: a good mission; what breaks it as well is no find
 - ``strategies``: which candidates are tried next
 - ``search``: tries them, until one breaks the mission
-- ``simplify``: makes a candidate small, each step checked by running it
-- ``cover``: drives towards what of the tree was not reached
-- ``sentence``: what breaks, in a sentence
-- ``result``: the folder with the scenario, its test, its recording and its report
+- ``simplify``: minimizes a candidate, each step checked by running it
+- ``session``: a search, or a drive towards what of the tree was not reached, from its files on
+- ``result``: what breaks in a sentence; the folder with scenario, test, recording and report
 """

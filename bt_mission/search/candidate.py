@@ -42,3 +42,8 @@ class Candidate:
             return made
         data = {**made.data, "limit": self.limit}
         return ConcreteScenario(number, data, made.parameters, made.plan, made.bundle_digest)
+
+
+def given_world(base: BaseScenario, name: str) -> str:
+    """Return how the files of a base name a world of its bundle."""
+    return next(given for given, packed in base.bundle.worlds.items() if packed == name)

@@ -57,11 +57,6 @@ class Failure:
         return same and (self.kind != "failed" or self.reason == other.reason)
 
 
-def default_aim(*, has_requirements: bool) -> Aim:
-    """What is searched for where nobody says: a violated requirement, if there are any."""
-    return "violated" if has_requirements else "anything"
-
-
 class Guide:
     """Judges runs, beside that of the mission as it is.
 

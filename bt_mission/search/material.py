@@ -1,15 +1,18 @@
-"""What a mission gives to draw from: names, limits, values beside its comparisons, and events."""
+"""What a mission gives to draw from: names, limits, values beside its comparisons, and events.
+
+:func:`material_of` reads it from the mission; :func:`present_in` keeps what exists in its runs.
+"""
 
 from __future__ import annotations
 
 import math
 import random
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from action_servers.core.tuning import TUNING
 from bt_mission.core.errors import BtMissionError
@@ -29,16 +32,24 @@ from bt_mission.language.requirements.formula import Condition, Formula, signals
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.language.trees import all_steps
 from bt_mission.ros.interface_types import action_type, message_type
+from bt_mission.sweeps.base import BaseScenario
+from bt_mission.sweeps.concrete import ConcreteScenario
+from bt_mission.sweeps.runner import ScenarioRunner
 from bt_mission.testing.generators.faults import TOPICS, FieldValues
+from bt_mission.testing.generators.kinds import GROUPS
+
+T = TypeVar("T")
 
 CAMERA_TOPIC = {"camera/image_raw": "sensor_msgs/msg/Image"}
-SIGNAL_TOPICS = {"battery": {"battery_state": "sensor_msgs/msg/BatteryState"}}
 ROBOT_TOPICS = {
     "imu": "sensor_msgs/msg/Imu",
     "battery_state": "sensor_msgs/msg/BatteryState",
     "joint_states": "sensor_msgs/msg/JointState",
 }
 """Topics of a robot that a requirement may name without their types."""
+
+LIMITS = ("timeout", "server_timeout", "acceptance_timeout", "feedback_timeout", "cancel_timeout")
+"""Fields of the nodes that send goals, call services and wait for messages."""
 
 BESIDE_S = 0.1
 """Periods are drawn so much below and above a limit, s: two control steps."""
@@ -131,30 +142,21 @@ def _topics(mission: Mission, steps: list[NodeModel], signals: list[SignalValue]
         found |= {one.settings.topic.strip("/"): one.type for one in tree.follow}
     found |= {one.ros_name.strip("/"): one.type for one in steps if isinstance(one, WaitForNode)}
     for one in signals:
-        found |= SIGNAL_TOPICS.get(one.name, {})
-        if one.name in ("age", "topic") and (name := one.arguments[0].strip("/")) in ROBOT_TOPICS:
-            found[name] = ROBOT_TOPICS[name]
+        named = {"battery": "battery_state"}.get(one.name, "")
+        if one.name in ("age", "topic"):
+            named = one.arguments[0].strip("/")
+        if named in ROBOT_TOPICS:
+            found[named] = ROBOT_TOPICS[named]
     return found
 
 
 def _limits(mission: Mission, steps: list[NodeModel]) -> Iterator[float]:
     written: list[Any] = [TUNING.hold_after, TUNING.sensor_timeout, TUNING.blocked_after]
     for one in steps:
-        match one:
-            case GoalNode():
-                written += [
-                    one.timeout,
-                    one.server_timeout,
-                    one.acceptance_timeout,
-                    one.feedback_timeout,
-                    one.cancel_timeout,
-                ]
-            case ServiceNode():
-                written += [one.timeout, one.server_timeout]
-            case WaitForNode():
-                written.append(one.timeout)
-            case TimeoutNode():
-                written.append(one.seconds)
+        if isinstance(one, GoalNode | ServiceNode | WaitForNode):
+            written += [getattr(one, name, None) for name in LIMITS]
+        elif isinstance(one, TimeoutNode):
+            written.append(one.seconds)
     written += [one.settings.timeout for tree in mission.all_trees for one in tree.follow]
     known = {value for one in written if (value := _number(one, mission)) is not None}
     for limit in sorted(known):
@@ -187,14 +189,14 @@ def _comparisons(mission: Mission) -> Iterator[_Compared]:
     for tree in mission.all_trees:
         sources = _sources(tree)
         for step, condition in _conditions(tree):
-            for name, value in _compared(condition.root, mission):
+            for name, value in _compared(condition.root, mission.inputs, _names_in):
                 own = _own_field(step, name)
                 yield from (
                     _Compared(*place, value) for place in (own or sources.get(name.name, ()))
                 )
     known = {node.label: node.ros_name for node in all_steps(mission) if isinstance(node, GoalNode)}
     for requirement in mission.requirements:
-        for signal, value in _compared_signals(requirement.root):
+        for signal, value in _compared(requirement.root, {}, signals_in):
             if signal.name == "feedback" and signal.arguments[0] in known:
                 node, field = signal.arguments
                 yield _Compared("set_feedback", known[node], field, value)
@@ -243,27 +245,22 @@ def _own_field(node: NodeModel, name: Name) -> tuple[tuple[str, str, str], ...]:
     return ()
 
 
-def _compared(root: SyntaxNode, mission: Mission) -> Iterator[tuple[Name, Plain]]:
-    """Yield each name in a comparison with the constant on its other side."""
+def _compared(
+    root: SyntaxNode, inputs: Mapping[str, Plain], parts_of: Callable[[SyntaxNode], Iterable[T]]
+) -> Iterator[tuple[T, Plain]]:
+    """Yield each part of one side of a comparison with the constant on its other side."""
     for node in walk(root):
         if not isinstance(node, Comparison):
             continue
         for left, right in pairwise((node.first, *(part for _, _, part in node.rest))):
             for one, other in ((left, right), (right, left)):
-                value = _value(other, mission.inputs)
+                value = _value(other, inputs)
                 if value is not None:
-                    yield from ((name, value) for name in walk(one) if isinstance(name, Name))
+                    yield from ((part, value) for part in parts_of(one))
 
 
-def _compared_signals(root: SyntaxNode) -> Iterator[tuple[SignalValue, Plain]]:
-    for node in walk(root):
-        if not isinstance(node, Comparison):
-            continue
-        for left, right in pairwise((node.first, *(part for _, _, part in node.rest))):
-            for one, other in ((left, right), (right, left)):
-                value = _value(other, {})
-                if value is not None:
-                    yield from ((signal, value) for signal in signals_in(one))
+def _names_in(root: SyntaxNode) -> list[Name]:
+    return [one for one in walk(root) if isinstance(one, Name)]
 
 
 def _value(node: SyntaxNode, inputs: Mapping[str, Plain]) -> Plain | None:
@@ -380,3 +377,56 @@ def branch_formulas(branches: tuple[Branch, ...]) -> dict[str, str]:
                 Formula(text)
                 found[f"{one.place}: {one.condition} is {end}"] = text
     return found
+
+
+# ---- what is there -----------------------------------------------------------------------------
+
+PROBE_S = 0.05
+"""A probe ends after the first control step, s."""
+
+NEVER = "when time > 1000000"
+"""When the faults of a probe begin: names are looked for before the run."""
+
+SENSORS = ("lidar", "odometry", "imu", "joints", "camera")
+
+
+async def present_in(material: Material, base: BaseScenario, runner: ScenarioRunner) -> Material:
+    """Return what is there of a material, as short runs tell.
+
+    All is tried in one run; each by itself only where that cannot run.
+    """
+    probes = {
+        **{("topic", one): f"{NEVER}: drop {one}" for one in material.topics},
+        **{("action", one): f"{NEVER}: reject_goals {one}" for one in material.actions},
+        **{("service", one): f"{NEVER}: ignore_service {one}" for one in material.services},
+        **{("sensor", one): f"{NEVER}: {one}_dead" for one in SENSORS},
+    }
+    if not await _missing(base, runner, [list(probes.values())]):
+        return material
+    wrong = await _missing(base, runner, [[one] for one in probes.values()])
+    lost = {key for number, key in enumerate(probes) if number in wrong}
+    faults = (one for group in ("hardware", "camera") for one in GROUPS[group])
+    lacking = (one for one in faults if ("sensor", one.partition("_")[0]) in lost)
+    topics = {one: kind for one, kind in material.topics.items() if ("topic", one) not in lost}
+    actions = tuple(one for one in material.actions if ("action", one) not in lost)
+    known = {*topics, *(one.strip("/") for one in actions)}
+    return replace(
+        material,
+        topics=topics,
+        actions=actions,
+        services=tuple(one for one in material.services if ("service", one) not in lost),
+        fields=tuple(one for one in material.fields if one.target.strip("/") in known),
+        lacking=frozenset(lacking),
+    )
+
+
+async def _missing(
+    base: BaseScenario, runner: ScenarioRunner, probes: Iterable[list[str]]
+) -> set[int]:
+    """Return the numbers of the probes that cannot run."""
+    made = []
+    for number, faults in enumerate(probes):
+        probe = base.concrete({}, number=number, faults=faults)
+        data = {**probe.data, "limit": PROBE_S, "faults": faults, "expect": {"outcome": "any"}}
+        made.append(ConcreteScenario(number, data, {}, "", probe.bundle_digest))
+    return {row.number async for row in runner.rows(made) if row.is_error}

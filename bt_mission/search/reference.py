@@ -9,7 +9,7 @@ from typing import Any
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find
-from bt_mission.search.candidate import Candidate
+from bt_mission.search.candidate import Candidate, given_world
 from bt_mission.search.guide import BRANCH, Guide
 from bt_mission.sweeps.base import BaseScenario, load_base
 from bt_mission.sweeps.ranges import RangesFile
@@ -50,7 +50,8 @@ def load_reference(path: Path, base: BaseScenario, ranges: RangesFile) -> BaseSc
         BtMissionError: When it does not fit the scenario: a requirement names a node that it does
             not have, for example.
     """
-    changes = replace(base.changes, world=_place(base), robot=_robot(base), requirements={})
+    robot = str(find("robots", base.mission.robot, near=base.mission.file).resolve())
+    changes = replace(base.changes, world=_place(base), robot=robot, requirements={})
     own = load_base(path, replace(changes, faults=(), limit=None), ranges.parameters)
     ranges.check_inputs(own.mission)
     kept = {key: one for key, one in base.data.items() if key not in OF_THE_MISSION}
@@ -87,9 +88,4 @@ def _place(base: BaseScenario) -> str | None:
     world = base.data.get("world")
     if not isinstance(world, str):
         return None
-    given = next(path for path, name in base.bundle.worlds.items() if name == world)
-    return str(find("worlds", given, near=base.mission.file).resolve())
-
-
-def _robot(base: BaseScenario) -> str:
-    return str(find("robots", base.mission.robot, near=base.mission.file).resolve())
+    return str(find("worlds", given_world(base, world), near=base.mission.file).resolve())

@@ -1,11 +1,11 @@
-"""What a search has found, as a folder: a scenario, its test, its recording and its report."""
+"""What a search has found: its sentence, and a folder with scenario, test, recording, report."""
 
 from __future__ import annotations
 
 import os
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, count
 from pathlib import Path
@@ -14,11 +14,14 @@ from typing import Any
 from bt_mission.core.files import Kind, find, folders
 from bt_mission.core.output import cannot_write, write_file
 from bt_mission.core.yaml.dump import to_yaml
+from bt_mission.executive.report import Report
+from bt_mission.faults.planned import Beginning, PlannedFault, Value, WhenTrue
+from bt_mission.faults.world import OBSTACLES
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.writer import mission_as_data
+from bt_mission.search.candidate import Candidate, given_world
 from bt_mission.search.guide import Failure, is_hidden
 from bt_mission.search.search import Found
-from bt_mission.search.sentence import sentence
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.recording import record_scenario, write_page_of
 
@@ -76,45 +79,40 @@ def write_all(
         stem = _name(one.failure)
         others = (f"{stem}_{number}" for number in count(2))
         name = next(name for name in chain([stem], others) if name not in written)
-        written[name] = write_found(base, one, folder, name, runs_again=runs_again)
+        written[name] = _write_found(base, one, folder, name, runs_again=runs_again)
     return list(written.values())
 
 
-def write_found(
-    base: BaseScenario, found: Found, folder: Path, name: str, *, runs_again: bool = True
+def _write_found(
+    base: BaseScenario, found: Found, folder: Path, name: str, *, runs_again: bool
 ) -> FoundFiles:
-    """Write a find into a folder, and run it once more from there.
-
-    Args:
-        name: Of its files.
-        runs_again: As of `write_all`.
-
-    Raises:
-        BtMissionError: When it cannot be written.
-    """
     scenario = folder / f"{name}.scenario.yaml"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(scenario, error) from error
     test = folder / f"test_{name}.py"
     recording, page = folder / f"{name}.mcap", folder / f"{name}.html"
-    data = scenario_data(base, found, folder)
-    _write(scenario, to_yaml(data))
+    text = to_yaml(scenario_data(base, found, folder))
+    write_file(scenario, text)
     report = record_scenario(load_scenario(scenario), recording) if runs_again else None
-    told = sentence(found.failure, report, found.candidate)
-    full = textwrap.fill(f"{told[0].upper()}{told[1:]}.", 90, break_on_hyphens=False)
+    said = sentence(found.failure, report, found.candidate)
+    full = textwrap.fill(f"{said[0].upper()}{said[1:]}.", 90, break_on_hyphens=False)
     head = f"{textwrap.indent(full, '# ')}\n#\n#   bt-mission run {scenario}\n\n"
-    _write(scenario, head + to_yaml(data))
+    write_file(scenario, head + text)
     quoted = full.replace("\\", "\\\\").replace('"', "'")
-    _write(test, TEST.format(sentence=quoted, name=name, file=scenario.name))
+    write_file(test, TEST.format(sentence=quoted, name=name, file=scenario.name))
     if report is None:
-        return FoundFiles(folder, scenario, test, None, None, told, None)
+        return FoundFiles(folder, scenario, test, None, None, said, None)
     write_page_of(recording, page)
     is_same = report.trace_sha256 == found.row.trace_sha256
-    return FoundFiles(folder, scenario, test, recording, page, told, is_same)
+    return FoundFiles(folder, scenario, test, recording, page, said, is_same)
 
 
 def scenario_data(base: BaseScenario, found: Found, folder: Path) -> dict[str, Any]:
     """Return what stands in the file of the scenario; paths are relative to its folder."""
     made = dict(found.candidate.concrete(base, 0).data)
-    of_mission = _mission(base, found, folder)
+    of_mission = _mission(base, found, made, folder)
     for key in ("mission", "world", "robot", "inputs", "expect"):
         made.pop(key, None)
     given = made.pop("requirements", {})
@@ -136,14 +134,15 @@ def scenario_data(base: BaseScenario, found: Found, folder: Path) -> dict[str, A
 # ---- the scenario's file ---------------------------------------------------------------------
 
 
-def _mission(base: BaseScenario, found: Found, folder: Path) -> dict[str, Any]:
+def _mission(
+    base: BaseScenario, found: Found, made: dict[str, Any], folder: Path
+) -> dict[str, Any]:
     """Return mission, world, robot and inputs, as far as they are not what the mission says."""
     values = found.candidate.values
     inputs = {
         **base.mission.inputs,
         **{one: value for one, value in values.items() if one in base.mission.inputs},
     }
-    made = found.candidate.concrete(base, 0).data
     mission = replace(base.mission, inputs=inputs)
     told: dict[str, Any]
     if isinstance(made.get("mission"), dict):
@@ -161,7 +160,7 @@ def _mission(base: BaseScenario, found: Found, folder: Path) -> dict[str, Any]:
     if isinstance(world, dict):
         told["world"] = world
     elif isinstance(world, str):
-        given = next(path for path, name in base.bundle.worlds.items() if name == world)
+        given = given_world(base, world)
         file = find("worlds", given, near=base.mission.file)
         if given != _own_world(base):
             relative = Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
@@ -212,9 +211,91 @@ def _name(failure: Failure) -> str:
     return "_".join(words)[:60].rstrip("_")
 
 
-def _write(path: Path, text: str) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise cannot_write(path, error) from error
-    write_file(path, text)
+# ---- the sentence ----------------------------------------------------------------------------
+
+
+def sentence(failure: Failure, report: Report | None, candidate: Candidate) -> str:
+    """Return what breaks, and when it does.
+
+    Args:
+        report: Of the run; None leaves out what only that has, such as the margin.
+        candidate: What differs from the mission as it is.
+    """
+    return " ".join([_what(failure, report), *_when(candidate)])
+
+
+def _what(failure: Failure, report: Report | None) -> str:
+    match failure.kind:
+        case "violated":
+            results = () if report is None else report.requirements
+            outcomes = (one.outcome for one in results if one.name == failure.what)
+            return f"requirement '{failure.what}' is {next(outcomes, 'violated')}"
+        case "collision":
+            count = 1 if report is None else report.collisions or 0
+            return f"the robot touches something{'' if count == 1 else f' {count} times'}"
+        case "orphaned":
+            if report is None:
+                return "a goal is orphaned"
+            count = report.goals_left_behind
+            goals = "a goal is" if count == 1 else f"{count} goals are"
+            return f"{goals} orphaned: no server confirms the end"
+    if report is None:
+        return f"the mission fails in '{failure.what}'"
+    if report.status == "interrupted":
+        return f"the mission has not ended at {report.virtual_s:g} s"
+    leaf = f": '{report.failure.nodes[-1]}' fails" if report.failure else ""
+    reason = (report.reason.splitlines() or ["no reason"])[0]
+    return f"the mission fails at {report.virtual_s:.2f} s{leaf} ({reason})"
+
+
+def _when(candidate: Candidate) -> list[str]:
+    """Return the conditions; none is a mission that breaks as it is."""
+    faults = [_fault(one) for one in candidate.faults]
+    others = [f"{name}={value}" for name, value in _others(candidate.values).items()]
+    if candidate.seed is not None:
+        others.append(f"seed {candidate.seed}")
+    if not faults and not others:
+        return ["with nothing going wrong"]
+    found = [f"when {_listed(faults)}"] if faults else []
+    return [*found, f"with {_listed(others)}"] if others else found
+
+
+def _others(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values with the start as one place."""
+    place = [values[f"start.{axis}"] for axis in ("x", "y", "yaw") if f"start.{axis}" in values]
+    rest = {name: one for name, one in values.items() if not name.startswith("start.")}
+    return {**rest, "start": f"({', '.join(f'{one:g}' for one in place)})"} if place else rest
+
+
+def _fault(fault: PlannedFault) -> str:
+    at = _beginning(fault.begins)
+    if fault.name in OBSTACLES and "ahead" in fault.arguments:
+        what = "a box" if fault.name == "spawn_box" else "a cylinder"
+        return f"{what} appears {_place(fault.arguments)} {at}"
+    if fault.name == "move_box" and "ahead" in fault.arguments:
+        speed = fault.arguments.get("speed", 0.5)
+        return f"it moves at {speed:g} m/s to {_place(fault.arguments)} {at}"
+    call = fault.call.partition(" lasting ")[0]
+    lasting = "" if fault.lasting is None else f" for {fault.lasting:g} s"
+    return f"'{call}' begins {at}{lasting}"
+
+
+def _beginning(begins: Beginning) -> str:
+    if isinstance(begins, WhenTrue):
+        held = f" for {begins.held_s:g} s" if begins.held_s else ""
+        return f"once {begins.condition.text}{held}"
+    return f"at {begins.time_s:g} s"
+
+
+def _place(arguments: Mapping[str, Value]) -> str:
+    ahead, left = arguments["ahead"], arguments.get("left", 0.0)
+    assert isinstance(ahead, int | float), "it is a length"
+    assert isinstance(left, int | float), "it is a length"
+    where = f"{abs(ahead):g} m {'ahead' if ahead >= 0 else 'behind'}"
+    if left:
+        where += f" and {abs(left):g} m to the {'left' if left > 0 else 'right'}"
+    return where
+
+
+def _listed(parts: list[str]) -> str:
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

@@ -1,12 +1,11 @@
-"""Tries candidates until one breaks the mission."""
+"""Tries candidates, until one breaks the mission."""
 
 from __future__ import annotations
 
-from collections.abc import AsyncGenerator, Callable, Sequence
+from collections.abc import AsyncGenerator, Awaitable, Callable, Sequence
 from contextlib import aclosing
 from dataclasses import dataclass, field, replace
 
-from bt_mission.core.errors import BtMissionError
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.guide import BEST, Failure, Guide
 from bt_mission.search.reference import Reference
@@ -32,46 +31,58 @@ class Found:
 
 
 @dataclass
-class SearchState:
+class RunCounts:
     """How far a search is; it grows while that runs.
 
     Attributes:
-        runs: Scenarios that were carried out.
+        runs: Scenarios that were run.
         errors: Those among them that could not run, such as one whose world is full.
         first_error: Why the first of them could not.
-        outside: Runs that violated an assumption.
-        unfair: Runs that broke the reference mission, too.
-        smallest: The smallest margin so far as a share of that of the mission as it is, and the
-            requirement's name.
-        found: What was found, one for each cause; minimized later.
-        simplifying_runs: Scenarios that were carried out to make it small.
         is_interrupted: Has somebody ended it?
     """
 
     runs: int = 0
     errors: int = 0
     first_error: str = ""
+    is_interrupted: bool = False
+
+    def count_run(self, row: ScenarioRow) -> None:
+        """Take a run into account."""
+        self.runs += 1
+        if row.is_error:
+            self.errors += 1
+            self.first_error = self.first_error or row.reason
+
+
+@dataclass
+class SearchState(RunCounts):
+    """How far a search for what breaks a mission is.
+
+    Attributes:
+        outside: Runs that violated an assumption.
+        unfair: Runs that broke the reference mission, too.
+        smallest: The smallest margin so far as a share of that of the mission as it is, and the
+            requirement's name.
+        found: What was found, one for each cause; minimized later.
+        simplifying_runs: Scenarios that were run to minimize it.
+    """
+
     outside: int = 0
     unfair: int = 0
     smallest: tuple[float, str] | None = None
     found: list[Found] = field(default_factory=list)
     simplifying_runs: int = 0
-    is_interrupted: bool = False
 
     def count(self, row: ScenarioRow, guide: Guide) -> None:
         """Take a run of the search into account."""
-        self.runs += 1
-        if row.is_error:
-            self.errors += 1
-            self.first_error = self.first_error or row.reason
-        elif not guide.is_assumed(row):
-            self.outside += 1
+        self.count_run(row)
+        self.outside += not row.is_error and not guide.is_assumed(row)
         smallest = guide.smallest(row)
         if smallest is not None and (self.smallest is None or smallest < self.smallest):
             self.smallest = smallest
 
     def add(self, candidate: Candidate, row: ScenarioRow, failure: Failure) -> None:
-        """Take in a find: another run of its cause, or the first; the one with less stays."""
+        """Add a find: another run of its cause, or the first; the smaller candidate stays."""
         for number, known in enumerate(self.found):
             if known.failure == failure:
                 kept = replace(known, runs=known.runs + 1)
@@ -83,7 +94,7 @@ class SearchState:
 
 
 Watch = Callable[[SearchState], bool]
-"""Looks on after each run; False ends the search."""
+"""Called after each run; False ends the search."""
 
 
 @dataclass(frozen=True)
@@ -92,10 +103,10 @@ class Search:
 
     Attributes:
         base: What is varied.
-        runner: Carries scenarios out.
+        runner: Runs scenarios.
         guide: Judges them.
         state: How far it is.
-        watch: Looks on.
+        watch: Called after each run.
         reference: A mission that must not break where a find is to count.
     """
 
@@ -116,41 +127,62 @@ class Search:
             causes: How many different ones.
         """
         state = self.state
-        while state.runs < budget and not state.is_interrupted:
-            asked = strategy.ask(min(BATCH, budget - state.runs))
-            scores: list[float] = []
-            async with aclosing(self.tried(asked, state.runs)) as tried:
-                async for candidate, row in tried:
-                    state.count(row, self.guide)
-                    failures = self.guide.failures(row)
-                    is_fair = not failures or await self.is_fair(candidate)
-                    if failures and is_fair:
-                        state.add(candidate, row, failures[0])
-                    state.unfair += not is_fair
-                    # What is known, or breaks any mission, is nothing to come nearer to.
-                    is_far = failures and (causes > 1 or not is_fair)
-                    scores.append(BEST if is_far else self.guide.score(row))
-                    self.guide.learn(row)
-                    state.is_interrupted = not self.watch(state)
-                    if len(state.found) >= causes or state.is_interrupted:
-                        return
-            strategy.tell(scores)
+
+        async def take(candidate: Candidate, row: ScenarioRow) -> float | None:
+            state.count(row, self.guide)
+            failures = self.guide.failures(row)
+            is_fair = not failures or await self.is_fair(candidate)
+            if failures and is_fair:
+                state.add(candidate, row, failures[0])
+            state.unfair += not is_fair
+            # What is known, or breaks any mission, is nothing to come nearer to.
+            is_far = failures and (causes > 1 or not is_fair)
+            score = BEST if is_far else self.guide.score(row)
+            self.guide.learn(row)
+            state.is_interrupted = not self.watch(state)
+            return None if len(state.found) >= causes or state.is_interrupted else score
+
+        await explore(self.base, self.runner, strategy, state, budget, take)
 
     async def is_fair(self, candidate: Candidate) -> bool:
         """Tell whether the reference stands what breaks the mission; True without one."""
         return self.reference is None or await self.reference.passes(candidate, self.guide)
 
-    def tried(
-        self, candidates: Sequence[Candidate], first: int
-    ) -> AsyncGenerator[tuple[Candidate, ScenarioRow], None]:
-        """Carry candidates out; yields each with its row, in their order."""
-        return carry_out(self.base, self.runner, candidates, first)
+
+Take = Callable[[Candidate, ScenarioRow], Awaitable[float | None]]
+"""Judges a run; gives its score, or None to end the search at once."""
 
 
-async def carry_out(
+async def explore(
+    base: BaseScenario,
+    runner: ScenarioRunner,
+    strategy: Strategy,
+    state: RunCounts,
+    budget: int,
+    take: Take,
+    is_done: Callable[[], bool] = lambda: False,
+) -> None:
+    """Try batches of candidates until the budget is used up.
+
+    Args:
+        is_done: Asked before each batch; True ends the search.
+    """
+    while state.runs < budget and not state.is_interrupted and not is_done():
+        asked = strategy.ask(min(BATCH, budget - state.runs))
+        scores: list[float] = []
+        async with aclosing(run_all(base, runner, asked, state.runs)) as tried:
+            async for candidate, row in tried:
+                score = await take(candidate, row)
+                if score is None:
+                    return
+                scores.append(score)
+        strategy.tell(scores)
+
+
+async def run_all(
     base: BaseScenario, runner: ScenarioRunner, candidates: Sequence[Candidate], first: int
 ) -> AsyncGenerator[tuple[Candidate, ScenarioRow], None]:
-    """Carry candidates out; yields each with its row, in their order.
+    """Run candidates; yields each with its row, in their order.
 
     Args:
         first: The number of the first.
@@ -164,18 +196,3 @@ async def carry_out(
             while due in ended:
                 yield candidates[due], ended.pop(due)
                 due += 1
-
-
-async def run_as_it_is(
-    base: BaseScenario, candidate: Candidate, runner: ScenarioRunner
-) -> ScenarioRow:
-    """Carry the mission out with nothing varied.
-
-    Raises:
-        BtMissionError: When it cannot run.
-    """
-    async for row in runner.rows([candidate.concrete(base, 0)]):
-        if row.is_error:
-            raise BtMissionError(f"{base.path}: cannot run as it is: {row.reason}")
-        return row
-    raise BtMissionError(f"{base.path}: nothing came of the run of the mission as it is")

@@ -1,14 +1,19 @@
-"""One search from its files to what it has found."""
+"""Searches from their files to their ends.
+
+:class:`SearchSession` looks for what breaks a mission, :class:`CoverSession` for what of its tree
+no run has reached.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from bt_mission.core.errors import BtMissionError
+from bt_mission.coverage.record import CoverageRecord
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.guide import (
     ASSUMED,
@@ -17,28 +22,31 @@ from bt_mission.search.guide import (
     CLEARANCE_FORMULA,
     Aim,
     Guide,
-    default_aim,
     is_hidden,
 )
-from bt_mission.search.material import branch_formulas, material_of
-from bt_mission.search.probing import present_in
+from bt_mission.search.material import branch_formulas, material_of, present_in
 from bt_mission.search.reference import Reference
-from bt_mission.search.search import Search, SearchState, Watch, run_as_it_is
+from bt_mission.search.search import RunCounts, Search, SearchState, Watch, explore
 from bt_mission.search.simplify import MOST_RUNS, simplify
 from bt_mission.search.space import SearchSpace
-from bt_mission.search.strategies import STRATEGIES
+from bt_mission.search.strategies import STRATEGIES, Strategy
 from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
-from bt_mission.sweeps.ranges import Ranges, RangesFile
+from bt_mission.sweeps.ranges import Ranges, RangesFile, Span
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.runner import ScenarioRunner
 from bt_mission.sweeps.work import ScenarioWorker
-
-RunnerFor = Callable[[BaseScenario], AbstractContextManager[ScenarioRunner]]
 
 LONGER = 3.0
 """A run counts as one that never ends after so many times the time of the mission as it is."""
 
 AT_LEAST_LONGER_S = 30.0
+
+COVER_KINDS = ["servers", "network", "hardware", "messages"]
+"""Faults that are drawn to cover a tree where the ranges name no kinds: outcomes of goals come from
+servers."""
+
+SHORTEST_S = 0.25
+"""The shortest of those faults, s."""
 
 
 @dataclass(frozen=True)
@@ -76,10 +84,10 @@ def load_search(
     ranges.check_mission(base.mission)
     with ScenarioWorker(base.bundle) as worker:
         worker.refuse_values(base, [one for one in ranges.parameters if one.name != "world"])
-    return with_measures(base, ranges, aim)
+    return _with_measures(base, ranges, aim)
 
 
-def with_measures(base: BaseScenario, ranges: RangesFile, aim: Aim | None) -> BaseScenario:
+def _with_measures(base: BaseScenario, ranges: RangesFile, aim: Aim | None) -> BaseScenario:
     """Return a base with requirements that only a search has.
 
     They are the assumptions of the ranges, the distances to branches, and the clearance where a
@@ -111,69 +119,98 @@ def _with_room(written: Any) -> Any:
     return {**written, "nearest_free": True} if isinstance(written, dict) else written
 
 
-def has_requirements(base: BaseScenario) -> bool:
-    """Tell whether a base has requirements that are not the search's own."""
-    given = [*(one.name for one in base.mission.requirements), *base.data.get("requirements", ())]
-    return any(not is_hidden(name) for name in given)
-
-
 def aim_of(base: BaseScenario, aim: Aim | None) -> Aim:
-    """Return what is searched for."""
-    return aim or default_aim(has_requirements=has_requirements(base))
+    """Return what is searched for: by default a violated requirement, if the base has any."""
+    given = [*(one.name for one in base.mission.requirements), *base.data.get("requirements", ())]
+    default: Aim = "anything" if all(map(is_hidden, given)) else "violated"
+    return aim or default
 
 
-class SearchSession:
-    """A search on its way: `state` has what it has come to at any time.
+@dataclass
+class _Session:
+    """What every search has.
 
-    Args:
+    Attributes:
         base: What is varied.
         ranges: By how much.
-        options: How.
-        watch: Looks on after each run.
-        reference: What breaks it as well is no find.
+        options: How it is searched.
     """
 
-    def __init__(
-        self,
-        base: BaseScenario,
-        ranges: RangesFile,
-        options: SearchOptions,
-        watch: Watch,
-        reference: Reference | None = None,
-    ) -> None:
-        self.base = base
-        self.aim = aim_of(base, options.aim)
-        self.state = SearchState()
-        self.as_it_is: ScenarioRow | None = None
-        self._ranges = ranges
-        self._options = options
-        self._watch = watch
-        self._reference = reference
+    base: BaseScenario
+    ranges: RangesFile
+    options: SearchOptions
+
+    async def run_as_it_is(self, runner: ScenarioRunner) -> tuple[Candidate, ScenarioRow]:
+        """Run the mission with nothing varied.
+
+        Raises:
+            BtMissionError: When it cannot run.
+        """
+        candidate = Candidate(limit=self.ranges.ranges.limit)
+        async for row in runner.rows([candidate.concrete(self.base, 0)]):
+            if row.is_error:
+                raise BtMissionError(f"{self.base.path}: cannot run as it is: {row.reason}")
+            return candidate, row
+        raise BtMissionError(f"{self.base.path}: nothing came of the run of the mission as it is")
+
+    async def prepare(
+        self, ranges: Ranges, as_it_is: ScenarioRow, runner: ScenarioRunner
+    ) -> tuple[SearchSpace, Strategy]:
+        """Return what candidates are drawn from, and what chooses them.
+
+        Where neither the ranges nor the base say when runs end, it is some time after the mission
+        as it is.
+        """
+        usual_s = as_it_is.virtual_s
+        if ranges.limit is None and "limit" not in self.base.data:
+            limit = math.ceil(max(LONGER * usual_s, usual_s + AT_LEAST_LONGER_S))
+            ranges = ranges.model_copy(update={"limit": float(limit)})
+        material = await present_in(material_of(self.base.mission), self.base, runner)
+        space = SearchSpace(self.base, ranges, self.ranges.parameters, usual_s, material)
+        return space, STRATEGIES[self.options.strategy](space, self.options.seed)
+
+
+@dataclass
+class SearchSession(_Session):
+    """A search for what breaks a mission.
+
+    Attributes:
+        watch: Called after each run.
+        reference: What breaks it as well is no find.
+        state: What it has come to, at any time.
+        as_it_is: The run of the mission with nothing varied.
+    """
+
+    watch: Watch
+    reference: Reference | None = None
+    state: SearchState = field(default_factory=SearchState)
+    as_it_is: ScenarioRow | None = None
+
+    @property
+    def aim(self) -> Aim:
+        """What is searched for."""
+        return aim_of(self.base, self.options.aim)
 
     async def run(self, runner: ScenarioRunner) -> None:
-        """Search, and make what is found small.
+        """Search, and minimize what is found.
 
         Raises:
             BtMissionError: When the mission cannot run as it is.
         """
-        ranges, options, state = self._ranges.ranges, self._options, self.state
-        as_it_is = Candidate(limit=ranges.limit)
-        row = await run_as_it_is(self.base, as_it_is, runner)
+        options, state = self.options, self.state
+        candidate, row = await self.run_as_it_is(runner)
         self.as_it_is = row
         guide = Guide(self.aim, row)
         state.count(row, guide)
         guide.learn(row)
-        search = Search(self.base, runner, guide, state, self._watch, self._reference)
+        search = Search(self.base, runner, guide, state, self.watch, self.reference)
         if failures := guide.failures(row):
-            state.add(as_it_is, row, failures[0])
+            state.add(candidate, row, failures[0])
             return
-        if not self._watch(state):
+        if not self.watch(state):
             state.is_interrupted = True
             return
-        ranges = with_limit(ranges, self.base, row)
-        material = await present_in(material_of(self.base.mission), self.base, runner)
-        space = SearchSpace(self.base, ranges, self._ranges.parameters, row.virtual_s, material)
-        strategy = STRATEGIES[options.strategy](space, options.seed)
+        space, strategy = await self.prepare(self.ranges.ranges, row, runner)
         await search.find(strategy, options.budget, options.causes)
         for number in range(len(state.found)):
             if not state.is_interrupted and options.simplifying_runs:
@@ -181,9 +218,72 @@ class SearchSession:
         state.found.sort(key=lambda one: one.candidate.size)
 
 
-def with_limit(ranges: Ranges, base: BaseScenario, row: ScenarioRow) -> Ranges:
-    """Return ranges with the time at which runs end, where neither they nor the base say it."""
-    if ranges.limit is not None or "limit" in base.data:
-        return ranges
-    limit = math.ceil(max(LONGER * row.virtual_s, row.virtual_s + AT_LEAST_LONGER_S))
-    return ranges.model_copy(update={"limit": float(limit)})
+@dataclass
+class CoverState(RunCounts):
+    """How far a search for what was not reached is.
+
+    Attributes:
+        record: What any run has reached.
+        first: The scenarios that have reached something first, with what that was.
+    """
+
+    record: CoverageRecord = field(kw_only=True)
+    first: list[tuple[Candidate, ScenarioRow, tuple[str, ...]]] = field(default_factory=list)
+
+    def count(self, candidate: Candidate, row: ScenarioRow) -> int:
+        """Take a run into account; gives how many places it has reached first."""
+        self.count_run(row)
+        new = self.record.add(row.coverage) if row.coverage else ()
+        if new:
+            self.first.append((candidate, row, new))
+        return len(new)
+
+
+@dataclass
+class CoverSession(_Session):
+    """A search for what of a mission's tree no run has reached.
+
+    Attributes:
+        watch: Called after each run; False ends the search.
+        state: What it has come to, at any time.
+    """
+
+    watch: Callable[[CoverState], bool]
+
+    def __post_init__(self) -> None:
+        self.state = CoverState(record=CoverageRecord.of(self.base.mission))
+
+    async def run(self, runner: ScenarioRunner) -> None:
+        """Search until everything is reached, or the budget is used up.
+
+        Raises:
+            BtMissionError: When the mission cannot run as it is.
+        """
+        state = self.state
+
+        async def take(candidate: Candidate, row: ScenarioRow) -> float:
+            new = state.count(candidate, row)
+            state.is_interrupted = state.is_interrupted or not self.watch(state)
+            return -float(new)
+
+        candidate, row = await self.run_as_it_is(runner)
+        await take(candidate, row)
+        ranges = _for_cover(self.ranges.ranges, row.virtual_s)
+        _, strategy = await self.prepare(ranges, row, runner)
+        budget = self.options.budget
+        await explore(
+            self.base, runner, strategy, state, budget, take, lambda: not state.record.missing
+        )
+
+
+def _for_cover(ranges: Ranges, latest_s: float) -> Ranges:
+    """Return ranges with what reaches more of a tree, where they do not say else.
+
+    Some outcomes of goals take a server that is silent for long.
+    """
+    usual = {"kinds": COVER_KINDS, "lasting": Span(SHORTEST_S, max(SHORTEST_S, latest_s))}
+    left = {key: one for key, one in usual.items() if key not in ranges.faults.model_fields_set}
+    changes: dict[str, Any] = {"faults": ranges.faults.model_copy(update=left)}
+    if "most" not in ranges.obstacles.model_fields_set:
+        changes["obstacles"] = ranges.obstacles.model_copy(update={"most": 1})
+    return ranges.model_copy(update=changes)

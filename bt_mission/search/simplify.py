@@ -11,7 +11,7 @@ from typing import Any
 from bt_mission.faults.planned import AtTime, Beginning, PlannedFault, Value, WhenTrue
 from bt_mission.language.requirements.formula import CONTROL_STEP_S
 from bt_mission.search.candidate import Candidate
-from bt_mission.search.search import Search
+from bt_mission.search.search import Search, run_all
 from bt_mission.search.space import SearchSpace
 from bt_mission.testing.generators.faults import OF_A_BOX
 
@@ -95,7 +95,8 @@ class _Simplifier:
         """Take rounder numbers, the roundest first; and leave arguments of faults out."""
         for index in range(len(self._now.faults)):
             fault = self._now.faults[index]
-            for name in _parts(fault):
+            lasting = [] if fault.lasting is None else [LASTING]
+            for name in (BEGINS, *lasting, *fault.arguments):
                 fault = self._now.faults[index]
                 await self._first_that_fails(
                     [_with_fault(self._now, index, one) for one in _simpler(fault, name)]
@@ -114,7 +115,7 @@ class _Simplifier:
             return
         ends = sorted({math.ceil(margin.at + 0.1 + more) for more in (0, 1, 3, 10)})
         sooner = [float(one) for one in ends if one < found.row.virtual_s]
-        latest = max((_time(one) for one in self._now.faults), default=0.0)
+        latest = max((getattr(one.begins, "time_s", 0.0) for one in self._now.faults), default=0.0)
         await self._first_that_fails(
             [replace(self._now, limit=one) for one in sooner if one > latest]
         )
@@ -129,7 +130,7 @@ class _Simplifier:
             if not some or state.is_interrupted:
                 return False
             first = state.runs + state.simplifying_runs
-            async with aclosing(search.tried(some, first)) as tried:
+            async with aclosing(run_all(search.base, search.runner, some, first)) as tried:
                 async for candidate, row in tried:
                     state.simplifying_runs += 1
                     same = next(
@@ -178,10 +179,6 @@ def _with_fault(candidate: Candidate, index: int, fault: PlannedFault) -> Candid
     return replace(candidate, faults=faults)
 
 
-def _parts(fault: PlannedFault) -> list[str]:
-    return [BEGINS, *([] if fault.lasting is None else [LASTING]), *fault.arguments]
-
-
 def _simpler(fault: PlannedFault, part: str) -> Iterator[PlannedFault]:
     """Yield a fault with a part of it left out or rounder, the simplest first."""
     if part == BEGINS:
@@ -218,10 +215,6 @@ def _rounder_values(value: Value) -> Iterator[Value]:
         yield from rounder_numbers(value)
     elif isinstance(value, int) and not isinstance(value, bool) and value > 1:
         yield 1
-
-
-def _time(fault: PlannedFault) -> float:
-    return float(getattr(fault.begins, "time_s", 0.0))
 
 
 def _kinds_of_values(candidate: Candidate) -> list[tuple[str, ...]]:

@@ -11,6 +11,7 @@ from scipy import ndimage
 from bt_mission.core.files import find
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import read
+from bt_mission.search.candidate import given_world
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.ranges import Span
 from sim.world.loader import load_world, world_in
@@ -81,8 +82,7 @@ class FreeSpace:
         if name is None and isinstance(given, dict):
             return world_in(read(base.path), ("world",))
         if name is None:
-            names = {one: path for path, one in base.bundle.worlds.items()}
-            name = names[given] if isinstance(given, str) else base.mission.world
+            name = given_world(base, given) if isinstance(given, str) else base.mission.world
         return load_world(find("worlds", str(name), near=base.mission.file))
 
 

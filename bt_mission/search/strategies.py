@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, Protocol
 
 from bt_mission.core.errors import BtMissionError
@@ -65,7 +66,10 @@ class OptunaStrategy:
         try:
             import optuna  # noqa: PLC0415 - an extra, which need not be there
         except ModuleNotFoundError:
-            raise _missing("optuna") from None
+            raise BtMissionError(
+                "--strategy optuna needs the package optuna: pip install 'bt-mission[sweep]', or "
+                "take --strategy random"
+            ) from None
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what is experimental in it
@@ -77,7 +81,7 @@ class OptunaStrategy:
     def ask(self, count: int) -> Sequence[Candidate]:
         """Return the next candidates."""
         self._trials = [self._study.ask() for _ in range(count)]
-        return [self._space.draw(_trial_draws(one)) for one in self._trials]
+        return [self._space.draw(partial(_TrialDraws, one)) for one in self._trials]
 
     def tell(self, scores: Sequence[float]) -> None:
         """Learn what the last candidates came to."""
@@ -105,19 +109,8 @@ class _TrialDraws:
         return int(self._trial.suggest_int(name, low, high))
 
 
-def _trial_draws(trial: Any) -> Callable[[str], _TrialDraws]:
-    return lambda part: _TrialDraws(trial, part)
-
-
 STRATEGIES: Mapping[str, Callable[[SearchSpace, int], Strategy]] = {
     "optuna": OptunaStrategy,
     "random": RandomStrategy,
 }
 """By their names; the first is the default, which was better in docs/reference/search.md."""
-
-
-def _missing(name: str) -> BtMissionError:
-    return BtMissionError(
-        f"--strategy {name} needs the package {name}: pip install 'bt-mission[sweep]', or take "
-        "--strategy random"
-    )

@@ -12,7 +12,7 @@ import pytest
 
 from bt_mission.cli import main
 from bt_mission.coverage.record import CoverageRecord
-from bt_mission.search.cover import CoverSession
+from bt_mission.search.session import CoverSession, SearchOptions
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.ranges import RangesFile
@@ -37,9 +37,10 @@ class CoveringRunner:
 
 def covered(base: BaseScenario, most: int, budget: int) -> CoverSession:
     """Search with a runner that reaches no place after so many."""
-    session = CoverSession(base, RangesFile(), "random", 0, lambda _: True)
+    options = SearchOptions(budget=budget, strategy="random")
+    session = CoverSession(base, RangesFile(), options, lambda _: True)
     places = len(session.state.record.names)
-    asyncio.run(session.run(CoveringRunner(places, most), budget))
+    asyncio.run(session.run(CoveringRunner(places, most)))
     return session
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from bt_mission.search.guide import ASSUMED, BRANCH, CLEARANCE, Aim, Failure, Guide, default_aim
+from bt_mission.search.guide import ASSUMED, BRANCH, CLEARANCE, Aim, Failure, Guide
 from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
 
 HOLDS = RequirementMargin("holds", 0.5, "m", 1.0)
@@ -150,9 +150,3 @@ def test_a_collision_is_approached_by_clearance() -> None:
     violated = replace(row, requirements={CLEARANCE: RequirementMargin("violated", -0.01, "m", 1)})
     assert guide.failures(violated) == ()
     assert Guide("anything", usual).failures(violated) == ()
-
-
-def test_the_default() -> None:
-    """A violated requirement where there are any."""
-    assert default_aim(has_requirements=True) == "violated"
-    assert default_aim(has_requirements=False) == "anything"

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from bt_mission.language.mission import Mission
-from bt_mission.search.material import branch_formulas, material_of
-from bt_mission.search.probing import present_in
+from bt_mission.search.material import branch_formulas, material_of, present_in
 from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
 from bt_mission.sweeps.runner import SerialRunner
 from bt_mission.sweeps.work import ScenarioWorker

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -12,7 +13,7 @@ import pytest
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import read_text
 from bt_mission.search.search import Search
-from bt_mission.search.session import SearchOptions, SearchSession
+from bt_mission.search.session import SearchOptions, SearchSession, aim_of
 from bt_mission.search.space import SearchSpace
 from bt_mission.search.strategies import STRATEGIES
 from bt_mission.sweeps.base import BaseScenario
@@ -148,3 +149,15 @@ def test_a_mission_that_cannot_run(base: BaseScenario) -> None:
     made = SearchSession(base, RangesFile(), SearchOptions(), lambda _: True)
     with pytest.raises(BtMissionError, match="cannot run as it is: the leaf is gone"):
         asyncio.run(made.run(Broken(far)))
+
+
+def test_what_is_searched_for(base: BaseScenario) -> None:
+    """A violated requirement where there are any that are not the search's own."""
+    plain = replace(base, mission=replace(base.mission, requirements=()))
+    assumed = replace(plain, data={**plain.data, "requirements": {"assumed: x": "always true"}})
+    assert [aim_of(one, None) for one in (base, plain, assumed)] == [
+        "violated",
+        "anything",
+        "anything",
+    ]
+    assert aim_of(base, "collision") == "collision"

@@ -11,7 +11,7 @@ from bt_mission.faults.text import parse_fault
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.guide import Failure
-from bt_mission.search.sentence import sentence
+from bt_mission.search.result import sentence
 
 REPORT = Report(
     mission="short",
