@@ -20,7 +20,7 @@ from bt_mission.core.text import columns
 
 if TYPE_CHECKING:
     from bt_mission.graph_tools.goal_events import GoalOutcome
-    from bt_mission.graph_tools.goal_sender import GoalSender
+    from bt_mission.graph_tools.goal_request import GoalSender
     from bt_mission.graph_tools.graph_session import GraphSession
     from bt_mission.graph_tools.interface_description import InterfacePart
 
@@ -60,7 +60,7 @@ def info(options: argparse.Namespace) -> int:
 
 def send(options: argparse.Namespace) -> int:
     """Send a goal and see it to its end."""
-    from bt_mission.graph_tools.goal_sender import GoalSender, step_to_end
+    from bt_mission.graph_tools.goal_request import GoalSender, step_to_end
     from bt_mission.graph_tools.goal_views import goal_view_for
     from bt_mission.graph_tools.interface_description import describe_interface
     from bt_mission.graph_tools.values import read_fields

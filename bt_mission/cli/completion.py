@@ -18,7 +18,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import fleets, is_file, is_scenario, look_for, names, scenarios
 
 if TYPE_CHECKING:
-    from bt_mission.graph_tools.live_names import LiveKind
+    from bt_mission.graph_tools.graph_query import LiveKind
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -256,7 +256,7 @@ def _live(kind: LiveKind) -> Callable[[list[str]], list[str]]:
 
         restrict_discovery(network="--network" in words)
         prepare_middleware()
-        from bt_mission.graph_tools.live_names import live_names
+        from bt_mission.graph_tools.graph_query import live_names
 
         return live_names(kind)
 

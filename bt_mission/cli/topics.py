@@ -41,7 +41,7 @@ def echo(options: argparse.Namespace) -> int:
 
 def hz(options: argparse.Namespace) -> int:
     """Print the rate each second until Ctrl-C."""
-    from bt_mission.graph_tools.topic_rate import RateLines
+    from bt_mission.graph_tools.topic_messages import RateLines
 
     with graph_command.joined(options) as session:
         name, type_name = graph_command.named(session, options)

@@ -23,7 +23,7 @@ from bt_mission.graph_tools.goal_request import GoalRequest
 from bt_mission.graph_tools.goal_views import event_lines
 
 if TYPE_CHECKING:
-    from bt_mission.graph_tools.goal_sender import GoalSender
+    from bt_mission.graph_tools.goal_request import GoalSender
     from bt_mission.graph_tools.graph_session import GraphSession
 
 PERIOD_S = 0.05

@@ -15,6 +15,7 @@ from bt_mission.core.dds.endpoints import node_of
 from bt_mission.core.diagnostics import did_you_mean, listed
 from bt_mission.core.errors import BtMissionError, NotThereError
 from bt_mission.core.stamps import NS
+from bt_mission.graph_tools import graph_session
 from bt_mission.graph_tools.graph_session import NODE_PREFIX, GraphSession, wait
 
 if TYPE_CHECKING:
@@ -30,7 +31,13 @@ QUIET_S = 1.0
 FEEDBACK = "/_action/feedback"
 STATUS = "/_action/status"
 
+LIVE_LOOK_S, LIVE_QUIET_S = 1.0, 0.2
+"""The same where a shell completes a word: a person has pressed a key."""
+
 Kind = Literal["action", "topic", "service"]
+LiveKind = Literal["actions", "topics", "services", "executives", "namespaces"]
+
+_OF_GRAPH: dict[LiveKind, Kind] = {"actions": "action", "topics": "topic", "services": "service"}
 
 
 @dataclass(frozen=True)
@@ -158,3 +165,29 @@ _LOOK_UP: dict[Kind, Callable[[Node], list[tuple[str, list[str]]]]] = {
     "topic": lambda node: node.get_topic_names_and_types(),
     "service": lambda node: node.get_service_names_and_types(),
 }
+
+
+def live_names(kind: LiveKind) -> list[str]:
+    """List the names of a kind that the graph has, for shells, sorted: quick rather than complete.
+
+    Namespaces are those of nodes.
+    """
+    with graph_session.GraphSession() as session:
+        query_graph(session, LIVE_LOOK_S, LIVE_QUIET_S)
+        if kind == "executives":
+            found = _executives(session.node)
+        elif kind == "namespaces":
+            found = {space for _, space in session.node.get_node_names_and_namespaces()} - {"/"}
+        else:
+            found = {one.name for one in entries(session.node, _OF_GRAPH[kind])}
+    return sorted(found)
+
+
+def _executives(node: Node) -> set[str]:
+    from bt_mission.ros.discovery import STATE_TYPE  # noqa: PLC0415 - takes longer than the look
+
+    return {
+        name.removesuffix("/state")
+        for name, types in node.get_topic_names_and_types()
+        if name.endswith("/state") and STATE_TYPE in types
+    }

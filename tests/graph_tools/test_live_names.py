@@ -9,7 +9,7 @@ from bt_mission_interfaces.msg import MissionState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
-from bt_mission.graph_tools.live_names import LOOK_S, QUIET_S
+from bt_mission.graph_tools.graph_query import LIVE_LOOK_S, LIVE_QUIET_S
 from bt_mission.testing.scripted_server import ScriptedServer
 
 
@@ -60,14 +60,14 @@ def test_a_graph_with_nobody_in_it_is_left_soon(ros: Any, hand: Any, type_in: An
     begin_ns = hand.now_ns
     done = type_in("completion", "--names", "actions")
     assert (done.code, done.out, done.err) == (0, "", "")
-    assert hand.now_ns - begin_ns <= (LOOK_S + 0.1) * 1e9
+    assert hand.now_ns - begin_ns <= (LIVE_LOOK_S + 0.1) * 1e9
 
 
 def test_a_graph_that_is_known_is_left_sooner(graph: Any, hand: Any, type_in: Any) -> None:
     """When nothing new has come up for a moment."""
     begin_ns = hand.now_ns
     assert type_in("completion", "--names", "actions").lines == ["/robot1/spin", "/turn"]
-    assert hand.now_ns - begin_ns <= (QUIET_S + 0.2) * 1e9
+    assert hand.now_ns - begin_ns <= (LIVE_QUIET_S + 0.2) * 1e9
 
 
 def test_a_domain_that_is_none_is_no_error_while_typing(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.graph_tools.topic_rate import RateMeter
+from bt_mission.graph_tools.topic_messages import RateMeter
 
 MS = 1_000_000
 
