@@ -190,6 +190,18 @@ def test_a_written_output_must_have_its_type():
     )
 
 
+def test_an_output_that_a_goal_writes_must_have_its_type():
+    """The type of the result's field is known where ROS is."""
+    text = (
+        "mission: m\ntrees:\n  look:\n    outputs: {gap: %s}\n"
+        "    do: {turn: {angle: 9}, timeout: 9, outputs: {angle_turned: gap}}\n"
+        "tree: {sequence: [{tree: look, outputs: {gap: far}}, {log: $far}]}\n"
+    )
+    assert examine(text % "number")[1] == ()
+    (found,) = examine(text % "text")[1]
+    assert (found.line, found.message) == (4, "'gap' is written as a number, not as a string")
+
+
 def test_two_branches_that_move_the_base_are_seen_through_trees():
     """The warning of a parallel."""
     text = (

@@ -90,7 +90,6 @@ MOST_WEIGHT = 1_000_000_000
 
 TIMES = NumberRule("an integer of at least 1", 1, whole=True)
 SECONDS = NumberRule("seconds, 0 or more", 0, MOST_SECONDS, unit="s")
-OBSERVE = NumberRule("seconds, 0 or more", 0, MOST_SECONDS, unit="s")
 LIMIT = NumberRule("seconds above 0", 0, MOST_SECONDS, itself=False, unit="s")
 WEIGHT = NumberRule("a weight above 0", 0, MOST_WEIGHT, itself=False)
 
@@ -340,7 +339,7 @@ Seconds = Annotated[Any, PlainValidator(SECONDS.parse), NUMBER_SCHEMA, Reads(SEC
 Limit = Annotated[Any, PlainValidator(LIMIT.parse), NUMBER_SCHEMA, Reads(LIMIT)]
 FixedLimit = Annotated[float, PlainValidator(LIMIT.parse_constant), NUMBER_SCHEMA]
 Observe = Annotated[
-    float, PlainValidator(OBSERVE.parse_constant), WithJsonSchema({"type": "number"})
+    float, PlainValidator(SECONDS.parse_constant), WithJsonSchema({"type": "number"})
 ]
 Weight = Annotated[float, PlainValidator(WEIGHT.parse_constant), WithJsonSchema({"type": "number"})]
 FeedbackCondition = Annotated[Any, PlainValidator(condition), TEXT_SCHEMA]
