@@ -12,6 +12,9 @@ Load a mission and run it on a node of one's own::
         rclpy.spin_once(node, timeout_sec=0.1)
     print(runner.report())
 
+``load`` raises :class:`InputError`. ``examine`` also compares the mission with the types of ROS,
+the servers and the world, and returns it with every diagnostic.
+
 Or in the simulation, without other processes: :class:`Stage`. Names are loaded when they are first
 used, so that importing the package loads neither rclpy nor MuJoCo.
 """

@@ -331,19 +331,18 @@ def reference_faults(
     """
     may_be_field = message is not None or is_on_messages
     for name in references:
-        unknown = variables.unknown(name)
         if message is not None and not name.variable:
             try:
                 found = field_at(message, name.name)
             except UnknownField as error:
-                if unknown is not None:
+                if name.name not in variables.types:
                     wrong = ExpressionError(error.message, name.column, error.hint)
                     yield variables.fault(path, wrong, offset)
                 continue
             if isinstance(found, MessageShape):
                 wrong = ExpressionError(too_much(name.name, found), name.column)
                 yield variables.fault(path, wrong, offset)
-        elif unknown is not None:
+        elif (unknown := variables.unknown(name)) is not None:
             hint = unknown[1]
             if hint is None and name.variable and may_be_field:
                 hint = f"a field is written without '$': {name.name}"

@@ -256,8 +256,8 @@ class _GoalReader:
         assert isinstance(text, Text), "a loaded goal holds nothing that is resolved"
         if len(self.faults) >= MOST_FAULTS:
             raise Unknowable
-        at, words, wanted = (*self.at, *path), *_wanted(shape)
-        reading = text.template if wanted == "text" else text.expression
+        at, is_text = (*self.at, *path), isinstance(shape, Scalar) and shape.type == "text"
+        reading = text.template if is_text else text.expression
         try:
             if isinstance(reading, ExpressionError):
                 raise reading
@@ -267,21 +267,17 @@ class _GoalReader:
             elif is_fixed:
                 faults = []
             else:
+                words, wanted = _wanted(shape)
                 faults = [*expression_faults(at, reading, self.variables, wanted, expected=words)]
             self.faults += faults
             if is_fixed and not faults:
                 return reading.evaluate(self.variables.inputs, random.Random(0))
         except ExpressionError as error:
-            self.faults.append(self.variables.fault(at, _in_place_of(words, error)))
+            if isinstance(error, LooseText):
+                message = f"expected {_wanted(shape)[0]} or an expression: {error.message}"
+                error = ExpressionError(message, error.column, error.hint)
+            self.faults.append(self.variables.fault(at, error))
         raise Unknowable
-
-
-def _in_place_of(words: str, error: ExpressionError) -> ExpressionError:
-    """Return the error of a text that is no expression, with what else could stand there."""
-    if not isinstance(error, LooseText):
-        return error
-    message = f"expected {words} or an expression: {error.message}"
-    return ExpressionError(message, error.column, error.hint)
 
 
 def _wanted(shape: Shape) -> tuple[str, Type | None]:

@@ -11,7 +11,6 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -335,7 +334,6 @@ def _errors_moved(offset: int) -> Iterator[None]:
         raise ExpressionError(error.message, error.column + offset, error.hint) from None
 
 
-@lru_cache(maxsize=1024)
 def _expression(text: str) -> Expression:
-    """Return the expression of a hole; equal ones are the same."""
+    """Return the expression of a hole, its quantities as plain numbers."""
     return Expression(text).in_unit("")
