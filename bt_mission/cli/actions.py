@@ -46,7 +46,7 @@ def info(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools.values import as_json
 
     with graph_command.joined(options) as session:
-        name, type_name = graph_command.named(session, options)
+        name, type_name = graph_command.named("action", session, options)
         graph_query.query_graph(session, options.wait)
         found = {one.name: one for one in graph_query.entries(session.node, "action")}
         entry = found.get(name, graph_query.GraphEntry(name, (type_name,)))
@@ -67,7 +67,7 @@ def send(options: argparse.Namespace) -> int:
 
     text = sys.stdin.read() if options.goal == "-" else options.goal
     with graph_command.joined(options) as session:
-        name, type_name = graph_command.named(session, options)
+        name, type_name = graph_command.named("action", session, options)
         part = describe_interface(type_name).part("goal")
         if not (text.strip() or options.form):
             _refuse_nothing(name, part)
@@ -130,7 +130,7 @@ def cancel(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools.action_goals import cancel_goals
 
     with graph_command.joined(options) as session:
-        name, _ = graph_command.named(session, options)
+        name, _ = graph_command.named("action", session, options)
         done = cancel_goals(session, name, options.goal, print, server_s=options.wait)
         return SUCCESS if done.all_ended else LOST if done.all_taken else REJECTED
 
@@ -142,7 +142,7 @@ def watch(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools.interface_description import describe_interface
 
     with graph_command.joined(options) as session:
-        name, type_name = graph_command.named(session, options)
+        name, type_name = graph_command.named("action", session, options)
         about = describe_interface(type_name)
         goals = GoalWatch(session, name, type_name)
         with closing(goal_view_for(sys.stdout, about, json=options.json, plain=False)) as view:
@@ -195,7 +195,6 @@ def _command(
         epilog,
         help,
         leaves_at_once=True,
-        defaults={"kind": "action"},
     )
 
 

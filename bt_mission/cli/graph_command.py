@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING
 
 from bt_mission.cli.argument_types import seconds
@@ -36,7 +37,7 @@ def list_command(kind: Kind, words: str) -> Command:
     """Return the command that lists what there is of a kind."""
     hidden = Option("--all", "hidden ones, too: those of actions")
     return Command(
-        list_entries,
+        partial(list_entries, kind),
         options=(
             *([] if kind == "action" else [hidden]),
             *graph_options(f"{kind}s"),
@@ -44,7 +45,6 @@ def list_command(kind: Kind, words: str) -> Command:
         ),
         help=words,
         leaves_at_once=True,
-        defaults={"kind": kind, "all": False} if kind == "action" else {"kind": kind},
     )
 
 
@@ -83,16 +83,15 @@ def joined(options: argparse.Namespace) -> Iterator[GraphSession]:
         yield session
 
 
-def list_entries(options: argparse.Namespace) -> int:
-    """Print what the graph has of a kind: a table, or a list of objects; or that it is none."""
+def list_entries(kind: Kind, options: argparse.Namespace) -> int:
+    """Print what the graph has of a kind: a table, or a list of objects; or that there is none."""
     from bt_mission.graph_tools import listing
     from bt_mission.graph_tools.graph_query import entries, query_graph
     from bt_mission.graph_tools.values import as_json
 
-    kind = options.kind
     with joined(options) as session:
         query_graph(session, options.wait)
-        found = entries(session.node, kind, hidden=options.all)
+        found = entries(session.node, kind, hidden=getattr(options, "all", False))
     if options.json:
         lines = [as_json([listing.entry_object(kind, one) for one in found])]
     else:
@@ -104,12 +103,11 @@ def list_entries(options: argparse.Namespace) -> int:
     return SUCCESS
 
 
-def named(session: GraphSession, options: argparse.Namespace) -> tuple[str, str]:
+def named(kind: Kind, session: GraphSession, options: argparse.Namespace) -> tuple[str, str]:
     """The full name of what a command is about, and its type: the graph's where none is given."""
     from bt_mission.graph_tools.graph_query import resolved, type_of
     from bt_mission.ros.interface_types import action_type, message_type, service_type
 
-    kind: Kind = options.kind
     name = resolved(session.node, kind, getattr(options, kind))
     if not options.type:
         return name, type_of(session, kind, name, options.wait)

@@ -8,6 +8,7 @@ import os
 import shutil
 import sys
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,16 +34,16 @@ A file in ./{kind} stands for the shipped one of the same name.
 EXAMPLES = {"missions": "explore", "worlds": "empty_arena", "robots": "waffle"}
 
 
-def print_list(options: argparse.Namespace) -> int:
+def print_list(kind: Kind, options: argparse.Namespace) -> int:
     """Print what there is of a kind: a table, or a list of objects."""
     from bt_mission.core.file_index import list_files
 
-    found = list_files(options.kind)
+    found = list_files(kind)
     if options.json:
         print(json.dumps([_as_object(one) for one in found]))
         return SUCCESS
     if not found:
-        print(f"no {options.kind} here, and none is shipped: is bt-mission installed as a whole?")
+        print(f"no {kind} here, and none is shipped: is bt-mission installed as a whole?")
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
     for line in columns(_as_row(one) for one in found) if found else []:
         print(line if width is None or len(line) <= width else f"{line[: width - 3].rstrip()}...")
@@ -65,12 +66,12 @@ def _as_object(one: ListedFile) -> Mapping[str, object]:
     }
 
 
-def copy_file(options: argparse.Namespace) -> int:
+def copy_file(kind: Kind, options: argparse.Namespace) -> int:
     """Copy a file, with those that it names; nothing is written where one of them exists."""
     from bt_mission.core.file_index import files_of, find_listed
 
-    found = find_listed(options.kind, options.name)
-    wanted = Path(options.kind) if options.to is None else Path(options.to)
+    found = find_listed(kind, options.name)
+    wanted = Path(kind) if options.to is None else Path(options.to)
     copies = _copies(found.path, files_of(found.path), wanted)
     for source, target in copies.items():
         if target.exists() and target.samefile(source):
@@ -131,7 +132,7 @@ def _make_folder(path: Path) -> None:
 def _command(kind: Kind, completes: str) -> Command:
     json_list = JSON.but(help="for programs: one list of objects")
     copying = Command(
-        copy_file,
+        partial(copy_file, kind),
         f"Copies one of the {kind} to edit it, with the files beside it that it names: trees that "
         "it includes, the mission of a scenario, Python leaves.",
         (
@@ -146,18 +147,17 @@ def _command(kind: Kind, completes: str) -> Command:
         help="copy one, with the files that it names by their paths",
     )
     listing = Command(
-        print_list,
+        partial(print_list, kind),
         options=(json_list.but(default=argparse.SUPPRESS),),
         help="the same as without a word",
     )
     return Command(
-        print_list,
+        partial(print_list, kind),
         f"Lists the {kind} of the working folder and the shipped ones, with a line each, or copies "
         "one.",
         (json_list,),
         EPILOG.format(kind=kind, name=EXAMPLES[kind]),
         commands={"list": listing, "copy": copying},
-        defaults={"kind": kind},
     )
 
 

@@ -90,7 +90,7 @@ def _common(options: argparse.Namespace) -> dict[str, Any]:
 
     return {
         "namespace": options.namespace,
-        "use_sim_time": not (options.wall_clock or options.real),
+        "use_sim_time": not (options.wall_clock or getattr(options, "real", False)),
         "process": ProcessOptions(
             parameters=find("parameters", options.params) if options.params else None,
             ros_args=checked(options.ros_args),
@@ -109,7 +109,7 @@ _PARAMETERS = Option(
 )
 
 
-def _node(function: Any, description: str, *options: Option, **defaults: Any) -> Command:
+def _node(function: Any, description: str, *options: Option) -> Command:
     # rclpy, while it is loaded, reports Ctrl-C as an extension that is not there.
     return Command(
         function,
@@ -118,7 +118,6 @@ def _node(function: Any, description: str, *options: Option, **defaults: Any) ->
         EPILOG,
         takes_ros_args=True,
         leaves_at_once=True,
-        defaults=defaults,
     )
 
 
@@ -186,7 +185,6 @@ COMMANDS = {
         Option("--save-as PREFIX", "where save_map writes (default: map)", default="map"),
         _PARAMETERS,
         _WALL_CLOCK_REAL,
-        real=False,
     ),
     "arbiter": _node(
         arbiter,

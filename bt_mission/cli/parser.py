@@ -172,7 +172,6 @@ class Command:
         commands: Those below it.
         takes_ros_args: Hand ``--ros-args`` to its node.
         leaves_at_once: A signal ends the process while the command has nothing to halt.
-        defaults: Attributes of the parsed options that no option sets.
     """
 
     function: Callable[[argparse.Namespace], int] | None
@@ -183,7 +182,6 @@ class Command:
     commands: Mapping[str, Command] = field(default_factory=dict)
     takes_ros_args: bool = False
     leaves_at_once: bool = False
-    defaults: Mapping[str, Any] = field(default_factory=dict)
 
     def add_to(self, commands: Any, name: str) -> None:
         """Add it, and those below it, to the commands of a parser."""
@@ -198,9 +196,7 @@ class Command:
                 groups[option.group] = parser.add_argument_group(option.group)
             option.add_to(groups[option.group], declared)
         if self.function is not None:
-            parser.set_defaults(
-                command=self.function, leaves_at_once=self.leaves_at_once, **self.defaults
-            )
+            parser.set_defaults(command=self.function, leaves_at_once=self.leaves_at_once)
         parser.set_defaults(takes_ros_args=self.takes_ros_args)
         if self.commands:
             below = parser.add_subparsers(metavar="what")

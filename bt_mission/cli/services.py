@@ -32,7 +32,7 @@ def call(options: argparse.Namespace) -> int:
 
     text = sys.stdin.read() if options.request == "-" else options.request
     with graph_command.joined(options) as session:
-        name, type_name = graph_command.named(session, options)
+        name, type_name = graph_command.named("service", session, options)
         client = RosServiceClient(session.node, name, type_name)
         shape = describe_interface(type_name).part("request").shape
         request = client.prepare(read_fields(text, shape, "request"))
@@ -77,7 +77,6 @@ COMMANDS = {
                 ),
                 help="call a service and print its answer",
                 leaves_at_once=True,
-                defaults={"kind": "service"},
             ),
         },
         EPILOG,

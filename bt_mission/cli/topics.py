@@ -28,7 +28,7 @@ def echo(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools.topic_messages import MessageTexts, TopicSubscriber
 
     with graph_command.joined(options) as session:
-        name, type_name = graph_command.named(session, options)
+        name, type_name = graph_command.named("topic", session, options)
         shown = MessageTexts(type_name, options.field, full=options.full, json=options.json)
         subscriber = TopicSubscriber(session, name, type_name, shown.take)
 
@@ -44,7 +44,7 @@ def hz(options: argparse.Namespace) -> int:
     from bt_mission.graph_tools.topic_messages import RateLines
 
     with graph_command.joined(options) as session:
-        name, type_name = graph_command.named(session, options)
+        name, type_name = graph_command.named("topic", session, options)
         lines = RateLines(
             session, name, type_name, options.window, sim_time=options.sim_time, json=options.json
         )
@@ -92,7 +92,6 @@ COMMANDS = {
                 ),
                 help="print messages as YAML",
                 leaves_at_once=True,
-                defaults={"kind": "topic"},
             ),
             "hz": Command(
                 hz,
@@ -112,7 +111,6 @@ COMMANDS = {
                 ),
                 help="how often messages come",
                 leaves_at_once=True,
-                defaults={"kind": "topic"},
             ),
         },
         EPILOG,
