@@ -21,7 +21,7 @@ from bt_mission.faults.world import OBSTACLES
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.requirements import MissionNames
 from bt_mission.language.requirements.formula import Condition
-from bt_mission.requirements.condition import ConditionMonitor
+from bt_mission.requirements.monitor import ConditionMonitor
 from bt_mission.sessions.stage_signals import StageSignals
 
 

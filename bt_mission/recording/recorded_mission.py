@@ -18,7 +18,7 @@ from bt_mission.language.expressions.values import Plain
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.recording.expected_types import TEXT, expect
 from bt_mission.recording.reading import Channel
-from bt_mission.requirements.comparisons import Reader
+from bt_mission.requirements.compiler import Reader
 from bt_mission.ros.signals import STATUSES, NodeOutcomes, field_of
 
 FEEDBACK = "/_action/feedback"

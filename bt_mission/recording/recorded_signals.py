@@ -26,7 +26,7 @@ from bt_mission.recording.reading import (
 from bt_mission.recording.recorded_mission import RecordedMission, plain_field
 from bt_mission.recording.robot_life import TRUTH
 from bt_mission.recording.signal_samples import ACCEPTED_GOALS, MODEL_FILE, TOPIC
-from bt_mission.requirements.comparisons import Reader
+from bt_mission.requirements.compiler import Reader
 from bt_mission.ros.signals import (
     BATTERY,
     ODOMETRY,
@@ -229,7 +229,7 @@ class RecordedSignals:
         """Return what measures a signal that only a simulation knows better."""
         return "odometry" if signal.name in BY_ODOMETRY and not self._is_simulated else ""
 
-    def at_least(self, _signal: SignalValue, /) -> None:
+    def lower_bound(self, _signal: SignalValue, /) -> None:
         """Return no lower bound of a signal: they all cost little."""
 
     def _of_mission(self, signal: SignalValue) -> Reader | str:

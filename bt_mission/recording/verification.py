@@ -21,7 +21,7 @@ from bt_mission.language.requirements.formula import (
     Requirement,
     walk,
 )
-from bt_mission.language.requirements.syntax import Temporal, Timed
+from bt_mission.language.requirements.syntax import EVERYTHING, Measure, Temporal
 from bt_mission.recording.expected_types import TEXT
 from bt_mission.recording.model import RecordedRequirement, RecordedRun
 from bt_mission.recording.reader import read_run
@@ -268,8 +268,8 @@ def _speaks_of_instants(requirement: Requirement) -> bool:
     root = requirement.root
     return (
         isinstance(root, Temporal)
-        and root.window.is_everything
-        and not any(isinstance(part, Timed) for part in walk(root.operand))
+        and root.window == EVERYTHING
+        and not any(isinstance(one, Temporal | Measure) for one in [*walk(root)][1:])
     )
 
 

@@ -1,4 +1,4 @@
-"""Numbers out of what was so far: counts of edges, means, rates, and values at an edge.
+"""Numbers computed from the past: counts of edges, means, rates, and values at an edge.
 
 Each takes every instant in turn, and remembers no more than its window holds.
 """
@@ -15,39 +15,40 @@ from typing_extensions import override
 
 from bt_mission.core.stamps import NS
 from bt_mission.language.expressions.values import Plain
-from bt_mission.requirements.looking_back import Atom, Past
+from bt_mission.requirements.operators import Atom, Formula
 from bt_mission.requirements.samples import Sample
 
 
 class MeasuredValue(ABC):
-    """What gives the value of a measure.
+    """The value of a measure, one instant after another.
 
     Args:
         read: Gives the present value of what is measured; None while it has none.
-        edge: The edge that it speaks of.
-        window_ns: How far it looks back; None is as far as the start.
-        full_ns: It has no value before, since the start.
+        edge: The edges that are counted, or at the last of which the value is taken.
+        window_ns: How far it looks back; it may be infinite.
+        full_ns: It has no value before this time since the start.
+
+    Attributes:
+        value: The value at the newest instant; None without one.
     """
 
     def __init__(
         self,
         read: Callable[[], Plain | None],
-        edge: Past | None,
-        window_ns: int | None,
+        edge: Formula | None,
+        *,
+        window_ns: float,
         full_ns: int,
     ) -> None:
         self.value: Plain | None = None
         self._read, self._edge = read, edge
         self._window_ns, self._full_ns = window_ns, full_ns
+        self._queue: deque[tuple[int, float]] = deque()
 
     def step(self, now_ns: int) -> None:
         """Take the next instant."""
         value = self._next(now_ns)
         self.value = value if now_ns >= self._full_ns else None
-
-    def read(self) -> Plain | None:
-        """Return the value at the present instant; None without one."""
-        return self.value
 
     @abstractmethod
     def _next(self, now_ns: int) -> Plain | None:
@@ -63,28 +64,25 @@ class MeasuredValue(ABC):
             return None
         return float(value)
 
-    def _drop(self, queue: deque[tuple[int, float]], now_ns: int) -> None:
-        while self._window_ns is not None and queue and queue[0][0] < now_ns - self._window_ns:
-            queue.popleft()
+    def _drop_old(self, now_ns: int) -> None:
+        while self._queue and self._queue[0][0] < now_ns - self._window_ns:
+            self._queue.popleft()
 
 
 class Count(MeasuredValue):
-    """How often the edge was there."""
+    """How many edges there were."""
 
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self._edges: deque[tuple[int, float]] = deque()
-        self._count = 0
+    _unbounded = 0
 
     @override
     def _next(self, now_ns: int) -> Plain | None:
         if self._is_at_edge(now_ns):
-            if self._window_ns is None:
-                self._count += 1
+            if self._window_ns == math.inf:
+                self._unbounded += 1
             else:
-                self._edges.append((now_ns, 1.0))
-        self._drop(self._edges, now_ns)
-        return self._count + len(self._edges)
+                self._queue.append((now_ns, 1.0))
+        self._drop_old(now_ns)
+        return self._unbounded + len(self._queue)
 
 
 class Mean(MeasuredValue):
@@ -93,20 +91,16 @@ class Mean(MeasuredValue):
     The sum is taken again at each instant, and rounded once, so that no error grows.
     """
 
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self._values: deque[tuple[int, float]] = deque()
-
     @override
     def _next(self, now_ns: int) -> Plain | None:
         number = self._number()
         if number is not None:
-            self._values.append((now_ns, number))
-        self._drop(self._values, now_ns)
-        if not self._values:
+            self._queue.append((now_ns, number))
+        self._drop_old(now_ns)
+        if not self._queue:
             return None
         try:
-            return math.fsum(value for _, value in self._values) / len(self._values)
+            return math.fsum(value for _, value in self._queue) / len(self._queue)
         except (OverflowError, ValueError):  # beyond all numbers, or of both infinities
             return None
 
@@ -148,10 +142,8 @@ MEASURED_VALUES: dict[str, type[MeasuredValue]] = {
 }
 
 
-class Measured(Past):
+class Measured(Formula):
     """A condition over measures, inner ones first; each sees every instant."""
-
-    remembers = True
 
     def __init__(self, atom: Atom, measures: Sequence[MeasuredValue], *, moves: bool) -> None:
         self._atom = atom

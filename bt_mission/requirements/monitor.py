@@ -1,4 +1,4 @@
-"""Watches requirements while a mission runs: each has a verdict, a margin and an instant."""
+"""Monitors of requirements and of conditions while a mission runs."""
 
 from __future__ import annotations
 
@@ -6,23 +6,22 @@ import copy
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol, TypeAlias, runtime_checkable
+from typing import Literal, Protocol, TypeAlias
 
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import seconds
-from bt_mission.core.units import shown_unit
+from bt_mission.language.expressions.syntax import SyntaxNode
 from bt_mission.language.requirements.formula import (
+    Condition,
     OnViolation,
     Requirement,
     full_after,
     signals_in,
 )
 from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.requirements.comparisons import Reader
-from bt_mission.requirements.compiler import Compiler
+from bt_mission.requirements.compiler import Compiler, Number, Reader
 from bt_mission.requirements.roots import Root
-from bt_mission.requirements.samples import Hope, Sample
-from bt_mission.requirements.watched_roots import WatchedRoots
+from bt_mission.requirements.samples import Sample, Truncation
 
 Verdict: TypeAlias = Literal["holds", "violated", "open", "unknown"]
 
@@ -33,21 +32,16 @@ class SignalSource(Protocol):
     def reader(self, signal: SignalValue, /) -> Reader | str:
         """Return what gives a signal's present value, or why it is not known here."""
 
-    def at_least(self, signal: SignalValue, /) -> Callable[[], float | None] | None:
+    def lower_bound(self, signal: SignalValue, /) -> Number | None:
         """Return what gives a lower bound of a signal, if that costs less than its value."""
 
-
-@runtime_checkable
-class NamedSources(Protocol):
-    """A source that has some signals from elsewhere than their names say."""
-
     def measured_by(self, signal: SignalValue, /) -> str:
-        """Return what measures a signal in the place of the truth; empty for the truth."""
+        """Return what measures a signal in place of the truth; empty for the truth."""
 
 
 @dataclass(frozen=True)
 class RequirementResult:
-    """What a requirement came to.
+    """The verdict of a requirement.
 
     Attributes:
         verdict: ``open`` where the run was over, or cut, before it could be decided; ``unknown``
@@ -99,88 +93,75 @@ class Monitor:
     def __init__(self, requirement: Requirement, source: SignalSource) -> None:
         self.requirement = requirement
         self.violated_ns: int | None = None
-        self.is_told = False
-        """Was it said that it is violated?"""
         self._last_ns = 0
         self._end: tuple[Verdict, Sample] | None = None
-        readers: dict[str, Reader] = {}
-        bounds: dict[str, Callable[[], float | None]] = {}
-        missing: dict[str, str] = {}
-        measured: dict[str, str] = {}
-        for signal in signals_in(requirement.root):
-            found = source.reader(signal)
-            if isinstance(found, str):
-                missing[signal.key] = found
-            else:
-                readers[signal.key] = found
-            bound = source.at_least(signal)
-            if bound is not None:
-                bounds[signal.key] = bound
-            if isinstance(source, NamedSources) and (by := source.measured_by(signal)):
-                measured[signal.key] = f"{signal.key} by {by}"
-        self._sources = tuple(measured.values())
-        self._missing = "; ".join(f"{key}: {why}" for key, why in missing.items())
-        self._compiler = Compiler(readers, bounds)
-        self._root: Root | None = None if missing else self._compiler.root(requirement.root)
+        self._compiler, self._missing = _compiler(requirement.root, source)
+        signals = {signal.key: signal for signal in signals_in(requirement.root)}
+        self._sources = tuple(
+            f"{key} by {by}"
+            for key, signal in signals.items()
+            if (by := source.measured_by(signal))
+        )
+        self._root: Root | None = None
+        if not self._missing:
+            self._root = self._compiler.root(requirement.root)
 
-    @property
-    def root(self) -> Root | None:
-        """The formula, while it is evaluated."""
-        return None if self._end is not None else self._root
-
-    def step(self, since_start_ns: int) -> None:
-        """Take the next instant."""
-        root = self.root
+    def step(self, since_start_ns: int) -> bool:
+        """Take the next instant; return whether it is violated since this instant."""
+        root = self._root
+        if root is None or self._end is not None:
+            return False
         self._last_ns = since_start_ns
-        if root is not None:
-            root.step(since_start_ns)
-            if root.decided is False and self.violated_ns is None:
-                self.violated_ns = since_start_ns
+        root.step(since_start_ns)
+        if root.decided is not False or self.violated_ns is not None:
+            return False
+        self.violated_ns = since_start_ns
+        return True
 
     @property
     def now(self) -> Sample:
-        """The value by what was seen so far."""
+        """The value over the run so far."""
         return None if self._root is None else self._root.value
 
     def value_of_instant(self) -> Sample:
-        """Return the value of the present instant by itself, as if it were the whole run."""
+        """Return the value of the present instant alone, as if it were the whole run."""
         if self._root is None:
             return None
         root = Compiler(self._compiler.readers).root(self.requirement.root)
         root.step(0)
         return root.value
 
-    def finish(self, *, is_complete: bool = True, last_ns: int | None = None) -> None:
-        """End the run.
+    def finish(self, *, is_complete: bool = True) -> bool:
+        """End the run; return whether the requirement is violated by its end alone.
 
         Args:
-            is_complete: Did the mission come to its own end? After a run that was cut, anything
-                could have followed.
-            last_ns: The last instant, since the start; None is that of the last step.
+            is_complete: Has the mission ended, rather than been cut? After a run that was cut,
+                anything could have followed.
         """
         if self._root is None or self._end is not None:
-            return
-        self._last_ns = self._last_ns if last_ns is None else last_ns
-        best = copy.deepcopy(self._root).finish(Hope.ROBOT if is_complete else Hope.ANYTHING)
-        least = copy.deepcopy(self._root).finish(Hope.NOTHING)
-        if self.violated_ns is not None:
-            self._end = ("violated", best)
-        elif self._root.decided is True:
-            self._end = ("holds", least)
-        elif least is None or best is None:
-            self._end = ("open" if self._never_full else "unknown", None)
-        elif not best[1]:
-            self._end = ("violated", best)
-        elif not least[1] or not (is_complete or self._holds_at_worst):
-            self._end = ("open", best if not least[1] else least)
-        else:
-            self._end = ("holds", least)
+            return False
+        self._end = end = self._at_end(is_complete=is_complete)
+        return end[0] == "violated" and self.violated_ns is None
 
-    @property
-    def _holds_at_worst(self) -> bool:
-        """Does it hold whatever could have followed?"""
-        worst = copy.deepcopy(self._root).finish(Hope.WORST) if self._root else None
-        return worst is not None and worst[1]
+    def _at_end(self, *, is_complete: bool) -> tuple[Verdict, Sample]:
+        best = self._over(Truncation.WEAK_AFTER_MISSION if is_complete else Truncation.WEAK)
+        value = self._over(Truncation.NEUTRAL)
+        worst = value if is_complete else self._over(Truncation.STRONG)
+        if self.violated_ns is not None:
+            return "violated", best
+        if self._root is not None and self._root.decided is True:
+            return "holds", value
+        if value is None or best is None:
+            return "open" if self._never_full else "unknown", None
+        if not best[1]:
+            return "violated", best
+        if not value[1]:
+            return "open", best
+        return "holds" if worst is not None and worst[1] else "open", value
+
+    def _over(self, truncation: Truncation) -> Sample:
+        """Return the value of the run, if it ended here."""
+        return copy.deepcopy(self._root).finish(truncation) if self._root else None
 
     @property
     def _never_full(self) -> bool:
@@ -189,23 +170,19 @@ class Monitor:
 
     @property
     def result(self) -> RequirementResult:
-        """What it came to, or what it has come to so far."""
+        """The verdict over the run so far, or at its end."""
         verdict, value = self._end or self._so_far
-        why = self._why(verdict)
-        unit = ""
-        if value is not None and value[3] >= 0:
-            unit = shown_unit(self._compiler.units[value[3]])
         has_measure = value is not None and math.isfinite(value[0])
         return RequirementResult(
             name=self.requirement.name,
             requirement=self.requirement.text,
             verdict=verdict,
             margin=_rounded(value[0]) if value is not None and has_measure else None,
-            unit=unit if has_measure else "",
+            unit=self._compiler.units[value[3]] if value is not None and has_measure else "",
             at=value[2] / NS if value is not None and (has_measure or value[1]) else None,
             violated_at=None if self.violated_ns is None else self.violated_ns / NS,
             on_violation=self.requirement.on_violation,
-            why=why,
+            why=self._why(verdict),
             sources=self._sources,
         )
 
@@ -228,6 +205,48 @@ class Monitor:
         return ""
 
 
+class ConditionMonitor:
+    """Evaluates a condition at one control step after another.
+
+    Args:
+        source: Gives its signals.
+        held_ns: How long it has to be true without a break.
+
+    Attributes:
+        why_unknown: Why it cannot be evaluated here; empty where it can.
+    """
+
+    def __init__(self, condition: Condition, source: SignalSource, held_ns: int = 0) -> None:
+        self._held_ns = held_ns
+        self._since_ns: int | None = None
+        compiler, self.why_unknown = _compiler(condition.root, source)
+        self._formula = None if self.why_unknown else compiler.formula(condition.root)
+
+    def step(self, since_start_ns: int) -> bool:
+        """Take the next instant; return whether the condition has been true for long enough."""
+        value = None if self._formula is None else self._formula.at(since_start_ns)
+        if value is None or not value[1]:
+            self._since_ns = None
+            return False
+        if self._since_ns is None:
+            self._since_ns = since_start_ns
+        return since_start_ns - self._since_ns >= self._held_ns
+
+
+def _compiler(root: SyntaxNode, source: SignalSource) -> tuple[Compiler, str]:
+    """Return a compiler with the signals of a formula, and which of them are missing, and why."""
+    compiler, missing = Compiler({}), {}
+    for signal in signals_in(root):
+        reader, bound = source.reader(signal), source.lower_bound(signal)
+        if isinstance(reader, str):
+            missing[signal.key] = reader
+        else:
+            compiler.readers[signal.key] = reader
+        if bound is not None:
+            compiler.bounds[signal.key] = bound
+    return compiler, "; ".join(f"{key}: {why}" for key, why in missing.items())
+
+
 def _rounded(margin: float) -> float:
     """Return a margin without the noise of the last digits, and 0 where it holds by no more."""
     if abs(margin) <= math.ulp(0.0):
@@ -236,12 +255,12 @@ def _rounded(margin: float) -> float:
 
 
 class Monitors:
-    """The requirements of a run.
+    """The monitors of a run's requirements.
 
     Args:
-        requirements: In the order in which they are told.
+        requirements: In the order in which they are reported.
         source: Gives their signals.
-        on_violation: Called once for each that comes to be violated.
+        on_violation: Called once for each that is violated.
     """
 
     def __init__(
@@ -250,42 +269,22 @@ class Monitors:
         source: SignalSource,
         on_violation: Callable[[Requirement, RequirementResult], None] = lambda *_: None,
     ) -> None:
-        self._monitors = [Monitor(one, source) for one in requirements]
+        self.monitors = tuple(Monitor(one, source) for one in requirements)
         self._on_violation = on_violation
-        self._last_ns = 0
-        self._watches = WatchedRoots(
-            {n: one.root for n, one in enumerate(self._monitors) if one.root is not None}
-        )
 
     def step(self, since_start_ns: int) -> None:
-        """Take the next instant; all see the same, whatever is done about a violation."""
-        self._last_ns = since_start_ns
-        violated = self._watches.step(since_start_ns)
-        for number in violated:
-            self._monitors[number].violated_ns = since_start_ns
-        for number in violated:
-            self._tell(self._monitors[number])
+        """Take the next instant; all see the same one, whatever is done about a violation."""
+        self._report([one for one in self.monitors if one.step(since_start_ns)])
 
     def finish(self, *, is_complete: bool = True) -> None:
-        """End the run; what is violated only by its end is told now."""
-        self._watches.clear()
-        for monitor in self._monitors:
-            monitor.finish(is_complete=is_complete, last_ns=self._last_ns)
-            if monitor.result.verdict == "violated":
-                self._tell(monitor)
+        """End the run, and report what is violated by its end alone."""
+        self._report([one for one in self.monitors if one.finish(is_complete=is_complete)])
 
-    def _tell(self, monitor: Monitor) -> None:
-        if not monitor.is_told:
-            monitor.is_told = True
+    def _report(self, violated: Sequence[Monitor]) -> None:
+        for monitor in violated:
             self._on_violation(monitor.requirement, monitor.result)
 
     @property
-    def monitors(self) -> Sequence[Monitor]:
-        """Each requirement by itself, as it is now."""
-        self._watches.catch_up()
-        return self._monitors
-
-    @property
     def results(self) -> tuple[RequirementResult, ...]:
-        """What each came to."""
+        """The verdict of each."""
         return tuple(monitor.result for monitor in self.monitors)

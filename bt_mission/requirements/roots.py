@@ -1,4 +1,4 @@
-"""A formula at the start of a run: its verdict so far, and in the end."""
+"""A formula at the start of a run: its verdict so far, and at the end."""
 
 from __future__ import annotations
 
@@ -9,157 +9,145 @@ from collections.abc import Iterable, Sequence
 
 from typing_extensions import override
 
-from bt_mission.requirements.looking_ahead import Aligned, Future
-from bt_mission.requirements.looking_back import Atom
+from bt_mission.requirements.operators import ALL_TIME, Ahead, Aligned, Atom, Formula, Window
 from bt_mission.requirements.samples import (
-    Hope,
     Sample,
-    fails,
-    holds,
+    Truncation,
+    false_at,
     joined,
     least,
     most,
+    true_at,
 )
-
-NEVER = 1 << 63
-"""Later than any instant, ns."""
 
 
 class Root(ABC):
     """A formula at the instant of the start.
 
     Attributes:
-        value: Its value by what was seen so far.
-        decided: Whether it holds, where nothing that comes can change that.
+        value: Its value over the run so far.
+        decided: Whether it is true, once no later instant can change that.
     """
 
     value: Sample = None
     decided: bool | None = None
-    guard: Atom | None = None
-    """The comparison that can spare a step by itself, if one can."""
-    is_spared_above = True
-    """Does it spare a step where the guard has a better margin, or where it has a worse one?"""
-    due_ns: int = NEVER
-    """From this instant on, no step is spared."""
-
-    @property
-    def is_settled(self) -> bool:
-        """Can nothing that comes change its value any more, nor whether it is decided?"""
-        return False
-
-    def is_spared_now(self) -> bool:
-        """Would another step with the present value of the guard's signal change nothing?"""
-        return False
 
     @abstractmethod
     def step(self, now_ns: int) -> None:
         """Take the next instant."""
 
     @abstractmethod
-    def finish(self, hope: Hope) -> Sample:
-        """Return the value of the whole run, with windows cut off at its end.
-
-        Args:
-            hope: What might still have come about after the end.
-        """
+    def finish(self, truncation: Truncation) -> Sample:
+        """Return the value over the whole run, with windows cut off at its end."""
 
 
 class Throughout(Root):
-    """At every instant of a window from the start on (`all_of`), or at some."""
+    """True at every instant of a window from the start on (`all_of`), or at some."""
 
-    def __init__(self, operand: Future, start_ns: int, end_ns: int | None, *, all_of: bool) -> None:
+    def __init__(self, operand: Formula, window: Window, *, all_of: bool) -> None:
         self._operand = operand
-        self._start, self._end = start_ns, end_ns
-        self._is_everything = start_ns == 0 and end_ns is None
+        self._start, self._end = window
         self._all_of = all_of
         self._pick = least if all_of else most
         self._times: deque[int] = deque()
         self._is_over = False
-
-    @property
-    @override
-    def is_settled(self) -> bool:
-        if self._is_over:
-            return True
-        return self.value is not None and self.value[0] == (-math.inf if self._all_of else math.inf)
+        self._lower_bound = None
+        if isinstance(operand, Atom) and all_of and window == ALL_TIME:
+            self._lower_bound = operand.lower_bound
 
     @override
     def step(self, now_ns: int) -> None:
-        samples = self._operand.step(now_ns)
-        if self._is_everything:
-            self._take(samples)
+        if self._lower_bound is not None and self.value is not None:
+            bound = self._lower_bound()
+            if bound is not None and bound >= self.value[0]:
+                return
+        if not self._operand.looks_ahead:
+            self._take(now_ns, self._operand.at(now_ns))
             return
         self._times.append(now_ns)
-        self._take(self._inside(samples))
+        for sample in self._operand.step(now_ns):
+            self._take(self._times.popleft(), sample)
 
-    def _inside(self, samples: Iterable[Sample]) -> list[Sample]:
-        found = []
-        for sample in samples:
-            then_ns = self._times.popleft()
-            if self._end is not None and then_ns > self._end:
-                self._is_over = True
-            elif then_ns >= self._start:
-                found.append(sample)
-            if self._end is not None and then_ns >= self._end:
-                self._is_over = True
-        return found
-
-    def _take(self, samples: Iterable[Sample]) -> None:
-        value = self.value
-        for sample in samples:
-            if sample is None:
-                continue
-            value = sample if value is None else self._pick(value, sample)
-        self.value = value
-        if self.decided is None and value is not None:
+    def _take(self, then_ns: int, sample: Sample) -> None:
+        if sample is not None and self._start <= then_ns <= self._end:
+            self.value = value = sample if self.value is None else self._pick(self.value, sample)
             if value[1] is not self._all_of:
                 self.decided = value[1]
-            elif self._is_over:
+        if then_ns >= self._end:
+            self._is_over = True
+            if self.decided is None and self.value is not None:
                 self.decided = self._all_of
 
     @override
-    def finish(self, hope: Hope) -> Sample:
-        rest = self._operand.finish(hope)
-        self._take(rest if self._is_everything else self._inside(rest))
-        if hope is Hope.WORST and self._all_of and self.decided is None:
-            return fails(0)
-        if self._all_of or self.decided is not None:
+    def finish(self, truncation: Truncation) -> Sample:
+        for sample in self._operand.finish(truncation):
+            self._take(self._times.popleft(), sample)
+        if truncation is Truncation.STRONG and self._all_of and self.decided is None:
+            return false_at(0)
+        if self._all_of or self.decided is not None or self._is_over:
             return self.value
         # A window without an end ends with the mission, whatever the robot does then.
-        is_settled = self._end is None or self._operand.is_settled_by_end
-        if not self._is_over and hope.reaches(is_settled_by_end=is_settled):
-            return holds(0)
-        if self.value is None and self._end is not None and not self._is_over:
-            return fails(0)
-        return self.value
+        is_settled = self._end == math.inf or self._operand.is_settled_by_end
+        if truncation.fulfils(is_settled_by_end=is_settled):
+            return true_at(0)
+        return false_at(0) if self.value is None and self._end < math.inf else self.value
 
 
-class Up(Root):
-    """`left until right` from the start on, or its dual."""
+class Response(Root):
+    """`always (before or eventually[a,b] answer)`, as `whenever ... within` gives it.
 
-    def __init__(
-        self, left: Future, right: Future, start_ns: int, end_ns: int | None, *, dual: bool
-    ) -> None:
-        self._aligned = Aligned((left, right))
-        self._start, self._end = start_ns, end_ns
-        self._dual = dual
-        self._inner, self._outer = (most, least) if dual else (least, most)
-        self._kept = fails(0) if dual else holds(0)
-        self._is_empty = True
-        self._times: deque[int] = deque()
-        self._is_over = False
-        self._is_settled_by_end = left.is_settled_by_end and right.is_settled_by_end
+    An instant at which `before` is no worse than the value so far cannot change that, so its
+    answer is not waited for.
+    """
+
+    def __init__(self, before: Formula, answer: Ahead) -> None:
+        self._before, self._answer = before, answer
+        self._waiting: deque[Sample] = deque()
 
     @override
     def step(self, now_ns: int) -> None:
-        self._times.append(now_ns)
+        value, before = self.value, self._before.at(now_ns)
+        is_wanted = value is None or before is None or least(value, before) is before
+        if is_wanted:
+            self._waiting.append(before)
+        if self._waiting or self._answer.has_memory:
+            self._take(self._answer.step(now_ns, is_wanted=is_wanted))
+
+    def _take(self, answers: Iterable[Sample]) -> None:
+        for answer in answers:
+            sample = joined((self._waiting.popleft(), answer), all_of=False)
+            if sample is not None:
+                self.value = sample if self.value is None else least(self.value, sample)
+                self.decided = None if self.value[1] else False
+
+    @override
+    def finish(self, truncation: Truncation) -> Sample:
+        self._take(self._answer.finish(truncation))
+        is_open = truncation is Truncation.STRONG and self.decided is None
+        return false_at(0) if is_open else self.value
+
+
+class UntilRoot(Root):
+    """`left until right` from the start on, or with `all_of` its dual."""
+
+    def __init__(self, parts: Sequence[Formula], window: Window, *, all_of: bool) -> None:
+        self._aligned = Aligned(parts)
+        self._start, self._end = window
+        self._all_of = all_of
+        self._inner, self._outer = (most, least) if all_of else (least, most)
+        self._kept = false_at(0) if all_of else true_at(0)
+        self._is_empty = True
+        self._is_over = False
+        is_settled = all(part.is_settled_by_end for part in parts)
+        self._is_settled_by_end = is_settled or self._end == math.inf
+
+    @override
+    def step(self, now_ns: int) -> None:
         self._take(self._aligned.step(now_ns))
 
-    def _take(self, pairs: Iterable[tuple[Sample, ...]]) -> None:
-        for left, right in pairs:
-            now_ns = self._times.popleft()
-            if self._end is not None and now_ns > self._end:
-                self._is_over = True
+    def _take(self, instants: Iterable[tuple[int, tuple[Sample, ...]]]) -> None:
+        for now_ns, (left, right) in instants:
+            self._is_over = self._is_over or now_ns > self._end
             if self._is_over:
                 continue
             self._is_empty = self._is_empty and now_ns < self._start
@@ -168,29 +156,29 @@ class Up(Root):
                 self.value = reached if self.value is None else self._outer(self.value, reached)
             if left is not None:
                 self._kept = self._inner(self._kept, left)
-            self._is_over = self._end == now_ns
+            self._is_over = now_ns == self._end
         if self.decided is None:
-            if self.value is not None and self.value[1] is not self._dual:
-                self.decided = not self._dual
-            elif self._is_over or self._kept[1] is self._dual:
+            if self.value is not None and self.value[1] is not self._all_of:
+                self.decided = not self._all_of
+            elif self._is_over or self._kept[1] is self._all_of:
                 has_value = self.value is not None or self._is_empty
-                self.decided = self._dual if has_value else None
+                self.decided = self._all_of if has_value else None
 
     @override
-    def finish(self, hope: Hope) -> Sample:
-        self._take(self._aligned.finish(hope))
-        is_settled = self._end is None or self._is_settled_by_end
-        if self.decided is None and not self._dual and hope.reaches(is_settled_by_end=is_settled):
-            return holds(0)
-        if self.decided is None and self._dual and hope is Hope.WORST:
-            return fails(0)
+    def finish(self, truncation: Truncation) -> Sample:
+        self._take(self._aligned.finish(truncation))
+        if self.decided is None and self._all_of and truncation is Truncation.STRONG:
+            return false_at(0)
+        fulfils = truncation.fulfils(is_settled_by_end=self._is_settled_by_end)
+        if self.decided is None and not self._all_of and fulfils:
+            return true_at(0)
         if self._is_empty:
-            return holds(0) if self._dual else fails(0)
+            return true_at(0) if self._all_of else false_at(0)
         return self.value
 
 
-class RootJoint(Root):
-    """`and` or `or` of formulas at the start."""
+class JointRoot(Root):
+    """`and` (`all_of`) or `or` of formulas at the start."""
 
     def __init__(self, parts: Sequence[Root], *, all_of: bool) -> None:
         self._parts = parts
@@ -202,11 +190,11 @@ class RootJoint(Root):
             part.step(now_ns)
         self.value = joined([part.value for part in self._parts], all_of=self._all_of)
         verdicts = [part.decided for part in self._parts]
-        if any(one is not None and one is not self._all_of for one in verdicts):
+        if (not self._all_of) in verdicts:
             self.decided = not self._all_of
         elif None not in verdicts:
             self.decided = self._all_of
 
     @override
-    def finish(self, hope: Hope) -> Sample:
-        return joined([part.finish(hope) for part in self._parts], all_of=self._all_of)
+    def finish(self, truncation: Truncation) -> Sample:
+        return joined([part.finish(truncation) for part in self._parts], all_of=self._all_of)

@@ -1,4 +1,4 @@
-"""What a formula is worth at one instant: true or false, and by how much."""
+"""The value of a formula at one instant: true or false, and its margin."""
 
 from __future__ import annotations
 
@@ -8,70 +8,80 @@ from enum import Enum
 from typing import TypeAlias
 
 Value: TypeAlias = tuple[float, bool, int, int]
-"""Margin in the unit of the signal; whether it holds; the instant that decides, ns; the number of
-the comparison that decides."""
+"""Margin in the unit of the signal; whether the formula is true; the instant that decides, ns; the
+number of the comparison that decides."""
 
 Sample: TypeAlias = Value | None
 """None while a signal has no value yet."""
 
 
-class Hope(Enum):
-    """What is taken for granted to come about behind the end of a run, in windows cut off by it."""
+class Truncation(Enum):
+    """How windows that the end of the run cuts off are evaluated.
 
-    NOTHING = "nothing"
-    ROBOT = "robot"
-    """What the robot does; the mission has ended, and nothing in it changes any more."""
-    ANYTHING = "anything"
-    """The run was cut: the mission might have gone on, too."""
-    WORST = "worst"
-    """The run was cut, and whatever can go wrong then does."""
+    The views of truncated paths of Eisner et al., "Reasoning with temporal logic on truncated
+    paths" (2003).
+    """
 
-    def reaches(self, *, is_settled_by_end: bool) -> bool:
-        """Is it taken for granted, for a formula of the mission alone, or another one?"""
-        return self is Hope.ANYTHING or (self is Hope.ROBOT and not is_settled_by_end)
+    NEUTRAL = "neutral"
+    """The formula is evaluated over the instants of the run alone."""
+    WEAK = "weak"
+    """What may still come true after the end is true."""
+    WEAK_AFTER_MISSION = "weak after mission"
+    """The same, but the mission has ended: what depends on its signals alone does not change."""
+    STRONG = "strong"
+    """What may still become false after the end is false."""
+
+    def fulfils(self, *, is_settled_by_end: bool) -> bool:
+        """Return whether a formula comes true after the end.
+
+        Args:
+            is_settled_by_end: Does the formula not change once the mission has ended?
+        """
+        return self is Truncation.WEAK or (
+            self is Truncation.WEAK_AFTER_MISSION and not is_settled_by_end
+        )
 
 
-def holds(now_ns: int) -> Value:
-    """What holds whatever the signals are."""
+def true_at(now_ns: int) -> Value:
+    """Return the value of what is true whatever the signals are."""
     return math.inf, True, now_ns, -1
 
 
-def fails(now_ns: int) -> Value:
-    """What fails whatever the signals are."""
+def false_at(now_ns: int) -> Value:
+    """Return the value of what is false whatever the signals are."""
     return -math.inf, False, now_ns, -1
 
 
-def negated(one: Value) -> Value:
-    """Return the value of what holds where this does not."""
-    return -one[0], not one[1], one[2], one[3]
+def negated(value: Value) -> Value:
+    """Return the value of the negation."""
+    return -value[0], not value[1], value[2], value[3]
 
 
-def least(one: Value, other: Value) -> Value:
-    """The one that holds by less; the first of two that are equal."""
-    margin, bound = one[0], other[0]
-    return one if margin < bound or (margin == bound and one[1] <= other[1]) else other
+def least(first: Value, second: Value) -> Value:
+    """Return the value with the smaller margin; the first of two that are equal."""
+    margin, bound = first[0], second[0]
+    return first if margin < bound or (margin == bound and first[1] <= second[1]) else second
 
 
-def most(one: Value, other: Value) -> Value:
-    """The one that holds by more; the first of two that are equal."""
-    margin, bound = one[0], other[0]
-    return one if margin > bound or (margin == bound and one[1] >= other[1]) else other
+def most(first: Value, second: Value) -> Value:
+    """Return the value with the greater margin; the first of two that are equal."""
+    margin, bound = first[0], second[0]
+    return first if margin > bound or (margin == bound and first[1] >= second[1]) else second
 
 
 def joined(samples: Iterable[Sample], *, all_of: bool) -> Sample:
     """Return `and` or `or` of samples; None where one without a value may decide."""
     pick = least if all_of else most
-    found: Sample = None
+    value: Sample = None
     is_known = True
-    for one in samples:
-        if one is None:
+    for sample in samples:
+        if sample is None:
             is_known = False
         else:
-            found = one if found is None else pick(found, one)
-    return found if is_known or (found is not None and found[1] is not all_of) else None
+            value = sample if value is None else pick(value, sample)
+    return value if is_known or (value is not None and value[1] is not all_of) else None
 
 
 def extreme(samples: Iterable[Sample], *, all_of: bool) -> Sample:
-    """Return the value over time of those samples that have one; None where none has."""
-    known = [one for one in samples if one is not None]
-    return joined(known, all_of=all_of)
+    """Return the least, or the most, of those samples that have a value; None without any."""
+    return joined([sample for sample in samples if sample is not None], all_of=all_of)

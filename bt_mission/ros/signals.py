@@ -20,7 +20,7 @@ from bt_mission.executive.status import Change
 from bt_mission.language.expressions.values import NoValue, Plain
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.requirements.comparisons import Reader
+from bt_mission.requirements.compiler import Reader
 from bt_mission.ros.subscriber import (
     LatestMessageSubscriber,
     SerializedSubscriber,
@@ -217,7 +217,7 @@ class LiveSignals:
             return "only a simulation knows it"
         return makers[name](*arguments)
 
-    def at_least(self, _signal: SignalValue, /) -> Callable[[], float | None] | None:
+    def lower_bound(self, _signal: SignalValue, /) -> Callable[[], float | None] | None:
         """Return what gives a lower bound of a signal at little cost; none of these has one."""
         return None
 

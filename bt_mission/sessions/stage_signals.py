@@ -17,7 +17,7 @@ from typing_extensions import override
 
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.requirements.comparisons import Reader
+from bt_mission.requirements.compiler import Reader
 from bt_mission.ros.signals import LiveSignals, SignalsRun, SimulationModel
 from sim.physics.clearance import Clearance
 from sim.physics.history import Reviewer, SimulationState
@@ -90,7 +90,7 @@ class StageSignals(LiveSignals):
         return super().reader(signal) if known is None else known
 
     @override
-    def at_least(self, signal: SignalValue, /) -> Callable[[], float | None] | None:
+    def lower_bound(self, signal: SignalValue, /) -> Callable[[], float | None] | None:
         return self._room if signal.name == "clearance" else None
 
     @override

@@ -9,7 +9,7 @@ from typing import Any
 from bt_mission.language.requirements.formula import Formula, Requirement
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.recording.signal_samples import SignalSamples
-from bt_mission.requirements.comparisons import Reader
+from bt_mission.requirements.compiler import Reader
 
 NONE_OPEN = {"open_goals": 0, "accepted_goals": []}
 

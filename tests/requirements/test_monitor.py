@@ -2,47 +2,33 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 import pytest
 
 from bt_mission.language.requirements.formula import Formula, Requirement
-from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.requirements.comparisons import Reader
 from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
+from tests.support.played_signals import Played, PlayedSignals
 
 STEP_NS = 50_000_000
-Value = float | bool | str | None
 
 
-class Rows:
-    """Signals that a test gives instant by instant; those that it does not name are unknown."""
-
-    def __init__(self, **columns: Sequence[Value]) -> None:
-        self.columns = {
-            name.replace("_of_", "('") + ("')" if "_of_" in name else ""): values
-            for name, values in columns.items()
-        }
-        self.now = 0
-
-    def reader(self, signal: SignalValue) -> Reader | str:
-        """Return what reads a signal."""
-        if signal.key not in self.columns:
-            return "only a simulation knows it"
-        return lambda: self.columns[signal.key][self.now]
-
-    def at_least(self, _signal: SignalValue) -> None:
-        """None of them has a bound that costs less."""
+def rows_of(**columns: Sequence[Played]) -> list[dict[str, Played]]:
+    """Return the values of signals at each instant; `age_of_scan` is the signal `age('scan')`."""
+    names = [re.sub("(.*)_of_(.*)", r"\1('\2')", name) for name in columns]
+    return [dict(zip(names, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def watched(
-    text: str, *, is_complete: bool = True, **columns: Sequence[Value]
+    text: str, *, is_complete: bool = True, **columns: Sequence[Played]
 ) -> RequirementResult:
     """Return what a requirement comes to over signals, a control step each."""
-    rows = Rows(**columns)
-    monitor = Monitor(Requirement("it", text, Formula(text).root), rows)
-    for rows.now in range(len(next(iter(columns.values())))):
-        monitor.step(rows.now * STEP_NS)
+    rows = rows_of(**columns)
+    signals = PlayedSignals(rows[0])
+    monitor = Monitor(Requirement("it", text, Formula(text).root), signals)
+    for step, signals.values in enumerate(rows):
+        monitor.step(step * STEP_NS)
     monitor.finish(is_complete=is_complete)
     return monitor.result
 
@@ -142,11 +128,12 @@ def test_a_condition_that_cannot_be_computed_says_why() -> None:
 )
 def test_memory_is_bounded_by_the_windows(text: str) -> None:
     """A run of any length keeps no more samples than a window holds."""
-    rows = Rows(speed=[1.0, -1.0], clearance=[-1.0, 1.0])
-    monitor = Monitor(Requirement("it", text, Formula(text).root), rows)
+    rows = rows_of(speed=[1.0, -1.0], clearance=[-1.0, 1.0])
+    signals = PlayedSignals(rows[0])
+    monitor = Monitor(Requirement("it", text, Formula(text).root), signals)
     kept = []
     for step in range(2_000):
-        rows.now = step % 2
+        signals.values = rows[step % 2]
         monitor.step(step * STEP_NS)
         kept.append(_samples_in(monitor._root))
     assert max(kept[1_000:]) <= max(kept[:1_000])
@@ -173,25 +160,26 @@ def test_what_is_met_exactly_holds_by_nothing(text: str) -> None:
 
 def test_all_requirements_see_the_same_instant() -> None:
     """Whatever is done about a violation of the first."""
-    rows = Rows(speed=[0.5], clearance=[1.0])
+    signals = PlayedSignals({"speed": 0.5, "clearance": 1.0})
 
     def stop(*_: object) -> None:
-        rows.columns["clearance"] = [0.0]
+        signals.values = {"speed": 0.5, "clearance": 0.0}
 
     texts = ("always speed < 0.1", "always clearance > 0.5")
-    monitors = Monitors([Requirement(one, one, Formula(one).root) for one in texts], rows, stop)
+    monitors = Monitors([Requirement(one, one, Formula(one).root) for one in texts], signals, stop)
     monitors.step(0)
     assert monitors.results[1].margin == 0.5
 
 
 def test_the_value_of_an_instant_by_itself() -> None:
     """Neither better nor worse than what was before; the requirement goes on as it was."""
-    rows = Rows(clearance=[0.5, 0.3, 0.4])
+    rows = rows_of(clearance=[0.5, 0.3, 0.4])
+    signals = PlayedSignals(rows[0])
     text = "always clearance > 0.1"
-    monitor = Monitor(Requirement("it", text, Formula(text).root), rows)
+    monitor = Monitor(Requirement("it", text, Formula(text).root), signals)
     alone = []
-    for rows.now in range(3):
-        monitor.step(rows.now * STEP_NS)
+    for step, signals.values in enumerate(rows):
+        monitor.step(step * STEP_NS)
         alone.append(monitor.value_of_instant())
     assert [round(one[0], 9) for one in alone if one] == [0.4, 0.2, 0.3]
     assert monitor.now is not None
@@ -284,3 +272,17 @@ def test_what_is_true_at_the_start_has_started_there() -> None:
     """Before the first instant nothing is true, so nothing can end there either."""
     assert watched("eventually starts(running('a'))", running_of_a=[True, True]).at == 0.0
     assert watched("eventually ends(running('a'))", running_of_a=[False]).verdict == "violated"
+
+
+def test_a_signal_is_read_only_where_its_lower_bound_may_be_the_worst() -> None:
+    """A clearance costs more than its bound."""
+    signals = PlayedSignals({"clearance": 0.5}, clearance=0.4)
+    text = "always clearance > 0.1"
+    monitor = Monitor(Requirement("it", text, Formula(text).root), signals)
+    reads = []
+    for step, (bound, value) in enumerate([(0.4, 0.5), (0.6, 0.7), (0.3, 0.45), (0.5, 0.6)]):
+        signals.values, signals.bounds = {"clearance": value}, {"clearance": bound}
+        monitor.step(step * STEP_NS)
+        reads.append(signals.reads)
+    assert reads == [1, 1, 2, 2]
+    assert (monitor.result.margin, monitor.result.at) == (0.35, 0.1)

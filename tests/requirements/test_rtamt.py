@@ -21,15 +21,14 @@ from bt_mission.language.expressions.syntax import (
 )
 from bt_mission.language.requirements.formula import Formula, Requirement
 from bt_mission.language.requirements.syntax import (
-    Chain,
-    Edge,
     SignalValue,
     Temporal,
     TimeWindow,
 )
 from bt_mission.requirements.measures import MEASURED_VALUES as MEASURES
 from bt_mission.requirements.monitor import Monitor
-from tests.requirements.test_semantics import Played, checked_formula, drawn_formula
+from tests.requirements.test_semantics import checked_formula, drawn_formula
+from tests.support.played_signals import PlayedSignals
 
 rtamt = pytest.importorskip("rtamt", reason="rtamt is not installed; it refuses Python 3.13")
 
@@ -46,13 +45,13 @@ WORDS = {
 def translated(node: SyntaxNode) -> str:
     """Return a formula in the words of rtamt."""
     match node:
-        case Not(operand=operand) | Edge(operand=operand):
+        case Not(operand=operand) | Temporal(word="starts", operands=(operand,)):
             return f"{'not' if isinstance(node, Not) else 'rise'}({translated(operand)})"
         case Logic(symbol=symbol, left=left, right=right):
             return f"({translated(left)}) {symbol} ({translated(right)})"
-        case Temporal(word=word, operand=operand, window=window):
+        case Temporal(word=word, operands=(operand,), window=window):
             return f"{WORDS[word]}{_span(window)}({translated(operand)})"
-        case Chain(symbol=word, left=left, right=right, window=window):
+        case Temporal(word=word, operands=(left, right), window=window):
             return f"({translated(left)}) {word}{_span(window)} ({translated(right)})"
         case Comparison(first=first, rest=((symbol, _, right),)):
             return f"({translated(first)} {symbol} {translated(right)})"
@@ -86,7 +85,7 @@ def by_rtamt(root: SyntaxNode, columns: dict[str, list[float]]) -> float:
 
 def by_us(formula: Formula, columns: dict[str, list[float]]) -> float | None:
     """Return the margin by what is tested here."""
-    played = Played()
+    played = PlayedSignals({name: values[0] for name, values in columns.items()})
     monitor = Monitor(Requirement("r", formula.text, formula.root), played)
     for k in range(STEPS):
         played.values = {name: values[k] for name, values in columns.items()}
@@ -107,7 +106,7 @@ def _compared(draw: random.Random, measures: float = 0.0) -> Formula:
         formula = checked_formula(text) if is_known else None
         if formula is not None and (not measures or "starts" in text):
             root = formula.root
-            if isinstance(root, Temporal | Chain) and root.window.is_bounded:
+            if isinstance(root, Temporal) and root.window.is_bounded:
                 return formula
 
 

@@ -9,28 +9,13 @@ import pytest
 
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.formula import Formula, Requirement
-from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.requirements.comparisons import Reader
 from bt_mission.requirements.monitor import Monitor
+from tests.support.played_signals import PlayedSignals
 from tests.support.temporal_logic import Definition, verdict
 
 STEP_S = 0.05
 BATCHES = 20
 FORMULAS = 500
-
-
-class Played:
-    """Signals whose values a test sets."""
-
-    def __init__(self) -> None:
-        self.values: dict[str, float | bool | None] = {}
-
-    def reader(self, signal: SignalValue) -> Reader | str:
-        """Return what reads a signal."""
-        return lambda: self.values[signal.key]
-
-    def at_least(self, _signal: SignalValue) -> None:
-        """None of them has a bound that costs less."""
 
 
 def _time(draw: random.Random) -> str:
@@ -152,10 +137,10 @@ def test_ten_thousand_formulas_come_to_what_their_definition_says(batch: int) ->
         formula = checked_formula(text)
         if formula is None:
             continue
-        played = Played()
+        instants = run.instants()
+        played = PlayedSignals(instants[0])
         monitor = Monitor(Requirement("r", text, formula.root), played)
-        for k, time_s in enumerate(run.times):
-            played.values = {name: values[k] for name, values in run.signals.items()}
+        for time_s, played.values in zip(run.times, instants, strict=True):
             monitor.step(round(time_s * 1e9))
         monitor.finish(is_complete=is_complete)
         result = monitor.result

@@ -60,7 +60,7 @@ def test_what_was_violated_stays_so(ros: Any, tmp_path: Path) -> None:
     quick, *_, order = second.report().requirements
     assert quick.violated_at == 1.25
     assert str(quick).endswith(": before the mission was resumed")
-    assert order.why == "it speaks of times across the instant at which the mission was resumed"
+    assert order.why == "it is about times across the instant at which the mission was resumed"
     assert second.report().is_violated
 
 

@@ -22,9 +22,9 @@ from bt_mission.language.expressions.syntax import (
     Not,
     SyntaxNode,
 )
-from bt_mission.language.requirements.syntax import Chain, Edge, Measure, SignalValue, Temporal
+from bt_mission.language.requirements.syntax import Measure, SignalValue, Temporal
 from bt_mission.requirements.monitor import Verdict
-from bt_mission.requirements.samples import Hope
+from bt_mission.requirements.samples import Truncation
 
 Rated = tuple[float, bool]
 """Margin, and whether it holds."""
@@ -36,8 +36,13 @@ class Definition:
 
     times: Sequence[float]
     signals: Mapping[str, Sequence[float | bool]]
-    hope: Hope = Hope.NOTHING
+    truncation: Truncation = Truncation.NEUTRAL
     rated: dict[tuple[int, int, bool], Rated | None] = field(default_factory=dict, repr=False)
+
+    def instants(self) -> list[dict[str, float | bool]]:
+        """Return the values of the signals at each instant."""
+        names, columns = self.signals.keys(), self.signals.values()
+        return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
 
     def rate(self, node: SyntaxNode, at: int = 0, *, positive: bool = True) -> Rated | None:
         """Return what a formula is worth at an instant; None where its window has no sample."""
@@ -54,10 +59,13 @@ class Definition:
             case Logic(symbol=symbol, left=left, right=right):
                 pair = [self.rate(part, at, positive=positive) for part in (left, right)]
                 return _kleene(pair, all_of=(symbol == "and") is positive)
-            case Temporal(word="always" | "eventually" as word, operand=operand):
+            case Temporal(word="starts" | "ends" | "until" | "since" as word):
+                kinds = {"until": self._until, "since": self._since_value}
+                return kinds.get(word, self._edge)(node, at, positive=positive)
+            case Temporal(word="always" | "eventually" as word, operands=(operand,)):
                 all_of = (word == "always") is positive
                 return self._ahead(node, operand, at, all_of=all_of, positive=positive)
-            case Temporal(word=word, operand=operand):
+            case Temporal(word=word, operands=(operand,)):
                 all_of = (word == "historically") is positive
                 inside = [k for k in range(at + 1) if self._is_in(node, at, k)]
                 old = [k for k in range(at + 1) if self._since(k, at) >= node.window.start - 1e-9]
@@ -65,11 +73,6 @@ class Definition:
                     return _vacuous(holds=all_of)
                 found = [self.rate(operand, k, positive=positive) for k in inside]
                 return _over_time(found, all_of=all_of)
-            case Edge():
-                return self._edge(node, at, positive=positive)
-            case Chain(symbol=symbol):
-                find = self._until if symbol == "until" else self._since_value
-                return find(node, at, positive=positive)
         return self._compared(node, at, positive=positive)
 
     def _compared(self, node: SyntaxNode, at: int, *, positive: bool) -> Rated | None:
@@ -82,14 +85,14 @@ class Definition:
     def _since(self, one: int, other: int) -> float:
         return self.times[other] - self.times[one]
 
-    def _is_in(self, node: Temporal | Chain, at: int, k: int) -> bool:
+    def _is_in(self, node: Temporal, at: int, k: int) -> bool:
         apart = abs(self.times[k] - self.times[at])
         return node.window.start - 1e-9 <= apart <= node.window.end + 1e-9
 
-    def _is_cut(self, node: Temporal | Chain, at: int) -> bool:
+    def _is_cut(self, node: Temporal, at: int) -> bool:
         return self.times[at] + node.window.end > self.times[-1] + 1e-9
 
-    def _may_come(self, node: Temporal | Chain, at: int) -> bool:
+    def _may_come(self, node: Temporal, at: int) -> bool:
         is_moving = any(
             (_looks_back(part) and part.window.is_bounded)
             or (isinstance(part, Measure) and part.word in ("mean", "rate"))
@@ -97,11 +100,11 @@ class Definition:
         )
         settled = all("running" in name for name in _names(node)) and not is_moving
         settled = settled or not node.window.is_bounded
-        return self._is_cut(node, at) and self.hope.reaches(is_settled_by_end=settled)
+        return self._is_cut(node, at) and self.truncation.fulfils(is_settled_by_end=settled)
 
-    def _may_be_refuted(self, node: Temporal | Chain, at: int, found: Rated | None) -> bool:
+    def _may_be_refuted(self, node: Temporal, at: int, found: Rated | None) -> bool:
         is_refuted = found is not None and not found[1]
-        return self.hope is Hope.WORST and self._is_cut(node, at) and not is_refuted
+        return self.truncation is Truncation.STRONG and self._is_cut(node, at) and not is_refuted
 
     def _ahead(
         self, node: Temporal, operand: SyntaxNode, at: int, *, all_of: bool, positive: bool
@@ -118,7 +121,7 @@ class Definition:
             return _vacuous(holds=True)
         return _vacuous(holds=False) if found is None and node.window.is_bounded else found
 
-    def _until(self, node: Chain, at: int, *, positive: bool) -> Rated | None:
+    def _until(self, node: Temporal, at: int, *, positive: bool) -> Rated | None:
         pick, outer = (min, max) if positive else (max, min)
         kept = _vacuous(holds=positive)
         found: list[Rated] = []
@@ -126,11 +129,11 @@ class Definition:
         for k in range(at, len(self.times)):
             if self.times[k] > self.times[at] + node.window.end + 1e-9:
                 break
-            right = self.rate(node.right, k, positive=positive)
+            right = self.rate(node.operands[1], k, positive=positive)
             is_empty = is_empty and not self._is_in(node, at, k)
             if self._is_in(node, at, k) and right is not None:
                 found.append(pick(kept, right))
-            left = self.rate(node.left, k, positive=positive)
+            left = self.rate(node.operands[0], k, positive=positive)
             kept = kept if left is None else pick(kept, left)
         value = outer(found) if found else _vacuous(holds=not positive) if is_empty else None
         fails = value is None or not value[1]
@@ -140,14 +143,16 @@ class Definition:
             return _vacuous(holds=False)
         return value
 
-    def _since_value(self, node: Chain, at: int, *, positive: bool) -> Rated | None:
+    def _since_value(self, node: Temporal, at: int, *, positive: bool) -> Rated | None:
         pick, outer = (min, max) if positive else (max, min)
         found: list[Rated] = []
         is_empty = True
         for k in range(at + 1):
             if self._is_in(node, at, k):
-                right = self.rate(node.right, k, positive=positive)
-                lefts = [self.rate(node.left, j, positive=positive) for j in range(k + 1, at + 1)]
+                right = self.rate(node.operands[1], k, positive=positive)
+                lefts = [
+                    self.rate(node.operands[0], j, positive=positive) for j in range(k + 1, at + 1)
+                ]
                 if right is not None:
                     found.append(pick(right, *(one for one in (right, *lefts) if one is not None)))
                 is_empty = False
@@ -155,9 +160,9 @@ class Definition:
             return None
         return outer(found) if found else _vacuous(holds=not positive)
 
-    def _edge(self, node: Edge, at: int, *, positive: bool) -> Rated | None:
-        new = self.rate(node.operand, at)
-        known = [one for k in range(at) if (one := self.rate(node.operand, k)) is not None]
+    def _edge(self, node: Temporal, at: int, *, positive: bool) -> Rated | None:
+        new = self.rate(node.operands[0], at)
+        known = [one for k in range(at) if (one := self.rate(node.operands[0], k)) is not None]
         if new is None:
             return None
         old = known[-1] if known else _vacuous(holds=False)
@@ -214,10 +219,12 @@ class Definition:
 
 def verdict(root: SyntaxNode, run: Definition, *, is_complete: bool) -> tuple[Verdict, float]:
     """Return the verdict of a formula about a whole run, and its margin."""
-    hope = Hope.ROBOT if is_complete else Hope.ANYTHING
-    least = Definition(run.times, run.signals, Hope.NOTHING).rate(root)
-    best = Definition(run.times, run.signals, hope).rate(root)
-    worst = least if is_complete else Definition(run.times, run.signals, Hope.WORST).rate(root)
+    weak = Truncation.WEAK_AFTER_MISSION if is_complete else Truncation.WEAK
+    least = Definition(run.times, run.signals).rate(root)
+    best = Definition(run.times, run.signals, weak).rate(root)
+    worst = (
+        least if is_complete else Definition(run.times, run.signals, Truncation.STRONG).rate(root)
+    )
     if least is None or best is None:
         return "open" if run.times[-1] < needs(root) - 1e-9 else "unknown", math.nan
     if not best[1]:
@@ -231,17 +238,13 @@ def needs(node: SyntaxNode) -> float:
     return below + node.window.end if _has_to_fill(node) else below
 
 
-def _has_to_fill(node: SyntaxNode) -> TypeGuard[Temporal | Chain | Measure]:
+def _has_to_fill(node: SyntaxNode) -> TypeGuard[Temporal | Measure]:
     return _looks_back(node) and node.window.is_bounded and not node.window.so_far
 
 
-def _looks_back(node: SyntaxNode) -> TypeGuard[Temporal | Chain | Measure]:
+def _looks_back(node: SyntaxNode) -> TypeGuard[Temporal | Measure]:
     words = ("previously", "historically", "since")
-    return (
-        isinstance(node, Measure)
-        or (isinstance(node, Temporal) and node.word in words)
-        or (isinstance(node, Chain) and node.symbol in words)
-    )
+    return isinstance(node, Measure) or (isinstance(node, Temporal) and node.word in words)
 
 
 def _walk(node: SyntaxNode) -> Iterator[SyntaxNode]:

@@ -2,71 +2,76 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
+from typing_extensions import override
+
+from bt_mission.core.units import Dimension
 from bt_mission.language.expressions.outcomes import Range, outcomes, range_of
 from bt_mission.language.expressions.syntax import Logic, Not, SyntaxNode
+from bt_mission.language.expressions.units import dimension_of
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.parser import parse_requirement
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import (
+    EDGES,
     FUTURE,
-    Chain,
-    Edge,
     Measure,
     SignalValue,
     Temporal,
 )
-from bt_mission.language.requirements.units import unit_of
 
 CONTROL_STEP_S = 0.05
-"""How often the executive looks; a shorter window may hold no sample at all."""
+"""The period of the control steps; a shorter window may hold no sample at all."""
 
 OnViolation = Literal["report", "fail", "halt"]
 
 
 @dataclass(frozen=True)
-class Formula:
-    """A formula of temporal logic. Raises ExpressionError where its text is none."""
+class Clause:
+    """A part of a requirement that is written in several. Raises ExpressionError if invalid."""
 
     text: str
     root: SyntaxNode = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         root = parse_requirement(self.text)
-        check_formula(root)
+        self._check(root)
         object.__setattr__(self, "root", root)
 
-
-@dataclass(frozen=True)
-class Clause:
-    """A part of a requirement that is written in several: no whole formula yet."""
-
-    text: str
-    root: SyntaxNode = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "root", parse_requirement(self.text))
+    def _check(self, root: SyntaxNode) -> None:
+        """Refuse what is not valid. Raises ExpressionError."""
 
 
 @dataclass(frozen=True)
-class Condition:
-    """A condition at one instant, over the present and what was before.
+class Formula(Clause):
+    """A formula of temporal logic about a whole run. Raises ExpressionError if invalid."""
+
+    @override
+    def _check(self, root: SyntaxNode) -> None:
+        check_formula(root)
+
+
+@dataclass(frozen=True)
+class Condition(Clause):
+    """A condition at one instant, over the present and the past.
 
     Raises:
-        ExpressionError: Where its text is none, speaks of what comes, or compares what does not
-            fit.
+        ExpressionError: If it is invalid, looks ahead, or compares what does not fit.
     """
 
-    text: str
-    root: SyntaxNode = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        root = parse_requirement(self.text)
-        check_condition(root)
-        object.__setattr__(self, "root", root)
+    @override
+    def _check(self, root: SyntaxNode) -> None:
+        root.expect(lambda _: None, "bool")
+        for node in walk(root):
+            if isinstance(node, Temporal) and node.word in FUTURE:
+                message = f"'{node.word}' looks ahead; a condition is about now and before"
+                raise ExpressionError(message, node.column, _BACK.get(node.word))
+        value = _only_value(root, outer="when")
+        if value is not None:
+            raise ExpressionError(f"this is {'always' if value else 'never'} true", root.column)
 
 
 @dataclass(frozen=True)
@@ -80,20 +85,16 @@ class Requirement:
 
 
 def check_formula(root: SyntaxNode) -> None:
-    """Refuse what is no formula about a whole run.
+    """Refuse an invalid formula about a whole run.
 
     Raises:
-        ExpressionError: For types and units that do not fit, for what speaks of the start alone,
-            for windows that are missing or too short, and for what can only come to one verdict.
+        ExpressionError: For types and units that do not fit, for a formula about the start alone,
+            for windows that are missing or too short, and for a formula with only one possible
+            verdict.
     """
-    root.expect(lambda _: None, "bool")
-    for node in walk(root):
-        if not isinstance(node, Temporal | Chain | Edge):
-            unit_of(node)
-    _check_times(root, outer=None)
-    verdicts = _outcomes(root)
-    if len(verdicts) == 1:
-        what = "cannot be violated" if True in verdicts else "cannot hold"
+    value = _only_value(root, outer=None)
+    if value is not None:
+        what = "cannot be violated" if value else "cannot hold"
         reach = ", ".join(
             f"'{name}' is {_words(SIGNALS[name].range)}"
             for name in dict.fromkeys(one.name for one in signals_in(root))
@@ -102,34 +103,15 @@ def check_formula(root: SyntaxNode) -> None:
         raise ExpressionError(f"this {what}" + (f": {reach}" if reach else ""), root.column)
 
 
-def check_condition(root: SyntaxNode) -> None:
-    """Refuse what is no condition on the present and what was before.
-
-    Raises:
-        ExpressionError: For types and units that do not fit, for windows that are too short, for
-            words that look ahead, and for what is always or never true.
-    """
-    root.expect(lambda _: None, "bool")
-    for node in walk(root):
-        match node:
-            case Temporal(word=word) | Chain(symbol=word) if word in FUTURE:
-                message = f"'{word}' looks ahead; a condition is about now and before"
-                raise ExpressionError(message, node.column, _BACK.get(word))
-            case Temporal() | Chain() | Edge():
-                pass
-            case _:
-                unit_of(node)
-    _check_times(root, outer="when")
-    verdicts = _outcomes(root)
-    if len(verdicts) == 1:
-        what = "is always true" if True in verdicts else "is never true"
-        raise ExpressionError(f"this {what}", root.column)
-
-
 _BACK = {
     "always": "write 'historically ...', or the condition alone",
     "eventually": "write 'previously ...', or the condition alone",
     "until": "write '... since ...'",
+}
+_WINDOWED = {
+    "always": "such as 'always for 5 s ...'",
+    "eventually": "such as 'eventually within 5 s ...'",
+    "until": "such as '... until ... within 5 s'",
 }
 _ANY = (float("-inf"), float("inf"))
 
@@ -137,6 +119,9 @@ _ANY = (float("-inf"), float("inf"))
 def _words(ends: Range) -> str:
     low, high = ends
     return f"{low:g} or more" if high == float("inf") else f"{low:g} to {high:g}"
+
+
+# ---- parts -----------------------------------------------------------------------------------
 
 
 def walk(root: SyntaxNode) -> Iterator[SyntaxNode]:
@@ -153,92 +138,124 @@ def signals_in(root: SyntaxNode) -> Iterator[SignalValue]:
             yield node
 
 
+def looks_ahead(root: SyntaxNode) -> bool:
+    """Return whether a formula depends on later instants."""
+    return any(isinstance(node, Temporal) and node.word in FUTURE for node in walk(root))
+
+
 def full_after(root: SyntaxNode) -> float:
     """Return when the windows of a formula that look back are full at the latest, s.
 
     Windows with `so far`, and those without an end, count from the start on.
     """
-    below = max(map(full_after, root.parts), default=0.0)
-    return below + filling(root)
+    return max(map(full_after, root.parts), default=0.0) + filling(root)
 
 
 def filling(node: SyntaxNode) -> float:
     """Return how long the window of a part takes to be full, s; 0 for one that need not be."""
-    match node:
-        case Temporal(word=word, window=window) | Chain(symbol=word, window=window):
-            has_to = word not in FUTURE and window.is_bounded and not window.so_far
-            return window.end if has_to else 0.0
-        case Measure(window=window):
-            return window.end if window.is_bounded and not window.so_far else 0.0
-    return 0.0
+    if not isinstance(node, Temporal | Measure) or node.word in FUTURE:
+        return 0.0
+    return node.window.end if node.window.is_bounded and not node.window.so_far else 0.0
+
+
+# ---- units -----------------------------------------------------------------------------------
+
+
+def unit_of(node: SyntaxNode) -> Dimension | None:
+    """Return the unit of a number; None where it is not known, or any unit will do.
+
+    Raises:
+        ExpressionError: Where metres are compared with, or added to, seconds, and the like.
+    """
+    return dimension_of(node, _unit_of_value)
+
+
+def _unit_of_value(node: SyntaxNode) -> Dimension | None:
+    if isinstance(node, SignalValue) and node.name in SIGNALS:
+        return SIGNALS[node.name].unit
+    if not isinstance(node, Measure):
+        return None
+    if node.operand is None:
+        return (0, 0, 0)
+    unit = unit_of(node.operand)
+    if node.word != "rate" or unit is None:
+        return unit
+    m, s, rad = unit
+    return m, s - 1, rad
+
+
+# ---- checks ----------------------------------------------------------------------------------
+
+
+def _only_value(root: SyntaxNode, outer: str | None) -> bool | None:
+    """Return the one value that a formula can have by the ranges of its signals, None for both.
+
+    Raises:
+        ExpressionError: For types, units and words of time that do not fit.
+    """
+    root.expect(lambda _: None, "bool")
+    for node in walk(root):
+        if not isinstance(node, Temporal):
+            unit_of(node)
+    _check_times(root, outer)
+    values = _values(root)
+    return next(iter(values)) if len(values) == 1 else None
 
 
 def _check_times(node: SyntaxNode, outer: str | None) -> None:
-    """Refuse words of time where they cannot stand; `outer` is the one around this part."""
+    """Refuse words of time that are out of place; `outer` is the one around this part."""
     match node:
-        case Temporal(word=word) | Chain(symbol=word):
-            if not outer and word not in FUTURE:
-                message = f"'{word}' looks back from the start alone"
-                raise ExpressionError(message, node.column, f"write 'always {word} ...'")
-            if outer and word in FUTURE and not node.window.is_bounded:
-                message = f"'{word}' inside '{outer}' needs a window"
-                raise ExpressionError(message, node.column, _windowed(word))
-            if node.window.end < CONTROL_STEP_S:
-                message = f"the window is shorter than a control step of {CONTROL_STEP_S:g} s"
-                raise ExpressionError(message, node.column)
+        case Temporal():
+            _check_place(node, outer)
+            _check_window(node)
             for part in node.parts:
-                _check_times(part, word)
+                _check_times(part, node.word)
         case Logic() | Not():
             for part in node.parts:
                 _check_times(part, outer)
-        case Edge():
-            _check_edge(node, outer)
         case _:
             _refuse_times(node)
             if not outer:
                 message = "this speaks of the start alone"
-                raise ExpressionError(
-                    message, node.column, "write 'always ...' or 'eventually ...'"
-                )
+                hint = "write 'always ...' or 'eventually ...'"
+                raise ExpressionError(message, node.column, hint)
 
 
-def _check_edge(node: Edge, outer: str | None) -> None:
-    if not outer:
-        message = f"'{node.word}' compares the start with what was before"
-        raise ExpressionError(message, node.column, f"write 'eventually {node.word}(...)'")
-    for inner in walk(node.operand):
-        if isinstance(inner, Temporal | Chain) and _word(inner) in FUTURE:
-            message = f"'{_word(inner)}' looks ahead, which '{node.word}' cannot"
+def _check_place(node: Temporal, outer: str | None) -> None:
+    word = node.word
+    if not outer and word in EDGES:
+        message = f"'{word}' compares the start with what was before"
+        raise ExpressionError(message, node.column, f"write 'eventually {word}(...)'")
+    if not outer and word not in FUTURE:
+        message = f"'{word}' looks back from the start alone"
+        raise ExpressionError(message, node.column, f"write 'always {word} ...'")
+    if outer and word in FUTURE and not node.window.is_bounded:
+        message = f"'{word}' inside '{outer}' needs a window"
+        raise ExpressionError(message, node.column, _WINDOWED[word])
+    for inner in walk(node) if word in EDGES else ():
+        if isinstance(inner, Temporal) and inner.word in FUTURE:
+            message = f"'{inner.word}' looks ahead, which '{word}' cannot"
             raise ExpressionError(message, inner.column)
-    _check_times(node.operand, node.word)
 
 
-def _windowed(word: str) -> str:
-    return {
-        "always": "such as 'always for 5 s ...'",
-        "eventually": "such as 'eventually within 5 s ...'",
-    }.get(word, "such as '... until ... within 5 s'")
-
-
-def _word(node: Temporal | Chain | Edge) -> str:
-    return node.symbol if isinstance(node, Chain) else node.word
+def _check_window(node: Temporal | Measure) -> None:
+    if node.window.end < CONTROL_STEP_S:
+        message = f"the window is shorter than a control step of {CONTROL_STEP_S:g} s"
+        raise ExpressionError(message, node.column)
 
 
 def _refuse_times(node: SyntaxNode) -> None:
     """Refuse words of time inside a calculation, but for those of what is measured in it."""
-    if isinstance(node, Temporal | Chain | Edge):
-        message = f"'{_word(node)}' cannot stand inside a calculation or an 'if'"
+    if isinstance(node, Temporal):
+        message = f"'{node.word}' cannot stand inside a calculation or an 'if'"
         raise ExpressionError(message, node.column)
+    parts = node.parts
     if isinstance(node, Measure):
-        if node.window.end < CONTROL_STEP_S:
-            message = f"the window is shorter than a control step of {CONTROL_STEP_S:g} s"
-            raise ExpressionError(message, node.column)
+        _check_window(node)
         if node.edge is not None:
             _check_times(node.edge, node.word)
-        if node.operand is not None:
-            _refuse_times(node.operand)
-        return
-    for part in node.parts:
+        parts = () if node.operand is None else (node.operand,)
+    for part in parts:
         _refuse_times(part)
 
 
@@ -250,17 +267,16 @@ def _range(node: SyntaxNode) -> Range | None:
     return None
 
 
-def _outcomes(node: SyntaxNode) -> frozenset[bool]:
-    """Return the verdicts that a formula can come to, by the ranges of its signals."""
-    joins: dict[str, Callable[[list[bool]], bool]] = {"and": all, "or": any}
+def _values(node: SyntaxNode) -> frozenset[bool]:
+    """Return the values that a formula can have, by the ranges of its signals."""
     match node:
-        case Temporal(operand=operand):
-            return _outcomes(operand)
-        case Chain():
+        case Temporal(operands=(operand,), word=word) if word not in EDGES:
+            return _values(operand)
+        case Temporal(operands=(_, _)):
             return frozenset((True, False))
         case Not(operand=operand):
-            return frozenset(not one for one in _outcomes(operand))
+            return frozenset(not one for one in _values(operand))
         case Logic(symbol=symbol, left=left, right=right):
-            join = joins[symbol]
-            return frozenset(join([a, b]) for a in _outcomes(left) for b in _outcomes(right))
+            join = all if symbol == "and" else any
+            return frozenset(join((a, b)) for a in _values(left) for b in _values(right))
     return outcomes(node, _range)

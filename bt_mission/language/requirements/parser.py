@@ -31,34 +31,16 @@ from bt_mission.language.expressions.syntax import Logic, Name, Not, SyntaxNode
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.signals import OUTCOME, OUTCOMES, SIGNALS
 from bt_mission.language.requirements.syntax import (
+    EDGES,
     EVERYTHING,
-    BinaryWord,
-    Chain,
-    Edge,
-    EdgeWord,
     Measure,
-    MeasureWord,
     SignalValue,
     Temporal,
     TimeWindow,
-    UnaryWord,
 )
 
-_WORDS: dict[str, UnaryWord] = {
-    "always": "always",
-    "never": "always",
-    "eventually": "eventually",
-    "previously": "previously",
-    "historically": "historically",
-}
-_SOME = frozenset(("eventually", "previously"))
-EDGES: dict[str, EdgeWord] = {"starts": "starts", "ends": "ends"}
-MEASURES: dict[str, MeasureWord] = {
-    "count": "count",
-    "mean": "mean",
-    "rate": "rate",
-    "value": "value",
-}
+WORDS = ("always", "never", "eventually", "previously", "historically")
+MEASURES = ("count", "mean", "rate", "value")
 LOOKING_BACK = frozenset(("previously", "historically", "since", "count", "mean"))
 JOINING = frozenset(
     ("until", "since", "implies", "within", "then", "for", "between", "so", "over", "at")
@@ -96,9 +78,9 @@ def whenever(
     Without a window `then` holds at the same instant.
     """
     if window is not None:
-        then = Temporal(then.column, then, "eventually", window)
+        then = Temporal(then.column, "eventually", (then,), window)
     implied = Logic(column, "or", Not(trigger.column, trigger), then)
-    return Temporal(column, implied, "always", EVERYTHING)
+    return Temporal(column, "always", (implied,))
 
 
 @dataclass
@@ -115,8 +97,7 @@ class RequirementParser(ExpressionParser):
             self.deeper()
             right = super().either()
             window = self.so_far(token, self.within() or EVERYTHING)
-            word: BinaryWord = "until" if token.text == "until" else "since"
-            node = Chain(token.column, word, node, right, window)
+            node = Temporal(token.column, token.text, (node, right), window)
             self.depth -= 1
         if token := self.takes("implies"):
             self.deeper()
@@ -127,7 +108,7 @@ class RequirementParser(ExpressionParser):
     @override
     def atom(self) -> SyntaxNode:
         token = self.next
-        if token.kind == "name" and token.text in _WORDS:
+        if token.kind == "name" and token.text in WORDS:
             return self.temporal()
         if token.kind == "name" and token.text == "whenever":
             return self.whenever()
@@ -143,8 +124,8 @@ class RequirementParser(ExpressionParser):
         self.takes(":")
         operand = self.either()
         if token.text == "never":
-            operand = Not(operand.column, operand)
-        return Temporal(token.column, operand, _WORDS[token.text], window)
+            return Temporal(token.column, "always", (Not(operand.column, operand),), window)
+        return Temporal(token.column, token.text, (operand,), window)
 
     def whenever(self) -> SyntaxNode:
         """Take a trigger and what must follow it."""
@@ -187,7 +168,7 @@ class RequirementParser(ExpressionParser):
 
     def window(self, word: Token) -> TimeWindow:
         """Take the window of a word, if it has one."""
-        some = word.text in _SOME
+        some = word.text in ("eventually", "previously")
         if token := self.takes("between"):
             start = self.time()
             if not self.takes("and"):
@@ -304,9 +285,9 @@ class RequirementParser(ExpressionParser):
 
     # ---- what was so far -----------------------------------------------------------------
 
-    def edge(self, token: Token) -> Edge:
+    def edge(self, token: Token) -> Temporal:
         """Take the condition of `starts` or `ends`."""
-        return Edge(token.column, self.enclosed(), EDGES[token.text])
+        return Temporal(token.column, token.text, (self.enclosed(),))
 
     def measure(self, token: Token) -> Measure:
         """Take what is measured, and over which time."""
@@ -323,7 +304,7 @@ class RequirementParser(ExpressionParser):
                 self.expect("at", "an edge: value(yaw) at last starts(...)")
                 self.expect("last", "an edge: value(yaw) at last starts(...)")
                 edge = _expect_edge(self.atom(), "'at last'", token.column)
-        return Measure(token.column, MEASURES[token.text], inner, edge, window)
+        return Measure(token.column, token.text, inner, edge, window)
 
     def enclosed(self) -> SyntaxNode:
         """Take a formula up to the parenthesis that closes it."""
@@ -339,8 +320,8 @@ class RequirementParser(ExpressionParser):
             raise ExpressionError(message, self.next.column)
 
 
-def _expect_edge(node: SyntaxNode | None, where: str, column: int) -> Edge:
-    if isinstance(node, Edge):
+def _expect_edge(node: SyntaxNode | None, where: str, column: int) -> Temporal:
+    if isinstance(node, Temporal) and node.word in EDGES:
         return node
     message = f"expected starts(...) or ends(...) in {where}"
     raise ExpressionError(message, node.column if node is not None else column)
@@ -354,7 +335,7 @@ def _usage(name: str) -> str:
 def _unknown(name: str, column: int) -> ExpressionError:
     if name in INSTEAD:
         return ExpressionError(f"unknown word {quoted(name)}", column, f"write '{INSTEAD[name]}'")
-    words = (*SIGNALS, *_WORDS, *EDGES, *MEASURES, "whenever")
+    words = (*SIGNALS, *WORDS, *EDGES, *MEASURES, "whenever")
     hint = did_you_mean(name, words)
     message = f"unknown signal {quoted(name)} (known: {listed(SIGNALS)})"
     return ExpressionError(message, column, hint)

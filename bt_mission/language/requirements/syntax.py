@@ -1,21 +1,14 @@
-"""The parts of a requirement that expressions do not have: signals, quantities, and time."""
+"""The parts of a requirement that expressions do not have: signals, and time."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, TypeAlias
 
 from typing_extensions import override
 
-from bt_mission.language.expressions.syntax import (
-    Binary,
-    EvaluationScope,
-    SyntaxNode,
-    Types,
-    Unary,
-)
+from bt_mission.language.expressions.syntax import EvaluationScope, SyntaxNode, Types
 from bt_mission.language.expressions.values import ExpressionError, Plain, Type
 from bt_mission.language.requirements.signals import SIGNALS
 
@@ -25,7 +18,7 @@ class TimeWindow:
     """An interval of time, s, after or before the present instant; both ends belong to it.
 
     Attributes:
-        so_far: Has one that looks back a value before it is full: of the part within the run?
+        so_far: Of a window that looks back: does the part within the run count before it is full?
     """
 
     start: float = 0.0
@@ -37,13 +30,9 @@ class TimeWindow:
         """Does it end?"""
         return self.end < math.inf
 
-    @property
-    def is_everything(self) -> bool:
-        """Does it hold every instant from now on, or until now?"""
-        return self == EVERYTHING
-
 
 EVERYTHING = TimeWindow()
+"""Every instant from now on, or until now."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +42,7 @@ class SignalValue(SyntaxNode):
     name: str
     arguments: tuple[str, ...] = ()
 
-    @property
+    @cached_property
     def key(self) -> str:
         """The signal as it is written; the same for two that are the same."""
         if self.name == "$":
@@ -73,79 +62,54 @@ class SignalValue(SyntaxNode):
         return SIGNALS[self.name].type if self.name in SIGNALS else None
 
 
-UnaryWord: TypeAlias = Literal["always", "eventually", "historically", "previously"]
-BinaryWord: TypeAlias = Literal["until", "since"]
 FUTURE = frozenset(("always", "eventually", "until"))
+EDGES = ("starts", "ends")
 
 
 @dataclass(frozen=True)
-class Temporal(Unary):
-    """A formula at every, or at some, instant of a window after or before the present one."""
+class Temporal(SyntaxNode):
+    """A formula about other instants than the present one.
 
-    word: UnaryWord
-    window: TimeWindow
+    Attributes:
+        word: One of `FUTURE` and `EDGES`, or `historically`, `previously` or `since`.
+        operands: Two of `until` and `since`, one of the others.
+        window: After the present instant, or before it.
+    """
+
+    word: str
+    operands: tuple[SyntaxNode, ...]
+    window: TimeWindow = EVERYTHING
+
+    @property
+    @override
+    def parts(self) -> tuple[SyntaxNode, ...]:
+        return self.operands
 
     @override
     def evaluate(self, scope: EvaluationScope) -> Plain:
-        raise _beyond_one_instant(self.word, self.column)
+        raise ExpressionError(f"'{self.word}' is about more than one instant", self.column)
 
     @override
     def infer(self, types: Types) -> Type | None:
-        self.operand.expect(types, "bool")
-        return "bool"
-
-
-@dataclass(frozen=True)
-class Chain(Binary):
-    """`a until b`: a holds up to an instant at which b does; `a since b` looks back instead."""
-
-    symbol: BinaryWord
-    window: TimeWindow
-
-    @override
-    def evaluate(self, scope: EvaluationScope) -> Plain:
-        raise _beyond_one_instant(self.symbol, self.column)
-
-    @override
-    def infer(self, types: Types) -> Type | None:
-        self.left.expect(types, "bool")
-        self.right.expect(types, "bool")
-        return "bool"
-
-
-EdgeWord: TypeAlias = Literal["starts", "ends"]
-MeasureWord: TypeAlias = Literal["count", "mean", "rate", "value"]
-
-
-@dataclass(frozen=True)
-class Edge(Unary):
-    """The instants at which a condition begins, or ceases, to be true."""
-
-    word: EdgeWord
-
-    @override
-    def evaluate(self, scope: EvaluationScope) -> Plain:
-        raise _beyond_one_instant(self.word, self.column)
-
-    @override
-    def infer(self, types: Types) -> Type | None:
-        self.operand.expect(types, "bool")
+        for operand in self.operands:
+            operand.expect(types, "bool")
         return "bool"
 
 
 @dataclass(frozen=True)
 class Measure(SyntaxNode):
-    """A value out of what was so far: how often an edge was there, the mean of a number, ...
+    """A number computed from the past: the count of an edge, the mean of a number, ...
 
     Attributes:
+        word: `count`, `mean`, `rate` or `value`.
         operand: What is measured; None for a count.
         edge: What is counted, or at the last of which the value is taken.
         window: Before the present instant.
     """
 
-    word: MeasureWord
+    word: str
     operand: SyntaxNode | None
-    edge: Edge | None
+    edge: Temporal | None
     window: TimeWindow
 
     @property
@@ -155,7 +119,7 @@ class Measure(SyntaxNode):
 
     @cached_property
     def key(self) -> str:
-        """What its value is known by."""
+        """The name of its value among the fields of an evaluation."""
         return repr(self)
 
     @override
@@ -172,11 +136,3 @@ class Measure(SyntaxNode):
             return self.operand.infer(types)
         self.operand.expect(types, "number")
         return "number"
-
-
-Timed: TypeAlias = Temporal | Chain | Edge | Measure
-"""The parts that speak of other instants than the present one."""
-
-
-def _beyond_one_instant(word: str, column: int) -> ExpressionError:
-    return ExpressionError(f"'{word}' speaks of more than one instant", column)

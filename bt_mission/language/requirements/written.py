@@ -29,7 +29,7 @@ from bt_mission.language.requirements.formula import (
     walk,
 )
 from bt_mission.language.requirements.parser import whenever
-from bt_mission.language.requirements.syntax import Chain, Measure, TimeWindow
+from bt_mission.language.requirements.syntax import Measure, Temporal, TimeWindow
 
 EXAMPLE = "always clearance > 0.1"
 
@@ -93,7 +93,8 @@ class RequirementForm(Written):
         then = self.then.text
         if self.within is None:
             return f"whenever {self.whenever.text}: {then}"
-        if any(isinstance(part, Chain | Measure) for part in walk(self.then.root)):
+        parts = [one for one in walk(self.then.root) if isinstance(one, Temporal | Measure)]
+        if any(isinstance(one, Measure) or one.word in ("until", "since") for one in parts):
             then = f"({then})"  # its own 'until' or 'count' would take the 'within'
         return f"whenever {self.whenever.text}: {then} within {self.within:g} s"
 
