@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.ros.journal import open_journal
 from bt_mission.ros.mission_runner import MissionRunner
 
@@ -85,3 +86,11 @@ def test_a_mission_that_was_observed_has_ended(ros: Any, tmp_path: Path) -> None
     second = ros.mission(text)
     with pytest.raises(BtMissionError, match="success"):
         open_journal(tmp_path / "journal", second.mission, second, resume=True)
+
+
+def test_a_requirement_of_another_text_begins_again(ros: Any) -> None:
+    """What one of the same name had come to says nothing of it."""
+    requirements = ros.mission(MISSION.replace("REPORT", "report")).requirements
+    for text, count in (("always time < 9", 0), ("always time < 1.22", 1)):
+        requirements.resume({"is quick": RequirementResult("is quick", text, "violated", -0.1)})
+        assert requirements.count_violated == count

@@ -293,8 +293,8 @@ class Journal:
             return BtMissionError(f"{self.path}: not a journal")
         if code == sqlite3.SQLITE_CORRUPT:
             return self._damaged(error)
-        if code == sqlite3.SQLITE_CANTOPEN:
-            try:  # SQLite does not say why
+        if code is not None:  # SQLite does not say what the system said
+            try:
                 os.close(os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC))
             except OSError as reason:
                 error = reason
