@@ -159,8 +159,9 @@ class _NodeWriter:
         assert kind is not None, "the mission was read before"
         if kind in ACTION_NAMES or kind == "action":
             action = data["action"]["name"] if kind == "action" else ACTION_NAMES[kind].action
-            said = self.limits.of(action).items()
-            data = {**{name: one for name, one in said if one != DEFAULTS.get(name)}, **data}
+            limits = self.limits.of(action).items()
+            given = {name: limit for name, limit in limits if limit != DEFAULTS.get(name)}
+            data = {**given, **data}
         named = {"name": data["name"]} if data.get("name") else {}
         rows = table.rows_for(kind)
         if kind == "tree":
@@ -188,11 +189,11 @@ class _NodeWriter:
 
     def _below(self, match: _Match) -> Iterator[Tag]:
         """Yield the elements below the one of a row."""
-        order = sorted(match.below, key=lambda one: getattr(one[0], "index", 0))
+        order = sorted(match.below, key=lambda below: getattr(below[0], "index", 0))
         for column, part, path in order:
             match column:
                 case table.Children():
-                    yield from (self.node(one, (*path, i)) for i, one in enumerate(part))
+                    yield from (self.node(node, (*path, index)) for index, node in enumerate(part))
                 case table.Question():
                     yield _question(part)
                 case table.Child():
@@ -242,7 +243,7 @@ def tree_id(name: str, names: Container[str]) -> str:
     if _is_free(name):
         return name
     candidates = (f"{name}_tree{number or ''}" for number in itertools.count())
-    return next(one for one in candidates if _is_free(one) and one not in names)
+    return next(name for name in candidates if _is_free(name) and name not in names)
 
 
 def main_id(mission: str, taken: Container[str]) -> str:
@@ -250,7 +251,7 @@ def main_id(mission: str, taken: Container[str]) -> str:
     own = [mission] if _ID.fullmatch(mission) and _is_free(mission) else []
     others = (f"MainTree{number}" for number in itertools.count(2))
     candidates = itertools.chain(own, ["MainTree"], others)
-    return next(one for one in candidates if one not in taken and _is_free(one))
+    return next(name for name in candidates if name not in taken and _is_free(name))
 
 
 def _is_free(name: str) -> bool:
@@ -309,11 +310,11 @@ class _MissionWriter:
         writer = _NodeWriter(document, self._signatures, self._limits)
         body = writer.node(data[key], (*path, key))
         self._faults += writer.faults
-        for one in tree.follow:
-            what = f"the variable '{one.variable}', which follows a topic"
+        for follow in tree.follow:
+            what = f"the variable '{follow.variable}', which follows a topic"
             hint = "read the topic with 'wait_for' and its 'outputs', or keep the mission in YAML"
             message = f"{what}: XML has no counterpart"
-            self._faults.append(document.fault(one.place.path, message, hint))
+            self._faults.append(document.fault(follow.place.path, message, hint))
         attributes = {"ID": name}
         if text := data.get("description"):
             attributes["_description"] = text
@@ -343,12 +344,16 @@ class _MissionWriter:
         return Tag(table.SUBTREE, {"ID": self._main}, (*ports, *_metadata(*metadata)))
 
     def _requirements(self) -> Iterator[dict[str, str]]:
-        for one in self._mission.requirements:
-            if is_illegal(one.name):
-                path = ("requirements", one.name)
+        for requirement in self._mission.requirements:
+            if is_illegal(requirement.name):
+                path = ("requirements", requirement.name)
                 self._refuse(self._document, path, "a control character", "leave it out")
-            action = {} if one.on_violation == "report" else {"on_violation": one.on_violation}
-            yield {table.REQUIREMENT: one.name, "formula": one.text, **action}
+            action = (
+                {}
+                if requirement.on_violation == "report"
+                else {"on_violation": requirement.on_violation}
+            )
+            yield {table.REQUIREMENT: requirement.name, "formula": requirement.text, **action}
 
     def _model(self, tree: Tree) -> Tag:
         document, definition = tree.document, self._signatures[tree.name].definition
@@ -413,7 +418,7 @@ class _MissionWriter:
 
 
 def _metadata(*fields: Mapping[str, str]) -> list[Tag]:
-    tags = tuple(Tag("Metadata", one) for one in fields)
+    tags = tuple(Tag("Metadata", attributes) for attributes in fields)
     return [Tag("MetadataFields", {}, tags)] if tags else []
 
 

@@ -107,7 +107,7 @@ class TreePorts:
                 report(default.at, "an output has no default")
         else:
             self.inputs[name.value] = word
-        if any(name.value in one for one in self.sections.values()):
+        if any(name.value in section for section in self.sections.values()):
             report(element.at, f"the port {quoted(name.value)} is declared twice")
         self.sections[section][name.value] = (name.value, name.value_at, value)
 
@@ -159,14 +159,17 @@ class XmlNodeReader(Reporter):
             self.report(tree_id.value_at, message, did_you_mean(tree_id.value, self.trees))
             return located({}, at)
         known = [*ports.inputs, *ports.outputs]
-        for key in [one for one in attributes if one not in (*known, "ID", "name")]:
+        for key in [key for key in attributes if key not in (*known, "ID", "name")]:
             if not key.startswith("_"):
                 message = f"no port {quoted(key)} of {tree_id.value} (ports: {listed(known)})"
                 hint = did_you_mean(key, known) or "declare it under TreeNodesModel, with its type"
                 self.report(attributes.pop(key).at, message, hint)
         if self._is_remapped(attributes.pop("_autoremap", None)):
             given = {key: Attribute(key, f"{{{key}}}", at, at) for key in known}
-            attributes |= {key: one for key, one in given.items() if key not in attributes}
+            attributes = {
+                **attributes,
+                **{key: given[key] for key in known if key not in attributes},
+            }
         row = table.tree_row(Codec(ports.located_name, str), ports.inputs, ports.outputs)
         use = replace(element, attributes=attributes, children=[])
         node = _Filling(use, self).node((row,))
@@ -202,7 +205,7 @@ class _Filling:
         tag, children = self._element.tag, self._element.children
         fixed = {name: self._chosen(name, rows) for name in rows[0].fixed}
         fitting = [row for row in rows if row.fixed == fixed] or rows
-        row = next((one for one in fitting if one.children == len(children)), fitting[0])
+        row = next((fit for fit in fitting if fit.children == len(children)), fitting[0])
         node = self._mapping({**row.node, "name": table.NAME}, row.kind)
         if row.is_leaf:
             for child in children:
@@ -244,7 +247,9 @@ class _Filling:
                 is_port = attributes and isinstance(part, table.Port)
                 rank = self._order[attributes[0].name] if is_port else len(self._order)
                 order.append((rank, (key, at, value)))
-        return mapping(self._at, (entry for _, entry in sorted(order, key=lambda one: one[0])))
+        return mapping(
+            self._at, (entry for _, entry in sorted(order, key=lambda ranked: ranked[0]))
+        )
 
     def _taken(self, part: Any) -> list[Attribute]:
         """Take the attributes of a column."""
@@ -270,7 +275,7 @@ class _Filling:
                 inner = self._mapping(part)
                 return inner if inner.data else None
             case list():
-                return located([self._filled(one, []) for one in part], self._at)
+                return located([self._filled(inner, []) for inner in part], self._at)
         return self._below(part) if isinstance(part, table.Below) else located(part, self._at)
 
     def _below(self, column: table.Below) -> LocatedValue | None:
@@ -296,8 +301,8 @@ class _Filling:
     def _entries(self, ports: table.Ports, attributes: list[Attribute]) -> LocatedValue:
         """Return a mapping whose entries are attributes, nested as their names say."""
         entries = [
-            (ports.path(one.name) or (), one.at, self._reader.value(one, ports.codec))
-            for one in attributes
+            (ports.path(item.name) or (), item.at, self._reader.value(item, ports.codec))
+            for item in attributes
         ]
         whole: set[table.Names] = set()
         above: set[table.Names] = set()

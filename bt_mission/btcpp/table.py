@@ -205,16 +205,17 @@ class Row:
     @property
     def takes(self) -> tuple[str, ...]:
         """All attributes that the element takes, for people."""
-        columns = (one for one in self.columns if isinstance(one, Port | Ports))
-        titles = (one.name if isinstance(one, Port) else one.title for one in columns)
+        columns = (column for column in self.columns if isinstance(column, Port | Ports))
+        titles = (port.name if isinstance(port, Port) else port.title for port in columns)
         return (*titles, *self.fixed, "name")
 
     @cached_property
     def children(self) -> int | None:
         """How many elements are below; None for any number."""
-        if any(isinstance(one, Children | AllButLast) for one in self.columns):
+        if any(isinstance(column, Children | AllButLast) for column in self.columns):
             return None
-        return len({one.index for one in self.columns if isinstance(one, Child | Question)})
+        below = (column for column in self.columns if isinstance(column, Child | Question))
+        return len({column.index for column in below})
 
 
 def _columns(part: Any) -> Iterator[Column]:
@@ -289,9 +290,9 @@ def default_of(kind: str, key: str) -> Any:
     """Return the value of a modifier that is left out."""
     return next(
         (
-            one.default
-            for name, one in KINDS[kind].model_fields.items()
-            if key == (one.alias or name)
+            info.default
+            for name, info in KINDS[kind].model_fields.items()
+            if key == (info.alias or name)
         ),
         None,
     )
@@ -425,7 +426,7 @@ def _leaf_row(kind: str, model: type[NodeModel]) -> Row:
         own = Ports(f"{kind}_", VALUE, "names")
     else:
         fields = model.model_fields.items()
-        name = next(name for name, one in fields if one.alias == kind)
+        name = next(name for name, info in fields if info.alias == kind)
         own = Port(name, _codec(value), is_needed=True)
     return Row(kind, {kind: own, **modifiers}, is_leaf=True)
 
