@@ -48,7 +48,6 @@ from bt_mission.sweeps.base import BaseChanges
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.ranges import RangesFile
 from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.runner import SerialRunner
 from bt_mission.sweeps.work import ScenarioWorker
 from tests.support.planted_defects import DEFECTS
 from tests.support.planting import Plant
@@ -209,7 +208,7 @@ def search(case: Case, strategy: str, seed: int, budget: int) -> dict[str, Any]:
         sound = load_reference(good, base, ranges)
         options = SearchOptions(aim_of(case), budget, strategy, seed, 0)
         with ScenarioWorker(base.bundle) as worker, ScenarioWorker(sound.bundle) as other:
-            reference = Reference(sound, SerialRunner(other))
+            reference = Reference(sound, other)
             session = SearchSession(base, ranges, options, lambda _: True, reference)
             asyncio.run(session.run(PlantedRunner(worker, case.plant)))
     state = session.state

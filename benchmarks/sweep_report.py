@@ -24,12 +24,11 @@ from sweeps import plan_of
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.scenarios.runner import ScenarioProcess
-from bt_mission.sweeps.csv_table import write_csv
-from bt_mission.sweeps.origin import ORIGIN_KEY
-from bt_mission.sweeps.report.columns import SweepColumns
+from bt_mission.sweeps.columns import SweepColumns
+from bt_mission.sweeps.repeat import ORIGIN_KEY
 from bt_mission.sweeps.report.page import write_sweep_page
 from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
-from bt_mission.sweeps.store import ResultStore
+from bt_mission.sweeps.store import ResultStore, write_csv
 from bt_mission.sweeps.work import ScenarioWorker
 
 
@@ -53,7 +52,7 @@ def swept(folder: Path) -> Path:
     plan = plan_of(Path("missions/explore.yaml"), 3, legs=1)
     with (
         ScenarioWorker(plan.base.bundle, ScenarioProcess().run) as worker,
-        ResultStore.create(folder, plan.as_dict()) as store,
+        ResultStore.create(folder, plan.about) as store,
     ):
         for one in plan.scenarios():
             store.add(worker.carry_out(one))
@@ -65,7 +64,7 @@ def fill(source: Path, folder: Path, count: int) -> None:
     with ResultStore.read(source) as store:
         rows, about, origin = list(store.rows()), store.about, store.value(ORIGIN_KEY)
     watch = Stopwatch()
-    with ResultStore.create(folder, {**about, "scenarios": count}) as store:
+    with ResultStore.create(folder, replace(about, scenarios=count)) as store:
         if origin is not None:
             store.set_value(ORIGIN_KEY, origin)
         # Each row a transaction is how a sweep writes; here the disk must not be what is measured.
@@ -105,7 +104,7 @@ def measure(folder: Path) -> None:
     """Time each output."""
     with ResultStore.read(folder) as store:
         watch, begun = Stopwatch(), os.times()
-        columns = SweepColumns.of(store.rows())
+        columns = SweepColumns(store.rows())
         print(f"rows read and added up: {watch.elapsed_s:.1f} s")
         watch = Stopwatch()
         path = write_sweep_page(store, columns=columns)

@@ -27,10 +27,9 @@ from measuring import figure, spread
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.scenarios.runner import ScenarioProcess, prepare_process
 from bt_mission.sweeps.base import BaseChanges, load_base
-from bt_mission.sweeps.cluster import PoolOptions
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.plan import SweepPlan
-from bt_mission.sweeps.pool import ScenarioPool
+from bt_mission.sweeps.pool import PoolOptions, ScenarioPool
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.store import ResultStore
 from bt_mission.sweeps.sweep import left
@@ -112,7 +111,7 @@ async def memory(options: argparse.Namespace) -> None:
         done = 0
         watch = Stopwatch()
         async with ScenarioPool(plan.base.bundle, PoolOptions(options.workers)) as pool:
-            with ResultStore.create(Path(folder) / "results", plan.as_dict()) as store:
+            with ResultStore.create(Path(folder) / "results", plan.about) as store:
                 async for row in pool.rows(plan.scenarios()):
                     store.add(row)
                     done += 1
@@ -179,7 +178,7 @@ async def resume(options: argparse.Namespace) -> None:
         plan = plan_of(Path("missions/explore.yaml"), options.count, 1)
         with ScenarioWorker(plan.base.bundle, ScenarioProcess().run) as alone:
             row = alone.carry_out(plan.scenario(0))
-        with ResultStore.create(Path(folder), plan.as_dict()) as store:
+        with ResultStore.create(Path(folder), plan.about) as store:
             watch = Stopwatch()
             for one in islice(plan.scenarios(), options.count // 2):
                 store.add(replace(row, id=one.id, number=one.number))

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from bt_mission.sweeps.base import BaseScenario
     from bt_mission.sweeps.ranges import RangesFile
     from bt_mission.sweeps.row import ScenarioRow
-    from bt_mission.sweeps.runner import ScenarioRunner
+    from bt_mission.sweeps.work import ScenarioRunner
     from bt_mission.views.terminal.progress import Progress
 
 STRATEGIES = ("optuna", "random")
@@ -124,7 +124,6 @@ def _searched(
     from bt_mission.scenarios.runner import silence_logs
     from bt_mission.search.reference import Reference
     from bt_mission.search.session import SearchSession
-    from bt_mission.sweeps.runner import SerialRunner
     from bt_mission.sweeps.work import ScenarioWorker
 
     def watch(state: SearchState) -> bool:
@@ -139,7 +138,7 @@ def _searched(
             silence_logs()
             run = partial(run_scenario, before_step=_leaving(interrupts))
             worker = stack.enter_context(ScenarioWorker(good.bundle, run))
-            reference = Reference(good, SerialRunner(worker))
+            reference = Reference(good, worker)
         session = SearchSession(base, ranges, _search_options(options), watch, reference)
         progress = _progress(options, base, lambda: _search_notes(session.state))
         stack.enter_context(progress)
@@ -236,12 +235,11 @@ async def _carry_out(
 
         from bt_mission.scenarios.run import run_scenario
         from bt_mission.scenarios.runner import silence_logs
-        from bt_mission.sweeps.runner import SerialRunner
         from bt_mission.sweeps.work import ScenarioWorker
 
         silence_logs()
         with ScenarioWorker(base.bundle, partial(run_scenario, before_step=leave)) as worker:
-            await search(SerialRunner(worker))
+            await search(worker)
         return
     async with pool_for(options, base.bundle, on_wait=leave) as pool:
         leave()

@@ -85,10 +85,10 @@ def sweep(options: argparse.Namespace) -> int:
     from bt_mission.core.dds.middleware import prepare_middleware
 
     prepare_middleware()
-    from bt_mission.sweeps.origin import origin_of
-    from bt_mission.sweeps.preparation import refuse_impossible
+    from bt_mission.sweeps.repeat import origin_of
     from bt_mission.sweeps.store import ResultStore
     from bt_mission.sweeps.summary import SweepTally
+    from bt_mission.sweeps.sweep import refuse_impossible
 
     plan = plan_of(options)
     refuse_overwritten(options, files_of(plan.base.mission))
@@ -96,7 +96,7 @@ def sweep(options: argparse.Namespace) -> int:
     _ask(options, plan)
     folder = options.output or Path(f"{plan.base.path.name.partition('.')[0]}_sweep")
     opened = ResultStore.resume if options.resume else ResultStore.create
-    with opened(folder, plan.as_dict()) as store:
+    with opened(folder, plan.about) as store:
         line = shlex.join(["bt-mission", *options.words])
         origin_of(plan, line, str(options.file)).save(store)
         tally = SweepTally()
@@ -254,10 +254,10 @@ def _tell(
         about["report"] = str(write_page(store, options.report, None))
     except BtMissionError as error:
         about["report_lacks"] = str(error)
-    from bt_mission.sweeps.report.columns import SweepColumns
+    from bt_mission.sweeps.columns import SweepColumns
     from bt_mission.sweeps.report.explanation import results_as_dict
 
-    print(json.dumps({**results_as_dict(SweepColumns.of(store.rows())), **about}))
+    print(json.dumps({**results_as_dict(SweepColumns(store.rows())), **about}))
 
 
 def _judge(options: argparse.Namespace, count: OutcomeCount) -> int:

@@ -18,7 +18,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.terminal.streams import unescaped
 
 if TYPE_CHECKING:
-    from bt_mission.sweeps.report.columns import SweepColumns
+    from bt_mission.sweeps.columns import SweepColumns
     from bt_mission.sweeps.store import ResultStore
 
 WORST = 20
@@ -76,7 +76,7 @@ def _write_scenario(store: ResultStore, name: str) -> int:
 
 def _write_csv(store: ResultStore, path: Path | None) -> None:
     from bt_mission.core.output import new_file
-    from bt_mission.sweeps.csv_table import write_csv
+    from bt_mission.sweeps.store import write_csv
 
     if path is None:
         write_csv(store.rows, unescaped(sys.stdout))  # its cells are escaped, its line ends not
@@ -89,12 +89,12 @@ def _write_csv(store: ResultStore, path: Path | None) -> None:
 
 
 def _print_json(store: ResultStore, worst: int) -> None:
-    from bt_mission.sweeps.report.columns import SweepColumns
+    from bt_mission.sweeps.columns import SweepColumns
     from bt_mission.sweeps.report.explanation import results_as_dict
 
-    columns = SweepColumns.of(store.rows())
-    about = {"results": str(store.folder), "of": store.about.get("scenarios")}
-    print(json.dumps({**results_as_dict(columns), "worst": columns.worst.ids(worst), **about}))
+    columns = SweepColumns(store.rows())
+    about = {"results": str(store.folder), "of": store.about.scenarios}
+    print(json.dumps({**results_as_dict(columns), "worst": columns.worst(worst), **about}))
 
 
 def tell_results(store: ResultStore, page: Path | None = None, worst: int | None = None) -> None:
@@ -110,16 +110,15 @@ def tell_results(store: ResultStore, page: Path | None = None, worst: int | None
     from rich.text import Text
 
     from bt_mission.core.terminal.console import EscapingConsole
+    from bt_mission.sweeps.columns import SweepColumns
     from bt_mission.sweeps.repeat import Repeater
-    from bt_mission.sweeps.report.columns import SweepColumns
     from bt_mission.sweeps.report.terminal import told
-    from bt_mission.sweeps.worst import rows_of
 
-    columns = SweepColumns.of(store.rows())
+    columns = SweepColumns(store.rows())
     width = None if sys.stdout.isatty() else UNSEEN_WIDTH
     console = EscapingConsole(sys.stdout, width=width)
-    shown = rows_of(store, columns.worst.ids(worst or SHOWN))
-    name = str(store.about.get("mission", store.folder))
+    shown = columns.worst_rows(store, worst or SHOWN)
+    name = store.about.mission
     for one in told(name, columns, shown, Repeater(store)):
         console.print(one, soft_wrap=isinstance(one, Text))  # a command is not broken
     try:

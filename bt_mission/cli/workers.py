@@ -103,8 +103,7 @@ def pool_for(
     Args:
         on_wait: Called each second in which no scenario ends.
     """
-    from bt_mission.sweeps.cluster import WORKER_MEMORY, PoolOptions, memory
-    from bt_mission.sweeps.pool import ScenarioPool
+    from bt_mission.sweeps.pool import WORKER_MEMORY, PoolOptions, ScenarioPool, memory
 
     given = PoolOptions(
         workers=options.workers,

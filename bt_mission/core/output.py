@@ -12,7 +12,7 @@ import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from io import BufferedWriter
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
 from bt_mission.core.errors import BtMissionError
@@ -22,6 +22,29 @@ DELETED = "everything (the file was deleted while it was written)"
 
 LONGEST_STEM = 200
 """Characters of a file's name that the name of its part has; file systems take 255 bytes."""
+
+
+def within(folder: Path, name: str) -> Path:
+    """Return a path in a folder that may come from others: no link is followed out of it.
+
+    Args:
+        folder: As the user has named it; it may be a link itself.
+        name: From there, with ``/`` between folders.
+
+    Raises:
+        BtMissionError: For a name that leads out of the folder, or through a symbolic link.
+    """
+    parts = PurePosixPath(name).parts
+    if not parts or parts[0] == "/" or ".." in parts:
+        raise BtMissionError(f"{folder}: '{name}' leads out of the folder")
+    path = folder
+    for part in parts:
+        path = path / part
+        if path.is_symlink():
+            raise BtMissionError(
+                f"{path}: a symbolic link; those in a folder of results are not followed"
+            )
+    return path
 
 
 def write_file(path: Path, content: str | bytes) -> None:

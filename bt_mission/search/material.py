@@ -34,7 +34,7 @@ from bt_mission.language.trees import all_steps
 from bt_mission.ros.interface_types import action_type, message_type
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.concrete import ConcreteScenario
-from bt_mission.sweeps.runner import ScenarioRunner
+from bt_mission.sweeps.work import ScenarioRunner
 from bt_mission.testing.generators.faults import TOPICS, FieldValues
 from bt_mission.testing.generators.kinds import GROUPS
 

@@ -13,8 +13,7 @@ from bt_mission.search.candidate import Candidate, given_world
 from bt_mission.search.guide import BRANCH, Guide
 from bt_mission.sweeps.base import BaseScenario, load_base
 from bt_mission.sweeps.ranges import RangesFile
-from bt_mission.sweeps.runner import ScenarioRunner
-from bt_mission.sweeps.work import ScenarioWorker
+from bt_mission.sweeps.work import ScenarioRunner, ScenarioWorker
 
 OF_THE_MISSION = ("scenario", "description", "mission", "inputs", "world", "robot", "requirements")
 """Keys of a scenario that are not taken over as they are."""

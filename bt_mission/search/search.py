@@ -12,7 +12,7 @@ from bt_mission.search.reference import Reference
 from bt_mission.search.strategies import BATCH, Strategy
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.runner import ScenarioRunner
+from bt_mission.sweeps.work import ScenarioRunner
 
 
 @dataclass(frozen=True)

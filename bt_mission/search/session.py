@@ -33,8 +33,7 @@ from bt_mission.search.strategies import STRATEGIES, Strategy
 from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
 from bt_mission.sweeps.ranges import Ranges, RangesFile, Span
 from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.runner import ScenarioRunner
-from bt_mission.sweeps.work import ScenarioWorker
+from bt_mission.sweeps.work import ScenarioRunner, ScenarioWorker
 
 LONGER = 3.0
 """A run counts as one that never ends after so many times the time of the mission as it is."""

@@ -18,7 +18,7 @@ from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.scenarios.loader import ScenarioChanges, load_scenario
 from bt_mission.sessions.check import examine
 from bt_mission.sweeps.bundle import Bundle, bundle_of
-from bt_mission.sweeps.concrete import ConcreteScenario, varied
+from bt_mission.sweeps.concrete import ConcreteScenario, concrete
 from bt_mission.sweeps.ranges import Parameter
 from sim.world.loader import load_world
 
@@ -71,23 +71,18 @@ class BaseScenario:
         *,
         number: int = 0,
         seed: int | None = None,
-        faults: Iterable[Any] = (),
+        faults: Sequence[Any] = (),
         plan: str = "",
     ) -> ConcreteScenario:
-        """Return the scenario with these values.
+        """Return the scenario with these values, as `concrete` makes it.
 
         Args:
-            values: Of parameters, by name.
-            number: Its place among others.
             seed: None is that of the scenario or the mission.
-            faults: In addition, as a scenario file has them.
-            plan: What these are called.
         """
-        data = varied(self.data, values, self.bundle)
-        data["seed"] = self.mission.seed if seed is None else seed
-        if more := list(faults):
-            data["faults"] = [*data.get("faults", ()), *more]
-        return ConcreteScenario(number, data, dict(values), plan, self.bundle.digest)
+        seed = self.mission.seed if seed is None else seed
+        return concrete(
+            self.data, self.bundle, values, number=number, seed=seed, faults=faults, plan=plan
+        )
 
 
 def load_base(

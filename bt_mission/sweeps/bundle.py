@@ -1,4 +1,4 @@
-"""All files that the scenarios of a sweep need, as texts, so that another machine has them too."""
+"""All that runs follow from: files, as texts for other machines, and the versions of programs."""
 
 from __future__ import annotations
 
@@ -6,19 +6,24 @@ import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
+import action_servers
+import bt_mission
+import sim
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import find
-from bt_mission.core.output import cannot_write, write_file
+from bt_mission.core.files import find, folders
+from bt_mission.core.output import cannot_write, within, write_file
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.trees import all_steps
-from bt_mission.sweeps.folder import within
+from bt_mission.recording.contents import versions
 
 MISSION_FOLDER, SHIPPED = "missions", "shipped"
 """The folder of the bundle in which a mission lies; worlds and robots lie in folders beside it."""
+
+FINGERPRINT_DIGITS = 12
 
 
 @dataclass(frozen=True)
@@ -122,3 +127,29 @@ def _read(path: Path) -> str:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise BtMissionError(f"cannot read {path}: {error}") from error
+
+
+@cache
+def fingerprint() -> str:
+    """Return the first digits of a SHA-256 of all versions, of our sources and shipped missions.
+
+    Versions alone say too little where a worker runs a checkout of its own.
+    """
+    digest = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode())
+    for package in (bt_mission, action_servers, sim):
+        root = Path(str(package.__file__)).parent
+        for path in sorted(root.rglob("*.py")):
+            digest.update(f"{root.name}/{path.relative_to(root).as_posix()}\n".encode())
+            digest.update(path.read_bytes())
+    # A mission may include trees of the shipped ones; worlds and robots come with each sweep.
+    shipped = {
+        path.name: path for folder in folders("missions")[1:] for path in folder.glob("*.y*ml")
+    }
+    for name, path in sorted(shipped.items()):
+        digest.update(f"{name}\n".encode() + path.read_bytes())
+    return digest.hexdigest()[:FINGERPRINT_DIGITS]
+
+
+def versions_in_words() -> str:
+    """Return all versions in a line for people."""
+    return ", ".join(f"{name} {version}" for name, version in versions().items())

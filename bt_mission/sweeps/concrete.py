@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -46,13 +46,27 @@ class ConcreteScenario:
         return hashlib.sha256(content.encode()).hexdigest()[:ID_DIGITS]
 
 
-def varied(data: Mapping[str, Any], values: Mapping[str, Any], bundle: Bundle) -> dict[str, Any]:
-    """Return the data of a scenario with values of parameters in it.
+def concrete(
+    data: Mapping[str, Any],
+    bundle: Bundle,
+    values: Mapping[str, Any],
+    *,
+    number: int,
+    seed: int,
+    faults: Sequence[Any] = (),
+    plan: str = "",
+) -> ConcreteScenario:
+    """Return a scenario with values of parameters in it.
 
     Args:
-        data: Of the scenario that is varied.
-        values: By the parameters' names (`space`).
-        bundle: Names worlds and robots.
+        data: Of the scenario that is varied, with the names of the bundle.
+        values: By the parameters' names (`ranges`).
+        number: Its place among others.
+        faults: In addition, as a scenario file has them.
+        plan: What these are called.
+
+    Raises:
+        KeyError: For a world or a robot that the bundle does not have.
     """
     made = {key: deepcopy(value) for key, value in data.items()}
     for name, value in values.items():
@@ -63,10 +77,11 @@ def varied(data: Mapping[str, Any], values: Mapping[str, Any], bundle: Bundle) -
                 made["robot"] = bundle.robots[str(value)]
             case ["start", ("x" | "y" | "yaw") as axis]:
                 made["start"] = {**made.get("start", {}), axis: value}
-            case ["seed"]:
-                made["seed"] = value
             case ["inputs", *rest] if rest:
                 made["inputs"] = {**made.get("inputs", {}), ".".join(rest): value}
             case _:
                 made["inputs"] = {**made.get("inputs", {}), name: value}
-    return made
+    made["seed"] = seed
+    if faults:
+        made["faults"] = [*made.get("faults", ()), *faults]
+    return ConcreteScenario(number, made, dict(values), plan, bundle.digest)

@@ -15,6 +15,7 @@ from bt_mission.language.expressions.values import Plain
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.ranges import Choices, Interval, Parameter
+from bt_mission.sweeps.store import SweepAbout
 
 NO_PLAN = ""
 
@@ -104,20 +105,21 @@ class SweepPlan:
                 seen.add(made.id)
                 yield made
 
-    def as_dict(self) -> dict[str, Any]:
-        """What the sweep is, for JSON; equal for the same sweep only."""
-        return {
-            "mission": self.base.mission.name,
-            "file": self.base.path.name,
-            "mission_hash": self.base.bundle.digest,
-            "scenario": dict(self.base.data),
-            "vary": [str(one) for one in self.parameters],
-            "sample": self.sample,
-            "sample_seed": self.sample_seed,
-            "seeds": _told_seeds(self.seeds),
-            "plans": {name: list(faults) for name, faults in self.plans.items()},
-            "scenarios": self.count,
-        }
+    @property
+    def about(self) -> SweepAbout:
+        """What the sweep is; equal for the same sweep only."""
+        return SweepAbout(
+            mission=self.base.mission.name,
+            file=self.base.path.name,
+            mission_hash=self.base.bundle.digest,
+            scenario=dict(self.base.data),
+            vary=[str(one) for one in self.parameters],
+            sample=self.sample,
+            sample_seed=self.sample_seed,
+            seeds=_told_seeds(self.seeds),
+            plans={name: list(faults) for name, faults in self.plans.items()},
+            scenarios=self.count,
+        )
 
     @property
     def _plan_names(self) -> tuple[str, ...]:

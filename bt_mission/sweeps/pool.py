@@ -1,33 +1,82 @@
-"""Workers of Dask distributed, on this machine or in a cluster, that carry scenarios out."""
+"""Workers of Dask distributed that carry scenarios out, on this machine or in a cluster.
+
+Functions go to workers by their names, so bt-mission must be installed there, too.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import logging
+import os
+import re
+import signal
 from collections import Counter, deque
-from collections.abc import AsyncGenerator, AsyncIterator, Callable, Iterable, Iterator
-from contextlib import AsyncExitStack, suppress
-from dataclasses import replace
+from collections.abc import (
+    AsyncGenerator,
+    AsyncIterator,
+    Callable,
+    Iterable,
+    Iterator,
+    Mapping,
+)
+from contextlib import AsyncExitStack, asynccontextmanager, contextmanager, suppress
+from dataclasses import dataclass, replace
+from functools import cache
 from itertools import count
 from types import TracebackType
 from typing import Any, Self, TypeAlias
 
-from distributed import Client, KilledWorker, as_completed
-
-from bt_mission.sweeps.bundle import Bundle
-from bt_mission.sweeps.cluster import (
-    CLOSE_S,
-    PoolError,
-    PoolOptions,
-    connected,
-    line_of,
-    refusal,
-    unfit_workers,
-    why_unfit,
-    workers_of,
+import dask
+import distributed
+from dask.utils import parse_bytes
+from distributed import (
+    Client,
+    KilledWorker,
+    LocalCluster,
+    WorkerPlugin,
+    as_completed,
+    get_worker,
 )
+from distributed.comm import parse_address
+from distributed.comm.registry import get_backend
+from distributed.core import rpc
+from distributed.security import Security
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.recording.contents import versions
+from bt_mission.sweeps.bundle import Bundle, fingerprint, versions_in_words
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.row import ScenarioRow, row_of_error
-from bt_mission.sweeps.tasks import BundlePlugin, UnfitWorkerError, about_worker, carry_out, record
+
+SOURCES = "sources"
+"""The key of the fingerprint among the versions of a worker."""
+
+PROFILERS = ("profile", "profile-cycle")
+"""Of Dask, which looks at the stack of each task a hundred times a second, and keeps an hour of it:
+0.2 MB for each second of a simulation."""
+
+MOST_KILLS = 3
+"""A scenario that has killed so many workers on this machine is marked, and not tried again; other
+schedulers have their own number, ``distributed.scheduler.allowed-failures``."""
+
+WORKER_MEMORY = "2GiB"
+"""What a worker on this machine may take; one that takes 95 % of it is ended, and its scenario
+begun again elsewhere. A simulation takes 0.3 to 0.4 GB, with its camera 0.2 GB more."""
+
+LEAST_MEMORY = 100_000_000
+CONNECT_S = 10.0
+ANSWER_S = 60.0
+"""A worker may load bt-mission from a slow disk in so long, s."""
+
+CLOSE_S = 20.0
+LEAVE_S = 1.0
+"""Worker processes that nobody waits for are killed when they have not ended after this time, s."""
+
+NEVER = "1000 days"
+MUST_BE_EQUAL = ("dask", "distributed")
+"""Packages that the scheduler must have as they are here."""
+
+_MISSING = re.compile(r"No module named '([\w.]+)'")
 
 AHEAD = 2
 """Scenarios that wait or run at each worker: one runs, the next is there when it has ended."""
@@ -40,6 +89,300 @@ LOOK_S = 1.0
 
 Killed: TypeAlias = list[tuple[ConcreteScenario, int]]
 """Scenarios whose workers have died, and how many of them."""
+
+
+# ---- on a worker ------------------------------------------------------------------------------
+
+
+class UnfitWorkerError(Exception):
+    """A worker that cannot take part, since it has joined later with other versions, say.
+
+    Attributes:
+        address: Of the worker.
+        versions: Of what it has.
+        threads: How many tasks it takes at once.
+    """
+
+    def __init__(self, address: str, versions: dict[str, str], threads: int) -> None:
+        super().__init__(address, versions, threads)
+        self.address, self.versions, self.threads = address, versions, threads
+
+
+class BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes no types for it
+    """Gives each worker the files of a sweep, also those that join or start again later.
+
+    Args:
+        bundle: The files.
+        is_local: Is it a worker of ours, on this machine? Ctrl-C is then for the client alone.
+    """
+
+    def __init__(self, bundle: Bundle, is_local: bool) -> None:  # noqa: FBT001 - pickled by position
+        self.bundle = bundle
+        self.is_local = is_local
+
+    def setup(self, worker: Any) -> None:
+        """Make the worker ready."""
+        for one in _profilers(worker):
+            one.stop()
+        if self.is_local:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+        # Loads rclpy and MuJoCo.
+        from bt_mission.sweeps.work import ScenarioWorker  # noqa: PLC0415 - not in the client
+
+        self.scenarios = ScenarioWorker(self.bundle, _scenario_process().run)
+
+    def teardown(self, worker: Any) -> None:
+        """Remove its files, and leave the worker as it was."""
+        self.scenarios.close()
+        for one in _profilers(worker):
+            one.start()
+
+
+def _profilers(worker: Any) -> list[Any]:
+    callbacks = worker.periodic_callbacks
+    return [callbacks[name] for name in PROFILERS if name in callbacks]
+
+
+@cache
+def _scenario_process() -> Any:
+    """What all sweeps share that this worker ever takes part in."""
+    from bt_mission.scenarios.runner import (  # noqa: PLC0415 - likewise
+        ScenarioProcess,
+        prepare_process,
+        silence_logs,
+    )
+
+    prepare_process()
+    silence_logs()
+    return ScenarioProcess()
+
+
+def carry_out(scenario: ConcreteScenario, plugin: str, wanted: dict[str, str]) -> ScenarioRow:
+    """Carry a scenario out on the worker that this runs on.
+
+    Args:
+        plugin: The name of that with its files.
+        wanted: The versions that the worker must have.
+
+    Raises:
+        UnfitWorkerError: Where the worker cannot.
+    """
+    worker = get_worker()
+    versions_here, threads = about_worker(), worker.state.nthreads
+    if threads != 1 or versions_here != wanted or plugin not in worker.plugins:
+        raise UnfitWorkerError(worker.address, versions_here, threads)
+    row: ScenarioRow = worker.plugins[plugin].scenarios.carry_out(scenario)
+    return row
+
+
+def record(scenario: ConcreteScenario, plugin: str) -> tuple[bytes, bytes]:
+    """Carry a scenario out once more on the worker that this runs on; gives recording and page."""
+    found: tuple[bytes, bytes] = get_worker().plugins[plugin].scenarios.record(scenario)
+    return found
+
+
+def about_worker() -> dict[str, str]:
+    """Return all versions of this process: traces of two differ unless these are equal."""
+    dasks = {"dask": dask.__version__, "distributed": distributed.__version__}
+    return {**versions(), **dasks, SOURCES: fingerprint()}
+
+
+# ---- a cluster --------------------------------------------------------------------------------
+
+
+def memory(text: str) -> str:
+    """Return an amount of memory, such as ``2GiB``, as it is written.
+
+    Raises:
+        BtMissionError: Where it is none.
+    """
+    try:
+        amount = parse_bytes(text)
+    except ValueError:
+        amount = 0
+    if amount < LEAST_MEMORY:
+        raise BtMissionError(
+            f"--worker-memory: expected an amount such as 2GiB or 800MB, got '{text}'"
+        )
+    return text
+
+
+@dataclass(frozen=True)
+class PoolOptions:
+    """Where scenarios are carried out.
+
+    Attributes:
+        workers: Processes on this machine; None is one for each processor.
+        scheduler: Address of a scheduler of Dask instead, such as ``tcp://10.0.0.1:8786``.
+        memory: Of each worker on this machine, such as ``2GiB``.
+        dashboard: Port of Dask's dashboard on this machine's loopback address; None is none.
+    """
+
+    workers: int | None = None
+    scheduler: str | None = None
+    memory: str = WORKER_MEMORY
+    dashboard: int | None = None
+
+
+@asynccontextmanager
+async def connected(options: PoolOptions) -> AsyncIterator[Client]:
+    """Start workers on this machine, or join a scheduler.
+
+    Raises:
+        BtMissionError: Where no scheduler of this version answers.
+    """
+    # What it has to say of a lost connection is told as an error of ours.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    if options.scheduler is not None:
+        async with _closing(await _join(options.scheduler)) as client:
+            yield client
+        return
+    # Dask gives a worker up that has died and is not back in 15 s, or has died again by then; a
+    # sweep would go on with fewer and fewer.
+    dask.config.set({"distributed.deploy.lost-worker-timeout": NEVER})
+    # It looks at the stack of each process a hundred times a second, and keeps that of an hour.
+    dask.config.set({"distributed.worker.profile.enabled": False})
+    with _interrupts_ignored():
+        cluster = await LocalCluster(
+            n_workers=options.workers or os.cpu_count() or 1,
+            threads_per_worker=1,
+            processes=True,
+            memory_limit=options.memory,
+            host="127.0.0.1",
+            # Dask always serves its metrics.
+            dashboard_address=f"127.0.0.1:{options.dashboard or 0}",
+            worker_dashboard_address=None,
+            silence_logs=logging.CRITICAL,
+            asynchronous=True,
+            scheduler_kwargs={"allowed_failures": MOST_KILLS - 1},
+        )
+    async with _closing(cluster), _closing(await Client(cluster, asynchronous=True)) as client:
+        try:
+            yield client
+        except BaseException:  # nobody waits for the scenarios that are under way
+            closed = (one.close(timeout=LEAVE_S) for one in cluster.workers.values())
+            await asyncio.gather(*closed, return_exceptions=True)
+            raise
+
+
+async def _join(address: str) -> Client:
+    try:
+        get_backend(parse_address(address)[0])
+        await _refuse_other_scheduler(address)
+        return await Client(address, asynchronous=True, timeout=CONNECT_S)
+    except (OSError, ValueError, TypeError, TimeoutError, ImportError) as error:
+        raise BtMissionError(
+            f"no scheduler of Dask answers at {address} ({line_of(error)}); start one with "
+            "`dask scheduler`"
+        ) from error
+
+
+async def _refuse_other_scheduler(address: str) -> None:
+    """Ask a scheduler for its versions in a way that all of them understand."""
+    arguments = Security().get_connection_args("client")
+    async with rpc(address, connection_args=arguments, timeout=CONNECT_S) as scheduler:
+        found = await asyncio.wait_for(scheduler.versions(), CONNECT_S)
+    there = found["packages"]
+    here = about_worker()
+    wrong = [name for name in MUST_BE_EQUAL if there.get(name) != here[name]]
+    if wrong:
+        raise BtMissionError(
+            f"the scheduler at {address} has "
+            + ", ".join(f"{name} {there.get(name)} (here {here[name]})" for name in wrong)
+            + ": install there what is here, or here what is there"
+        )
+
+
+@asynccontextmanager
+async def _closing(what: Any) -> AsyncIterator[Any]:
+    try:
+        yield what
+    finally:
+        with suppress(Exception):  # what is gone needs no closing
+            await asyncio.wait_for(what.close(), CLOSE_S)
+
+
+@contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """Processes that start now ignore Ctrl-C, which a terminal sends to all of them."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+# ---- who can take part ------------------------------------------------------------------------
+
+
+async def workers_of(client: Client) -> dict[str, dict[str, Any]]:
+    """Return what the scheduler knows of each worker, by its address."""
+    return dict((await client.scheduler.identity())["workers"])
+
+
+async def unfit_workers(client: Client) -> dict[str, str]:
+    """Return why workers cannot take part, by their addresses; those that can are left out.
+
+    Raises:
+        BtMissionError: Where some do not answer.
+    """
+    threads = {name: one["nthreads"] for name, one in (await workers_of(client)).items()}
+    try:
+        found = await asyncio.wait_for(client.run(about_worker, on_error="return"), ANSWER_S)
+    except TimeoutError:
+        raise BtMissionError(
+            f"some of {len(threads)} workers have not answered in {ANSWER_S:g} s"
+        ) from None
+    told_of = {name: why_unfit(one, threads.get(name, 1)) for name, one in found.items()}
+    return {name: why for name, why in told_of.items() if why}
+
+
+def why_unfit(found: Any, threads: int) -> str:
+    """Say why a worker cannot take part; empty where it can, or is gone by now.
+
+    Args:
+        found: Its versions, or the exception that came instead.
+        threads: How many tasks it takes at once.
+    """
+    if isinstance(found, OSError):
+        return ""
+    if isinstance(found, BaseException):
+        missing = _MISSING.search(str(found))
+        if missing and missing[1] == "bt_mission":
+            return "has no bt-mission"
+        return f"has another bt-mission, or a broken one ({line_of(found)})"
+    here = about_worker()
+    if not isinstance(found, Mapping):
+        return "has another bt-mission"
+    differing = [name for name in here if name != SOURCES and found.get(name) != here[name]]
+    if differing:
+        named = (f"{name} {found.get(name, 'missing')} (here {here[name]})" for name in differing)
+        return f"has {', '.join(named)}"
+    if found.get(SOURCES) != here[SOURCES]:
+        return "has a bt-mission with other sources or shipped missions"
+    if threads != 1:
+        return (
+            f"has {threads} threads, and a simulation takes a process of its own: start workers "
+            "with --nthreads 1 (and --nworkers N)"
+        )
+    return ""
+
+
+def refusal(unfit: Mapping[str, str], total: int) -> BtMissionError:
+    """Return the error for workers that cannot take part."""
+    name, why = next(iter(unfit.items()))
+    return BtMissionError(
+        f"{len(unfit)} of {total} workers cannot take part, or traces would differ: {name} {why}; "
+        f"install everywhere what is here: {versions_in_words()}"
+    )
+
+
+def line_of(error: BaseException) -> str:
+    """Return the first line of what an error says."""
+    return (str(error) or type(error).__name__).splitlines()[0]
+
+
+# ---- the pool ---------------------------------------------------------------------------------
 
 
 class ScenarioPool:
@@ -110,7 +453,7 @@ class ScenarioPool:
         is told as an error. Where all workers are gone, it waits for others.
 
         Raises:
-            PoolError: Where the scheduler is gone, or the last worker cannot take part.
+            BtMissionError: Where the scheduler is gone, or the last worker cannot take part.
         """
         suspects: Killed = []
         async for row in self._rows(iter(scenarios), self._room, suspects):
@@ -232,7 +575,7 @@ class ScenarioPool:
     def _refuse_lost(self) -> None:
         status = self._client.status
         if status != "running":
-            raise PoolError(
+            raise BtMissionError(
                 f"the scheduler is gone (the connection is {status}); what has ended is kept"
             )
 
@@ -244,7 +587,7 @@ class ScenarioPool:
         self._has_dashboard = is_wanted and "dashboard" in info["services"]
         if not info["workers"]:
             address = self._options.scheduler
-            raise PoolError(
+            raise BtMissionError(
                 f"{address}: the scheduler has no workers; start some with "
                 f"`dask worker {address} --nthreads 1`"
             )
@@ -256,7 +599,7 @@ class ScenarioPool:
         """Send a worker away that has joined later and cannot take part.
 
         Raises:
-            PoolError: Where no other is left.
+            BtMissionError: Where no other is left.
         """
         await self._client.retire_workers([unfit.address])
         if not set(await workers_of(self._client)) - {unfit.address}:
@@ -268,7 +611,7 @@ class ScenarioPool:
         try:
             await self._client.register_plugin(plugin, self._name)
         except Exception as error:
-            raise PoolError(f"a worker cannot be set up: {line_of(error)}") from error
+            raise BtMissionError(f"a worker cannot be set up: {line_of(error)}") from error
 
     async def _take_bundle_back(self) -> None:
         if self._options.scheduler is None or self._client.status != "running":

@@ -1,25 +1,106 @@
-"""How one row of a sweep is carried out again: a line for the shell, or a scenario file."""
+"""What a sweep was made from, kept beside its rows, and how one row is carried out again."""
 
 from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, Self
 
-from bt_mission.core.output import write_file
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.output import within, write_file
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.dump import to_yaml
+from bt_mission.coverage.places import CoveragePlace
+from bt_mission.coverage.record import CoverageRecord
 from bt_mission.scenarios.scenario import TIME_IS_UP
-from bt_mission.sweeps.concrete import ConcreteScenario, varied
-from bt_mission.sweeps.folder import StoreError, within
-from bt_mission.sweeps.origin import SweepOrigin
+from bt_mission.sweeps.bundle import Bundle
+from bt_mission.sweeps.concrete import concrete
+from bt_mission.sweeps.plan import SweepPlan
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.store import ResultStore
 
+ORIGIN_KEY = "origin"
+"""The key of the store's value."""
+
 SCENARIOS = "scenarios"
 """The folder of the results for scenario files, with all that they need."""
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """Options of `bt-mission run` that hold for every row."""
+
+    set: dict[str, Any]
+    fault: list[str]
+    world: str | None
+    robot: str | None
+
+
+@dataclass(frozen=True)
+class SweepOrigin:
+    """What is known of a sweep besides what it is: where its files were, and all that they held.
+
+    Attributes:
+        path: The mission or the scenario as the user has named it.
+        command: The line that has begun the sweep; empty where Python has.
+        is_scenario: Is it a scenario rather than a mission?
+        options: None where the options of `run` cannot say it.
+        bundle: All files.
+        places: What there is to reach in the mission.
+    """
+
+    __pydantic_config__ = ConfigDict(strict=True)
+
+    path: str
+    command: str
+    is_scenario: bool
+    options: RunOptions | None
+    bundle: Bundle
+    places: tuple[CoveragePlace, ...] = ()
+
+    def save(self, store: ResultStore) -> None:
+        """Keep it beside the rows."""
+        store.set_value(ORIGIN_KEY, json.dumps(asdict(self), ensure_ascii=False))
+
+    @classmethod
+    def of(cls, store: ResultStore) -> Self | None:
+        """Read that of results; None where they have none."""
+        text = store.value(ORIGIN_KEY)
+        try:
+            return None if text is None else TypeAdapter(cls).validate_json(text)
+        except ValidationError as error:
+            what = "the files that the sweep was made from cannot be read"
+            raise BtMissionError(f"{store.folder}: {what}: {error.errors()[0]['msg']}") from None
+
+
+def origin_of(plan: SweepPlan, command: str = "", path: str = "") -> SweepOrigin:
+    """Return what a plan was made from.
+
+    Args:
+        command: The line that has begun the sweep.
+        path: What the user has called the mission; where it is empty, its file.
+    """
+    base, changes = plan.base, plan.base.changes
+    is_said = not changes.requirements and changes.limit is None
+    faults = list(changes.faults)
+    options = RunOptions(dict(changes.set), faults, changes.world, changes.robot)
+    return SweepOrigin(
+        path=path or str(base.path),
+        command=command,
+        is_scenario=base.is_scenario,
+        options=options if is_said else None,
+        bundle=base.bundle,
+        places=CoverageRecord.of(base.mission).places,
+    )
+
+
+def resume_command(command: str) -> str:
+    """Return the line that continues a sweep."""
+    return command if not command or "--resume" in command.split() else f"{command} --resume"
 
 
 class Repeater:
@@ -50,10 +131,10 @@ class Repeater:
         origin = self.origin
         if origin is None or origin.options is None or row.reason == TIME_IS_UP:
             return None
-        given = dict(origin.options)
-        nature = self._about["scenario"].get("nature")
+        given = asdict(origin.options)
+        nature = self._about.scenario.get("nature")
         values = dict(given["set"])
-        faults = [*given["fault"], *self._about.get("plans", {}).get(row.plan, ())]
+        faults = [*given["fault"], *self._about.plans.get(row.plan, ())]
         for name, value in row.parameters.items():
             if name in ("world", "robot"):
                 given[name] = value
@@ -73,41 +154,39 @@ class Repeater:
             *(word for fault in faults for word in ("--fault", fault)),
         ]
 
-    def scenario(self, row: ScenarioRow) -> ConcreteScenario:
-        """Return the scenario of a row, with the names of the bundle.
-
-        Raises:
-            StoreError: Where the results do not hold what it was made from.
-        """
-        if self.origin is None:
-            raise StoreError(f"{self._store.folder}: holds no files of its mission")
-        bundle = self.origin.bundle
-        try:
-            data = varied(self._about["scenario"], row.parameters, bundle)
-        except KeyError as error:
-            raise StoreError(f"{self._store.folder}: holds no world or robot {error}") from None
-        data["seed"] = row.seed
-        if more := self._about.get("plans", {}).get(row.plan, ()):
-            data["faults"] = [*data.get("faults", ()), *more]
-        made = ConcreteScenario(row.number, data, row.parameters, row.plan, bundle.digest)
-        if made.id != row.id:
-            raise StoreError(f"{self._store.folder}: what {row.id} was made from has changed")
-        return made
-
     def write(self, row: ScenarioRow) -> Path:
         """Write the scenario of a row as a file among the results, with all that it needs.
 
         Raises:
-            BtMissionError: Where it is not known, or cannot be written.
+            BtMissionError: Where the results do not hold what it was made from, or it cannot be
+                written.
         """
-        scenario = self.scenario(row)
-        assert self.origin is not None, "the scenario has come from it"
+        folder, about = self._store.folder, self._about
+        if self.origin is None:
+            raise BtMissionError(f"{folder}: holds no files of its mission")
         bundle = self.origin.bundle
-        bundle.write_to(within(self._store.folder, SCENARIOS))
+        try:
+            scenario = concrete(
+                about.scenario,
+                bundle,
+                row.parameters,
+                number=row.number,
+                seed=row.seed,
+                faults=about.plans.get(row.plan, ()),
+                plan=row.plan,
+            )
+        except KeyError as error:
+            raise BtMissionError(f"{folder}: holds no world or robot {error}") from None
+        if scenario.id != row.id:
+            raise BtMissionError(f"{folder}: what {row.id} was made from has changed")
+        bundle.write_to(within(folder, SCENARIOS))
         path = self._path(row)
-        remarks = "".join(f"# {escape_control(line)}\n" for line in self._remarks(row))
+        remarks = [f"Scenario {row.number} of a sweep: {told_parameters(row)}."]
+        if row.trace_sha256:
+            remarks.append(f"Its trace was {row.trace_sha256}.")
+        lines = "".join(f"# {escape_control(line)}\n" for line in remarks)
         data = {"scenario": scenario.data["scenario"], **scenario.data}
-        write_file(path, remarks + to_yaml(data))
+        write_file(path, lines + to_yaml(data))
         return path
 
     def _path(self, row: ScenarioRow) -> Path:
@@ -116,17 +195,12 @@ class Repeater:
         name = beside.with_name(f"{row.id}.scenario.yaml").as_posix()
         return within(self._store.folder, name)
 
-    def _remarks(self, row: ScenarioRow) -> Iterator[str]:
-        yield f"Scenario {row.number} of a sweep: {told_parameters(row) or f'seed {row.seed}'}."
-        if row.trace_sha256:
-            yield f"Its trace was {row.trace_sha256}."
-
 
 def find_row(store: ResultStore, name: str) -> ScenarioRow:
     """Return the row of an id, of its first digits, or of a scenario's number.
 
     Raises:
-        StoreError: Where there is none, or several.
+        BtMissionError: Where there is none, or several.
     """
     found = list(store.rows("id = ?", name))
     if not found and name.isdecimal():
@@ -135,7 +209,7 @@ def find_row(store: ResultStore, name: str) -> ScenarioRow:
         found = list(store.rows("substr(id, 1, ?) = ?", len(name), name))
     if len(found) != 1:
         how = "several scenarios begin" if found else "no scenario is called so or begins"
-        raise StoreError(f"{store.folder}: {how} with '{name}'")
+        raise BtMissionError(f"{store.folder}: {how} with '{name}'")
     return found[0]
 
 

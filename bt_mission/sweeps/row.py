@@ -1,12 +1,25 @@
-"""What one scenario came to: a row of the results."""
+"""The result of one scenario: a row, whose types are those of its columns in SQLite and CSV."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    JsonValue,
+    TypeAdapter,
+    ValidationError,
+)
+from pydantic_core import PydanticCustomError
+
+from bt_mission.core.nature import BY_NAME
 from bt_mission.scenarios.cause import Cause, CauseKind, kind_of, masked
 from bt_mission.scenarios.scenario import ScenarioResult
 from bt_mission.sweeps.concrete import ConcreteScenario
@@ -14,9 +27,29 @@ from bt_mission.sweeps.concrete import ConcreteScenario
 RowOutcome = Literal["success", "failure", "interrupted", "error"]
 
 
+def _of_json(text: Any) -> Any:
+    """Return the value of a column that holds JSON."""
+    try:
+        value = json.loads(text)
+        json.dumps(value, allow_nan=False)
+    except (TypeError, ValueError, RecursionError):
+        raise PydanticCustomError("json", "is not JSON") from None
+    return value
+
+
+def _known_quantities(value: Mapping[str, float]) -> Mapping[str, float]:
+    if unknown := value.keys() - BY_NAME.keys():
+        raise ValueError(f"unknown quantities of nature: {unknown}")
+    return value
+
+
+Json = BeforeValidator(_of_json)
+Digits = Annotated[str, Field(pattern="^[0-9a-f]*$")]
+
+
 @dataclass(frozen=True)
 class RequirementMargin:
-    """What a requirement came to in one run.
+    """The result of a requirement in one run.
 
     Attributes:
         verdict: ``holds``, ``violated``, ``open`` or ``unknown``.
@@ -25,7 +58,7 @@ class RequirementMargin:
         at: The instant that decides, s since the start.
     """
 
-    verdict: str
+    verdict: Annotated[str, Field(pattern="^(holds|violated|open|unknown)$")]
     margin: float | None = None
     unit: str = ""
     at: float | None = None
@@ -33,7 +66,7 @@ class RequirementMargin:
 
 @dataclass(frozen=True)
 class ScenarioRow:
-    """What one scenario came to.
+    """The result of one scenario; each field is a column.
 
     Attributes:
         id: Of the concrete scenario: two with the same id give the same run.
@@ -64,15 +97,19 @@ class ScenarioRow:
         attempts: How often a worker was given it: once more for each that died with it.
     """
 
-    id: str
+    __pydantic_config__ = ConfigDict(allow_inf_nan=False)
+
+    id: Annotated[Digits, Field(min_length=1, max_length=64)]
     number: int
     seed: int
     world: str = ""
     robot: str = ""
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    parameters: Annotated[Mapping[str, JsonValue], Json] = field(default_factory=dict)
     plan: str = ""
-    faults: tuple[str, ...] = ()
-    nature: Mapping[str, float] = field(default_factory=dict)
+    faults: Annotated[tuple[str, ...], Json] = ()
+    nature: Annotated[Mapping[str, float], AfterValidator(_known_quantities), Json] = field(
+        default_factory=dict
+    )
     outcome: RowOutcome = "error"
     passed: bool = False
     cause_kind: CauseKind | Literal[""] = ""
@@ -87,10 +124,10 @@ class ScenarioRow:
     orphaned_goals: int = 0
     ticks: int = 0
     least_margin: float | None = None
-    requirements: Mapping[str, RequirementMargin] = field(default_factory=dict)
-    coverage: str = ""
+    requirements: Annotated[Mapping[str, RequirementMargin], Json] = field(default_factory=dict)
+    coverage: Digits = ""
     trace_sha256: str = ""
-    sample: str = ""
+    sample: Annotated[Digits, Field(max_length=16)] = ""
     versions: str = ""
     worker: str = ""
     attempts: int = 1
@@ -126,6 +163,30 @@ class ScenarioRow:
             (name, one) for name, one in self.requirements.items() if one.verdict == "violated"
         ]
         return min(violated, key=lambda pair: math.inf if pair[1].at is None else pair[1].at)[0]
+
+
+_ROW = TypeAdapter(ScenarioRow)
+
+
+def row_of_columns(columns: Mapping[str, Any]) -> ScenarioRow:
+    """Return a row of its columns; they may come from others.
+
+    Raises:
+        ValueError: With the first column that is broken.
+    """
+    try:
+        row = _ROW.validate_python(columns)
+    except ValidationError as error:
+        first = error.errors()[0]
+        name = str(first["loc"][0])
+        text = repr(columns[name])
+        shown = text if len(text) <= 60 else f"{text[:59]}…"
+        what = first["msg"] if first["type"] == "json" else "is invalid"
+        raise ValueError(f"column '{name}': {shown} {what}") from None
+    is_violated = any(one.verdict == "violated" for one in row.requirements.values())
+    if row.passed != (row.cause_kind == "") or (row.cause_kind == "violated" and not is_violated):
+        raise ValueError(f"column 'cause_kind': '{row.cause_kind}' contradicts the other columns")
+    return row
 
 
 def row_of(scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float) -> ScenarioRow:

@@ -1,4 +1,4 @@
-"""The results of a sweep: a SQLite file that has each row as soon as it is known.
+"""The results of a sweep: a SQLite file that has each row as soon as it is known, and CSV of it.
 
 SQLite rather than Parquet: a row is appended and durable at once, a process that is killed in the
 middle loses none, and pandas, DuckDB, R and spreadsheets read it. (A Parquet file is written as a
@@ -7,36 +7,77 @@ whole; ``COPY (SELECT * FROM scenarios) TO 'sweep.parquet'`` in DuckDB makes one
 
 from __future__ import annotations
 
+import csv
 import fcntl
 import json
+import re
 import sqlite3
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, fields
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Annotated, Any, Self, TextIO
 
-from bt_mission.sweeps.folder import StoreError, within
-from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.row_reader import JSON, RowError, row_of_columns
+from pydantic import AfterValidator, ConfigDict, TypeAdapter, ValidationError
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.output import within
+from bt_mission.core.text import escape_lines
+from bt_mission.sweeps.row import ScenarioRow, row_of_columns
 
 FILE = "results.sqlite"
 LOCK = "lock"
-FORMAT = 2
+FORMAT = 3
 """Version of the tables."""
+RECORDINGS = "recordings"
+"""The folder of the results for recordings of single scenarios, named by their ids."""
+VERSIONS = "versions"
+"""Begins the keys of versions in full; a fingerprint follows."""
 
-_NAMES = tuple(one.name for one in fields(ScenarioRow))
+_COLUMNS = {one.name: str(one.type) for one in fields(ScenarioRow)}
+_NAMES = ", ".join(_COLUMNS)
 _TYPES = {"int": "INTEGER", "bool": "INTEGER", "float": "REAL"}
 _BESIDE = ("", "-wal", "-shm", "-journal")
 """Ends of the names of the file and of those that SQLite opens beside it."""
 
 
+def _scenario(value: dict[str, Any]) -> dict[str, Any]:
+    if not isinstance(value.get("inputs", {}), dict):
+        raise ValueError("inputs are a mapping")  # noqa: TRY004 - pydantic takes a ValueError
+    return value
+
+
+@dataclass(frozen=True)
+class SweepAbout:
+    """What a sweep is: equal for the same sweep only.
+
+    Attributes:
+        mission: Its name; likewise `file`.
+        mission_hash: SHA-256 of all files.
+        scenario: The base that is varied, as a scenario file has it.
+        vary: The parameters, as texts.
+        sample: The number of draws; None is every combination.
+        seeds: None is the mission's own.
+        plans: Faults by the names of plans.
+        scenarios: How many there are.
+    """
+
+    __pydantic_config__ = ConfigDict(extra="forbid", strict=True)
+
+    mission: str = ""
+    file: str = ""
+    mission_hash: str = ""
+    scenario: Annotated[dict[str, Any], AfterValidator(_scenario)] = field(default_factory=dict)
+    vary: list[str] = field(default_factory=list)
+    sample: int | None = None
+    sample_seed: int = 0
+    seeds: str | None = None
+    plans: dict[str, list[Any]] = field(default_factory=dict)
+    scenarios: int = 0
+
+
 class ResultStore:
     """The rows of a sweep in a folder.
-
-    Args:
-        folder: Of the results.
-        about: What the sweep is, as JSON has it: equal for the same sweep only.
 
     Use :meth:`create`, :meth:`resume` or :meth:`read`.
     """
@@ -49,63 +90,33 @@ class ResultStore:
     # ---- opening -------------------------------------------------------------------------
 
     @classmethod
-    def create(cls, folder: Path, about: Mapping[str, Any]) -> Self:
+    def create(cls, folder: Path, about: SweepAbout) -> Self:
         """Begin a new one.
 
         Raises:
-            StoreError: Where there are results already, or they cannot be written.
+            BtMissionError: Where there are results already, or they cannot be written.
         """
         store = cls._writable(folder)
-        if store.is_empty or store.has_no_rows:
+        if store.is_empty:
             return store.begin(about)
         store.close()
-        raise StoreError(
+        raise BtMissionError(
             f"{folder}: has results of a sweep; add --resume to go on with it, or name another "
             "folder with -o"
         )
 
-    @property
-    def is_empty(self) -> bool:
-        """Was the file just made, or its maker killed before it had begun?"""
-        found = self._connection.execute("SELECT count(*) FROM sqlite_master").fetchone()
-        return not found[0]
-
-    @property
-    def has_no_rows(self) -> bool:
-        """Are these results of ours in which nothing is, since no worker could be used, say?"""
-        self.check_format()
-        return not self._connection.execute("SELECT count(*) FROM scenarios").fetchone()[0]
-
-    def begin(self, about: Mapping[str, Any]) -> Self:
-        """Make the tables."""
-        columns = ", ".join(
-            f"{one.name} {_column(str(one.type))}{' PRIMARY KEY' if one.name == 'id' else ''}"
-            for one in fields(ScenarioRow)
-        )
-        with self._transaction("begin the results") as connection:
-            connection.execute(f"CREATE TABLE IF NOT EXISTS scenarios ({columns}) WITHOUT ROWID")
-            connection.execute(
-                "CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID"
-            )
-            connection.executemany(
-                "INSERT OR REPLACE INTO about VALUES (?, ?)",
-                [("format", str(FORMAT)), ("sweep", json.dumps(about, sort_keys=True))],
-            )
-        return self
-
     @classmethod
-    def resume(cls, folder: Path, about: Mapping[str, Any]) -> Self:
-        """Go on with the results of the same sweep.
+    def resume(cls, folder: Path, about: SweepAbout) -> Self:
+        """Continue the results of the same sweep.
 
         Raises:
-            StoreError: For results of another sweep, with what differs.
+            BtMissionError: For results of another sweep, with what differs.
         """
         store = cls._writable(folder)
         if store.is_empty:
             return store.begin(about)
         try:
-            store.check_format()
-            _refuse_other(folder, store.about, json.loads(json.dumps(about)))
+            _refuse_other(folder, store.about, about)
         except BaseException:
             store.close()
             raise
@@ -116,11 +127,11 @@ class ResultStore:
         """Open results to read them, also while a sweep writes.
 
         Raises:
-            StoreError: Where there are none.
+            BtMissionError: Where there are none.
         """
         file = folder / FILE if folder.is_dir() else folder
         if not file.is_file():
-            raise StoreError(f"{folder}: no results of a sweep are there (no {FILE})")
+            raise BtMissionError(f"{folder}: no results of a sweep are there (no {FILE})")
         if folder.is_dir():
             _refuse_links(folder)
         connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
@@ -137,47 +148,70 @@ class ResultStore:
             _refuse_links(folder)
             lock = within(folder, LOCK).open("w")
         except OSError as error:
-            raise StoreError(f"cannot write {folder}: {error.strerror or error}") from error
+            raise BtMissionError(f"cannot write {folder}: {error.strerror or error}") from error
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             lock.close()
-            raise StoreError(f"{folder}: another sweep writes its results there") from error
+            raise BtMissionError(f"{folder}: another sweep writes its results there") from error
         try:
             connection = sqlite3.connect(folder / FILE, isolation_level=None)
             connection.execute("PRAGMA journal_mode=WAL")
             connection.execute("PRAGMA synchronous=NORMAL")
         except sqlite3.Error as error:
             lock.close()
-            raise StoreError(f"{folder / FILE}: {error}") from error
+            raise BtMissionError(f"{folder / FILE}: {error}") from error
         return cls(folder, connection, lock)
 
+    @property
+    def is_empty(self) -> bool:
+        """Has it no rows: was it just made, or could no worker be used, say?"""
+        if not self._connection.execute("SELECT 1 FROM sqlite_master").fetchone():
+            return True
+        self.check_format()
+        return not self._connection.execute("SELECT 1 FROM scenarios LIMIT 1").fetchone()
+
+    def begin(self, about: SweepAbout) -> Self:
+        """Make the tables."""
+        columns = ", ".join(
+            f"{name} {_TYPES.get(kind.partition(' ')[0], 'TEXT')}"
+            for name, kind in _COLUMNS.items()
+        )
+        with self._writing("begin the results"):
+            self._connection.execute(
+                f"CREATE TABLE IF NOT EXISTS scenarios ({columns}, PRIMARY KEY (id)) WITHOUT ROWID"
+            )
+            self._connection.execute(
+                "CREATE TABLE IF NOT EXISTS about (key TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID"
+            )
+            self._connection.executemany(
+                "INSERT OR REPLACE INTO about VALUES (?, ?)",
+                [("format", str(FORMAT)), ("sweep", json.dumps(asdict(about), sort_keys=True))],
+            )
+        return self
+
     def check_format(self) -> None:
-        """Refuse what is no file of ours, or of another version. Raises StoreError."""
+        """Refuse a file of another program or another version. Raises BtMissionError."""
         try:
-            found = self._connection.execute("SELECT value FROM about WHERE key = 'format'")
-            row = found.fetchone()
+            found = self.value("format")
         except sqlite3.Error as error:
             self.close()
-            raise StoreError(f"{self.folder}: not results of a sweep ({error})") from error
-        if row is None or row[0] != str(FORMAT):
+            raise BtMissionError(f"{self.folder}: not results of a sweep ({error})") from error
+        if found != str(FORMAT):
             self.close()
-            got = "no version" if row is None else f"version {row[0]}"
-            raise StoreError(f"{self.folder}: results of {got}; this bt-mission has {FORMAT}")
+            got = "no version" if found is None else f"version {found}"
+            raise BtMissionError(f"{self.folder}: results of {got}; this bt-mission has {FORMAT}")
 
     # ---- rows ----------------------------------------------------------------------------
 
     @property
-    def about(self) -> dict[str, Any]:
+    def about(self) -> SweepAbout:
         """What the sweep is."""
-        text = self.value("sweep")
         try:
-            found = {} if text is None else json.loads(text)
-        except (ValueError, RecursionError):
-            found = None
-        if not isinstance(found, dict) or not _is_about(found):
-            raise StoreError(f"{self.folder / FILE}: the description of the sweep cannot be read")
-        return found
+            return TypeAdapter(SweepAbout).validate_json(self.value("sweep") or "{}")
+        except ValidationError:
+            message = "the description of the sweep cannot be read"
+            raise BtMissionError(f"{self.folder / FILE}: {message}") from None
 
     def value(self, key: str) -> str | None:
         """A value beside the rows; None where there is none."""
@@ -186,27 +220,27 @@ class ResultStore:
 
     def set_value(self, key: str, value: str) -> None:
         """Keep a value beside the rows."""
-        with self._transaction("write a value") as connection:
-            connection.execute("INSERT OR REPLACE INTO about VALUES (?, ?)", (key, value))
+        with self._writing("write a value"):
+            self._connection.execute("INSERT OR REPLACE INTO about VALUES (?, ?)", (key, value))
 
     def add(self, row: ScenarioRow) -> None:
         """Append a row; it is there when this returns. One with the same id is replaced.
 
         Raises:
-            StoreError: Where it cannot be written, on a full disk, say.
+            BtMissionError: Where it cannot be written, on a full disk, say.
         """
-        given = asdict(row)
-        values = [json.dumps(given[key]) if key in JSON else given[key] for key in _NAMES]
+        values = [
+            json.dumps(one) if isinstance(one, dict | tuple) else one
+            for one in asdict(row).values()
+        ]
         marks = ", ".join("?" * len(values))
-        with self._transaction("write a row") as connection:
-            connection.execute(f"INSERT OR REPLACE INTO scenarios VALUES ({marks})", values)  # noqa: S608 - question marks only
+        with self._writing("write a row"):
+            self._connection.execute(f"INSERT OR REPLACE INTO scenarios VALUES ({marks})", values)  # noqa: S608 - question marks only
 
     def ids(self, *, without_errors: bool = False) -> set[str]:
         """The ids of all rows, or of those of scenarios that could run."""
-        query = "SELECT id FROM scenarios"
-        if without_errors:
-            query += " WHERE outcome != 'error'"
-        return {one for (one,) in self._connection.execute(query)}
+        condition = " WHERE outcome != 'error'" if without_errors else ""
+        return {one for (one,) in self._connection.execute(f"SELECT id FROM scenarios{condition}")}  # noqa: S608 - no text of a user's
 
     def rows(self, where: str = "", *values: Any) -> Iterator[ScenarioRow]:
         """All rows, in the order of their numbers.
@@ -215,24 +249,29 @@ class ResultStore:
             where: A condition in SQL, ours alone, with ``?`` for the values.
         """
         condition = f" WHERE {where}" if where else ""
-        query = f"SELECT {', '.join(_NAMES)} FROM scenarios{condition} ORDER BY number, id"  # noqa: S608 - no text of a user's
+        query = f"SELECT {_NAMES} FROM scenarios{condition} ORDER BY number, id"  # noqa: S608 - no text of a user's
         try:
             for found in self._connection.execute(query, values):
-                yield self._row(dict(zip(_NAMES, found, strict=True)))
+                columns = dict(zip(_COLUMNS, found, strict=True))
+                try:
+                    yield row_of_columns(columns)
+                except ValueError as error:
+                    row = f"row {columns['number']!r} (id {columns['id']!r})"
+                    raise BtMissionError(f"{self.folder / FILE}: {row}: {error}") from None
         except sqlite3.DatabaseError as error:
-            raise StoreError(f"{self.folder / FILE}: {error}") from error
-
-    def _row(self, found: Mapping[str, Any]) -> ScenarioRow:
-        try:
-            return row_of_columns(found)
-        except RowError as error:
-            row = f"row {found['number']!r} (id {found['id']!r})"
-            raise StoreError(f"{self.folder / FILE}: {row}: {error}") from None
+            raise BtMissionError(f"{self.folder / FILE}: {error}") from error
 
     # ---- ends ----------------------------------------------------------------------------
 
-    def _transaction(self, what: str) -> _Transaction:
-        return _Transaction(self._connection, self.folder / FILE, what)
+    @contextmanager
+    def _writing(self, what: str) -> Iterator[None]:
+        """Write all of it, or nothing."""
+        try:
+            self._connection.execute("BEGIN IMMEDIATE")
+            with self._connection:  # commits, or rolls back
+                yield
+        except sqlite3.Error as error:
+            raise BtMissionError(f"{self.folder / FILE}: cannot {what}: {error}") from error
 
     def close(self) -> None:
         """Close the file, and let others write."""
@@ -247,64 +286,78 @@ class ResultStore:
         self.close()
 
 
-class _Transaction:
-    """All of it, or nothing; an error of SQLite is told in our words."""
-
-    def __init__(self, connection: sqlite3.Connection, file: Path, what: str) -> None:
-        self._connection = connection
-        self._file = file
-        self._what = what
-
-    def __enter__(self) -> sqlite3.Connection:
-        self._connection.execute("BEGIN IMMEDIATE")
-        return self._connection
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
-    ) -> None:
-        try:
-            self._connection.execute("COMMIT" if error is None else "ROLLBACK")
-        except sqlite3.Error as broken:
-            error = error or broken
-        if isinstance(error, sqlite3.Error):
-            raise StoreError(f"{self._file}: cannot {self._what}: {error}") from error
-
-
-def _column(written: str) -> str:
-    return _TYPES.get(written.partition(" ")[0], "TEXT")
-
-
 def _refuse_links(folder: Path) -> None:
     for end in _BESIDE:
         within(folder, f"{FILE}{end}")
 
 
-def _is_about(found: Mapping[str, Any]) -> bool:
-    """Is it what a plan writes of itself, as far as anybody reads it?"""
-    kinds = {"vary": list, "plans": dict, "scenario": dict}
-    return (
-        all(isinstance(found.get(name, kind()), kind) for name, kind in kinds.items())
-        and isinstance(found.get("scenario", {}).get("inputs", {}), dict)
-        and all(isinstance(one, list) for one in found.get("plans", {}).values())
-        and isinstance(found.get("scenarios", 0), int)
-        and isinstance(found.get("sample"), int | None)
-        and isinstance(found.get("seeds"), str | None)
-        and all(isinstance(found.get(name, ""), str) for name in ("mission", "mission_hash"))
-    )
-
-
-def _refuse_other(folder: Path, then: Mapping[str, Any], now: Mapping[str, Any]) -> None:
-    differing = sorted(key for key in {*then, *now} if then.get(key) != now.get(key))
-    if not differing:
-        return
-    told = "; ".join(
-        f"{key} was {_short(then.get(key))}, is {_short(now.get(key))}" for key in differing
-    )
-    raise StoreError(
-        f"{folder}: has results of another sweep ({told}); name another folder with -o"
-    )
+def _refuse_other(folder: Path, then: SweepAbout, now: SweepAbout) -> None:
+    there, here = vars(then), json.loads(json.dumps(asdict(now)))
+    differing = [
+        f"{key} was {_short(there[key])}, is {_short(here[key])}"
+        for key in sorted(here)
+        if there[key] != here[key]
+    ]
+    if differing:
+        told = "; ".join(differing)
+        raise BtMissionError(
+            f"{folder}: has results of another sweep ({told}); name another folder with -o"
+        )
 
 
 def _short(value: Any, most: int = 60) -> str:
     text = json.dumps(value)
     return text if len(text) <= most else f"{text[: most - 1]}…"
+
+
+# ---- CSV --------------------------------------------------------------------------------------
+
+_NESTED = {"parameters": "parameter", "nature": "nature", "requirements": ""}
+_PLAIN = tuple(name for name in _COLUMNS if name not in _NESTED)
+_FORMULA = re.compile(r"[=+\-@\t\r\n]")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+
+
+def write_csv(rows: Callable[[], Iterable[ScenarioRow]], file: TextIO) -> None:
+    """Write a line for each row, as RFC 4180 has it.
+
+    Each parameter has a column ``parameter.NAME``, each quantity of nature ``nature.NAME``, each
+    requirement ``verdict.NAME`` and ``margin.NAME``. Columns and rows have the same order for the
+    same results.
+
+    A text that a spreadsheet would take for a formula has an apostrophe before it: reasons may come
+    from servers and missions of others. (OWASP, "CSV Injection".)
+
+    Args:
+        rows: Gives them from the first on, each time that it is called.
+        file: Opened with ``newline=""``.
+    """
+    names: dict[str, dict[str, None]] = {key: {} for key in _NESTED}
+    for row in rows():
+        for key in _NESTED:
+            names[key] |= dict.fromkeys(getattr(row, key))
+    head = [f"{_NESTED[key]}.{name}" for key in ("parameters", "nature") for name in names[key]]
+    head += [f"{what}.{name}" for name in names["requirements"] for what in ("verdict", "margin")]
+    writer = csv.writer(file)
+    writer.writerow([*_PLAIN, *map(_cell, head)])
+    for row in rows():
+        cells = [getattr(row, name) for name in _PLAIN]
+        cells += [row.parameters.get(name) for name in names["parameters"]]
+        cells += [row.nature.get(name) for name in names["nature"]]
+        for name in names["requirements"]:
+            one = row.requirements.get(name)
+            cells += [one and one.verdict, one and one.margin]
+        writer.writerow(map(_cell, cells))
+
+
+def _cell(value: Any) -> Any:
+    match value:
+        case bool():
+            return str(value).lower()
+        case str():
+            shown = escape_lines(value)
+            is_formula = _FORMULA.match(value) and not _NUMBER.fullmatch(value)
+            return f"'{shown}" if is_formula else shown
+        case list() | tuple() | Mapping():
+            return json.dumps(value) if value else ""
+    return value

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,8 +13,6 @@ from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
 
 MOST_GROUPS = 500
 """Kinds of failures that are told apart; those of further kinds are counted together."""
-MOST_VALUES = 200
-"""Values of a parameter for which the summary has a line each."""
 OTHER_REASONS = "other reasons"
 MASK = 2**64 - 1
 
@@ -221,8 +218,6 @@ class SweepTally:
         virtual_s: ROS time of all runs, s.
         wall_s: Wall time of all runs, s; of several workers, the sum.
         distance_m: Of all robots, m.
-        parameters: Of each parameter by its values, as JSON has them.
-        plans: By the names of the plans of faults.
         requirements: By their names.
     """
 
@@ -232,10 +227,6 @@ class SweepTally:
     virtual_s: float = 0.0
     wall_s: float = 0.0
     distance_m: float = 0.0
-    parameters: dict[str, defaultdict[str, OutcomeCount]] = field(
-        default_factory=lambda: defaultdict(lambda: defaultdict(OutcomeCount))
-    )
-    plans: dict[str, OutcomeCount] = field(default_factory=lambda: defaultdict(OutcomeCount))
     requirements: dict[str, RequirementTally] = field(
         default_factory=lambda: defaultdict(RequirementTally)
     )
@@ -257,10 +248,6 @@ class SweepTally:
         self.virtual_s += row.virtual_s
         self.wall_s += row.wall_s
         self.distance_m += row.distance_m or 0.0
-        for name, value in row.parameters.items():
-            self.parameters[name][json.dumps(value)].add(row)
-        if row.plan:
-            self.plans[row.plan].add(row)
         if row.parameters or row.plan:
             self.count.varied = "what was varied"
         for name, one in row.requirements.items():
@@ -286,48 +273,3 @@ class SweepTally:
             return one.cause is None, kinds.index(one.kind), -one.count, cause
 
         return sorted(self._groups.values(), key=place)
-
-    def as_dict(self) -> dict[str, Any]:
-        """What ``--json`` prints."""
-        return {
-            **self.count.as_dict(),
-            "orphaned_goals": self.orphaned_goals,
-            "collisions": self.collisions,
-            "virtual_s": round(self.virtual_s, 3),
-            "wall_s": round(self.wall_s, 3),
-            "distance_m": round(self.distance_m, 3),
-            "failures": [one.as_dict() for one in self.failures],
-            "parameters": {name: _by_value(known) for name, known in self.parameters.items()},
-            "plans": {name: one.as_dict() for name, one in sorted(self.plans.items())},
-            "requirements": {name: one.as_dict() for name, one in self.requirements.items()},
-        }
-
-
-def _by_value(known: Mapping[str, OutcomeCount]) -> list[dict[str, Any]]:
-    """A line for each value; of a parameter with very many values, for each stretch of them."""
-    values = sorted(((json.loads(key), one) for key, one in known.items()), key=_order)
-    if len(values) <= MOST_VALUES:
-        return [{"value": value, **one.as_dict()} for value, one in values]
-    size = -(-len(values) // MOST_VALUES)
-    parts = [values[start : start + size] for start in range(0, len(values), size)]
-    return [
-        {"from": part[0][0], "to": part[-1][0], **_sum(one for _, one in part).as_dict()}
-        for part in parts
-    ]
-
-
-def _order(pair: tuple[Any, OutcomeCount]) -> tuple[bool, float, str]:
-    """Numbers by size, then all else by its text."""
-    value = pair[0]
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return not is_number, float(value) if is_number else 0.0, str(value)
-
-
-def _sum(several: Iterable[OutcomeCount]) -> OutcomeCount:
-    total = OutcomeCount()
-    for one in several:
-        total.succeeded += one.succeeded
-        total.failed += one.failed
-        total.errors += one.errors
-        total.known_samples |= one.known_samples
-    return total

@@ -1,21 +1,47 @@
-"""Carries the scenarios of a plan out, and keeps each row as it comes."""
+"""Checks a plan, carries its scenarios out, and keeps each row as it comes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from bt_mission.core.output import cannot_write, write_file
+from bt_mission.core.diagnostics import Diagnostic, InputError
+from bt_mission.core.output import cannot_write, within, write_file
+from bt_mission.scenarios.run import look_for_names
+from bt_mission.sweeps.bundle import fingerprint, versions_in_words
+from bt_mission.sweeps.columns import WORST, SweepColumns
 from bt_mission.sweeps.concrete import ConcreteScenario
-from bt_mission.sweeps.folder import within
 from bt_mission.sweeps.plan import SweepPlan
 from bt_mission.sweeps.pool import ScenarioPool
-from bt_mission.sweeps.recording import FOLDER
 from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.runner import ScenarioRunner
-from bt_mission.sweeps.store import ResultStore
-from bt_mission.sweeps.versions import VERSIONS_KEY, fingerprint, told
-from bt_mission.sweeps.worst import WORST, worst_rows
+from bt_mission.sweeps.store import RECORDINGS, VERSIONS, ResultStore
+from bt_mission.sweeps.work import ScenarioRunner, ScenarioWorker
+
+
+def refuse_impossible(plan: SweepPlan) -> None:
+    """Load the first scenario, one with each end of each parameter, and one of each plan of faults.
+
+    Raises:
+        InputError: With what is wrong, as that of the option that brings it.
+        BtMissionError: Where a simulation cannot be set up.
+    """
+    base = plan.base
+    with ScenarioWorker(base.bundle) as worker:
+        worker.refuse_values(base, plan.parameters)
+        first = plan.scenario(0)
+        for name, faults in (plan.plans or {"": ()}).items():
+            scenario = base.concrete(first.parameters, seed=0, faults=faults, plan=name)
+            _look(worker, scenario)
+
+
+def _look(worker: ScenarioWorker, scenario: ConcreteScenario) -> None:
+    try:
+        look_for_names(worker.load(scenario))
+    except InputError as error:
+        where = f"the plan '{scenario.plan}'" if scenario.plan else "--fault"
+        raise InputError(
+            [Diagnostic(one.message, where, 1, 1, one.source, one.hint) for one in error.faults]
+        ) from error
 
 
 async def sweep(
@@ -33,7 +59,7 @@ async def sweep(
         on_row: Told of each after it was written.
         retry_errors: Carry out again what could not run, or killed its workers.
     """
-    store.set_value(f"{VERSIONS_KEY} {fingerprint()}", told())
+    store.set_value(f"{VERSIONS} {fingerprint()}", versions_in_words())
     async for row in runner.rows(left(plan, store, retry_errors=retry_errors)):
         store.add(row)
         on_row(row)
@@ -54,7 +80,8 @@ def to_record(store: ResultStore, plan: SweepPlan, most: int | None) -> list[Con
         most: So many; None is twenty, or as many as have failed or are a tenth of all where that is
             less.
     """
-    rows = worst_rows(store, WORST if most is None else most)
+    columns = SweepColumns(store.rows())
+    rows = columns.worst_rows(store, WORST if most is None else most)
     if most is None:
         tenth = plan.count // 10
         rows = [row for number, row in enumerate(rows) if not row.passed or number < tenth]
@@ -79,10 +106,10 @@ async def record(
             path.parent.mkdir(exist_ok=True)
         except OSError as error:
             raise cannot_write(path, error) from error
-        write_file(within(store.folder, f"{FOLDER}/{one.id}.html"), page)
+        write_file(within(store.folder, f"{RECORDINGS}/{one.id}.html"), page)
         write_file(path, recording)
         on_recorded()
 
 
 def _recording(store: ResultStore, scenario: ConcreteScenario) -> Path:
-    return within(store.folder, f"{FOLDER}/{scenario.id}.mcap")
+    return within(store.folder, f"{RECORDINGS}/{scenario.id}.mcap")

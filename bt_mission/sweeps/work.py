@@ -1,4 +1,4 @@
-"""What a worker does: it carries out one concrete scenario after another, in one process."""
+"""Carries concrete scenarios out, one after another, in this process."""
 
 from __future__ import annotations
 
@@ -6,28 +6,41 @@ import json
 import os
 import socket
 import traceback
-from collections.abc import Callable, Iterable
-from contextlib import redirect_stdout
+from collections.abc import AsyncGenerator, Callable, Iterable
+from contextlib import ExitStack, redirect_stdout
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import TracebackType
-from typing import Self
+from typing import Protocol, Self
 
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.output import write_file
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.core.yaml.document import read_text
+from bt_mission.executive.report import Report
+from bt_mission.faults.located import planned_on
+from bt_mission.recording.verification import read_verified_run
+from bt_mission.recording.writer import RunRecorder
 from bt_mission.scenarios.loader import load_scenario
-from bt_mission.scenarios.run import run_scenario
+from bt_mission.scenarios.run import run_scenario, stop_at
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
+from bt_mission.sessions.session import summarise
+from bt_mission.sessions.stage import Stage
 from bt_mission.sweeps.base import BaseScenario
-from bt_mission.sweeps.bundle import MISSION_FOLDER, Bundle
+from bt_mission.sweeps.bundle import MISSION_FOLDER, Bundle, fingerprint
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.ranges import Parameter
-from bt_mission.sweeps.recording import record_scenario, write_page_of
 from bt_mission.sweeps.row import ScenarioRow, row_of, row_of_error
-from bt_mission.sweeps.versions import fingerprint
+from bt_mission.views.html_report.page import page_of
+
+
+class ScenarioRunner(Protocol):
+    """Carries concrete scenarios of one bundle out: a worker in this process, or a pool of many."""
+
+    def rows(self, scenarios: Iterable[ConcreteScenario]) -> AsyncGenerator[ScenarioRow, None]:
+        """Yield the row of each scenario, in the order in which they end."""
 
 
 class ScenarioWorker:
@@ -108,11 +121,18 @@ class ScenarioWorker:
         page = recording.with_suffix(".html")
         try:
             record_scenario(self.load(scenario), recording)
-            write_page_of(recording, page)
+            write_file(page, page_of(read_verified_run(recording)))
             return recording.read_bytes(), page.read_bytes()
         finally:
             recording.unlink(missing_ok=True)
             page.unlink(missing_ok=True)
+
+    async def rows(
+        self, scenarios: Iterable[ConcreteScenario]
+    ) -> AsyncGenerator[ScenarioRow, None]:
+        """Yield the row of each scenario, in their order."""
+        for one in scenarios:
+            yield self.carry_out(one)
 
     def carry_out(self, scenario: ConcreteScenario) -> ScenarioRow:
         """Carry a concrete scenario out; whatever goes wrong is its row.
@@ -139,3 +159,27 @@ class ScenarioWorker:
         written = "" if self._bundle.folder in ("", ".") else f"{self._bundle.folder}/"
         mine = f"{self._folder.name}/"
         return text.replace(f"{mine}{MISSION_FOLDER}/", written).replace(mine, "")
+
+
+def record_scenario(scenario: Scenario, path: Path) -> Report:
+    """Carry a scenario out, and record it; gives what it came to.
+
+    Raises:
+        BtMissionError: Where it cannot be written.
+    """
+    path.unlink(missing_ok=True)
+    with ExitStack() as stack:
+        images = Path(stack.enter_context(TemporaryDirectory()))
+        options = scenario.stage_options
+        stack.enter_context(scenario.at_its_start())
+        stage = stack.enter_context(
+            Stage(scenario.mission, image_folder=images, say=lambda _: None, options=options)
+        )
+        stop_at(stage, scenario.limit)
+        with_outcomes = stack.enter_context(planned_on(stage, scenario.faults))
+        recorder = stack.enter_context(RunRecorder(stage, path))
+        while not stage.is_done:
+            stage.step()
+        report = with_outcomes(summarise(stage, 0.0))
+        recorder.finish(report.as_dict())
+        return report

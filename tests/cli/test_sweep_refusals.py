@@ -9,7 +9,7 @@ import pytest
 
 from bt_mission.cli import main
 from bt_mission.sweeps.base import BaseChanges, load_base
-from bt_mission.sweeps.store import ResultStore
+from bt_mission.sweeps.store import ResultStore, SweepAbout
 from bt_mission.sweeps.work import ScenarioWorker
 from tests.sweeps.rows import row
 
@@ -154,7 +154,8 @@ def test_results_of_another_sweep_stay_as_they_are(
     mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """It says what differs."""
-    with ResultStore.create(tmp_path / "turns_sweep", {"mission": "turns", "seeds": "0..4"}) as one:
+    about = SweepAbout(mission="turns", seeds="0..4")
+    with ResultStore.create(tmp_path / "turns_sweep", about) as one:
         one.add(row(0))
     assert main(["sweep", mission, "--seeds", "3"]) == 2
     assert "add --resume to go on with it" in capsys.readouterr().err

@@ -10,7 +10,6 @@ import pytest
 from bt_mission.language.mission import Mission
 from bt_mission.search.material import branch_formulas, material_of, present_in
 from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
-from bt_mission.sweeps.runner import SerialRunner
 from bt_mission.sweeps.work import ScenarioWorker
 from bt_mission.testing.generators.faults import FieldValues
 
@@ -119,7 +118,7 @@ def test_what_is_not_there_is_not_drawn(tmp_path: Path) -> None:
     base = load_base(path, BaseChanges())
     given = material_of(base.mission)
     with ScenarioWorker(base.bundle) as worker:
-        there = asyncio.run(present_in(given, base, SerialRunner(worker)))
+        there = asyncio.run(present_in(given, base, worker))
     assert given.actions == ("/nowhere", "turn")
     assert there.actions == ("turn",)
     assert (given.services, there.services) == (("/nobody",), ())

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from bt_mission.sweeps.folder import StoreError
+from bt_mission.core.errors import BtMissionError
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.store import ResultStore
 
@@ -134,7 +134,7 @@ class KilledSweep:
         try:
             with ResultStore.read(self.results) as store:
                 return len(store.ids())
-        except StoreError:
+        except BtMissionError:
             return 0
 
     def _wait_for(self, count: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +11,9 @@ import pytest
 
 from bt_mission.coverage.places import CoveragePlace
 from bt_mission.sweeps.bundle import Bundle
-from bt_mission.sweeps.origin import SweepOrigin
+from bt_mission.sweeps.repeat import RunOptions, SweepOrigin
 from bt_mission.sweeps.row import ScenarioRow
-from bt_mission.sweeps.store import ResultStore
+from bt_mission.sweeps.store import ResultStore, SweepAbout
 from tests.sweeps.rows import failed, margin, row
 
 BUNDLE = Bundle(
@@ -25,16 +26,15 @@ BUNDLE = Bundle(
     {"mine/hall.yaml": "hall"},
     {"waffle": "waffle"},
 )
-ABOUT: dict[str, Any] = {
-    "mission": "go",
-    "mission_hash": BUNDLE.digest,
-    "scenario": {"scenario": "go", "mission": "go.yaml", "robot": "waffle"},
-    "vary": ["speed=0.1,0.2", "world=hall,yard"],
-    "sample": None,
-    "seeds": "0..9",
-    "plans": {"none": [], "lost": ["at 2.0: drop scan lasting 2"]},
-    "scenarios": 80,
-}
+ABOUT = SweepAbout(
+    mission="go",
+    mission_hash=BUNDLE.digest,
+    scenario={"scenario": "go", "mission": "go.yaml", "robot": "waffle"},
+    vary=["speed=0.1,0.2", "world=hall,yard"],
+    seeds="0..9",
+    plans={"none": [], "lost": ["at 2.0: drop scan lasting 2"]},
+    scenarios=80,
+)
 PLACES = (
     CoveragePlace(
         "", "0", "go", "sequence", 1, 1, {"reached": 0, "outcome success": 0, "outcome failure": 0}
@@ -49,7 +49,7 @@ def origin(**changes: Any) -> SweepOrigin:
         "path": "mine/go.yaml",
         "command": "bt-mission sweep mine/go.yaml --seeds 10 --vary speed=0.1,0.2",
         "is_scenario": False,
-        "options": {"set": {}, "fault": [], "world": None, "robot": None},
+        "options": RunOptions({}, [], None, None),
         "bundle": BUNDLE,
         "places": PLACES,
         **changes,
@@ -88,7 +88,7 @@ def write_results(
     folder: Path, rows: Iterable[ScenarioRow], made_from: SweepOrigin | None, **about: Any
 ) -> ResultStore:
     """Write results; return them open for reading."""
-    with ResultStore.create(folder, {**ABOUT, **about}) as store:
+    with ResultStore.create(folder, replace(ABOUT, **about)) as store:
         if made_from is not None:
             made_from.save(store)
         store.set_value("versions abc", "bt-mission 1.2.3, mujoco 4.0")

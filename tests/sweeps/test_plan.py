@@ -89,7 +89,7 @@ def test_a_grid_of_a_milliard_is_counted_at_once(base: BaseScenario):
     plan = SweepPlan(base, (Choices("legs", (1, 2)),), seeds=range(500_000_000))
     assert plan.count == 1_000_000_000
     assert plan.scenario(999_999_999).data["seed"] == 499_999_999
-    assert plan.as_dict()["seeds"] == "0..499999999"
+    assert plan.about.seeds == "0..499999999"
 
 
 def test_the_id_follows_from_all_that_a_run_follows_from(tmp_path: Path):
@@ -156,5 +156,5 @@ def test_parameters_of_the_place_and_of_inputs(base: BaseScenario):
 def test_texts_of_parameters_name_the_sweep(base: BaseScenario):
     """So that the same command goes on, and another one is told what differs."""
     plan = SweepPlan(base, (parse_parameter("speed=0.1,0.2"),), seeds=range(3))
-    assert plan.as_dict()["vary"] == ["speed=0.1,0.2"]
-    assert plan.as_dict()["seeds"] == "0..2"
+    assert plan.about.vary == ["speed=0.1,0.2"]
+    assert plan.about.seeds == "0..2"

@@ -10,11 +10,12 @@ from typing import Any
 import pytest
 from distributed import Scheduler, Worker, get_worker
 
-from bt_mission.sweeps import tasks, work
+from bt_mission.core.errors import BtMissionError
+from bt_mission.sweeps import pool as pool_module
+from bt_mission.sweeps import work
 from bt_mission.sweeps.bundle import Bundle
-from bt_mission.sweeps.cluster import PoolError, PoolOptions, why_unfit
 from bt_mission.sweeps.concrete import ConcreteScenario
-from bt_mission.sweeps.pool import ScenarioPool
+from bt_mission.sweeps.pool import PoolOptions, ScenarioPool, why_unfit
 from bt_mission.sweeps.row import ScenarioRow
 from tests.sweeps.rows import row
 
@@ -22,7 +23,7 @@ OTHER = "other"
 """What workers are called that have another version."""
 
 EMPTY = Bundle({}, "missions/m.yaml", {}, {})
-HERE = tasks.about_worker()
+HERE = pool_module.about_worker()
 
 
 class FakeScenarios:
@@ -81,8 +82,8 @@ async def cluster() -> AsyncIterator[FakeCluster]:
 @pytest.fixture(autouse=True)
 def _without_simulation(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(work, "ScenarioWorker", FakeScenarios)
-    monkeypatch.setattr(tasks, "_scenario_process", lambda: FakeProcess)
-    monkeypatch.setattr(tasks, "about_worker", versions_there)
+    monkeypatch.setattr(pool_module, "_scenario_process", lambda: FakeProcess)
+    monkeypatch.setattr(pool_module, "about_worker", versions_there)
 
 
 class FakeProcess:
@@ -124,7 +125,7 @@ def test_the_last_worker_is_of_another_version() -> None:
         async with ScenarioPool(EMPTY, made.options) as pool:
             await first.close()
             await made.add(OTHER)
-            with pytest.raises(PoolError, match=r"mujoco 1\.0\.0 \(here \d"):
+            with pytest.raises(BtMissionError, match=r"mujoco 1\.0\.0 \(here \d"):
                 [one async for one in pool.rows(scenarios(3))]
 
     in_cluster(test)
@@ -194,7 +195,7 @@ def test_who_is_refused_at_the_start(name: str | None, threads: int, message: st
     async def test(made: FakeCluster) -> None:
         if name:
             await made.add(name, threads)
-        with pytest.raises(PoolError, match=message):
+        with pytest.raises(BtMissionError, match=message):
             async with ScenarioPool(EMPTY, made.options):
                 pass
 
@@ -207,7 +208,7 @@ def test_a_scheduler_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(Scheduler, "versions", lambda _: there)
 
     async def test(made: FakeCluster) -> None:
-        with pytest.raises(PoolError, match=r"has distributed 2020\.1\.0 \(here 20"):
+        with pytest.raises(BtMissionError, match=r"has distributed 2020\.1\.0 \(here 20"):
             async with ScenarioPool(EMPTY, made.options):
                 pass
 
@@ -226,7 +227,10 @@ def test_a_scheduler_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None
         ),
         ("0123456789ab", "has another bt-mission"),
         ({**HERE, "python": "3.9.1"}, "has python 3.9.1 (here 3."),
-        ({**HERE, tasks.SOURCES: "0"}, "has a bt-mission with other sources or shipped missions"),
+        (
+            {**HERE, pool_module.SOURCES: "0"},
+            "has a bt-mission with other sources or shipped missions",
+        ),
     ],
 )
 def test_what_is_said_of_a_worker(found: Any, why: str) -> None:
@@ -241,7 +245,7 @@ def test_workers_keep_no_profile_while_they_take_part() -> None:
 
     async def test(made: FakeCluster) -> None:
         worker = await made.add("first")
-        profilers = [worker.periodic_callbacks[name] for name in tasks.PROFILERS]
+        profilers = [worker.periodic_callbacks[name] for name in pool_module.PROFILERS]
         assert [one.is_running() for one in profilers] == [True, True]
         async with ScenarioPool(EMPTY, made.options):
             assert [one.is_running() for one in profilers] == [False, False]

@@ -7,16 +7,22 @@ from dataclasses import replace
 
 import pytest
 
+from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import read
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.scenario import TIME_IS_UP
 from bt_mission.sweeps.base import BaseChanges, load_base
 from bt_mission.sweeps.concrete import ConcreteScenario
-from bt_mission.sweeps.folder import StoreError
-from bt_mission.sweeps.origin import SweepOrigin, origin_of, resume_command
 from bt_mission.sweeps.plan import SweepPlan
 from bt_mission.sweeps.ranges import parse_parameter
-from bt_mission.sweeps.repeat import Repeater, find_row
+from bt_mission.sweeps.repeat import (
+    Repeater,
+    RunOptions,
+    SweepOrigin,
+    find_row,
+    origin_of,
+    resume_command,
+)
 from bt_mission.sweeps.store import ResultStore
 from bt_mission.sweeps.work import ScenarioWorker
 from tests.sweeps.conftest import ABOUT, BUNDLE, origin, write_results
@@ -49,7 +55,7 @@ def test_the_command_has_all_that_differs(repeater):
 
 def test_what_held_for_all_is_in_the_command(tmp_path):
     """What was said with the sweep; a value that was varied replaces it."""
-    options = {"set": {"legs": "3", "speed": "9"}, "fault": ["at 1: a"], "world": "w", "robot": "b"}
+    options = RunOptions({"legs": "3", "speed": "9"}, ["at 1: a"], "w", "b")
     store = write_results(tmp_path / "r", [], origin(options=options))
     words = shlex.split(Repeater(store).command(row(0, parameters={"speed": True})))
     assert words[5:] == [
@@ -86,19 +92,19 @@ def test_what_options_cannot_say_is_a_scenario_file(tmp_path, changes, one):
 def test_results_that_do_not_know_their_origin(tmp_path):
     """Give no file, and say so."""
     store = write_results(tmp_path / "r", [row(0)], None)
-    with pytest.raises(StoreError, match="holds no files of its mission"):
+    with pytest.raises(BtMissionError, match="holds no files of its mission"):
         Repeater(store).write(row(0))
 
 
 def test_a_row_that_was_not_made_from_these_files(repeater):
     """Its id does not follow from them."""
-    with pytest.raises(StoreError, match="has changed"):
+    with pytest.raises(BtMissionError, match="has changed"):
         repeater.write(row(0))
 
 
 def test_a_name_with_a_line_end_stays_a_remark(tmp_path):
     """Text of a mission's does not get into the scenario through its remarks."""
-    data = {**ABOUT["scenario"], "inputs": {"name": "a\nlimit: 1"}, "seed": 0}
+    data = {**ABOUT.scenario, "inputs": {"name": "a\nlimit: 1"}, "seed": 0}
     made = ConcreteScenario(0, data, {"name": "a\nlimit: 1"}, "", BUNDLE.digest)
     one = replace(row(0, parameters=made.parameters), id=made.id)
     path = Repeater(write_results(tmp_path / "r", [one], origin())).write(one)
@@ -116,7 +122,7 @@ def test_a_row_is_found_by_id_number_or_beginning(tmp_path, name):
 def test_a_row_that_is_not_there(tmp_path, name, told):
     """Or not the only one."""
     store = write_results(tmp_path / "r", [row(7), row(8)], None)
-    with pytest.raises(StoreError, match=told):
+    with pytest.raises(BtMissionError, match=told):
         find_row(store, name)
 
 
@@ -128,7 +134,7 @@ def test_the_file_of_a_row_makes_the_same_run(tmp_path):
     plan = SweepPlan(load_base(mission, BaseChanges(), parameters), parameters, seeds=(5,))
     with (
         ScenarioWorker(plan.base.bundle) as worker,
-        ResultStore.create(tmp_path / "r", plan.as_dict()) as store,
+        ResultStore.create(tmp_path / "r", plan.about) as store,
     ):
         origin_of(plan).save(store)
         store.add(worker.carry_out(plan.scenario(2)))

@@ -9,13 +9,15 @@ from random import Random
 import pytest
 
 from bt_mission.core.statistics import wilson
-from bt_mission.sweeps.summary import MOST_GROUPS, MOST_VALUES, SweepTally, percent
+from bt_mission.sweeps.columns import SweepColumns
+from bt_mission.sweeps.report.explanation import MOST_VALUES, results_as_dict
+from bt_mission.sweeps.summary import MOST_GROUPS, SweepTally, percent
 from tests.sweeps.rows import LOST, failed, margin, row
 
 
 def test_of_nothing_there_is_no_rate():
     """A sweep without rows has neither a rate nor an interval."""
-    told = SweepTally().as_dict()
+    told = results_as_dict(SweepColumns([]))
     assert told["scenarios"] == 0
     assert told["success_rate"] is None
     assert told["interval"] is None
@@ -24,7 +26,7 @@ def test_of_nothing_there_is_no_rate():
 def test_successes_failures_and_errors_are_counted():
     """What could not run is neither a success nor a failure, and lowers the rate."""
     rows = [row(0), row(1), failed(2), row(3, outcome="error", passed=False, reason="no world")]
-    told = SweepTally.of(rows).as_dict()
+    told = results_as_dict(SweepColumns(rows))
     assert (told["scenarios"], told["succeeded"], told["failed"], told["errors"]) == (4, 2, 1, 1)
     assert told["success_rate"] == 0.5
     assert told["interval"] == wilson(2, 4)
@@ -44,7 +46,7 @@ def test_goals_collisions_and_times_are_added():
         row(0, collisions=2, orphaned_goals=1, virtual_s=10.5),
         row(1, collisions=None, orphaned_goals=2, distance_m=None),
     ]
-    told = SweepTally.of(rows).as_dict()
+    told = results_as_dict(SweepColumns(rows))
     assert (told["collisions"], told["orphaned_goals"]) == (2, 3)
     assert (told["virtual_s"], told["distance_m"]) == (30.5, 2.0)
 
@@ -53,7 +55,7 @@ def test_values_of_a_parameter_are_in_order():
     """Numbers by size and not by their texts; true and 1 are two values."""
     values = [10, 9.5, "b", True, 1]
     rows = [row(number, parameters={"speed": value}) for number, value in enumerate(values)]
-    told = SweepTally.of(rows).as_dict()["parameters"]["speed"]
+    told = results_as_dict(SweepColumns(rows))["parameters"]["speed"]
     assert [one["value"] for one in told] == [1, 9.5, 10, True, "b"]
 
 
@@ -62,7 +64,7 @@ def test_very_many_values_are_told_by_stretches():
     rows = [
         row(n, passed=n % 2 == 0, parameters={"speed": n / 1000}) for n in range(MOST_VALUES * 3)
     ]
-    told = SweepTally.of(rows).as_dict()["parameters"]["speed"]
+    told = results_as_dict(SweepColumns(rows))["parameters"]["speed"]
     assert len(told) == MOST_VALUES
     assert (told[0]["from"], told[0]["to"]) == (0.0, 0.002)
     assert sum(one["scenarios"] for one in told) == len(rows)
@@ -71,7 +73,9 @@ def test_very_many_values_are_told_by_stretches():
 
 def test_plans_are_counted_by_name():
     """Scenarios without a plan of faults have no line."""
-    told = SweepTally.of([row(0, plan="lost"), failed(1, plan="lost"), row(2)]).as_dict()["plans"]
+    told = results_as_dict(SweepColumns([row(0, plan="lost"), failed(1, plan="lost"), row(2)]))[
+        "plans"
+    ]
     assert {name: one["succeeded"] for name, one in told.items()} == {"lost": 1}
 
 
@@ -140,7 +144,7 @@ def test_the_smallest_margin_of_each_requirement_is_kept():
         row(0, requirements={"keeps clear": margin(0.3), "looks": margin(None)}),
         failed(1, requirements={"keeps clear": margin(-0.2), "looks": margin(None, "open")}),
     ]
-    told = SweepTally.of(rows).as_dict()["requirements"]
+    told = results_as_dict(SweepColumns(rows))["requirements"]
     assert told["keeps clear"] == {
         "holds": 1,
         "violated": 1,
@@ -166,9 +170,9 @@ def test_the_order_of_rows_does_not_matter():
         )
         for n in range(60)
     ]
-    told = json.dumps(SweepTally.of(rows).as_dict())
+    told = json.dumps(results_as_dict(SweepColumns(rows)))
     Random(1).shuffle(rows)
-    assert json.dumps(SweepTally.of(rows).as_dict()) == told
+    assert json.dumps(results_as_dict(SweepColumns(rows))) == told
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from bt_mission.core.text import escape_control, escape_markup
-from bt_mission.sweeps.report.columns import Flags, Floats
+from bt_mission.sweeps.columns import Flags, Floats
 from bt_mission.sweeps.report.factors import Factor, Level, Pair, round_edges, short
 from bt_mission.sweeps.summary import percent, span
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Hashable, Iterator
 from dataclasses import dataclass
@@ -12,13 +13,17 @@ from scipy.stats import fisher_exact
 
 from bt_mission.core.nature import BY_NAME
 from bt_mission.scenarios.cause import Cause
-from bt_mission.sweeps.report.columns import NATURE, Counts, Flags, Floats, SweepColumns
+from bt_mission.sweeps.columns import NATURE, PLAN, Counts, Flags, Floats, SweepColumns
+from bt_mission.sweeps.summary import OutcomeCount
 
 SIGNIFICANT = 0.05
 """The greatest probability that chance gives such a split, of all that are tried together."""
 
 FEWEST = 3
 """Runs of a cause, and other runs, from which on it is explained."""
+
+MOST_VALUES = 200
+"""Values of a parameter that are counted one by one."""
 
 MOST_SPLITS = 200
 """Ends of a number that are tried."""
@@ -119,12 +124,61 @@ class Explainer:
 
 def results_as_dict(columns: SweepColumns) -> dict[str, Any]:
     """Return what ``--json`` prints of a sweep: its totals, each failure with its explanation."""
-    found = columns.tally.as_dict()
-    explainer = Explainer(columns)
-    for group, written in zip(columns.tally.failures, found["failures"], strict=True):
+    tally, explainer = columns.tally, Explainer(columns)
+    failures = []
+    for group in tally.failures:
         explanation = explainer.explain(group.cause)
-        written["explained_by"] = None if explanation is None else str(explanation)
-    return found
+        told = None if explanation is None else str(explanation)
+        failures.append({**group.as_dict(), "explained_by": told})
+    names = [one for one in columns.values if one != PLAN and not one.startswith(NATURE)]
+    return {
+        **tally.count.as_dict(),
+        "orphaned_goals": tally.orphaned_goals,
+        "collisions": tally.collisions,
+        "virtual_s": round(tally.virtual_s, 3),
+        "wall_s": round(tally.wall_s, 3),
+        "distance_m": round(tally.distance_m, 3),
+        "failures": failures,
+        "parameters": {name: _by_value(columns, name) for name in names},
+        "plans": {
+            str(one.pop("value")): one
+            for one in (_by_value(columns, PLAN, None) if PLAN in columns.values else ())
+        },
+        "requirements": {name: one.as_dict() for name, one in tally.requirements.items()},
+    }
+
+
+def _by_value(
+    columns: SweepColumns, name: str, most: int | None = MOST_VALUES
+) -> list[dict[str, Any]]:
+    """Count the outcomes of each value; of more values than so many, of stretches of them."""
+    rows: dict[str, list[int]] = {}
+    for row, value in enumerate(columns.values[name]):
+        if value is not None:
+            rows.setdefault(json.dumps(value), []).append(row)
+    found = sorted(((json.loads(key), rows) for key, rows in rows.items()), key=_order)
+    size = 1 if most is None else -(-len(found) // most)
+    parts = [found[start : start + size] for start in range(0, len(found), size)]
+    return [
+        {
+            **({"value": part[0][0]} if size == 1 else {"from": part[0][0], "to": part[-1][0]}),
+            **_outcomes(columns, [row for _, rows in part for row in rows]).as_dict(),
+        }
+        for part in parts
+    ]
+
+
+def _order(pair: tuple[Any, list[int]]) -> tuple[bool, float, str]:
+    """Numbers by size, then all else by its text."""
+    value = pair[0]
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return not is_number, float(value) if is_number else 0.0, str(value)
+
+
+def _outcomes(columns: SweepColumns, rows: list[int]) -> OutcomeCount:
+    passed, errors = int(columns.passed[rows].sum()), int((~columns.ran[rows]).sum())
+    samples = set(columns.samples[rows].tolist())
+    return OutcomeCount(passed, len(rows) - passed - errors, errors, known_samples=samples)
 
 
 def _distinct(columns: SweepColumns) -> list[int]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from bt_mission.core.statistics import wilson
-from bt_mission.sweeps.report.columns import Counts, Flags, Floats, SweepColumns
+from bt_mission.sweeps.columns import Counts, Floats, SweepColumns
 
 MOST_LEVELS = 16
 """Numbers of which each has a level; of more, stretches are the levels."""
@@ -72,26 +72,8 @@ class Factor:
         return float(np.average((rates - np.average(rates, weights=totals)) ** 2, weights=totals))
 
 
-@dataclass(frozen=True)
-class Results:
-    """The result of each row.
-
-    Attributes:
-        passed: Did it pass?
-        samples: The number of its sample, from 0: equal for rows that count as one.
-    """
-
-    passed: Flags
-    samples: Counts
-
-    @classmethod
-    def of(cls, columns: SweepColumns) -> Results:
-        """Return those of a sweep."""
-        return cls(columns.passed, columns.samples)
-
-
 def factor(
-    name: str, values: Sequence[Any], results: Results, most_levels: int = MOST_LEVELS
+    name: str, values: Sequence[Any], columns: SweepColumns, most_levels: int = MOST_LEVELS
 ) -> Factor:
     """Return a parameter's levels.
 
@@ -101,11 +83,13 @@ def factor(
     """
     known = [one for one in values if one is not None]
     if known and all(isinstance(one, int | float) and not isinstance(one, bool) for one in known):
-        return _of_numbers(name, values, results, most_levels)
-    return _of_names(name, values, results)
+        return _of_numbers(name, values, columns, most_levels)
+    return _of_names(name, values, columns)
 
 
-def _of_numbers(name: str, values: Sequence[Any], results: Results, most_levels: int) -> Factor:
+def _of_numbers(
+    name: str, values: Sequence[Any], columns: SweepColumns, most_levels: int
+) -> Factor:
     numbers = np.array([np.nan if one is None else one for one in values], np.float64)
     is_known = np.isfinite(numbers)
     distinct, indices = np.unique(numbers[is_known], return_inverse=True)
@@ -119,16 +103,16 @@ def _of_numbers(name: str, values: Sequence[Any], results: Results, most_levels:
         labels = [f"{short(low)}{dash}{short(high)}" for low, high in pairwise(edges)]
     everywhere = np.full(len(numbers), -1, np.int64)
     everywhere[is_known] = indices
-    return _factor(name, (labels, list(at)), everywhere, results, is_number=True)
+    return _factor(name, (labels, list(at)), everywhere, columns, is_number=True)
 
 
-def _of_names(name: str, values: Sequence[Any], results: Results) -> Factor:
+def _of_names(name: str, values: Sequence[Any], columns: SweepColumns) -> Factor:
     names: dict[str, int] = {}
     indices = np.array(
         [-1 if one is None else names.setdefault(_label(one), len(names)) for one in values],
         np.int64,
     )
-    made = _factor(name, (list(names), list(range(len(names)))), indices, results, is_number=False)
+    made = _factor(name, (list(names), list(range(len(names)))), indices, columns, is_number=False)
     if len(made.levels) <= MOST_NAMES:
         return made
     worst = sorted(made.levels, key=lambda one: (one.rate, one.label))[:MOST_NAMES]
@@ -139,7 +123,7 @@ def _factor(
     name: str,
     levels: tuple[list[str], list[Any]],
     indices: Counts,
-    results: Results,
+    columns: SweepColumns,
     *,
     is_number: bool,
 ) -> Factor:
@@ -147,8 +131,8 @@ def _factor(
     labels, at = levels
     is_known = indices >= 0
     total = np.bincount(indices[is_known], minlength=len(labels))
-    good = np.bincount(indices[is_known & results.passed], minlength=len(labels))
-    distinct = _distinct(indices, results.samples, len(labels))
+    good = np.bincount(indices[is_known & columns.passed], minlength=len(labels))
+    distinct = _distinct(indices, columns.samples, len(labels))
     kept = np.flatnonzero(total)
     renumbered = np.full(len(labels) + 1, -1, np.int64)
     renumbered[kept] = np.arange(len(kept))
@@ -194,29 +178,27 @@ class Pair:
 
 def factors_of(columns: SweepColumns) -> list[Factor]:
     """Return what was varied, as curves and bars have it; what has one level only is left out."""
-    results = Results.of(columns)
-    made = (factor(name, values, results) for name, values in columns.values.items())
+    made = (factor(name, values, columns) for name, values in columns.values.items())
     return [one for one in made if len(one.levels) > 1]
 
 
 def pairs_of(columns: SweepColumns, most: int = MOST_MAPS) -> tuple[list[Pair], int]:
     """Return the pairs of parameters that tell most, and how many are left out."""
-    results = Results.of(columns)
-    made = [factor(name, values, results, MOST_CELLS) for name, values in columns.values.items()]
+    made = [factor(name, values, columns, MOST_CELLS) for name, values in columns.values.items()]
     shown = [one for one in made if len(one.levels) > 1 and not one.is_cut]
-    pairs = [_pair(first, second, results) for first, second in combinations(shown, 2)]
+    pairs = [_pair(first, second, columns) for first, second in combinations(shown, 2)]
     pairs.sort(key=lambda one: -round(one.spread, 9))
     return pairs[:most], max(0, len(pairs) - most)
 
 
-def _pair(first: Factor, second: Factor, results: Results) -> Pair:
+def _pair(first: Factor, second: Factor, columns: SweepColumns) -> Pair:
     shape = (len(second.levels), len(first.levels))
     is_known = (first.indices >= 0) & (second.indices >= 0)
     cells = second.indices * shape[1] + first.indices
     size = shape[0] * shape[1]
     total = np.bincount(cells[is_known], minlength=size)
-    good = np.bincount(cells[is_known & results.passed], minlength=size)
-    samples = _distinct(np.where(is_known, cells, -1), results.samples, size)
+    good = np.bincount(cells[is_known & columns.passed], minlength=size)
+    samples = _distinct(np.where(is_known, cells, -1), columns.samples, size)
     made = (one.reshape(shape) for one in (good, total, samples))
     return Pair(first, second, *made)
 

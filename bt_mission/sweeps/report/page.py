@@ -1,39 +1,46 @@
-"""The page of a sweep, put together."""
+"""The page of a sweep, and what its template shows."""
 
 from __future__ import annotations
 
-import json
+import os
+import shlex
+from collections.abc import Iterator, Sequence
+from copy import deepcopy
 from importlib.resources import files as package_files
+from itertools import groupby
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.html.pages import POLICY
-from bt_mission.core.output import write_file
-from bt_mission.core.text import escape_markup
-from bt_mission.sweeps.folder import within
-from bt_mission.sweeps.repeat import Repeater
-from bt_mission.sweeps.report import sections
+from bt_mission.core.html.pages import render
+from bt_mission.core.output import within, write_file
+from bt_mission.core.text import duration
+from bt_mission.coverage.places import OUTCOME, REACHED, CoveragePlace
+from bt_mission.coverage.record import CoverageRecord
+from bt_mission.scenarios.cause import KINDS
+from bt_mission.sweeps.columns import WORST, SweepColumns
+from bt_mission.sweeps.repeat import Repeater, resume_command, told_parameters
 from bt_mission.sweeps.report.charts import (
     Figure,
     histogram_figure,
     pair_figure,
     success_figure,
 )
-from bt_mission.sweeps.report.columns import SweepColumns
-from bt_mission.sweeps.report.coverage import coverage_section
+from bt_mission.sweeps.report.explanation import Explainer
 from bt_mission.sweeps.report.factors import factors_of, pairs_of
-from bt_mission.sweeps.store import ResultStore
+from bt_mission.sweeps.row import ScenarioRow
+from bt_mission.sweeps.store import RECORDINGS, VERSIONS, ResultStore, SweepAbout
 from bt_mission.sweeps.summary import percent, span
-from bt_mission.sweeps.worst import WORST, rows_of
-from bt_mission.views.html_report.markup import element, hint, rows
+from bt_mission.views.html_report.markup import number
 
 PAGE = "sweep.html"
 MOST_MARGINS = 24
+MOST_GROUPS = 50
+MOST_PATH = 6
 INSTALL = "the page of a sweep is drawn by Plotly: pip install 'bt-mission[sweep]'"
-VERSIONS = "versions"
 
 
 def write_sweep_page(
@@ -47,7 +54,7 @@ def write_sweep_page(
 
     Args:
         output: The file; None is `sweep.html` among the results.
-        worst: So many of the worst runs are told of.
+        worst: The number of the worst runs that are listed.
         columns: Of the rows, where they are read already.
 
     Raises:
@@ -55,211 +62,9 @@ def write_sweep_page(
     """
     path = within(store.folder, PAGE) if output is None else output
     if columns is None:
-        columns = SweepColumns.of(store.rows())
-    page = SweepPage(store, columns, worst).text(path.parent)
-    write_file(path, page)
+        columns = SweepColumns(store.rows())
+    write_file(path, SweepPage(store, columns).text(worst, path.parent))
     return path
-
-
-class SweepPage:
-    """The page of results.
-
-    Args:
-        store: Holds what the sweep is.
-        columns: Of its rows.
-        worst: So many of the worst runs are told of.
-    """
-
-    def __init__(self, store: ResultStore, columns: SweepColumns, worst: int = WORST) -> None:
-        self._store = store
-        self._columns = columns
-        self._worst = worst
-        self._about = store.about
-        self._repeater = Repeater(store)
-        self._figures: list[Figure] = []
-
-    def text(self, near: Path | None = None) -> str:
-        """The page as HTML.
-
-        Args:
-            near: The folder that it will be in; None is that of the results.
-
-        Raises:
-            BtMissionError: Where Plotly is not installed.
-        """
-        plotly = plotly_script()
-        places = self._repeater.origin.places if self._repeater.origin else ()
-        coverage = coverage_section(self._columns, places)
-        worst = rows_of(self._store, self._columns.worst.ids(self._worst))
-        parts = [
-            ("What was varied", sections.varied_table(self._about, self._columns)),
-            ("Success", self._success()),
-            ("Failures", sections.failures(self._columns, self._repeater)),
-            (
-                "The worst",
-                sections.worst_table(
-                    worst, self._columns.worst, self._store.folder, self._repeater, near
-                ),
-            ),
-            ("Requirements", self._requirements()),
-            ("Duration", self._duration()),
-            ("Coverage of the tree", coverage),
-            (
-                "Made with",
-                sections.made_with(self._about, self._repeater.origin, self._versions()),
-            ),
-        ]
-        shown = [_section(title, content) for title, content in parts if content]
-        # No "<", so that no text in it can end the element.
-        figures = json.dumps(self._figures, separators=(",", ":")).replace("<", "\\u003c")
-        body = rows(
-            [
-                self._head(),
-                element("main", rows(shown)),
-                f'<script type="application/json" id="figures">{figures}</script>',
-                element("script", plotly),
-                element("script", _asset("bt_mission.sweeps.report", "sweep.js")),
-            ]
-        )
-        style = _asset("bt_mission.core.html", "base.css") + _asset(
-            "bt_mission.sweeps.report", "sweep.css"
-        )
-        return rows(
-            [
-                "<!doctype html>",
-                '<html lang="en">',
-                "<head>",
-                '<meta charset="utf-8">',
-                '<meta name="viewport" content="width=device-width, initial-scale=1">',
-                f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
-                '<meta name="color-scheme" content="light dark">',
-                element("title", escape_markup(self._title())),
-                element("style", style),
-                "</head>",
-                element("body", body),
-                "</html>",
-                "",
-            ]
-        )
-
-    def _title(self) -> str:
-        count = self._columns.tally.count
-        name = self._about.get("mission", "a sweep")
-        return f"{name}: {count.succeeded:,} of {count.scenarios:,} succeeded"
-
-    def _head(self) -> str:
-        count = self._columns.tally.count
-        parts = [element("h1", escape_markup(self._title()))]
-        if count.interval is not None and count.success_rate is not None:
-            told = (
-                f"Success rate <b>{percent(count.success_rate)}</b>; 95 % confidence interval "
-                f"{span(*count.interval)} (Wilson)."
-            )
-            if count.samples_in_words:
-                told += f" <b>{escape_markup(count.samples_in_words)}</b>."
-            parts.append(element("p", told, class_="rate"))
-        planned = self._about.get("scenarios", 0)
-        if planned > count.scenarios:
-            told = f"{count.scenarios:,} of {planned:,} scenarios have been carried out so far."
-            parts.append(element("p", told, class_="lacks"))
-        shares = (
-            ("success", count.succeeded),
-            ("failure", count.failed),
-            ("error", count.errors),
-        )
-        bar = "".join(
-            element("span", "", class_=name, style=f"flex-grow:{number}") for name, number in shares
-        )
-        parts += [
-            element("div", bar, class_="share", aria_hidden="true"),
-            sections.facts(self._columns),
-            element("noscript", hint("The charts need JavaScript; the tables do not.")),
-        ]
-        return element("header", rows(parts))
-
-    def _place(self, figure: Figure, title: str, extra: str = "") -> str:
-        """Keep a figure for the script; return where it is drawn."""
-        self._figures.append(figure)
-        drawn = element(
-            "div",
-            "",
-            class_="drawn",
-            data_figure=len(self._figures) - 1,
-            role="img",
-            aria_label=title,
-            style=f"height:{figure['layout']['height']}px",
-        )
-        return element("div", element("h3", escape_markup(title)) + drawn + extra)
-
-    def _success(self) -> str:
-        made = factors_of(self._columns)
-        if not made:
-            return ""
-        parts = [
-            self._place(
-                success_figure(one),
-                f"Success by {one.name}",
-                (hint(f"The {len(one.levels)} with least success.") if one.is_cut else "")
-                + sections.levels_table(one.name, one.levels),
-            )
-            for one in made
-        ]
-        pairs, left_out = pairs_of(self._columns)
-        parts += [
-            self._place(pair_figure(one), f"Success in % by {one.first.name} and {one.second.name}")
-            for one in pairs
-        ]
-        more = f"{left_out} more pairs of parameters tell less, and are left out."
-        return (
-            hint("Bands and whiskers are 95 % confidence intervals.")
-            + element("div", rows(parts), class_="figures")
-            + (hint(more) if left_out else "")
-        )
-
-    def _requirements(self) -> str:
-        columns = self._columns
-        if not columns.tally.requirements:
-            return ""
-        parts: list[str] = []
-        constant: list[str] = []
-        for name, one in columns.tally.requirements.items():
-            margins = columns.margins(name)
-            known = margins[np.isfinite(margins)]
-            if not len(known):
-                continue
-            if known.min() == known.max():
-                constant.append(name)
-            elif len(parts) < MOST_MARGINS:
-                units = " or ".join(sorted(filter(None, one.units)))
-                axis = f"margin in {units}" if units else "margin"
-                figure = histogram_figure(margins, columns.passed, axis, marks_zero=True)
-                parts.append(self._place(figure, name))
-        told = f"The same margin in every run: {', '.join(constant)}." if constant else ""
-        return (
-            sections.requirements_table(columns)
-            + element("div", rows(parts), class_="figures")
-            + hint(escape_markup(told))
-        )
-
-    def _duration(self) -> str:
-        columns = self._columns
-        ran = columns.ran
-        if not ran.any():
-            return ""
-        figure = histogram_figure(
-            columns.seconds[ran], columns.passed[ran], "time of the mission in s"
-        )
-        return element("div", self._place(figure, "How long the missions took"), class_="figures")
-
-    def _versions(self) -> list[str]:
-        found = []
-        for fingerprint, count in self._columns.versions.most_common():
-            told = self._store.value(f"{VERSIONS} {fingerprint}") or fingerprint
-            if told:
-                found.append(
-                    told if len(self._columns.versions) == 1 else f"{told} ({count:,} runs)"
-                )
-        return found
 
 
 def plotly_script() -> str:
@@ -269,15 +74,246 @@ def plotly_script() -> str:
         BtMissionError: Where it is not installed.
     """
     try:
-        script: str = _asset("plotly", "package_data/plotly.min.js")
+        script = (package_files("plotly") / "package_data/plotly.min.js").read_text("utf-8")
     except (ModuleNotFoundError, FileNotFoundError) as error:
         raise BtMissionError(INSTALL) from error
     return script.replace("</script", "<\\/script")
 
 
-def _section(title: str, content: str) -> str:
-    return element("section", element("h2", title) + content, id=title.lower().replace(" ", "-"))
+class SweepPage:
+    """The parts of the page of results, as the template takes them.
+
+    Args:
+        store: Holds what the sweep is.
+        columns: Of its rows.
+    """
+
+    def __init__(self, store: ResultStore, columns: SweepColumns) -> None:
+        self._store = store
+        self._columns = columns
+        self._repeater = Repeater(store)
+        self._figures: list[Figure] = []
+
+    def text(self, worst: int, near: Path) -> str:
+        """The page as HTML.
+
+        Args:
+            worst: The number of the worst runs that are listed.
+            near: The folder that it will be in.
+
+        Raises:
+            BtMissionError: Where Plotly is not installed.
+        """
+        columns, tally, about = self._columns, self._columns.tally, self._store.about
+        count, origin = tally.count, self._repeater.origin
+        return render(
+            "sweeps/report/sweep.html",
+            plotly=plotly_script(),
+            about=about,
+            title=f"{about.mission}: {count.succeeded:,} of {count.scenarios:,} succeeded",
+            count=count,
+            facts={
+                "succeeded": f"{count.succeeded:,}",
+                "failed": f"{count.failed:,}",
+                "could not run": f"{count.errors:,}",
+                "orphaned goals": f"{tally.orphaned_goals:,}",
+                "collisions": f"{tally.collisions:,}",
+                "driven": _length(tally.distance_m),
+                "time of the missions": duration(tally.virtual_s),
+                "wall time, all workers": duration(tally.wall_s),
+            },
+            varied=list(_varied(about, columns)),
+            factors=[
+                (one, self._drawn(f"Success by {one.name}", success_figure(one)))
+                for one in factors_of(columns)
+            ],
+            pairs=self._pairs(),
+            failures=list(self._failures()),
+            worst=[self._worst(row, near) for row in columns.worst_rows(self._store, worst)],
+            requirements=list(self._requirements()),
+            **self._margins(),
+            durations=self._durations(),
+            coverage=self._coverage(origin.places if origin else ()),
+            origin=origin,
+            resume=resume_command(origin.command) if origin else "",
+            versions=self._versions(),
+            figures=self._figures,
+            told_parameters=told_parameters,
+            words=_words,
+            percent=percent,
+            span=span,
+            number=number,
+        )
+
+    def _drawn(self, title: str, figure: Figure) -> dict[str, Any]:
+        """Keep a figure for the script; return what its place needs."""
+        self._figures.append(figure)
+        place = {"number": len(self._figures) - 1, "height": figure["layout"]["height"]}
+        return {"title": title, **place}
+
+    def _pairs(self) -> tuple[list[dict[str, Any]], int]:
+        pairs, left_out = pairs_of(self._columns)
+        titles = (f"Success in % by {one.first.name} and {one.second.name}" for one in pairs)
+        drawn = zip(titles, map(pair_figure, pairs), strict=True)
+        return [self._drawn(*one) for one in drawn], left_out
+
+    def _failures(self) -> Iterator[tuple[str, list[dict[str, Any]], int]]:
+        """Yield kinds of causes, the most frequent causes of each, and how many are left out."""
+        explainer = Explainer(self._columns)
+        for kind, several in groupby(self._columns.tally.failures, lambda one: one.kind):
+            of_kind = list(several)
+            shown = [
+                {
+                    "group": one,
+                    "way": _way(one.path),
+                    "explanation": explainer.explain(one.cause),
+                    "command": self._repeater.command(one.example),
+                }
+                for one in of_kind[:MOST_GROUPS]
+            ]
+            yield KINDS[kind].capitalize(), shown, len(of_kind) - len(shown)
+
+    def _worst(self, row: ScenarioRow, near: Path) -> dict[str, Any]:
+        """Return a row, the margin by which it is among the worst, and links to its recording."""
+        name = self._columns.nearest(row)
+        margin = None if name is None else row.requirements[name]
+        least = "" if margin is None else f"{number(margin.margin or 0.0)} {margin.unit}".strip()
+        why = row.why_failed
+        links = []
+        folder = self._store.folder / RECORDINGS
+        for suffix, text in ((".html", "report"), (".mcap", "recording")):
+            path = folder / f"{row.id}{suffix}"
+            if path.is_file() and not path.is_symlink():
+                links.append((quote(Path(os.path.relpath(path, near)).as_posix()), text))
+        return {
+            "row": row,
+            "why": why if len(why) <= 140 else f"{why[:139]}…",
+            "least": least,
+            "requirement": name,
+            "links": links,
+            "command": self._repeater.command(row),
+        }
+
+    def _requirements(self) -> Iterator[tuple[str, Any, str, str]]:
+        """Yield the name, the totals, and the smallest and the median margin of each."""
+        for name, one in self._columns.tally.requirements.items():
+            margins = self._columns.margins(name)
+            known = margins[np.isfinite(margins)]
+            unit = one.unit if len(one.units) == 1 else ""
+            middle = f"{number(float(np.median(known)))} {unit}" if len(known) else ""
+            least = "" if one.least is None else f"{number(one.least)} {one.unit}"
+            yield name, one, least, middle
+
+    def _margins(self) -> dict[str, Any]:
+        """Return charts of margins, and the names of requirements whose margin is always equal."""
+        columns = self._columns
+        drawn: list[dict[str, Any]] = []
+        constant: list[str] = []
+        for name, one in columns.tally.requirements.items():
+            margins = columns.margins(name)
+            known = margins[np.isfinite(margins)]
+            if not len(known):
+                continue
+            if known.min() == known.max():
+                constant.append(name)
+            elif len(drawn) < MOST_MARGINS:
+                units = " or ".join(sorted(filter(None, one.units)))
+                axis = f"margin in {units}" if units else "margin"
+                figure = histogram_figure(margins, columns.passed, axis, marks_zero=True)
+                drawn.append(self._drawn(name, figure))
+        return {"margins": drawn, "constant": constant}
+
+    def _durations(self) -> dict[str, Any] | None:
+        columns, ran = self._columns, self._columns.ran
+        if not ran.any():
+            return None
+        seconds, passed = columns.seconds[ran], columns.passed[ran]
+        figure = histogram_figure(seconds, passed, "time of the mission in s")
+        return self._drawn("How long the missions took", figure)
+
+    def _coverage(self, places: Sequence[CoveragePlace]) -> dict[str, Any] | None:
+        """Return what all runs together have reached; None where no run has recorded it."""
+        bitmaps = {text: runs for text, runs in self._columns.coverage.items() if text}
+        if not places or not bitmaps:
+            return None
+        record = CoverageRecord(deepcopy(places))
+        for text, runs in bitmaps.items():
+            try:
+                record.add(text, runs)
+            except ValueError as error:
+                raise BtMissionError(f"{self._store.folder}: column 'coverage': {error}") from error
+        total = sum(bitmaps.values())
+
+        def share(runs: int) -> str:
+            return "never" if not runs else "always" if runs == total else percent(runs / total)
+
+        counts = [runs for one in record.places for runs in _ways(one).values()]
+        return {
+            "nodes": record.places,
+            "ways": _ways,
+            "total": total,
+            "taken": sum(map(bool, counts)),
+            "choices": len(counts),
+            "never": [line for one in record.places for line in _never(one)],
+            "share": share,
+        }
+
+    def _versions(self) -> list[str]:
+        found = []
+        for fingerprint, runs in self._columns.versions.most_common():
+            told = self._store.value(f"{VERSIONS} {fingerprint}") or fingerprint
+            if told:
+                is_alone = len(self._columns.versions) == 1
+                found.append(told if is_alone else f"{told} ({runs:,} runs)")
+        return found
 
 
-def _asset(package: str, name: str) -> Any:
-    return (package_files(package) / name).read_text(encoding="utf-8")
+def _varied(about: SweepAbout, columns: SweepColumns) -> Iterator[tuple[str, str]]:
+    """Yield what was varied, and what was not."""
+    for told in about.vary:
+        name, _, values = told.partition("=")
+        yield name, values.replace(",", ", ").replace("..", " to ")
+    if about.plans:
+        yield "plans of faults", ", ".join(about.plans)
+    own = "its own for each draw" if about.sample else "that of the mission"
+    yield "seeds", (about.seeds or own).replace("..", " to ")
+    if about.sample:
+        yield "draws", f"{about.sample:,}, by Latin hypercube"
+    varied = {name.removeprefix("inputs.") for name in columns.values}
+    inputs = about.scenario.get("inputs", {}).items()
+    if fixed := [f"{name} = {value}" for name, value in inputs if name not in varied]:
+        yield "inputs", ", ".join(fixed)
+
+
+def _way(path: str) -> str:
+    names = path.split(" > ") if path else []
+    if len(names) > MOST_PATH:
+        names = [names[0], "…", *names[2 - MOST_PATH :]]
+    return " \u203a ".join(names)
+
+
+def _ways(place: CoveragePlace) -> dict[str, int]:
+    """Return the outcomes and branches of a node with the runs that have had them."""
+    marks = {mark: runs for mark, runs in place.marks.items() if mark != REACHED}
+    return {mark.removeprefix(OUTCOME): runs for mark, runs in marks.items()}
+
+
+def _never(place: CoveragePlace) -> Iterator[str]:
+    where = f"{place.name} ({place.label.removesuffix(place.name).strip()})"
+    if not place.runs:
+        yield where
+    elif missing := [way for way, runs in _ways(place).items() if not runs]:
+        yield f"{where}: {', '.join(missing)}"
+
+
+def _words(command: str) -> list[str]:
+    """Return a command as words, each quoted for the shell, between which a line may break."""
+    try:
+        split = shlex.split(command)
+    except ValueError:  # a quotation mark without another: no line that a shell would take
+        split = [command]
+    return [word if word == "&&" else shlex.quote(word) for word in split]
+
+
+def _length(metres: float) -> str:
+    return f"{metres:,.0f} m" if metres < 10_000 else f"{metres / 1000:,.0f} km"

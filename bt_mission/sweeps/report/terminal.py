@@ -11,8 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from bt_mission.scenarios.cause import KINDS
+from bt_mission.sweeps.columns import NATURE, SweepColumns
 from bt_mission.sweeps.repeat import Repeater, told_parameters
-from bt_mission.sweeps.report.columns import NATURE, SweepColumns
 from bt_mission.sweeps.report.explanation import Explainer
 from bt_mission.sweeps.report.factors import Factor, factors_of
 from bt_mission.sweeps.row import ScenarioRow

@@ -7,17 +7,18 @@ import json
 import numpy as np
 import pytest
 
+from bt_mission.sweeps.columns import SweepColumns
 from bt_mission.sweeps.report.charts import (
     histogram_figure,
     pair_figure,
     plain,
     success_figure,
 )
-from bt_mission.sweeps.report.columns import SweepColumns
-from bt_mission.sweeps.report.factors import Results, factor, factors_of, pairs_of
+from bt_mission.sweeps.report.factors import factor, factors_of, pairs_of
 from tests.sweeps.conftest import some_rows
+from tests.sweeps.rows import failed, row
 
-PASSED = Results(np.array([True, False, True, True]), np.arange(4))
+PASSED = SweepColumns([row(0), failed(1), row(2), row(3)])
 
 
 def check(figure):
@@ -47,7 +48,7 @@ def test_success_by_names_is_bars_with_their_interval():
 
 def test_a_pair_without_scenarios_is_an_empty_cell():
     """And not one of success 0."""
-    columns = SweepColumns.of(
+    columns = SweepColumns(
         one for one in some_rows() if one.parameters != {"speed": 0.1, "world": "hall"}
     )
     pair = next(one for one in pairs_of(columns)[0] if one.second.name == "world")
@@ -60,7 +61,7 @@ def test_a_pair_without_scenarios_is_an_empty_cell():
 
 def test_a_share_in_a_cell_is_100_only_for_all():
     """One failure of a thousand shows."""
-    columns = SweepColumns.of(some_rows())
+    columns = SweepColumns(some_rows())
     pair = pairs_of(columns)[0][0]
     pair.passed[0, 0], pair.total[0, 0] = 999, 1000
     (heat,) = pair_figure(pair)["data"]
@@ -112,7 +113,7 @@ def test_a_long_text_is_cut():
 
 def test_all_factors_of_a_sweep_have_figures():
     """Parameters and plans of faults."""
-    made = factors_of(SweepColumns.of(some_rows()))
+    made = factors_of(SweepColumns(some_rows()))
     assert [one.name for one in made] == ["speed", "world", "plan of faults"]
     for one in made:
         check(success_figure(one))

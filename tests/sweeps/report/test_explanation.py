@@ -6,14 +6,14 @@ import random
 
 import pytest
 
-from bt_mission.sweeps.report.columns import SweepColumns
+from bt_mission.sweeps.columns import SweepColumns
 from bt_mission.sweeps.report.explanation import Explainer, results_as_dict, short_between
 from tests.sweeps.rows import failed, row
 
 
 def explained(rows) -> list[str]:
     """What explains each cause, in words."""
-    columns = SweepColumns.of(rows)
+    columns = SweepColumns(rows)
     explainer = Explainer(columns)
     return [str(explainer.explain(one.cause)) for one in columns.tally.failures]
 
@@ -84,7 +84,7 @@ def test_a_single_factor_value_or_failure_explains_nothing():
 def test_json_has_the_explanation_of_each_failure():
     """Or null."""
     rows = drawn(200, lambda values, _: values["gap"] < 0.4)
-    (failure,) = results_as_dict(SweepColumns.of(rows))["failures"]
+    (failure,) = results_as_dict(SweepColumns(rows))["failures"]
     assert failure["explained_by"].startswith("100 % of these have gap < 0.4")
 
 

@@ -6,22 +6,21 @@ import numpy as np
 import pytest
 
 from bt_mission.core.statistics import wilson
-from bt_mission.sweeps.report.columns import SweepColumns
+from bt_mission.sweeps.columns import SweepColumns
 from bt_mission.sweeps.report.factors import (
     MOST_LEVELS,
     MOST_NAMES,
-    Results,
     factor,
     factors_of,
     pairs_of,
     round_edges,
 )
-from tests.sweeps.rows import row
+from tests.sweeps.rows import failed, row
 
 
 def passes(*values):
-    """Results of rows that all differ: whether each has passed."""
-    return Results(np.array(values, bool), np.arange(len(values)))
+    """Rows that all differ: whether each has passed."""
+    return SweepColumns([row(n) if one else failed(n) for n, one in enumerate(values)])
 
 
 def test_each_number_is_a_level():
@@ -38,7 +37,9 @@ def test_each_number_is_a_level():
 
 def test_identical_rows_of_a_level_are_one_sample():
     """The rate is that of all rows, the interval as wide as for the distinct ones."""
-    results = Results(np.array([1, 1, 1, 0], bool), np.array([5, 5, 6, 5]))
+    results = SweepColumns(
+        [row(0, sample="5"), row(1, sample="5"), row(2, sample="6"), failed(3, sample="5")]
+    )
     first, second = factor("speed", [0.1, 0.1, 0.1, 0.2], results).levels
     assert (first.total, first.samples, second.samples) == (3, 2, 1)
     assert first.interval == wilson(3, 3, 2)
@@ -87,7 +88,7 @@ def test_of_very_many_names_the_worst_are_shown():
 
 def test_what_has_one_value_is_not_varied():
     """It has no chart."""
-    columns = SweepColumns.of(row(n, parameters={"a": 1, "b": n % 2}) for n in range(4))
+    columns = SweepColumns(row(n, parameters={"a": 1, "b": n % 2}) for n in range(4))
     assert [one.name for one in factors_of(columns)] == ["b"]
     assert pairs_of(columns) == ([], 0)
 
@@ -98,7 +99,7 @@ def test_pairs_count_each_cell():
         row(n, parameters={"a": a, "b": b}, passed=a == b)
         for n, (a, b) in enumerate(((0, 0), (0, 1), (0, 2), (1, 1), (1, 1)))
     ]
-    ((pair,), left_out) = pairs_of(SweepColumns.of(rows))
+    ((pair,), left_out) = pairs_of(SweepColumns(rows))
     assert left_out == 0
     assert pair.total.tolist() == [[1, 0], [1, 2], [1, 0]]
     assert pair.passed.tolist() == [[1, 0], [0, 2], [0, 0]]
@@ -111,7 +112,7 @@ def test_the_pairs_that_tell_most_come_first():
             passed=(n // 2 % 2) != (n // 4 % 2))
         for n in range(8)
     ]  # fmt: skip
-    (pair,), left_out = pairs_of(SweepColumns.of(rows), most=1)
+    (pair,), left_out = pairs_of(SweepColumns(rows), most=1)
     assert (pair.first.name, pair.second.name, left_out) == ("a", "b", 2)
 
 

@@ -7,7 +7,7 @@ import io
 
 import pytest
 
-from bt_mission.sweeps.csv_table import write_csv
+from bt_mission.sweeps.store import write_csv
 from tests.sweeps.rows import failed, margin, row
 
 

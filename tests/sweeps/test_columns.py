@@ -1,18 +1,47 @@
-"""Which runs are worth a look."""
+"""Rows as arrays, and which of them are worth a look."""
 
 from __future__ import annotations
 
-from bt_mission.sweeps.worst import WorstRows, worst_rows
+import numpy as np
+
+from bt_mission.sweeps.columns import PLAN, SweepColumns
 from tests.sweeps.conftest import write_results
 from tests.sweeps.rows import failed, margin, row
 
 
+def test_columns_have_a_value_for_each_row():
+    """Also where rows have other parameters and requirements than those before them."""
+    columns = SweepColumns(
+        [
+            row(0, parameters={"speed": 0.1}),
+            failed(1, parameters={"world": "hall"}, plan="lost"),
+            row(2, requirements={"clear": margin(0.5)}),
+            row(3, outcome="error", passed=False),
+        ]
+    )
+    assert columns.values == {
+        "speed": [0.1, None, None, None],
+        "world": [None, "hall", None, None],
+        PLAN: [None, "lost", None, None],
+    }
+    assert np.array_equal(columns.margins("clear"), [np.nan, np.nan, 0.5, np.nan], equal_nan=True)
+    assert columns.passed.tolist() == [True, False, True, False]
+    assert columns.ran.tolist() == [True, True, True, False]
+    assert columns.seconds.tolist() == [20.0, 2.95, 20.0, 20.0]
+
+
+def test_a_margin_that_is_not_finite_is_none():
+    """A picture has no place for it."""
+    columns = SweepColumns([row(0, requirements={"clear": margin(float("inf"))})])
+    assert np.isnan(columns.margins("clear")).all()
+
+
+# ---- the worst -----------------------------------------------------------------------------
+
+
 def ids(rows, most=20):
     """The numbers of the worst of some rows."""
-    found = WorstRows()
-    for one in rows:
-        found.add(one)
-    return [int(one, 16) for one in found.ids(most)]
+    return [int(one, 16) for one in SweepColumns(rows).worst(most)]
 
 
 def test_failed_runs_come_first():
@@ -51,9 +80,7 @@ def test_the_requirement_that_counts_is_named():
         row(n, requirements={"clear": margin(metres), "late": margin(one), "same": margin(0.0)})
         for n, (metres, one) in enumerate(((0.4, 50.0), (0.6, 5.0), (0.5, 55.0)))
     ]
-    found = WorstRows()
-    for one in rows:
-        found.add(one)
+    found = SweepColumns(rows)
     assert [found.nearest(one) for one in rows] == ["clear", "late", "clear"]
     assert found.nearest(row(9)) is None
 
@@ -79,4 +106,4 @@ def test_runs_without_a_margin_are_the_best():
 def test_the_rows_are_read_from_the_results(tmp_path):
     """In the order of the ids."""
     store = write_results(tmp_path / "r", [row(0), failed(1), failed(2)], None)
-    assert [one.number for one in worst_rows(store, 2)] == [1, 2]
+    assert [one.number for one in SweepColumns(store.rows()).worst_rows(store, 2)] == [1, 2]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.output import within
 from bt_mission.sweeps.bundle import Bundle
-from bt_mission.sweeps.folder import StoreError, within
 
 
 def test_a_path_lies_in_the_folder(tmp_path):
@@ -16,9 +17,9 @@ def test_a_path_lies_in_the_folder(tmp_path):
 @pytest.mark.parametrize("name", ["../x", "a/../../x", "/etc/x", ""])
 def test_a_name_that_leads_out_is_refused(tmp_path, name):
     """Wherever it comes from."""
-    with pytest.raises(StoreError, match="leads out of the folder"):
+    with pytest.raises(BtMissionError, match="leads out of the folder"):
         within(tmp_path, name)
-    with pytest.raises(StoreError):
+    with pytest.raises(BtMissionError):
         Bundle({name: "x"}, "m", {}, {}).write_to(tmp_path)
 
 
@@ -30,6 +31,6 @@ def test_a_link_on_the_way_is_refused(tmp_path, link):
     path = folder / link
     path.parent.mkdir(parents=True)
     path.symlink_to(victim if link == "missions" else victim / "file")
-    with pytest.raises(StoreError, match="a symbolic link"):
+    with pytest.raises(BtMissionError, match="a symbolic link"):
         Bundle({"missions/go.yaml": "x"}, "missions/go.yaml", {}, {}).write_to(folder)
     assert list(victim.iterdir()) == []
