@@ -64,6 +64,7 @@ examples:
   bt-mission sweep explore --seeds 1000
   bt-mission sweep explore --seeds 50 --vary speed=0.1,0.2,0.26 --vary world=dqn_stage1,dqn_stage4
   bt-mission sweep explore --sample 500 --vary speed=0.05..0.26 --vary stopping_distance=0.3..0.8
+  bt-mission sweep explore --sample 500 --within ranges.yaml
   bt-mission sweep explore --seeds 100 --fault-plan sensors.yaml -o sensors
   bt-mission sweep explore --seeds 1000 --resume          go on where it was stopped
   bt-mission sweep explore --seeds 1000 --fail-below 0.95 for CI: are 95 % certain?

@@ -1,13 +1,16 @@
-"""Many scenarios of one mission: which, carried out where, and what came out.
+"""Many scenarios of one mission: which ones, where they run, and their results.
 
 - ``ranges``: what may vary, as a file or an option says it
 - ``bundle``: all files that the scenarios need, as texts
 - ``concrete``: :class:`ConcreteScenario`, what a worker carries out
 - ``base``: the mission or scenario that is varied
 - ``plan``: the scenarios of a sweep, by number
-- ``work``: carries a concrete scenario out
-- ``runner``: carries many out; the protocol of pools
-- ``row``: what one scenario came to
-- ``store``: all rows, in SQLite
-- ``summary``: what the rows come to, added up one by one
+- ``work``: carries concrete scenarios out in this process
+- ``pool``: workers of Dask that carry them out
+- ``sweep``: checks a plan, carries it out, and records the worst
+- ``row``: the result of one scenario
+- ``store``: all rows, in SQLite and as CSV
+- ``summary``: the totals of rows; ``columns``: the rows as arrays, and the worst of them
+- ``repeat``: what a sweep was made from, and how one row is carried out again
+- ``report``: the tables of the terminal and the page
 """

@@ -194,7 +194,7 @@ def test_parameters_are_read(text: str, parameter: Choices | Interval) -> None:
         ("speed=", "'speed': expected values"),
         ("speed=0.1,0.1", "the value 0.1 stands there twice"),
         ("speed=0.3..0.1", "expected the lower end first, got 0.3..0.1"),
-        ("speed=0..1 step 1e-9", "expected a step above 0 with at most 10,000 values"),
+        ("speed=0..1 step 1e-9", "expected a step above 0 with at most 1,000 values"),
         ("speed=0.1:0.3", "write 'speed=0.1..0.3'"),
         ("speed=[", "expected values"),
         ("speed={a: 1}", "expected values"),

@@ -1,9 +1,8 @@
-"""The results of a sweep as one page of HTML that needs no network.
+"""The results of a sweep on the terminal, and as one page of HTML that needs no network.
 
-- ``columns``: what is needed of every row, as arrays
 - ``factors``: how success depends on what was varied
+- ``explanation``: the factor that explains a cause of failures
 - ``charts``: figures as data for Plotly
-- ``sections``: the parts of the page that are text and tables
-- ``coverage``: what of the tree all runs together have reached
-- ``page``: the page, put together
+- ``terminal``: the tables of the terminal
+- ``page``: the page, by the template ``sweep.html``
 """
