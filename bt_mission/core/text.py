@@ -78,6 +78,11 @@ def _escape(character: str) -> str:
     return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
 
 
+def cut(text: str, most: int) -> str:
+    """Return a text of at most so many characters; ``…`` stands for what is left out."""
+    return text if len(text) <= most else f"{text[: most - 1]}…"
+
+
 def can_encode(text: str, encoding: str | None) -> bool:
     """Return whether a stream of this encoding can show a text; None is ASCII."""
     try:

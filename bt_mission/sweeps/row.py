@@ -20,6 +20,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from bt_mission.core.nature import BY_NAME
+from bt_mission.core.text import cut
 from bt_mission.scenarios.cause import Cause, CauseKind, kind_of, masked
 from bt_mission.scenarios.scenario import ScenarioResult
 from bt_mission.sweeps.concrete import ConcreteScenario
@@ -179,10 +180,8 @@ def row_of_columns(columns: Mapping[str, Any]) -> ScenarioRow:
     except ValidationError as error:
         first = error.errors()[0]
         name = str(first["loc"][0])
-        text = repr(columns[name])
-        shown = text if len(text) <= 60 else f"{text[:59]}…"
         what = first["msg"] if first["type"] == "json" else "is invalid"
-        raise ValueError(f"column '{name}': {shown} {what}") from None
+        raise ValueError(f"column '{name}': {cut(repr(columns[name]), 60)} {what}") from None
     is_violated = any(one.verdict == "violated" for one in row.requirements.values())
     if row.passed != (row.cause_kind == "") or (row.cause_kind == "violated" and not is_violated):
         raise ValueError(f"column 'cause_kind': '{row.cause_kind}' contradicts the other columns")

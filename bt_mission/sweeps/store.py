@@ -22,7 +22,7 @@ from pydantic import AfterValidator, ConfigDict, TypeAdapter, ValidationError
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.output import within
-from bt_mission.core.text import escape_lines
+from bt_mission.core.text import cut, escape_lines
 from bt_mission.sweeps.row import ScenarioRow, row_of_columns
 
 FILE = "results.sqlite"
@@ -294,7 +294,7 @@ def _refuse_links(folder: Path) -> None:
 def _refuse_other(folder: Path, then: SweepAbout, now: SweepAbout) -> None:
     there, here = vars(then), json.loads(json.dumps(asdict(now)))
     differing = [
-        f"{key} was {_short(there[key])}, is {_short(here[key])}"
+        f"{key} was {cut(json.dumps(there[key]), 60)}, is {cut(json.dumps(here[key]), 60)}"
         for key in sorted(here)
         if there[key] != here[key]
     ]
@@ -303,11 +303,6 @@ def _refuse_other(folder: Path, then: SweepAbout, now: SweepAbout) -> None:
         raise BtMissionError(
             f"{folder}: has results of another sweep ({told}); name another folder with -o"
         )
-
-
-def _short(value: Any, most: int = 60) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
 # ---- CSV --------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from bt_mission.core.text import escape_control, escape_markup
+from bt_mission.core.text import cut, escape_control, escape_markup
 from bt_mission.sweeps.columns import Flags, Floats
 from bt_mission.sweeps.report.factors import Factor, Level, Pair, round_edges, short
 from bt_mission.sweeps.summary import percent, span
@@ -36,8 +36,7 @@ MOST_LETTERS = 24
 
 def plain(text: str, most: int = 300) -> str:
     """Return a text that Plotly shows as it is, cut after so many characters."""
-    shown = escape_control(text)
-    return escape_markup(shown if len(shown) <= most else f"{shown[: most - 1]}…")
+    return escape_markup(cut(escape_control(text), most))
 
 
 def success_figure(one: Factor) -> Figure:

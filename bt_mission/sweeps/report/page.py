@@ -17,7 +17,7 @@ import numpy as np
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.html.pages import render
 from bt_mission.core.output import within, write_file
-from bt_mission.core.text import duration
+from bt_mission.core.text import cut, duration
 from bt_mission.coverage.places import OUTCOME, REACHED, CoveragePlace
 from bt_mission.coverage.record import CoverageRecord
 from bt_mission.scenarios.cause import KINDS
@@ -178,7 +178,6 @@ class SweepPage:
         name = self._columns.nearest(row)
         margin = None if name is None else row.requirements[name]
         least = "" if margin is None else f"{number(margin.margin or 0.0)} {margin.unit}".strip()
-        why = row.why_failed
         links = []
         folder = self._store.folder / RECORDINGS
         for suffix, text in ((".html", "report"), (".mcap", "recording")):
@@ -187,7 +186,7 @@ class SweepPage:
                 links.append((quote(Path(os.path.relpath(path, near)).as_posix()), text))
         return {
             "row": row,
-            "why": why if len(why) <= 140 else f"{why[:139]}…",
+            "why": cut(row.why_failed, 140),
             "least": least,
             "requirement": name,
             "links": links,
