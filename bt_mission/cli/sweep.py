@@ -178,7 +178,11 @@ async def _carry_out(
     if is_done() and not to_record(store, plan, options.record_worst):
         return
     announce("starting the workers" if options.scheduler is None else "joining the workers")
-    async with pool_for(options, plan.base.bundle) as pool:
+
+    def show() -> None:
+        progress.show(tally.count.scenarios)
+
+    async with pool_for(options, plan.base.bundle, show) as pool:
         if pool.dashboard:
             print(
                 f"Dask's dashboard, where it is on: {pool.dashboard}", file=sys.stderr, flush=True
@@ -200,9 +204,6 @@ async def _carry_out(
         )
         with shown as progress:
 
-            def show() -> None:
-                progress.show(tally.count.scenarios)
-
             def on_row(row: ScenarioRow) -> None:
                 tally.add(row)
                 show()
@@ -212,7 +213,6 @@ async def _carry_out(
                 recorded += 1
                 show()
 
-            pool.on_wait = show
             await sweep(plan, store, pool, on_row, retry_errors=options.retry_errors)
             worst = to_record(store, plan, options.record_worst)
             await record(store, pool, worst, on_recorded)
