@@ -13,6 +13,7 @@ from typing import Any
 
 from bt_mission.core.files import Kind, find, folders
 from bt_mission.core.output import cannot_write, write_file
+from bt_mission.core.text import seconds
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.executive.report import Report
 from bt_mission.faults.planned import Beginning, PlannedFault, Value, WhenTrue
@@ -247,7 +248,7 @@ def _what(failure: Failure, report: Report | None) -> str:
         return f"the mission has not ended at {report.virtual_s:g} s"
     leaf = f": '{report.failure.nodes[-1]}' fails" if report.failure else ""
     reason = (report.reason.splitlines() or ["no reason"])[0]
-    return f"the mission fails at {report.virtual_s:.2f} s{leaf} ({reason})"
+    return f"the mission fails at {seconds(report.virtual_s)}{leaf} ({reason})"
 
 
 def _when(candidate: Candidate) -> list[str]:
