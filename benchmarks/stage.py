@@ -43,7 +43,7 @@ import pytest
 def test_explore(stage, seed):
     run = stage.run("explore", seed=seed, inputs={{"legs": 3}})
     run.until_done(within=200)
-    assert run.never(lambda s: s.collisions > 0)
+    assert run.check("never collisions > 0")
 """
 WAITS = "mission: waits\ntree: {wait: 10000000}\n"
 

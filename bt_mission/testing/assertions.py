@@ -1,41 +1,89 @@
-"""What a test claims of a run: that a condition always held, or held in time.
+"""Requirements that a test checks of a run, and those of its mission.
 
-Claims are looked at once the run is there, at every control step that it had. A claim that does
-not hold says when it broke first, what the condition had read then, and shows the tree.
+A requirement is evaluated over the control steps that the run has had. One that does not hold says
+when it was violated first, the values of its signals then, and shows the tree.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from itertools import takewhile
+from operator import attrgetter
 from typing import Any
 
 from bt_mission.core.errors import described
+from bt_mission.core.stamps import NS
 from bt_mission.core.text import seconds
 from bt_mission.faults.errors import ScenarioError
-from bt_mission.requirements.monitor import RequirementResult
+from bt_mission.language.expressions.syntax import SyntaxNode
+from bt_mission.language.expressions.values import ExpressionError, Plain
+from bt_mission.language.requirements.formula import Formula, Requirement, signals_in
+from bt_mission.language.requirements.syntax import SignalValue
+from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.monitor import Monitor, RequirementResult
+from bt_mission.ros.signals import field_of
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.errors import RequirementResults
-from bt_mission.testing.moment import AttributeRecorder, Condition, Moment
+from bt_mission.testing.moment import Condition, Moment
 
-READ = 6
-"""So many of the values that a condition read are told in the one line of a verdict."""
+OF_MOMENT: Mapping[str, Callable[[Moment], Plain]] = {
+    "time": lambda moment: moment.t,
+    **{
+        name: attrgetter(name)
+        for name in ("x", "y", "yaw", "clearance", "collisions", "speed", "turn_rate", "distance")
+    },
+    "nearest": lambda moment: moment.nearest or "",
+    "odometry.x": lambda moment: moment.odometry[0],
+    "odometry.y": lambda moment: moment.odometry[1],
+    "odometry.yaw": lambda moment: moment.odometry[2],
+    "open_goals": lambda moment: len(moment.open_goals),
+}
+OF_NODE = ("running", "succeeded", "failed")
+
+
+class MomentSignals:
+    """The signals of requirements at one moment of a run: what tests read of it, too."""
+
+    moment: Moment
+
+    def reader(self, signal: SignalValue, /) -> Reader | str:
+        """Return what gives a signal's value at the moment, or why moments do not have it."""
+        name, arguments = signal.name, signal.arguments
+        if name in OF_MOMENT:
+            read = OF_MOMENT[name]
+            return lambda: read(self.moment)
+        if name in OF_NODE:
+            return lambda: bool(getattr(self.moment.leaf(arguments[0]), name))
+        if name == "$":
+            return lambda: self.moment.variables[arguments[0]]
+        if name == "topic":
+            return lambda: field_of(self.moment.topic(arguments[0]), arguments[1])
+        return "write it under 'requirements' of the mission, which is evaluated during the run"
+
+    def lower_bound(self, _signal: SignalValue, /) -> None:
+        """Return None: no signal of a moment has a bound that costs less."""
+
+    def measured_by(self, _signal: SignalValue, /) -> str:
+        """Return that signals of a moment are the truth."""
+        return ""
 
 
 @dataclass(frozen=True, repr=False)
 class Verdict:
-    """Whether a claim holds; false in a condition where it does not.
+    """Whether a requirement holds; false in a condition where it does not.
 
     Args:
-        line: What was found, in one line.
-        t: When it was decided, s since the start; None where that is the end of the run.
-        details: All values that the condition read, and the tree, at that moment.
+        line: The verdict, and the values of the signals, in one line.
+        t: When it was violated first, else the instant that decides, s since the start; None
+            without one.
+        margin: By how much it holds, below 0 by how much it is violated; None without a measure.
+        details: The line, and the tree at that moment.
     """
 
     holds: bool
     line: str
     t: float | None = None
+    margin: float | None = None
     details: str = ""
 
     def __bool__(self) -> bool:
@@ -62,7 +110,7 @@ def holds(condition: Condition, moment: Moment) -> bool:
 
 
 class Assertions:
-    """The claims that can be made of a run; :class:`bt_mission.testing.Run` is one."""
+    """What can be checked of a run; :class:`bt_mission.testing.Run` is one."""
 
     stage: Stage
 
@@ -108,124 +156,52 @@ class Assertions:
             if one.verdict != "violated" and name in self._expected_violations
         )
 
-    def always(
-        self,
-        condition: Condition,
-        *,
-        after: float = 0.0,
-        before: float | None = None,
-        until: Condition | None = None,
-    ) -> Verdict:
-        """The condition held at every control step.
+    def check(self, requirement: str) -> Verdict:
+        """Evaluate a requirement over the control steps so far, as if the run ended there.
 
-        Args:
-            after: Look only from this time on, s since the start.
-            before: Look only up to this time.
-            until: Look only at the steps before this holds for the first time.
+        It can name the signals that moments have: those of the simulation and of odometry, nodes,
+        variables, `open_goals`, and topics that are recorded. `time` is since the start.
+
+        Raises:
+            ScenarioError: For an invalid requirement, a node that the mission does not have, and a
+                topic that is not recorded.
         """
-        moments = self._between(after, before)
-        if until is not None:
-            moments = takewhile(lambda moment: not holds(until, moment), moments)
-        return self._each(condition, moments, expected=True)
+        try:
+            root = Formula(requirement).root
+        except ExpressionError as error:
+            raise ScenarioError(f"{requirement}: {error}") from error
+        signals = MomentSignals()
+        monitor = Monitor(Requirement("", requirement, root), signals)
+        for signals.moment in self.moments:
+            monitor.step(round(signals.moment.t * NS))
+        monitor.finish()
+        result = monitor.result
+        if not self.moments:
+            return self._kept(Verdict(holds=False, line="there is no control step to check"))
+        at = result.at if result.violated_at is None else result.violated_at
+        if result.verdict == "holds":
+            return Verdict(holds=True, line=result.outcome, t=at, margin=result.margin)
+        signals.moment = next((one for one in self.moments if one.t == at), self.moments[-1])
+        values = {} if result.verdict == "unknown" else signals_of(root, signals)
+        read = ", ".join(f"{key} = {short(value)}" for key, value in values.items())
+        since = "" if result.violated_at is None else f", first at {seconds(result.violated_at)}"
+        line = f"{result.outcome}{since}" + (f": {read}" if read else "")
+        details = f"{requirement}: {line}\n{signals.moment.tree}"
+        return self._kept(
+            Verdict(holds=False, line=line, t=at, margin=result.margin, details=details)
+        )
 
-    def never(
-        self, condition: Condition, *, after: float = 0.0, before: float | None = None
-    ) -> Verdict:
-        """The condition held at no control step."""
-        return self._each(condition, self._between(after, before), expected=False)
-
-    def eventually(
-        self, condition: Condition, *, within: float | None = None, after: float = 0.0
-    ) -> Verdict:
-        """The condition held at some control step.
-
-        Args:
-            within: At most so many seconds after ``after``.
-        """
-        before = None if within is None else after + within
-        last = None
-        for last in self._between(after, before):
-            if holds(condition, last):
-                return Verdict(holds=True, line=f"held at {seconds(last.t)}", t=last.t)
-        limit = f"within {within:g} s" if within is not None else "until the end"
-        since = f" after {after:g} s" if after else ""
-        if last is None:
-            return self._checked(0, "")
-        return self._broken(f"never held {limit}{since}; last seen", condition, last)
-
-    def whenever(self, trigger: Condition, then: Condition, *, within: float) -> Verdict:
-        """Each time that ``trigger`` began to hold, ``then`` held within so many seconds.
-
-        Where the run ended before that time was over, and ``then`` had not held, it does not.
-        """
-        waiting: Moment | None = None
-        held = False
-        answered = 0
-        last = None
-        for last in self.moments:
-            now = holds(trigger, last)
-            if now and not held and waiting is None:
-                waiting = last
-            held = now
-            if waiting is None:
-                continue
-            if holds(then, last):
-                answered += 1
-                waiting = None
-            elif last.t > waiting.t + within + 1e-9:
-                break
-        if waiting is not None and last is not None:
-            what = f"did not follow within {within:g} s of {seconds(waiting.t)}; last seen"
-            return self._broken(what, then, last)
-        return Verdict(holds=True, line=f"followed all {answered} times")
-
-    def _each(self, condition: Condition, moments: Iterable[Moment], *, expected: bool) -> Verdict:
-        looked = 0
-        for moment in moments:
-            looked += 1
-            if holds(condition, moment) is not expected:
-                return self._broken("did not hold" if expected else "held", condition, moment)
-        many = "all" if expected else "none of"
-        return self._checked(looked, f"held at {many} {looked} control steps")
-
-    def _between(self, after: float, before: float | None) -> Iterable[Moment]:
-        for moment in self.moments:
-            if before is not None and moment.t > before + 1e-9:
-                return
-            if moment.t >= after - 1e-9:
-                yield moment
-
-    def _checked(self, looked: int, line: str) -> Verdict:
-        if looked:
-            return Verdict(holds=True, line=line)
-        verdict = Verdict(holds=False, line="there is no control step at which to look")
-        self.broken.append(verdict)
-        return verdict
-
-    def _broken(self, what: str, condition: Condition, moment: Moment) -> Verdict:
-        values = read_by(condition, moment)
-        told = [f"{name} = {short(value)}" for name, value in values.items()]
-        line = f"{what} at {seconds(moment.t)}"
-        if told:
-            line += ": " + ", ".join(told[:READ])
-        details = "\n".join([f"{line.split(':')[0]}:", *(f"  {one}" for one in told), moment.tree])
-        verdict = Verdict(holds=False, line=line, t=moment.t, details=details)
+    def _kept(self, verdict: Verdict) -> Verdict:
         self.broken.append(verdict)
         return verdict
 
 
-def read_by(condition: Condition, moment: Moment) -> dict[str, Any]:
-    """What a condition reads of a moment."""
-    seen: dict[str, Any] = {}
-    condition(AttributeRecorder(moment, seen))  # type: ignore[arg-type]  # it is there to pass for one
-    return seen
+def signals_of(root: SyntaxNode, signals: MomentSignals) -> dict[str, Any]:
+    """Return the values of a formula's signals at a moment."""
+    readers = {one.key: signals.reader(one) for one in signals_in(root)}
+    return {key: read() for key, read in readers.items() if not isinstance(read, str)}
 
 
 def short(value: Any) -> str:
-    """A value in few characters."""
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    if isinstance(value, tuple) and all(isinstance(one, float) for one in value):
-        return "(" + ", ".join(f"{one:.4g}" for one in value) + ")"
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+    """Return a value in few characters."""
+    return f"{value:.4g}" if isinstance(value, float) else repr(value)

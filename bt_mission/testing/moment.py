@@ -255,31 +255,3 @@ class Moment:
 
 Condition = Callable[[Moment], Any]
 """Something that holds at a moment, or does not."""
-
-
-class AttributeRecorder:
-    """Stands for a moment, and notes what a condition reads of it."""
-
-    def __init__(self, target: Any, seen: dict[str, Any], path: str = "") -> None:
-        self._target = target
-        self._seen = seen
-        self._path = path
-
-    def __getattr__(self, name: str) -> Any:
-        path = f"{self._path}.{name}" if self._path else name
-        return self._note(path, getattr(self._target, name))
-
-    def _note(self, path: str, value: Any) -> Any:
-        if isinstance(value, NodeView):
-            return AttributeRecorder(value, self._seen, path)
-        if callable(value):
-
-            def call(*arguments: Any, **options: Any) -> Any:
-                said = ", ".join(
-                    [*map(repr, arguments), *(f"{name}={one!r}" for name, one in options.items())]
-                )
-                return self._note(f"{path}({said})", value(*arguments, **options))
-
-            return call
-        self._seen[path] = value
-        return value

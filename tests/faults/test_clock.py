@@ -142,4 +142,4 @@ def test_servers_end_their_goals_when_their_clock_is_set_back(stage: Any, turn: 
         "aborted: /turn: the ROS clock was set back by 0.90 s (code 901)"
     )
     run.until_done()
-    assert run.always(lambda s: abs(s.turn_rate) < 0.01, after=1.5)
+    assert run.check("whenever time >= 1.5: abs(turn_rate) < 0.01")

@@ -35,7 +35,7 @@ def test_feedback_that_does_not_come(stage: Any, turn: Any, make: Any) -> None:
     )
     run.until_done()
     assert [goal.status for goal in run.goals] == ["canceled"]
-    assert run.always(lambda s: abs(s.turn_rate) < 0.01, after=1.6)
+    assert run.check("whenever time >= 1.6: abs(turn_rate) < 0.01")
 
 
 @pytest.mark.parametrize(

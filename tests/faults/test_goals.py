@@ -64,7 +64,7 @@ def test_goals_are_ignored(stage: Any, turn: Any) -> None:
     run.until_done()
     assert (run.t, run.status) == (5.05, "failure")
     assert run.reason.startswith("orphaned goals: /turn goal ")
-    assert run.always(lambda s: abs(s.turn_rate) < 1e-3)
+    assert run.check("always abs(turn_rate) < 1e-3")
     (left,) = run.close()
     assert left.endswith("of 'turn' (lost)")
 
@@ -81,7 +81,7 @@ def test_an_answer_that_is_lost_leaves_no_robot_turning(stage: Any, turn: Any) -
     run.until_done()
     assert (run.succeeded, run.t) == (True, 2.05)
     assert lives(run) == ["sent at 0.05 s, released at 1.05 s, ended at 1.10 s): canceled"]
-    assert run.always(lambda s: abs(s.turn_rate) < 0.01, after=1.5)
+    assert run.check("whenever time >= 1.5: abs(turn_rate) < 0.01")
 
 
 def test_a_late_answer(stage: Any, turn: Any) -> None:
@@ -108,7 +108,7 @@ def test_an_answer_after_the_halt(stage: Any) -> None:
     run.until_done()
     assert answers == [0.85]
     assert lives(run) == ["sent at 0.05 s, released at 0.55 s, ended at 0.60 s): canceled"]
-    assert run.always(lambda s: abs(s.turn_rate) < 0.01, after=1.0)
+    assert run.check("whenever time >= 1.0: abs(turn_rate) < 0.01")
 
 
 def test_an_answer_is_held_for_so_long_at_most(stage: Any, turn: Any) -> None:

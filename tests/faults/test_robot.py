@@ -151,7 +151,7 @@ def test_a_drive_ends_and_the_robot_stands(
     assert found[0] == ended
     assert said in found[1]
     run.until_done()
-    assert run.always(lambda s: abs(s.speed) < 0.01 and abs(s.turn_rate) < 0.02, after=ended + 0.6)
+    assert run.check(f"whenever time >= {ended + 0.6}: abs(speed) < 0.01 and abs(turn_rate) < 0.02")
     assert run.now.collisions == 0
     assert run.close() == ()
 
@@ -179,7 +179,7 @@ def test_what_a_drive_bears(stage: Any, mission: str, make: Any) -> None:
     run = stage.run(mission)
     run.at(1.0, make(stage.faults))
     assert outcome(run)[1] == "success"
-    assert run.never(lambda s: s.clearance < 0.2)
+    assert run.check("never clearance < 0.2")
 
 
 def test_wrong_figures_turn_the_robot_wrong(stage: Any) -> None:

@@ -36,7 +36,7 @@ def test_a_goal_is_aborted(stage: Any, turn: Any) -> None:
     run.at(1.0, stage.faults.abort_goal("turn", 906, "stuck"))
     assert outcome(run) == (1.0, "aborted: /turn: stuck (code 906)")
     run.until_done()
-    assert run.always(lambda s: abs(s.turn_rate) < 0.01, after=1.5)
+    assert run.check("whenever time >= 1.5: abs(turn_rate) < 0.01")
     assert [goal.status for goal in run.goals] == ["aborted"]
 
 
@@ -83,8 +83,8 @@ def test_a_server_dies(stage: Any, turn: Any) -> None:
     run.at(1.0, stage.faults.kill_server("turn"))
     assert outcome(run) == (1.1, "server lost: /turn has gone from the graph")
     run.until_done()
-    assert run.always(lambda s: s.turn_rate > 0.9, after=0.6, before=1.1)
-    assert run.always(lambda s: abs(s.turn_rate) < 0.01, after=1.5)
+    assert run.check("always between 0.6 s and 1.1 s turn_rate > 0.9")
+    assert run.check("whenever time >= 1.5: abs(turn_rate) < 0.01")
     assert run.reason.startswith("orphaned goals: /turn goal")
     assert len(run.close()) == 1
 
@@ -161,7 +161,7 @@ def test_an_exception_in_a_maneuver(
     run.at(1.0, stage.faults.raise_in_maneuver("turn", KeyError("no"), method=method, on=on))
     assert outcome(run) == (ended, "aborted: /turn: KeyError: 'no' (code 900)")
     run.until_done()
-    assert run.always(lambda s: abs(s.turn_rate) < 0.01, after=ended + 0.6)
+    assert run.check(f"whenever time >= {ended + 0.6}: abs(turn_rate) < 0.01")
     run = turn(timeout=5)
     assert outcome(run) == (1.95, "success")
 

@@ -102,7 +102,7 @@ def test_a_drive_ends_and_the_robot_stands(
     assert run.t == ends
     assert outcome in run.leaf("drive").outcome
     run.until_done()
-    assert run.always(lambda s: abs(s.speed) < 0.01 and abs(s.turn_rate) < 0.01, after=ends + 0.6)
+    assert run.check(f"whenever time >= {ends + 0.6}: abs(speed) < 0.01 and abs(turn_rate) < 0.01")
     assert run.now.collisions == 0
     assert [goal.status for goal in run.goals] == ["aborted"]
     assert run.close() == ()

@@ -29,7 +29,7 @@ def test_it_stops_before_a_box_that_appears(stage: Any) -> None:
     assert run.now.nearest == "box"
     assert run.now.clearance == pytest.approx(0.514, abs=0.01)
     assert run.now.x == pytest.approx(0.475, abs=0.01)
-    assert run.always(lambda s: s.clearance > 0.5)
+    assert run.check("always clearance > 0.5")
 
 
 def test_clearance_before_and_after(stage: Any) -> None:
@@ -73,7 +73,7 @@ def test_what_moves_into_a_robot_pushes_it(stage: Any) -> None:
     run.until_done()
     assert run.topic("collisions").messages[0].obstacle == "cylinder"
     assert run.now.x < -0.2
-    assert run.eventually(lambda s: s.clearance < 0.001)
+    assert run.check("eventually clearance < 0.001")
 
 
 def test_names_are_their_own(stage: Any) -> None:
@@ -138,7 +138,7 @@ def test_the_nearest_free_place(stage: Any) -> None:
     assert 1.7 < wall[0] < 1.9
     assert 0.19 < math.dist(free, box) < 0.35
     run.until_done()
-    assert run.never(lambda s: s.collisions)
+    assert run.check("never collisions > 0")
 
 
 def test_beyond_the_floor(stage: Any) -> None:

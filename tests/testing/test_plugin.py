@@ -18,7 +18,7 @@ tree: {wait: 0.1}
 def test_it_waits(stage):
     run = stage.run(MISSION, seed=4)
     run.until_done()
-    assert run.always(lambda s: s.t < 0.1)
+    assert run.check("always time < 0.1")
 
 def test_it_waits_on(stage):
     assert stage.run(MISSION).until_done().status == "success"
@@ -37,20 +37,19 @@ def test_it_turns(stage, scripted_server):
 
 
 def test_a_test_that_fails_shows_its_run(pytester: pytest.Pytester) -> None:
-    """What the claim saw, seed, time, tree and events; the next test has a fresh stage."""
+    """What the check read, seed, time, tree and events; the next test has a fresh stage."""
     pytester.makepyfile(FAILS)
     result = pytester.runpytest("-p", "no:cacheprovider")
     result.assert_outcomes(passed=1, failed=1)
     result.stdout.fnmatch_lines(
         [
-            "E  *assert <did not hold at 0.10 s: t = 0.1>",
+            "E  *assert <violated by 0.05 s at 0.15 s, first at 0.10 s: time = 0.1>",
             "*- mission -*",
             "waits: success, at 0.15 s, seed 4",
             "✓ wait  0.0 s left",
             "last events:",
             "*mission ended: success",
-            "did not hold at 0.10 s:",
-            "  t = 0.1",
+            "always time < 0.1: violated by 0.05 s at 0.15 s, first at 0.10 s: time = 0.1",
             "▶ wait",
         ]
     )

@@ -6,7 +6,7 @@ Example::
     def test_it_never_touches_anything(stage, scenario):
         run = scenario.on(stage)
         run.until_done()
-        assert run.never(lambda s: s.collisions)
+        assert run.check("never collisions > 0")
 
 Worlds and missions are texts of files; a scenario is shown as the file that repeats it. So whatever
 fails can be pasted as it is.
