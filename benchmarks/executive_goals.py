@@ -21,7 +21,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from bt_mission.goals.goal import Goal
+from bt_mission.events.events import Event, GoalChanged
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import TICK_RATE_HZ, MissionRunner, RunnerOptions
@@ -173,7 +173,7 @@ class TimedMission(MissionRunner):
         super().__init__(node, load(halts(goals)), ALONE)
         self.seconds: list[float] = []
         self.halted = 0
-        self.executive.goal_listeners.append(self._note)
+        self.executive.events.subscribe(self._note)
 
     def tick(self) -> None:
         """Tick, and look at the watch."""
@@ -181,8 +181,8 @@ class TimedMission(MissionRunner):
         super().tick()
         self.seconds.append(watch.elapsed_s)
 
-    def _note(self, what: str, _goal: Goal) -> None:
-        self.halted += what == "released"
+    def _note(self, event: Event) -> None:
+        self.halted += isinstance(event, GoalChanged) and event.change == "released"
 
 
 class TimedNode(Node):

@@ -30,7 +30,7 @@ def cut_legs(seed: int, world: str) -> list[float]:
         tempfile.TemporaryDirectory() as folder,
         Stage(mission, image_folder=Path(folder), say=lambda _: None) as stage,
     ):
-        stage.trace.listeners.append(lambda line: events.append(json.loads(line)))
+        stage.trace.lines.subscribe(lambda line: events.append(json.loads(line)))
         drive(stage, Quiet())
     poses = [event for event in events if event["event"] == "pose"]
     legs = [e for e in events if e["event"] == "status" and e["node"] == "drive"]

@@ -116,6 +116,7 @@ class Finally(Hooked, Composite):
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """End; a node that is halted goes on with its clean-up."""
+        self.note_reset(new_status)
         if self.body.status is not Status.INVALID and new_status is Status.INVALID:
             self.body.stop(Status.INVALID)
         if self._stage is CleanUpPhase.BODY:

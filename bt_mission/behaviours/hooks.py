@@ -14,6 +14,8 @@ from bt_mission.behaviours.evaluator import Evaluator
 StartHook = Callable[[Behaviour], Iterator[Behaviour]]
 """What comes out of a tick just before a node starts."""
 
+ENDED = (Status.SUCCESS, Status.FAILURE)
+
 CallHook = Callable[[str], None]
 """Told of a call of ``initialise``, ``update`` or ``terminate`` before it is made."""
 
@@ -27,6 +29,8 @@ class Hooked(Behaviour):
     start_hook: StartHook | None = None
     call_hooks: tuple[CallHook, ...] = ()
     """Of a leaf: called before its own ``initialise``, ``update`` and ``terminate``."""
+    resets: list[Behaviour] | None = None
+    """Takes this node whenever it had ended and is reset."""
 
     _values: Evaluator
 
@@ -51,6 +55,17 @@ class Hooked(Behaviour):
     def walk(self) -> Iterator[Behaviour]:
         """Tick what is below, then this node; yield each node visited."""
         return super().tick()
+
+    def stop(self, new_status: Status = Status.INVALID) -> None:
+        """End with this status, or be halted or reset (INVALID)."""
+        self.note_reset(new_status)
+        super().stop(new_status)
+
+    def note_reset(self, new_status: Status) -> None:
+        """Note that this node had ended and is reset; a ``stop`` of a subclass calls it first."""
+        is_reset = new_status is Status.INVALID and self.status in ENDED
+        if is_reset and self.resets is not None:
+            self.resets.append(self)
 
     def _hooked_walk(self, hook: StartHook) -> Iterator[Behaviour]:
         if self.status is not Status.RUNNING:

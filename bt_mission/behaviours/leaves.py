@@ -74,8 +74,9 @@ class Leaf(Hooked):
         self.status = status
         yield self
 
-    def stop(self, new_status: Status) -> None:
+    def stop(self, new_status: Status = Status.INVALID) -> None:
         """End with this status."""
+        self.note_reset(new_status)
         self.call_terminate(new_status)
         self.status = new_status
         self.iterator = self.tick()

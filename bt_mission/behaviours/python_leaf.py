@@ -155,8 +155,9 @@ class PythonLeaf(Hooked):
         """Return what the user's behaviour has come to; :meth:`walk` ticks it."""
         return self.status
 
-    def stop(self, new_status: Status) -> None:
+    def stop(self, new_status: Status = Status.INVALID) -> None:
         """Halt the user's behaviour."""
+        self.note_reset(new_status)
         self.tell_call_hooks("terminate")
         self.behaviour.stop(new_status)
 

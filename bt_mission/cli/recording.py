@@ -144,7 +144,6 @@ def _film_of(path: Path | None, session: ObservableSession) -> Iterator[VideoRec
     views = WorldViews(simulation, above=ABOVE, ahead=AHEAD)
     zones = [(zone.name, zone.x, zone.y, zone.radius) for zone in simulation.world.zones]
     with VideoRecorder(session, views, Mp4File(path, WIDTH, HEIGHT, FPS), zones) as film:
-        session.runner.log_listeners.append(film.hear)
         yield film
 
 

@@ -58,6 +58,7 @@ def serve(options: argparse.Namespace) -> int:
     announce("joining the ROS graph")
     prepare_graph(options)
     from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
+    from bt_mission.events.events import Event, NodeChanged
     from bt_mission.recording.served import ServedRecordings
     from bt_mission.ros.graph import GraphConnection, NodeOptions
     from bt_mission.sessions.mission_server import MissionServer, MissionServerOptions
@@ -79,7 +80,12 @@ def serve(options: argparse.Namespace) -> int:
         lines = PlainLines(
             sys.stdout, executive, lambda: executive.started_ns, lambda: executive.now_ns
         )
-        executive.listeners.append(lambda change: output.show(lambda: lines.on_change(change)))
+
+        def take(event: Event) -> None:
+            if isinstance(event, NodeChanged):
+                output.show(lambda: lines.on_change(event))
+
+        executive.events.subscribe(take)
         executive.after_tick.append(lambda: output.show(lines.refresh))
 
     missions = ServedMissions(

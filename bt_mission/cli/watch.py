@@ -16,6 +16,7 @@ from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.web import has_input_ended, web_options, web_server
 
 if TYPE_CHECKING:
+    from bt_mission.events.feed import MissionFeed
     from bt_mission.events.mission_state import MissionState
     from bt_mission.events.source import ExecutiveSource
     from bt_mission.ros.discovery import ExecutiveDirectory
@@ -152,16 +153,18 @@ def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> Exec
 
 def _print_once(observer: ExecutiveDirectory, link: ExecutiveSource) -> int:
     from bt_mission.core.wall_clock import Stopwatch
+    from bt_mission.events.feed import MissionFeed
     from bt_mission.events.mission_state import MissionState
 
     mission = MissionState()
+    feed = MissionFeed(mission)
     since = Stopwatch()
     since_complete: Stopwatch | None = None
     while since.elapsed_s < STATUSES_S:
         observer.serve(WAIT_S)
-        for message in link.take(needs_statuses=mission.needs_statuses).messages:
-            mission.take(message)
-        if _is_complete(mission):
+        for batch in link.take(needs_statuses=feed.needs_statuses).messages:
+            feed.take(batch)
+        if _is_complete(feed):
             since_complete = since_complete or Stopwatch()
             if mission.requirements or since_complete.elapsed_s > REQUIREMENTS_S:
                 break
@@ -179,39 +182,42 @@ def print_tree(mission: MissionState) -> None:
         print(line)
 
 
-def _is_complete(mission: MissionState) -> bool:
+def _is_complete(feed: MissionFeed) -> bool:
+    mission = feed.mission
     if mission.state is None or (mission.state.run and mission.tree is None):
         return False
     if not mission.state.run:
         return True  # idle: there is no tree
-    is_known = mission.sequence is not None
+    is_known = feed.sequence is not None
     return is_known and (mission.ticks is not None or mission.status != "running")
 
 
 def _follow(observer: ExecutiveDirectory, link: ExecutiveSource, *, as_json: bool) -> int:
     """Print what happens, until whoever reads has left."""
-    from bt_mission.events.events import MissionStarted, RequirementChanged
-    from bt_mission.events.log import entry_of, json_line
+    from bt_mission.events.codec import json_line
+    from bt_mission.events.events import RequirementChanged, RunStarted
+    from bt_mission.events.feed import MissionFeed
     from bt_mission.events.mission_state import MissionState
     from bt_mission.views.terminal.lines import RequirementLines, log_line, whole_tree
     from bt_mission.views.terminal.marks import marks_for
 
     mission, requirements = MissionState(), RequirementLines()
+    feed = MissionFeed(mission)
     marks = marks_for(sys.stdout.encoding)
     was_there = True
     while not _reader_has_left():
         observer.serve(WAIT_S)
-        for message in link.take(needs_statuses=mission.needs_statuses).messages:
-            for one in mission.take(message):
+        for batch in link.take(needs_statuses=feed.needs_statuses).messages:
+            for one in feed.take(batch):
                 if as_json:
-                    print(json_line(one), flush=True)
-                elif isinstance(one, MissionStarted):
+                    print(json_line(one, mission.tree.nodes if mission.tree else ()), flush=True)
+                elif isinstance(one, RunStarted):
                     print("\n".join(whole_tree(mission, marks, None)), flush=True)
                     requirements = RequirementLines(mission.requirements)
                 elif isinstance(one, RequirementChanged):
                     for line in requirements.take(one, mission.tree):
                         print(line, flush=True)
-                elif (entry := entry_of(one)) is not None and mission.tree is not None:
+                elif (entry := mission.entry_of(one)) is not None and mission.tree is not None:
                     print(log_line(entry, mission.tree.time_ns, marks), flush=True)
         if link.is_there != was_there:
             was_there = link.is_there

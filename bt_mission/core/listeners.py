@@ -1,11 +1,12 @@
-"""Callables that are told what happens."""
+"""Callables that are called when something happens, and streams of items."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, ParamSpec
+from typing import Any, Generic, ParamSpec, TypeVar
 
 P = ParamSpec("P")
+T = TypeVar("T")
 
 
 class Listeners(list[Callable[P, Any]]):
@@ -29,3 +30,36 @@ class Listeners(list[Callable[P, Any]]):
                 self.remove(listener)
                 raised.append(error)
         return raised
+
+
+class Stream(Generic[T]):
+    """Hands each item to its subscribers, in the order in which they subscribed.
+
+    A subscriber that raises an exception gets nothing more, so that it cannot keep a mission from
+    its end.
+    """
+
+    def __init__(self) -> None:
+        self._subscribers: tuple[Callable[[T], object], ...] = ()
+        self.raised: list[Exception] = []
+        """By subscribers; whoever owns the stream takes them."""
+
+    def __len__(self) -> int:
+        return len(self._subscribers)
+
+    def subscribe(self, take: Callable[[T], object]) -> None:
+        """Hand each item to this function from now on."""
+        self._subscribers = (*self._subscribers, take)
+
+    def unsubscribe(self, take: Callable[[T], object]) -> None:
+        """Hand it no more; it need not be subscribed."""
+        self._subscribers = tuple(one for one in self._subscribers if one != take)
+
+    def emit(self, item: T) -> None:
+        """Hand an item to every subscriber."""
+        for take in self._subscribers:
+            try:
+                take(item)
+            except Exception as error:  # noqa: BLE001 - the owner decides what follows
+                self.unsubscribe(take)
+                self.raised.append(error)

@@ -22,8 +22,9 @@ from bt_mission.coverage.places import (
     branches,
     built,
 )
+from bt_mission.events.events import Event, NodeChanged
 from bt_mission.executive.executive import Executive
-from bt_mission.executive.status import Change, MissionStatus
+from bt_mission.executive.status import MissionStatus
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.composites import WhenNode
 from bt_mission.language.nodes.decorators import ForEachNode, GuardNode, TimeoutNode
@@ -46,7 +47,7 @@ class CoverageWatch:
         self._visited: set[Behaviour] = set()
         self._seen: set[tuple[Behaviour, str]] = set()
         executive.tick_wrappers.append(self._follow)
-        executive.listeners.append(self._on_change)
+        executive.events.subscribe(self._take)
 
     def _follow(self, walk: Iterator[Behaviour]) -> Iterator[Behaviour]:
         for node in walk:
@@ -71,10 +72,12 @@ class CoverageWatch:
             if outcome:
                 self._reach(one, f"{OUTCOME}{outcome}")
 
-    def _on_change(self, change: Change) -> None:
+    def _take(self, event: Event) -> None:
         """Goals that the tree halts are seen here; the end of a test is no such halt."""
-        node = change.node
-        if change.status is not Status.INVALID or not isinstance(node, ActionLeaf):
+        if not isinstance(event, NodeChanged) or event.status is not Status.INVALID:
+            return
+        node = self._executive.nodes[event.node]
+        if not isinstance(node, ActionLeaf):
             return
         if node.was_halted and self._executive.status is MissionStatus.RUNNING:
             one = self._built[node]

@@ -1,110 +1,29 @@
-"""How an executive tells of a mission, and a robot of itself, as plain data.
+"""Messages of an executive and of a robot, as plain data.
 
-Some messages are events of :mod:`bt_mission.events.events` as they are; others hold several.
-
-Times are ROS time, ns. Statuses are those of py_trees.
+Times are ROS time, ns.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from py_trees.common import Status
-
-from bt_mission.events.events import (
-    FINAL,
-    GoalChanged,
-    LogLine,
-    MissionStarted,
-    MissionStateChanged,
-    NodeProgress,
-    RequirementChanged,
-)
+from bt_mission.events.events import Event
 
 
-@dataclass(frozen=True)
-class NodeStatus:
-    """The status of the node with this index, and what the node says about it."""
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """Events of one run that an executive has sent together.
 
-    node: int
-    status: Status
-    message: str
-
-
-@dataclass(frozen=True)
-class Changes:
-    """What one tick has changed; sequence 1 is the first of a run."""
-
-    time_ns: int
-    run: str
-    sequence: int
-    changes: tuple[NodeStatus, ...]
-
-
-@dataclass(frozen=True)
-class Statuses:
-    """The status of every node, with all changes up to a sequence number."""
+    Attributes:
+        run: Identifies the run; empty before the first.
+        sequence: Numbers the messages with changes of nodes, from 1; 0 for others.
+        is_complete: Are these the statuses of all nodes, with all changes up to the sequence?
+    """
 
     run: str
-    sequence: int
-    statuses: tuple[NodeStatus, ...]
-
-
-@dataclass(frozen=True)
-class DetailsUpdate:
-    """What a mission is doing. Goals and variables are those that have changed, or all."""
-
-    time_ns: int
-    run: str
-    ticks: int
-    goals_sent: int | None
-    """None where nobody tells of goals."""
-    running: tuple[NodeProgress, ...]
-    goals: tuple[GoalChanged, ...]
-    variables: tuple[tuple[str, str], ...]
-    breakpoints: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class NodeDetails:
-    """What the nodes of a run are asked to do, in their author's words, by the nodes' paths."""
-
-    run: str
-    nodes: Mapping[str, tuple[str, ...]]
-
-
-@dataclass(frozen=True)
-class Requirements:
-    """What all requirements of a run have come to."""
-
-    time_ns: int
-    run: str
-    requirements: tuple[RequirementChanged, ...]
-
-
-Told = (
-    MissionStarted
-    | NodeDetails
-    | Requirements
-    | Changes
-    | Statuses
-    | MissionStateChanged
-    | DetailsUpdate
-    | LogLine
-)
-"""What comes from an executive."""
-
-
-def in_order(told: Iterable[Told]) -> list[Told]:
-    """Put the end of a mission after all else that is told of it; topics may overtake."""
-    ordered = list(told)
-    for one in tuple(ordered):
-        if isinstance(one, MissionStateChanged) and one.status in FINAL:
-            last = max(at for at, other in enumerate(ordered) if other.run == one.run)
-            ordered.insert(last + 1, one)
-            ordered.remove(one)
-    return ordered
+    events: tuple[Event, ...]
+    sequence: int = 0
+    is_complete: bool = False
 
 
 @dataclass(frozen=True)
@@ -198,3 +117,6 @@ class Zones:
 
 Robot = tuple[FrameTransform, ...] | ScanPoints | Map | Zones | BatteryState | OtherRobot
 """What comes from a robot."""
+
+ROBOT = (tuple, ScanPoints, Map, Zones, BatteryState, OtherRobot)
+"""The classes of :data:`Robot`."""

@@ -1,57 +1,27 @@
-"""What is known of the mission of one executive and of its robot, from what they tell.
-
-Messages may come late and out of order: the tree after its first changes, changes with gaps.
-Changes count once all statuses up to the one before are known; until then they wait.
-"""
+"""The state of a mission and its robot, as it follows from their events and messages."""
 
 from __future__ import annotations
 
 import copy
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 from py_trees.common import Status
 
-from bt_mission.events import messages
-from bt_mission.events.events import (
-    FINAL,
-    GoalChanged,
-    LogLine,
-    MissionEvent,
-    MissionStarted,
-    MissionStateChanged,
-    NodeProgress,
-    NodeProgressed,
-    NodeStatusChanged,
-    RequirementChanged,
-    VariableChanged,
-)
-from bt_mission.events.log import LOG_ENTRIES, LogEntry, entry_of
+from bt_mission.events import events as happened
+from bt_mission.events.events import FINAL, Event, GoalChanged, RequirementChanged, RunStarted
+from bt_mission.events.log import LOG_ENTRIES, LOG_KIND, LogEntry, mission_state
 from bt_mission.events.robot_state import RobotState
-
-WAITING_CHANGES = 10_000
-"""Changes kept until the statuses before them are known; beyond it the oldest are dropped."""
-
-ROBOT = (
-    tuple,
-    messages.ScanPoints,
-    messages.Map,
-    messages.Zones,
-    messages.BatteryState,
-    messages.OtherRobot,
-)
-"""The classes of :data:`bt_mission.events.messages.Robot`."""
 
 State = TypeVar("State", "MissionState", RobotState)
 
-
 MOST_ENDS = 4
-"""How often a node has ended that is kept."""
+"""How many ends of a node are kept."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class NodeEnd:
     """How and when a node has ended, ns; halted is :attr:`Status.INVALID`. None was not seen."""
 
@@ -62,17 +32,15 @@ class NodeEnd:
 
 
 class MissionState:
-    """One mission after another, as an executive tells of them. Feed it with :meth:`take`."""
+    """One run after another of an executive. Feed it with :meth:`apply`."""
 
     def __init__(self) -> None:
-        self.tree: MissionStarted | None = None
-        self.state: MissionStateChanged | None = None
+        self.tree: RunStarted | None = None
+        self.state: happened.StateChanged | None = None
         self.robot = RobotState()
         self.log: deque[LogEntry] = deque(maxlen=LOG_ENTRIES)
         self.now_ns = 0
-        """The newest ROS time that was told, ns."""
-        self.sequence: int | None = None
-        """Number of the newest changes that are known; None while statuses are not known."""
+        """ROS time of the newest event, ns."""
         self.statuses: list[Status] = []
         self.messages: list[str] = []
         self.since_ns: list[int | None] = []
@@ -84,31 +52,28 @@ class MissionState:
         self.is_leaf: list[bool] = []
         self.running: dict[int, None] = {}
         """Indices of the nodes that run, the newest last."""
-        self.progress: dict[int, NodeProgress] = {}
+        self.progress: dict[int, happened.NodeProgressed] = {}
         self.ticks: int | None = None
         self.goals_sent: int | None = None
-        """Neither is known before the first details."""
+        """Neither is known before it was sent."""
         self.goals: dict[str, GoalChanged] = {}
-        """Every goal that was told of, in the order sent."""
+        """The newest state of every goal, in the order sent."""
+        self.goals_changed_ns: dict[str, int] = {}
+        """When each goal got its state, ns."""
         self.variables: dict[str, str] = {}
         self.breakpoints: tuple[str, ...] = ()
-        self._node_details = messages.NodeDetails("", {})
-        self._requirements = messages.Requirements(0, "", ())
+        self._requirements: dict[str, RequirementChanged] = {}
+        self._started_ns: list[int | None] = []
+        """When each node last began to run, ns."""
         self._running_children: list[int] = []
-        self._waiting: deque[messages.Changes] = deque(maxlen=WAITING_CHANGES)
-        self._early: deque[messages.Changes] = deque(maxlen=WAITING_CHANGES)
-        """Changes of a run whose tree has not come yet."""
 
     def copied(self) -> MissionState:
-        """Return the same once more; both can go on by themselves."""
+        """Return an independent copy."""
         other = _copied(self)
         other.robot = _copied(self.robot)
         return other
 
-    @property
-    def needs_statuses(self) -> bool:
-        """Has somebody to ask for all statuses at once?"""
-        return self.tree is not None and self.sequence is None
+    # ---- what is known ---------------------------------------------------------------------
 
     @property
     def status(self) -> str:
@@ -116,27 +81,28 @@ class MissionState:
         return self.state.status if self.state else ""
 
     @property
+    def is_over(self) -> bool:
+        """Has the run with this tree ended?"""
+        state, tree = self.state, self.tree
+        is_same = state is not None and tree is not None and state.run == tree.run
+        return is_same and self.status in FINAL
+
+    @property
     def elapsed_ns(self) -> int:
-        """ROS time since the mission's start, ns; once it has ended, to its end."""
+        """ROS time since the run's start, ns; once it has ended, to its end."""
         if self.tree is None:
             return 0
-        state = self.state
-        is_over = state is not None and state.run == self.tree.run and state.status in FINAL
-        end_ns = state.time_ns if is_over and state is not None else self.now_ns
+        end_ns = self.state.time_ns if self.is_over and self.state is not None else self.now_ns
         return max(end_ns - self.tree.time_ns, 0)
 
     def details(self, index: int) -> tuple[str, ...]:
         """What a node is asked to do: fields of its goal, conditions, limits, outputs."""
-        known, tree = self._node_details, self.tree
-        if tree is None or known.run != tree.run:
-            return ()
-        return known.nodes.get(tree.nodes[index].path, ())
+        return () if self.tree is None else self.tree.nodes[index].details
 
     @property
     def requirements(self) -> tuple[RequirementChanged, ...]:
-        """What each requirement of the mission has come to; empty where none is known."""
-        known = self._requirements
-        return known.requirements if self.tree and known.run == self.tree.run else ()
+        """The newest verdict of each requirement; empty where none is known."""
+        return tuple(self._requirements.values())
 
     @property
     def violated(self) -> tuple[RequirementChanged, ...]:
@@ -151,189 +117,252 @@ class MissionState:
                 return index
         return None
 
-    def take(self, message: messages.Told | messages.Robot) -> list[MissionEvent]:
-        """Take in what an executive or its robot tells; gives what has happened, in order."""
-        match message:
-            case MissionStarted():
-                happening = self._begin(message)
-            case messages.NodeDetails():
-                self._node_details = message
-                return []
-            case messages.Requirements():
-                happening = self._take_requirements(message)
-            case messages.Changes():
-                happening = self._take_changes(message)
-            case messages.Statuses():
-                happening = self._take_statuses(message)
-            case MissionStateChanged():
-                happening = self._take_state(message)
-            case messages.DetailsUpdate():
-                happening = self._take_details(message)
-            case LogLine():
-                happening = self._take_line(message)
-            case _:
-                self.robot.take(message)
-                return []
-        happened = list(happening)
-        self.log.extend(entry for one in happened if (entry := entry_of(one)) is not None)
-        return happened
+    def children(self, index: int) -> list[int]:
+        """The indices of a node's children."""
+        assert self.tree is not None, "nodes are those of a tree"
+        nodes = self.tree.nodes
+        found = []
+        for child in range(index + 1, len(nodes)):
+            if nodes[child].parent == index:
+                found.append(child)
+            elif nodes[child].parent < index:
+                break
+        return found
 
-    def _begin(self, tree: MissionStarted) -> Iterator[MissionEvent]:
+    def shown(self, index: int, since_ns: int = 0) -> NodeEnd:
+        """The state of a node in this round: the present one, or how it ended before a reset.
+
+        py_trees resets nodes that have ended: a fallback that goes on to its next child, and a
+        halt, take back the status of those before.
+
+        Args:
+            since_ns: When the round of the nodes above has begun.
+        """
+        status, ends = self.statuses[index], self.ends[index]
+        if status is Status.INVALID and ends:
+            end = ends[-1]
+            if end.time_ns is not None and end.time_ns >= since_ns:
+                return end
+        return NodeEnd(status, self.since_ns[index], self.ran_ns[index], self.messages[index])
+
+    def last_end(self, index: int) -> NodeEnd:
+        """How a node has ended last.
+
+        Raises:
+            IndexError: Where it has not ended.
+        """
+        return self.ends[index][-1]
+
+    def shown_nodes(self) -> list[NodeEnd]:
+        """The states of all nodes, each in the round of the nodes above it."""
+        assert self.tree is not None, "nodes are those of a tree"
+        found: list[NodeEnd] = []
+        rounds: list[int] = []
+        for index, node in enumerate(self.tree.nodes):
+            above_ns = rounds[node.parent] if index else 0
+            found.append(self.shown(index, above_ns))
+            rounds.append(max(above_ns, self._started_ns[index] or 0))
+        return found
+
+    def failure_path(self) -> tuple[int, ...]:
+        """The nodes from the root down to the one whose failure came last.
+
+        Empty where the tree has not failed.
+        """
+        if not self.statuses or self.shown(0).status is not Status.FAILURE:
+            return ()
+        path, since_ns = [0], 0
+        while True:
+            since_ns = max(since_ns, self._started_ns[path[-1]] or 0)
+            failed = [
+                (self.statuses[child] is Status.FAILURE, end.time_ns or 0, child)
+                for child in self.children(path[-1])
+                if (end := self.shown(child, since_ns)).status is Status.FAILURE
+            ]
+            if not failed:
+                return tuple(path)
+            path.append(max(failed)[2])
+
+    # ---- what happens ----------------------------------------------------------------------
+
+    def apply(self, event: Event) -> bool:
+        """Take an event in; return whether it changes anything that is known."""
+        is_new = self._APPLY[type(event)](self, event)
+        if is_new and (entry := self.entry_of(event)) is not None:
+            self.log.append(entry)
+        return is_new
+
+    def entry_of(self, event: Event) -> LogEntry | None:
+        """Return the line of the log for an event that was applied; None for those without.
+
+        Composites follow from their leaves, and what was the case before the watcher came is in
+        the tree.
+        """
+        match event:
+            case happened.NodeChanged(int() as time_ns, index, status, message):
+                return self._node_entry(time_ns, index, status, message)
+            case happened.LogLine(time_ns, text):
+                return LogEntry(time_ns, None, "", text)
+            case RunStarted(time_ns, mission=name):
+                return LogEntry(time_ns, None, name, "begins")
+            case happened.StateChanged(time_ns, str(run), _, state) if run:
+                return LogEntry(time_ns, None, *mission_state(state, event.explanation))
+        return None
+
+    def _node_entry(
+        self, time_ns: int, index: int, status: Status, message: str
+    ) -> LogEntry | None:
+        if self.tree is None or index >= len(self.is_leaf) or not self.is_leaf[index]:
+            return None
+        node = self.tree.nodes[index]
+        is_reset = status is Status.INVALID and not message
+        if node.kind == LOG_KIND or is_reset:
+            return None
+        return LogEntry(time_ns, status, node.name, "" if status is Status.RUNNING else message)
+
+    def _begin(self, tree: RunStarted) -> bool:
         if self.tree is not None and tree.run == self.tree.run:
-            return
+            if tree != self.tree:
+                self.tree, self.now_ns = tree, max(self.now_ns, tree.time_ns)
+            return False
         count = len(tree.nodes)
-        self.tree, self.sequence, self.now_ns = tree, None, tree.time_ns
+        self.tree, self.now_ns = tree, tree.time_ns
         self.statuses, self.messages = [Status.INVALID] * count, [""] * count
         self.since_ns, self.ran_ns = [None] * count, [None] * count
+        self._started_ns = [None] * count
         self.ends = [()] * count
         self.is_leaf, self._running_children = [True] * count, [0] * count
         for index, node in enumerate(tree.nodes):
             if index:
                 self.is_leaf[node.parent] = False
         self.running, self.progress, self.goals, self.variables = {}, {}, {}, {}
+        self.goals_changed_ns, self._requirements = {}, {}
         self.ticks = self.goals_sent = None
-        self._waiting.clear()
-        self._waiting.extend(one for one in self._early if one.run == tree.run)
-        self._early.clear()
         self.robot.trail.clear()
-        yield tree
-        yield from self.requirements  # they may come before the tree
-        yield from self._catch_up()
+        return True
 
-    def _take_requirements(self, told: messages.Requirements) -> Iterator[MissionEvent]:
-        before = {replace(one, time_ns=0) for one in self.requirements}
-        self._requirements = told
-        for one in self.requirements:
-            if replace(one, time_ns=0) not in before:
-                yield one
-
-    def _take_changes(self, changes: messages.Changes) -> Iterator[MissionEvent]:
-        if self.tree is None or changes.run != self.tree.run:
-            self._early.append(changes)
-            return
-        self._waiting.append(changes)
-        yield from self._catch_up()
-
-    def _catch_up(self) -> Iterator[MissionEvent]:
-        """Apply the changes that follow what is known."""
-        while self._waiting:
-            changes = self._waiting[0]
-            # Before the first changes of a run nothing has happened.
-            known = 0 if self.sequence is None and changes.sequence == 1 else self.sequence
-            if known is None or changes.sequence > known + 1:
-                self.sequence = None
-                return
-            self._waiting.popleft()
-            if changes.sequence == known + 1:
-                self.sequence = changes.sequence
-                self._see(changes.time_ns)
-                for one in changes.changes:
-                    yield from self._set(one, changes.time_ns)
-
-    def _take_statuses(self, answer: messages.Statuses) -> Iterator[MissionEvent]:
-        if self.tree is None or answer.run != self.tree.run:
-            return
-        if self.sequence is not None and answer.sequence < self.sequence:
-            return  # older than what has come since
-        self.sequence = answer.sequence
-        for one in answer.statuses:
-            yield from self._set(one, None)
-        for progress in self.progress.values():
-            self._apply(progress)
-        yield from self._catch_up()
-
-    def _set(self, one: messages.NodeStatus, time_ns: int | None) -> Iterator[MissionEvent]:
+    def _change(self, event: happened.NodeChanged) -> bool:
         """Give a node its status. Without a time only what differs counts as a change."""
-        index = one.node
-        if self.tree is None or index >= len(self.statuses):
-            return
-        before = self.statuses[index]
-        self.messages[index] = one.message
-        if time_ns is None and before is one.status:
-            return
-        since_ns = self.since_ns[index]
-        if before is Status.RUNNING and one.status is not Status.RUNNING:
-            known = time_ns is not None and since_ns is not None
-            self.ran_ns[index] = time_ns - since_ns if known else None  # type: ignore[operator]
-        self.statuses[index], self.since_ns[index] = one.status, time_ns
-        self._count_running(index, before, one.status)
-        if self._has_only_ended(one, before, time_ns):
-            return
-        node = self.tree.nodes[index]
-        yield NodeStatusChanged(time_ns, index, node, one.status, one.message, self.is_leaf[index])
-
-    def _has_only_ended(
-        self, one: messages.NodeStatus, before: Status, time_ns: int | None
-    ) -> bool:
-        """Note an end; give whether nothing has happened, as where a loop begins a new round.
-
-        A node is reset in it, and may end at once as it did in the last one.
-        """
-        if one.status is Status.RUNNING:
+        index, time_ns, status = event.node, event.time_ns, event.status
+        if index >= len(self.statuses):
             return False
-        index, has_run = one.node, before is Status.RUNNING
-        if one.status is Status.INVALID and not has_run:
-            self.since_ns[index] = None
-            return True
-        ends = self.ends[index]
-        ran_ns = self.ran_ns[index] if has_run else 0
-        self.ends[index] = (*ends, NodeEnd(one.status, time_ns, ran_ns, one.message))[-MOST_ENDS:]
-        return not has_run and bool(ends) and ends[-1].status is one.status
+        before = self.statuses[index]
+        self.messages[index] = event.message
+        if time_ns is None and before is status:
+            return False
+        since_ns, was_running = self.since_ns[index], before is Status.RUNNING
+        if was_running and status is not Status.RUNNING:
+            is_known = time_ns is not None and since_ns is not None
+            self.ran_ns[index] = time_ns - since_ns if is_known else None  # type: ignore[operator]
+        self.statuses[index], self.since_ns[index] = status, time_ns
+        self._count_running(index, before, status)
+        if status is Status.RUNNING:
+            self._started_ns[index] = time_ns
+        elif was_running or status is not Status.INVALID:
+            end = NodeEnd(status, time_ns, self.ran_ns[index] if was_running else 0, event.message)
+            self.ends[index] = (*self.ends[index], end)[-MOST_ENDS:]
+        if time_ns is not None:
+            self._see(time_ns)
+        return True
+
+    def _reset(self, event: happened.NodesReset) -> bool:
+        for index in event.nodes:
+            if index < len(self.statuses):
+                self.statuses[index], self.since_ns[index] = Status.INVALID, None
+        self._see(event.time_ns)
+        return True
 
     def _count_running(self, index: int, before: Status, after: Status) -> None:
         assert self.tree is not None
         change = (after is Status.RUNNING) - (before is Status.RUNNING)
         if index:
             self._running_children[self.tree.nodes[index].parent] += change
+        self.running.pop(index, None)
         if after is Status.RUNNING:
-            self.running.pop(index, None)
             self.running[index] = None
         else:
-            self.running.pop(index, None)
             self.progress.pop(index, None)
 
-    def _take_state(self, state: MissionStateChanged) -> Iterator[MissionEvent]:
-        if self.state == state:
-            return
-        if self.tree is not None and state.run == self.tree.run:
-            self._see(state.time_ns)
-        self.state = state
-        yield state
+    def _progress(self, event: happened.NodeProgressed) -> bool:
+        known = self.progress.get(event.node)
+        if event.node >= len(self.statuses) or (
+            known is not None and replace(known, time_ns=event.time_ns) == event
+        ):
+            return False
+        self.progress[event.node] = event
+        self.note_progress(event)
+        self._see(event.time_ns)
+        return True
 
-    def _take_details(self, details: messages.DetailsUpdate) -> Iterator[MissionEvent]:
-        tree = self.tree
-        if tree is None or details.run != tree.run:
-            return
-        self._see(details.time_ns)
-        self.ticks, self.goals_sent = details.ticks, details.goals_sent
-        self.breakpoints = details.breakpoints
-        for progress in details.running:
-            if progress.node < len(tree.nodes) and self.progress.get(progress.node) != progress:
-                self.progress[progress.node] = progress
-                self._apply(progress)
-                yield NodeProgressed(details.time_ns, tree.nodes[progress.node], progress)
-        for goal in details.goals:
-            if self.goals.get(goal.id) != goal:
-                self.goals[goal.id] = goal
-                yield goal
-        for name, value in details.variables:
-            if self.variables.get(name) != value:
-                self.variables[name] = value
-                yield VariableChanged(details.time_ns, name, value)
+    def note_progress(self, event: happened.NodeProgressed) -> None:
+        """Take what a running node says; progress may come before the statuses."""
+        if event.node in self.running:
+            self.messages[event.node] = event.message
+            self.since_ns[event.node] = self._started_ns[event.node] = event.since_ns
 
-    def _apply(self, progress: NodeProgress) -> None:
-        """Details may come before the statuses, or after a node has ended."""
-        if progress.node in self.running:
-            self.messages[progress.node] = progress.message
-            self.since_ns[progress.node] = progress.since_ns
+    def _goal(self, event: GoalChanged) -> bool:
+        known = self.goals.get(event.id)
+        if known is None or known.state != event.state:
+            self.goals_changed_ns[event.id] = event.time_ns
+        elif not event.change:
+            return False
+        self.goals[event.id] = event
+        self._see(event.time_ns)
+        return True
 
-    def _take_line(self, line: LogLine) -> Iterator[MissionEvent]:
-        if self.tree is not None and line.run == self.tree.run:
-            self._see(line.time_ns)
-            yield line
+    def _variable(self, event: happened.VariableChanged) -> bool:
+        self._see(event.time_ns)
+        if self.variables.get(event.name) == event.value:
+            return False
+        self.variables[event.name] = event.value
+        return True
+
+    def _state(self, event: happened.StateChanged) -> bool:
+        if self.state == event:
+            return False
+        if self.tree is not None and event.run == self.tree.run:
+            self._see(event.time_ns)
+        self.state = event
+        return True
+
+    def _counts(self, event: happened.CountsChanged) -> bool:
+        self._see(event.time_ns)
+        self.ticks, self.goals_sent = event.ticks, event.goals_sent
+        return False
+
+    def _breakpoints(self, event: happened.BreakpointsChanged) -> bool:
+        is_new, self.breakpoints = self.breakpoints != event.names, event.names
+        return is_new
+
+    def _requirement(self, event: RequirementChanged) -> bool:
+        known = self._requirements.get(event.name)
+        self._requirements[event.name] = event
+        return known is None or replace(known, time_ns=event.time_ns) != event
+
+    def _other(self, event: Event) -> bool:
+        if event.time_ns is not None:
+            self._see(event.time_ns)
+        return True
 
     def _see(self, time_ns: int) -> None:
         self.now_ns = max(self.now_ns, time_ns)
+
+    _APPLY: ClassVar[Mapping[type, Callable[..., bool]]] = {
+        happened.RunStarted: _begin,
+        happened.NodeChanged: _change,
+        happened.NodesReset: _reset,
+        happened.NodeProgressed: _progress,
+        happened.GoalChanged: _goal,
+        happened.VariableChanged: _variable,
+        happened.StateChanged: _state,
+        happened.CountsChanged: _counts,
+        happened.BreakpointsChanged: _breakpoints,
+        happened.RequirementChanged: _requirement,
+        happened.LogLine: _other,
+        happened.ClockJumped: _other,
+        happened.FaultChanged: _other,
+        happened.PoseSampled: _other,
+    }
 
 
 def _copied(state: State) -> State:

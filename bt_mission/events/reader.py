@@ -5,8 +5,8 @@ Messages that were decoded from a recording do as well as rclpy's own.
 
 from __future__ import annotations
 
-import json
 import math
+from collections.abc import Iterator
 from typing import Any
 
 from py_trees.common import Status
@@ -15,6 +15,8 @@ from bt_mission.core.geometry import yaw_of
 from bt_mission.core.stamps import to_ns as time_ns
 from bt_mission.events import events
 from bt_mission.events import messages as told
+from bt_mission.events.messages import Batch
+from bt_mission.goals.poses import NamedPose
 
 STATUSES = (Status.INVALID, Status.RUNNING, Status.SUCCESS, Status.FAILURE)
 """In the order of the values of ``bt_mission_interfaces/msg/NodeStatus``."""
@@ -25,100 +27,117 @@ CYLINDER, TEXT_VIEW_FACING = 3, 9
 MOST_ZONES = 200
 
 
-def tree(message: Any) -> events.MissionStarted:
+def tree(message: Any) -> Batch:
     """Return a ``Tree``; a parent that does not come before its child is taken for the root."""
     nodes = tuple(
-        events.NodeInfo(one.name, one.kind, one.path, one.parent if one.parent < index else 0)
+        events.NodeInfo(
+            one.name,
+            one.kind,
+            one.path,
+            one.parent if one.parent < index else 0,
+            tuple(one.details),
+        )
         for index, one in enumerate(message.nodes)
     )
-    return events.MissionStarted(time_ns(message.stamp), message.run, message.mission, nodes)
+    started = events.RunStarted(time_ns(message.stamp), message.run, message.mission, nodes)
+    return Batch(message.run, (started,))
 
 
-def node_details(message: Any) -> told.NodeDetails:
-    """Return the JSON of ``~/node_details``; empty where it is none of ours."""
-    try:
-        found = json.loads(message.data)
-        nodes = {path: tuple(map(str, lines)) for path, lines in found["nodes"].items()}
-        return told.NodeDetails(str(found["run"]), nodes)
-    except (ValueError, TypeError, KeyError, AttributeError):
-        return told.NodeDetails("", {})
-
-
-def requirements(message: Any) -> told.Requirements:
-    """Return the ``DiagnosticArray`` of ``~/requirements``; empty where it is none of ours."""
-    stamp_ns = time_ns(message.header.stamp)
-    found = tuple(_requirement(one, stamp_ns) for one in message.status)
-    return told.Requirements(stamp_ns, found[0].run if found else "", found)
-
-
-def _requirement(status: Any, stamp_ns: int) -> events.RequirementChanged:
-    text = {one.key: one.value for one in status.values}.get
-    return events.RequirementChanged(
-        time_ns=stamp_ns,
-        run=text("run", ""),
-        name=status.name,
-        requirement=text("requirement", ""),
-        verdict=text("verdict", ""),
-        margin=_number(text("margin", "")),
-        unit=text("unit", ""),
-        at=_number(text("at", "")),
-        violated_at=_number(text("violated_at", "")),
-        on_violation=text("on_violation", ""),
-        sources=tuple(filter(None, text("sources", "").split("; "))),
-        why=text("why", ""),
-        outcome=status.message,
+def requirements(message: Any) -> Batch:
+    """Return ``Requirements``."""
+    stamp_ns = time_ns(message.stamp)
+    return Batch(
+        message.run,
+        tuple(
+            events.RequirementChanged(
+                stamp_ns,
+                one.name,
+                one.requirement,
+                one.verdict,
+                _number(one.margin),
+                one.unit,
+                _number(one.at),
+                _number(one.violated_at),
+                one.on_violation,
+                tuple(one.sources),
+                one.why,
+                one.outcome,
+            )
+            for one in message.requirements
+        ),
     )
 
 
-def _number(text: str) -> float | None:
-    try:
-        number = float(text)
-    except ValueError:
-        return None
-    return number if math.isfinite(number) else None
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None
 
 
-def changes(message: Any) -> told.Changes:
+def changes(message: Any) -> Batch:
     """Return ``StatusChanges``."""
-    return told.Changes(
-        time_ns(message.stamp), message.run, message.sequence, _standings(message.changes)
-    )
+    stamp_ns = time_ns(message.stamp)
+    found: list[events.Event] = list(_statuses(message.changes, stamp_ns))
+    if len(message.reset):
+        found.append(events.NodesReset(stamp_ns, tuple(map(int, message.reset))))
+    return Batch(message.run, tuple(found), message.sequence)
 
 
-def statuses(answer: Any) -> told.Statuses:
+def statuses(answer: Any) -> Batch:
     """Return the answer of ``GetStatuses``."""
-    return told.Statuses(answer.run, answer.sequence, _standings(answer.statuses))
+    return Batch(answer.run, tuple(_statuses(answer.statuses, None)), answer.sequence, True)
 
 
-def state(message: Any) -> events.MissionStateChanged:
+def _statuses(messages: Any, stamp_ns: int | None) -> Iterator[events.NodeChanged]:
+    for one in messages:
+        yield events.NodeChanged(stamp_ns, one.node, _status(one.status), one.message)
+
+
+def _status(code: int) -> Status:
+    """Return a status; a code that a newer executive may have counts as INVALID."""
+    return STATUSES[code] if 0 <= code < len(STATUSES) else Status.INVALID
+
+
+def state(message: Any) -> Batch:
     """Return a ``MissionState``."""
-    return events.MissionStateChanged(
+    changed = events.StateChanged(
         time_ns(message.stamp), message.run, message.mission, message.status, message.reason
     )
+    return Batch(message.run, (changed,))
 
 
-def details(message: Any) -> told.DetailsUpdate:
+def details(message: Any) -> Batch:
     """Return ``MissionDetails``."""
-    return told.DetailsUpdate(
-        time_ns(message.stamp),
-        message.run,
-        message.ticks,
-        message.goals_sent,
-        tuple(
-            events.NodeProgress(
-                one.node, time_ns(one.since), one.message, one.label, one.value, one.limit
-            )
-            for one in message.running
-        ),
-        tuple(_goal(one) for one in message.goals),
-        tuple((one.name, one.value) for one in message.variables),
-        tuple(message.breakpoints),
+    stamp_ns = time_ns(message.stamp)
+    found: list[events.Event] = [
+        events.CountsChanged(stamp_ns, message.ticks, message.goals_sent),
+        events.BreakpointsChanged(stamp_ns, tuple(message.breakpoints)),
+    ]
+    found += (
+        events.NodeProgressed(
+            stamp_ns, one.node, time_ns(one.since), one.message, one.label, one.value, one.limit
+        )
+        for one in message.running
+    )
+    found += map(_goal, message.goals)
+    found += (events.VariableChanged(stamp_ns, one.name, one.value) for one in message.variables)
+    return Batch(message.run, tuple(found))
+
+
+def _goal(one: Any) -> events.GoalChanged:
+    return events.GoalChanged(
+        time_ns(one.changed),
+        one.goal_id,
+        one.action,
+        one.owner,
+        time_ns(one.sent),
+        one.state,
+        targets=tuple(NamedPose(point.x, point.y, 0.0, "map") for point in one.targets),
     )
 
 
-def said(message: Any) -> events.LogLine:
+def log(message: Any) -> Batch:
     """Return a ``MissionLog``."""
-    return events.LogLine(time_ns(message.stamp), message.run, message.text)
+    line = events.LogLine(time_ns(message.stamp), message.text)
+    return Batch(message.run, (line,))
 
 
 def transforms(message: Any) -> tuple[told.FrameTransform, ...]:
@@ -198,25 +217,4 @@ def image(message: Any) -> told.CameraImage:
         message.step,
         message.encoding,
         memoryview(message.data).tobytes(),
-    )
-
-
-def _standings(messages: Any) -> tuple[told.NodeStatus, ...]:
-    return tuple(told.NodeStatus(one.node, _status(one.status), one.message) for one in messages)
-
-
-def _status(code: int) -> Status:
-    """Return a status; a code that a newer executive may have counts as none."""
-    return STATUSES[code] if 0 <= code < len(STATUSES) else Status.INVALID
-
-
-def _goal(one: Any) -> events.GoalChanged:
-    return events.GoalChanged(
-        one.goal_id,
-        one.action,
-        one.owner,
-        time_ns(one.sent),
-        time_ns(one.changed),
-        one.state,
-        tuple((point.x, point.y) for point in one.targets),
     )

@@ -64,7 +64,7 @@ class FoundExecutive:
 class Heard:
     """What has come since the last time; of the camera the newest picture."""
 
-    messages: tuple[told.Told, ...] = ()
+    messages: tuple[told.Batch, ...] = ()
     robot: tuple[told.Robot, ...] = ()
     answers: tuple[ControlResponse, ...] = ()
     image: told.CameraImage | None = None

@@ -4,8 +4,17 @@ from __future__ import annotations
 
 from collections import Counter, deque
 
-from bt_mission.events import messages
-from bt_mission.events.events import FINAL, OPEN, MissionStarted
+from bt_mission.events.events import (
+    FINAL,
+    OPEN,
+    CountsChanged,
+    Event,
+    NodeChanged,
+    NodesReset,
+    RunStarted,
+)
+from bt_mission.events.feed import MissionFeed
+from bt_mission.events.messages import Batch
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, Heard, Verb
 
@@ -42,32 +51,43 @@ class WatchedMission:
 
     def __init__(self) -> None:
         self.mission = MissionState()
+        self._feed = MissionFeed(self.mission)
         self.pace = RealTimeFactor()
 
-    def take(self, heard: Heard, wall_s: float) -> bool:
-        """Take in what has come; gives whether anything has.
+    @property
+    def needs_statuses(self) -> bool:
+        """Has somebody to ask for all statuses at once?"""
+        return self._feed.needs_statuses
+
+    def take(self, heard: Heard, wall_s: float) -> list[Event]:
+        """Take in what has come; return the events that change what is known, in order.
 
         Args:
             wall_s: Wall time at which it came, s.
         """
-        for message in heard.messages:
-            self._note_pace(message, wall_s)
-            for one in self.mission.take(message):
-                if isinstance(one, MissionStarted):
-                    self.on_tree(one)
+        happened: list[Event] = []
+        for batch in heard.messages:
+            self._note_pace(batch, wall_s)
+            for event in self._feed.take(batch):
+                happened.append(event)
+                if isinstance(event, RunStarted):
+                    self.on_tree(event)
                     self.pace = RealTimeFactor()
         for reading in heard.robot:
-            self.mission.take(reading)
-        return bool(heard.messages or heard.robot or heard.answers)
+            self.mission.robot.take(reading)
+        return happened
 
-    def on_tree(self, tree: MissionStarted | None) -> None:
+    def on_tree(self, tree: RunStarted | None) -> None:
         """Another tree is shown from now on; does nothing by itself."""
 
-    def _note_pace(self, message: messages.Told, wall_s: float) -> None:
-        if isinstance(message, messages.DetailsUpdate | messages.Changes) and (
-            self.mission.tree is not None and message.run == self.mission.tree.run
-        ):
-            self.pace.note(message.time_ns, wall_s)
+    def _note_pace(self, batch: Batch, wall_s: float) -> None:
+        tree = self.mission.tree
+        for event in batch.events:
+            if isinstance(event, CountsChanged | NodeChanged | NodesReset) and (
+                event.time_ns is not None and tree is not None and batch.run == tree.run
+            ):
+                self.pace.note(event.time_ns, wall_s)
+                return
 
     def with_names(self, text: str) -> str:
         """Give a text the names of nodes for their paths, such as ``'0.1'``; a path says which."""
@@ -106,4 +126,4 @@ def targets(mission: MissionState) -> tuple[tuple[float, float], ...]:
     with_places = [goal for goal in mission.goals.values() if goal.targets]
     are_open = [goal for goal in with_places if goal.state in OPEN]
     chosen = are_open or with_places
-    return chosen[-1].targets if chosen else ()
+    return tuple((one.x, one.y) for one in chosen[-1].targets) if chosen else ()

@@ -12,53 +12,78 @@ breakpoint pauses it in the middle of a tick, just before a node starts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, ParamSpec
+import secrets
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.follow import FollowedVariables
+from bt_mission.behaviours.hooks import Hooked
+from bt_mission.behaviours.python_leaf import PythonLeaf
 from bt_mission.behaviours.runtime import Runtime
 from bt_mission.core.errors import BtMissionError, cause_of
 from bt_mission.core.listeners import Listeners
 from bt_mission.core.stamps import NS
+from bt_mission.events.events import (
+    EventStream,
+    GoalChanged,
+    NodeChanged,
+    NodeInfo,
+    NodesReset,
+    RunStarted,
+    StateChanged,
+)
+from bt_mission.events.mission_state import MissionState
 from bt_mission.executive.breakpoints import Breakpoints
 from bt_mission.executive.cleanups import Cleanups
-from bt_mission.executive.node_states import NodeStates
-from bt_mission.executive.status import Change, MissionStatus, failed_node, node_paths
+from bt_mission.executive.status import MissionStatus, node_paths
 from bt_mission.executive.trace import Trace
-from bt_mission.goals.goal import Goal
+from bt_mission.goals.goal import Goal, state_of
+from bt_mission.goals.poses import poses_of
 
 if TYPE_CHECKING:
     from bt_mission.executive.journal.recovery import Recovery
 
 
 FINAL = (MissionStatus.SUCCESS, MissionStatus.FAILURE, MissionStatus.INTERRUPTED)
-
-P = ParamSpec("P")
+ENDED = (Status.SUCCESS, Status.FAILURE)
 
 
 class Executive:
     """Ticks one tree to its end.
 
-    A listener that raises an exception is called no more, and the mission fails with the cause.
+    Everything that happens is emitted as an event. A subscriber that raises an exception gets no
+    more of them, and the mission fails with the cause.
 
     Args:
         root: The tree; its nodes' ``setup`` is called here.
         runtime: Time, ledger, variables and clients for the leaves.
-        trace: Told of every change of status and every event of a goal.
+        trace: Takes the events first.
         observe_s: For so long time goes on after the end, with no goal under way.
+        mission: Its name.
+        details: What each node is asked to do, by its path.
 
     Raises:
         BtMissionError: When a node cannot be set up, such as an unknown action type.
     """
 
     def __init__(
-        self, root: Behaviour, runtime: Runtime, trace: Trace, observe_s: float = 0.0
+        self,
+        root: Behaviour,
+        runtime: Runtime,
+        trace: Trace,
+        observe_s: float = 0.0,
+        mission: str = "",
+        details: Mapping[str, tuple[str, ...]] | None = None,
     ) -> None:
         self.root = root
+        self.mission = mission
+        self.run = secrets.token_hex(8)
+        """Identifies the run."""
         self.status = MissionStatus.RUNNING
         self.reason = ""
         self.ticks = 0
@@ -73,31 +98,52 @@ class Executive:
         """Why it is paused; None while it is not."""
         self.steps = 0
         """How often :meth:`step` was called."""
-        self.node_states = NodeStates(root, lambda: self.status is MissionStatus.RUNNING)
-        self.listeners: Listeners[[Change]] = Listeners([self.node_states.on_change])
-        self.goal_listeners: Listeners[[str, Goal]] = Listeners()
-        runtime.ledger.on_event = self._on_goal
-        self.after_tick: Listeners[[]] = Listeners()
-        self.tick_wrappers: list[Callable[[Iterator[Behaviour]], Iterator[Behaviour]]] = []
-        """Put around each tick's walk, by who wants to see every node that it visits."""
-        self._runtime = runtime
-        self._trace = trace
         self.verdict = MissionStatus.FAILURE
         """How the mission has ended, or is about to."""
         self.observe_s = observe_s
-        self._raised = trace.raised
+        self._runtime = runtime
         self._paths = node_paths(root)
+        self._nodes = tuple(self._paths)
+        self.indices = {node: index for index, node in enumerate(self._nodes)}
+        """The index of each node in the tree, depth first."""
+        self.node_infos = tuple(
+            _info(node, path, self.indices[node.parent or node], details or {})
+            for node, path in self._paths.items()
+        )
+        self.events = EventStream()
+        self.mission_state = MissionState()
+        """What follows from the events so far."""
+        self.after_tick: Listeners[[]] = Listeners()
+        self.tick_wrappers: list[Callable[[Iterator[Behaviour]], Iterator[Behaviour]]] = []
+        """Put around each tick's walk, by who wants to see every node that it visits."""
+        self._raised = (self.events.raised, trace.lines.raised)
+        self._has_started = False
+        self._keep_goals = False
+        self._under_way: tuple[str, ...] = ()
         self._known = dict.fromkeys(self._paths, Status.INVALID)
         self._running: dict[Behaviour, None] = {}
+        self._reset: list[Behaviour] = []
+        """Nodes that had ended and have been reset in this tick."""
         self._walk: Iterator[Behaviour] | None = None
         self._steps = 0
         self._recovery: Recovery | None = None
         self.breakpoints = Breakpoints(self._paths)
         self._known[self.breakpoints.mark] = Status.RUNNING  # never its status, so always noted
         self.cleanups = Cleanups(self._paths, runtime.ledger, self.breakpoints.mark)
+        self._follow(trace)
         for node in root.iterate():
             node.setup(runtime=runtime)
         self._followed = FollowedVariables(root, runtime)
+
+    def _follow(self, trace: Trace) -> None:
+        """Have trace and state take the events, and the ledger and the nodes cause them."""
+        trace.follow(self.events, self.node_infos)
+        self.mission_state.apply(RunStarted(0, self.run, self.mission, self.node_infos))
+        self.events.subscribe(self.mission_state.apply)
+        self._runtime.ledger.on_event = self._on_goal
+        for node in self._nodes:
+            if isinstance(node, Hooked):
+                node.resets = self._reset
 
     @property
     def is_done(self) -> bool:
@@ -125,10 +171,23 @@ class Executive:
             return
         self.cycles += 1
         self._followed.update()
+        if self._runtime.now_ns:
+            self.announce(self.started_ns or self._runtime.now_ns)
         self._beat()
-        self._notify(self.after_tick)
-        if self._raised:
-            self._end_by_listeners()
+        self._note_pause()
+        self._raised[0].extend(self.after_tick.notify())
+        if any(self._raised):
+            self._end_by_callbacks()
+
+    def announce(
+        self, time_ns: int, world: str | None = None, robot: str = "", seed: int = 0
+    ) -> None:
+        """Emit that the run has started, unless it was emitted before."""
+        if not self._has_started:
+            self._has_started = True
+            self.events.emit(
+                RunStarted(time_ns, self.run, self.mission, self.node_infos, world, robot, seed)
+            )
 
     def _beat(self) -> None:
         if self._recovery is not None:
@@ -200,18 +259,12 @@ class Executive:
     @property
     def explanation(self) -> str:
         """Why it is paused, with the goals that are still under way; else the reason."""
-        if self.status is MissionStatus.OBSERVING:
-            found = ": ".join(filter(None, (str(self.verdict), self.reason)))
-            return f"{found}; observing for {self.observe_s:g} s"
-        if self.paused is None:
-            return self.reason
-        under_way = ", ".join(self._runtime.ledger.describe_under_way())
-        return self.paused + (f"; still under way: {under_way}" if under_way else "")
+        return self.state_event().explanation
 
     @property
     def nodes(self) -> tuple[Behaviour, ...]:
         """Every node, depth first."""
-        return tuple(self._paths)
+        return self._nodes
 
     @property
     def running_leaves(self) -> list[Behaviour]:
@@ -229,7 +282,8 @@ class Executive:
         if self.status is not MissionStatus.RUNNING:
             return
         self.paused = reason
-        self._trace.record(self._runtime.now_ns, "paused", reason=reason, keep_goals=keep_goals)
+        self._keep_goals = keep_goals
+        self._emit_state()
         if not keep_goals:
             for leaf in self._goal_leaves:
                 if not leaf.has_outcome:
@@ -240,7 +294,7 @@ class Executive:
         """Go on after a pause."""
         if self.paused is not None and self.status is MissionStatus.RUNNING:
             self.paused = None
-            self._trace.record(self._runtime.now_ns, "resumed")
+            self._emit_state()
 
     def step(self) -> None:
         """While paused: let one tick pass, or the rest of the one that a breakpoint stopped."""
@@ -255,26 +309,62 @@ class Executive:
 
     # ---- inside --------------------------------------------------------------------------
 
-    def _on_goal(self, time_ns: int, what: str, goal: Goal) -> None:
-        self._trace.record_goal(time_ns, what, goal)
-        self._notify(self.goal_listeners, what, goal)
+    def _on_goal(self, time_ns: int, change: str, goal: Goal) -> None:
+        if change == "sent":
+            goal.targets = tuple(poses_of(goal.request))
+        self.events.emit(
+            GoalChanged(
+                time_ns,
+                goal.id.hex(),
+                goal.goal_client.name,
+                goal.owner,
+                goal.sent_ns,
+                state_of(goal),
+                change,
+                goal.targets,
+            )
+        )
 
-    def _end_by_listeners(self) -> None:
-        """Fail because of listeners that raised; once the mission has ended, only name them."""
+    def state_event(self) -> StateChanged:
+        """Return the present state as an event."""
+        is_observing = self.status is MissionStatus.OBSERVING
+        return StateChanged(
+            self._runtime.now_ns,
+            self.run,
+            self.mission,
+            self.state,
+            self.reason if self.paused is None else self.paused,
+            () if self.paused is None else self._runtime.ledger.describe_under_way(),
+            self.paused is not None and self._keep_goals,
+            str(self.verdict) if is_observing else "",
+            self.observe_s if is_observing else 0.0,
+        )
+
+    def _emit_state(self, *, is_update: bool = False) -> None:
+        event = self.state_event()
+        self._under_way = event.under_way
+        self.events.emit(replace(event, is_update=is_update))
+
+    def _note_pause(self) -> None:
+        """While it is paused, emit which goals are still under way, whenever that changes."""
+        if self.paused is not None and self._runtime.ledger.describe_under_way() != self._under_way:
+            self._emit_state(is_update=True)
+
+    def _end_by_callbacks(self) -> None:
+        """Fail because of callbacks that raised; once the mission has ended, only name them."""
         if self.status is MissionStatus.ENDING:
             return  # `_finish` names them
         broken = "; ".join(self._take_raised())
         if self.is_done:
             self.reason = "; ".join(filter(None, (self.reason, broken)))
+            self._emit_state()
         self.fail(broken)
 
     def _take_raised(self) -> list[str]:
-        raised = [f"a callback failed: {cause_of(error)}" for error in self._raised]
-        self._raised.clear()
-        return raised
-
-    def _notify(self, listeners: Listeners[P], *arguments: P.args, **named: P.kwargs) -> None:
-        self._raised += listeners.notify(*arguments, **named)
+        causes = [f"a callback failed: {cause_of(one)}" for some in self._raised for one in some]
+        for some in self._raised:
+            some.clear()
+        return causes
 
     @property
     def _goal_leaves(self) -> list[ActionLeaf]:
@@ -309,10 +399,10 @@ class Executive:
             if self.root.status is Status.SUCCESS:
                 self._end(MissionStatus.SUCCESS, "")
             elif self.root.status is not Status.RUNNING:
-                culprit = failed_node(self.root)
+                culprit = self.nodes[self.mission_state.failure_path()[-1]]
                 self.is_resumable = isinstance(culprit, ActionLeaf) and culprit.was_cut_off
-                said = culprit.feedback_message or "failed"
-                self._end(MissionStatus.FAILURE, f"'{culprit.name}' {said}")
+                message = culprit.feedback_message or "failed"
+                self._end(MissionStatus.FAILURE, f"'{culprit.name}' {message}")
 
     def _begin_walk(self) -> Iterator[Behaviour]:
         walk = self.cleanups.before(self.root.tick())
@@ -346,6 +436,17 @@ class Executive:
         running = Status.RUNNING
         for node in [node for node in self._running if node.status is not running]:
             self._note(node)
+        if self._reset:
+            self._note_reset()
+
+    def _note_reset(self) -> None:
+        """Emit which nodes that had ended have been reset, and did not end again in this tick."""
+        reset = {node for node in self._reset if node.status is Status.INVALID}
+        self._reset.clear()
+        indices = sorted(self.indices[node] for node in reset if self._known[node] in ENDED)
+        if indices:
+            self._known |= dict.fromkeys((self.nodes[one] for one in indices), Status.INVALID)
+            self.events.emit(NodesReset(self._runtime.now_ns, tuple(indices)))
 
     def _note(self, node: Behaviour) -> None:
         self._known[node] = node.status
@@ -353,13 +454,11 @@ class Executive:
             self._running[node] = None
         else:
             self._running.pop(node, None)
-        change = Change(
-            self._runtime.now_ns, node, self._paths[node], node.status, node.feedback_message
+        self.events.emit(
+            NodeChanged(
+                self._runtime.now_ns, self.indices[node], node.status, node.feedback_message
+            )
         )
-        self._trace.record_status(
-            change.time_ns, node.name, change.path, node.status.value, change.message
-        )
-        self._notify(self.listeners, change)
 
     def _end(self, verdict: MissionStatus, reason: str) -> None:
         """Stop what runs, and wait from now on for the goals that are still open."""
@@ -367,6 +466,7 @@ class Executive:
         self.status, self.verdict, self.reason = MissionStatus.ENDING, verdict, reason
         self.paused = self._walk = self._recovery = None
         self._note_halted()
+        self._emit_state()
 
     def _finish(self, observe_s: float) -> None:
         left = self.goals_left_behind
@@ -383,16 +483,24 @@ class Executive:
             self._close()
             return
         self.status = MissionStatus.OBSERVING
-        told = {"status": str(self.verdict), "reason": self.reason, "seconds": observe_s}
-        self._trace.record(self.ended_ns, "observing", **told)
+        self._emit_state()
 
     def _close(self) -> None:
         self.status = self.verdict
-        now_ns = self._runtime.now_ns
-        self._trace.record(now_ns, "mission", status=str(self.status), reason=self.reason)
+        self._emit_state()
 
     def _cut_observation(self, reason: str) -> None:
         observed_s = (self._runtime.now_ns - self.ended_ns) / NS
         cut = f"observed for {observed_s:g} s of {self.observe_s:g} s: {reason}"
         self.reason = "; ".join(filter(None, (self.reason, cut)))
         self._close()
+
+
+def _info(
+    node: Behaviour,
+    path: str,
+    parent: int,
+    details: Mapping[str, tuple[str, ...]],
+) -> NodeInfo:
+    inner = node.behaviour if isinstance(node, PythonLeaf) else node
+    return NodeInfo(node.name, type(inner).__name__, path, parent, details.get(path, ()))

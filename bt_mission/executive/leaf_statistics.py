@@ -11,7 +11,8 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.core.stamps import NS
-from bt_mission.executive.status import Change
+from bt_mission.events.events import Event, NodeChanged
+from bt_mission.executive.executive import Executive
 
 
 @dataclass(frozen=True)
@@ -46,44 +47,50 @@ class LeafStatistics:
     """Counts from now on.
 
     Args:
+        executive: Of the mission.
         distance_m: Gives what the robot has driven so far, m; None where that is not known.
     """
 
-    def __init__(self, distance_m: Callable[[], float | None]) -> None:
+    def __init__(self, executive: Executive, distance_m: Callable[[], float | None]) -> None:
+        self._executive = executive
         self._distance_m = distance_m
-        self._sums: dict[tuple[str, Behaviour], _Sum] = {}
-        self._begun: dict[Behaviour, tuple[int, float]] = {}
+        self._sums: dict[int, _Sum] = {}
+        """By the node's index."""
+        self._begun: dict[int, tuple[int, float]] = {}
+        executive.events.subscribe(self._take)
 
-    def on_change(self, change: Change) -> None:
-        """Take in that a node has changed its status."""
-        node = change.node
+    def _take(self, event: Event) -> None:
+        if not isinstance(event, NodeChanged) or event.time_ns is None:
+            return
+        index, node, time_ns = event.node, self._executive.nodes[event.node], event.time_ns
         if node.children:
             return
-        if change.status is Status.RUNNING:
-            self._sums.setdefault((change.path, node), _Sum())
-            self._begun[node] = change.time_ns, self._distance_m() or 0.0
-        elif change.status is not Status.INVALID or node in self._begun:
+        if event.status is Status.RUNNING:
+            self._sums.setdefault(index, _Sum())
+            self._begun[index] = time_ns, self._distance_m() or 0.0
+        elif event.status is not Status.INVALID or index in self._begun:
             # What was never seen running began and ended within one tick.
-            begun_ns, begun_m = self._begun.pop(node, (change.time_ns, self._distance_m() or 0.0))
-            one = self._sums.setdefault((change.path, node), _Sum())
-            one.running_ns += change.time_ns - begun_ns
+            begun_ns, begun_m = self._begun.pop(index, (time_ns, self._distance_m() or 0.0))
+            one = self._sums.setdefault(index, _Sum())
+            one.running_ns += time_ns - begun_ns
             # The length of a way is summed in pieces, and may be a hair less at the end of a turn.
             one.distance_m += max(0.0, (self._distance_m() or 0.0) - begun_m)
-            one.outcomes[_outcome(node, change.status)] += 1
+            one.outcomes[_outcome(node, event.status)] += 1
 
     def summaries(self) -> tuple[LeafSummary, ...]:
         """Those that have ended at least once, in the order of their first start."""
         is_known = self._distance_m() is not None
+        infos = self._executive.node_infos
         return tuple(
             LeafSummary(
-                name=node.name,
-                path=path,
+                name=infos[index].name,
+                path=infos[index].path,
                 runs=one.outcomes.total(),
                 outcomes=dict(one.outcomes),
                 running_s=round(one.running_ns / NS, 6),
                 distance_m=round(one.distance_m, 6) if is_known else None,
             )
-            for (path, node), one in self._sums.items()
+            for index, one in self._sums.items()
             if one.outcomes
         )
 

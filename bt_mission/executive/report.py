@@ -193,14 +193,14 @@ def sample_of(trace: Trace, requirements: Iterable[RequirementResult]) -> str:
 
 def _failure_of(executive: Executive, virtual_s: float) -> FailurePath | None:
     """Return what made a tree fail whose mission ended after so many seconds."""
-    path = executive.node_states.failure_path()
+    path = executive.mission_state.failure_path()
     if not path:
         return None
-    node, state = path[-1]
-    ago_s = (executive.ended_ns - (state.since_ns or 0)) / NS
+    end, infos = executive.mission_state.last_end(path[-1]), executive.node_infos
+    ago_s = (executive.ended_ns - (end.time_ns or 0)) / NS
     return FailurePath(
-        nodes=tuple(one.name for one, _ in path),
-        path=executive.path_of(node),
-        message=state.message,
+        nodes=tuple(infos[one].name for one in path),
+        path=infos[path[-1]].path,
+        message=end.message,
         time_s=round(virtual_s - ago_s, 6),
     )

@@ -1,12 +1,10 @@
-"""Where a mission stands, the places and changes of its nodes, and why its tree has failed."""
+"""The status of a mission, and the places of its nodes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 
 from py_trees.behaviour import Behaviour
-from py_trees.common import Status
 
 
 class MissionStatus(StrEnum):
@@ -21,17 +19,6 @@ class MissionStatus(StrEnum):
     INTERRUPTED = "interrupted"
 
 
-@dataclass(frozen=True)
-class Change:
-    """A node of the tree changed its status."""
-
-    time_ns: int
-    node: Behaviour
-    path: str
-    status: Status
-    message: str
-
-
 def node_paths(root: Behaviour) -> dict[Behaviour, str]:
     """Return every node of a tree, depth first, with its place, such as ``0.1.0``."""
     paths: dict[Behaviour, str] = {}
@@ -41,17 +28,3 @@ def node_paths(root: Behaviour) -> dict[Behaviour, str]:
         paths[node] = path
         stack += reversed([(child, f"{path}.{i}") for i, child in enumerate(node.children)])
     return paths
-
-
-def failed_node(root: Behaviour) -> Behaviour:
-    """Return which node made a tree fail; the root where that is not known.
-
-    Where no leaf has failed, a node above them has by itself: the first and lowest.
-    """
-    failed = [node for node in root.iterate() if node.status is Status.FAILURE]
-    leaves = [node for node in failed if not node.children]
-    tip = root.tip()
-    culprit = tip if tip is not None and tip.status is Status.FAILURE else None
-    if culprit is None and failed:
-        culprit = leaves[-1] if leaves else failed[0]
-    return root if culprit is None else culprit

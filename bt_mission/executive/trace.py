@@ -1,49 +1,48 @@
 """What happened in a run, as lines that two runs can be compared by.
 
-One event is one line of JSON with sorted keys: ``{"t": nanoseconds, "event": name, ...}``.
-:attr:`Trace.sha256` is the hash over all lines so far, each followed by a line feed; it starts
-with a line that names the version of this format. Floats are written so that they read back
-exactly, so one differing bit in a pose changes the hash.
+One event is one line of JSON (:mod:`bt_mission.events.codec`). :attr:`Trace.sha256` is the hash
+over all lines so far, each followed by a line feed; it starts with a line that names the version of
+this format. One differing bit in a pose changes the hash.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
-from bt_mission.core.listeners import Listeners
+from bt_mission.core.listeners import Stream
 from bt_mission.core.output import DELETED, OutputFile
-from bt_mission.goals.goal import Goal
+from bt_mission.events.codec import goal_line, node_names, trace_line
+from bt_mission.events.events import Event, EventStream, GoalChanged, NodeInfo, RunStarted
 
-VERSION = 2
-KEPT_EVENTS = 200
-_ENCODER = json.JSONEncoder(sort_keys=True)  # json.dumps makes a new one for each event
-_json = json.encoder.encode_basestring_ascii  # what the encoder writes a text with
+VERSION = 3
+KEPT_LINES = 200
 
 
 class Trace:
-    """Hashes events as they happen, keeps the newest, and tells listeners.
+    """Hashes events as they happen, keeps the newest lines, and hands each line on.
 
     Args:
-        keep: How many of the newest events to keep.
+        keep: How many of the newest lines to keep.
         hide: Texts that differ from machine to machine, such as a folder's path, each with what is
             written in their place.
     """
 
-    def __init__(self, keep: int = KEPT_EVENTS, hide: Mapping[str, str] | None = None) -> None:
+    def __init__(self, keep: int = KEPT_LINES, hide: Mapping[str, str] | None = None) -> None:
         self._hide = {json.dumps(text)[1:-1]: shown for text, shown in (hide or {}).items()}
         self._hash = hashlib.sha256()
         self._seedless_hash = hashlib.sha256()
-        self._goal_numbers: dict[bytes, int] = {}
+        self._goal_numbers: dict[str, int] = {}
+        self._nodes: tuple[NodeInfo, ...] = ()
+        self._names: tuple[str, ...] = ()
+        self.lines: Stream[str] = Stream()
+        """Each line, as it comes."""
         self.newest: deque[str] = deque(maxlen=keep)
-        self.listeners: Listeners[[str]] = Listeners()
-        self.raised: list[Exception] = []
-        """By listeners, and not yet taken by the executive."""
         self._add(json.dumps({"trace_version": VERSION}))
 
     @property
@@ -59,45 +58,23 @@ class Trace:
         """
         return self._seedless_hash.hexdigest()
 
-    def record(self, time_ns: int, event: str, **fields: Any) -> None:
-        """Add an event at a time of the ROS clock."""
-        line = _ENCODER.encode({"t": time_ns, "event": event, **fields})
-        if "seed" in fields:
-            del fields["seed"]
-            self._add(line, _ENCODER.encode({"t": time_ns, "event": event, **fields}))
-        else:
-            self._add(line)
+    def follow(self, events: EventStream, nodes: Sequence[NodeInfo]) -> None:
+        """Take the events of a mission with these nodes."""
+        self._nodes, self._names = tuple(nodes), node_names(nodes)
+        events.subscribe(self._take)
 
-    # The two events of which there are many, put together by hand as `record` would write them.
-
-    def record_status(self, time_ns: int, node: str, path: str, status: str, message: str) -> None:
-        """Add that a node has another status."""
-        self._add(
-            f'{{"event": "status", "message": {_json(message)}, "node": {_json(node)},'
-            f' "path": {_json(path)}, "status": {_json(status)}, "t": {time_ns}}}'
-        )
-
-    def record_goal(self, time_ns: int, what: str, goal: Goal) -> None:
-        """Add what has happened to a goal."""
-        status = "null" if goal.status is None else f"{goal.status:d}"
-        start = f'{{"action": {_json(goal.goal_client.name)}, "event": {_json(f"goal {what}")},'
-        end = (
-            f' "owner": {_json(goal.owner)}, "phase": {_json(goal.phase)}, "status": {status},'
-            f' "t": {time_ns}}}'
-        )
-        number = self._goal_numbers.setdefault(goal.id, len(self._goal_numbers))
-        self._add(f'{start} "goal": "{goal.id.hex()}",{end}', f'{start} "goal": {number},{end}')
-
-    def record_pose(self, time_ns: int, pose: tuple[float, float, float], collisions: int) -> None:
-        """Add where the robot truly is (m, m, rad), and how often it has run into something."""
-        x, y, yaw = pose
-        if not math.isfinite(x + y + yaw):
-            self.record(time_ns, "pose", x=x, y=y, yaw=yaw, collisions=collisions)
+    def _take(self, event: Event) -> None:
+        line = trace_line(event, self._nodes, self._names)
+        if line is None:
             return
-        self._add(
-            f'{{"collisions": {collisions}, "event": "pose", "t": {time_ns},'
-            f' "x": {x!r}, "y": {y!r}, "yaw": {yaw!r}}}'
-        )
+        match event:
+            case RunStarted():
+                self._add(line, trace_line(replace(event, seed=0), self._nodes, self._names))
+            case GoalChanged(id=goal):
+                number = self._goal_numbers.setdefault(goal, len(self._goal_numbers))
+                self._add(line, goal_line(event, str(number)))
+            case _:
+                self._add(line)
 
     def _add(self, line: str, seedless: str | None = None) -> None:
         """Add a line.
@@ -112,7 +89,7 @@ class Trace:
         self._hash.update(written)
         self._seedless_hash.update(written if seedless is None else seedless.encode() + b"\n")
         self.newest.append(line)
-        self.raised += self.listeners.notify(line)
+        self.lines.emit(line)
 
 
 class TraceFile:
@@ -136,7 +113,7 @@ class TraceFile:
         """The first line that the file lacks."""
         for line in trace.newest:
             self._take(line)
-        trace.listeners.append(self._take)
+        trace.lines.subscribe(self._take)
 
     def __enter__(self) -> Self:
         return self
@@ -156,7 +133,7 @@ class TraceFile:
 
     def close(self, *, replaces: bool = True) -> None:
         """Write no more; once is enough."""
-        self._trace.listeners.remove(self._take)
+        self._trace.lines.unsubscribe(self._take)
         self.file.close(replaces=replaces)
 
     def _take(self, line: str) -> None:

@@ -14,6 +14,7 @@ from rclpy.node import Node
 
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import seconds
+from bt_mission.events.events import FaultChanged
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.mission import Mission
@@ -196,13 +197,10 @@ class FaultInstance:
 
     def _record(self, state: str) -> None:
         stage = self.run.stage
-        stage.trace.record(
-            stage.now_ns,
-            "fault",
-            number=self.number,
-            what=self.fault.what,
-            state=state,
-            **({} if state == "ends" else {"with": plain(self.fault.parameters)}),
+        parameters = None if state == "ends" else plain(self.fault.parameters)
+        what = self.fault.what
+        stage.executive.events.emit(
+            FaultChanged(stage.now_ns, self.number, what, state, parameters)
         )
         for listener in self.run.fault_listeners:
             listener(self, state)

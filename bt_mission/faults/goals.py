@@ -13,6 +13,7 @@ from typing import Any, Literal
 from action_msgs.srv import CancelGoal
 from unique_identifier_msgs.msg import UUID
 
+from bt_mission.events.events import Event, GoalChanged
 from bt_mission.faults.corruptions import ReadyMadeName, changed_by, setting
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.faults.fault import Begin, Fates, FaultInstance, Tap
@@ -26,7 +27,6 @@ from bt_mission.faults.maker import (
     repeated,
 )
 from bt_mission.faults.parameters import ActionText, Seconds
-from bt_mission.goals.goal import Goal
 from bt_mission.virtual_time import ACTION_PARTS, Answer, Delivery, Gate, Passing, Side
 
 PARTS = ("goal", "cancel", "result")
@@ -113,17 +113,18 @@ class GoalFaults(Maker):
                     gate.open(passing.time_ns + most_ns)
                 return (Delivery(passing.message, gate=gate),)
 
-            def on_goal(what: str, goal: Goal) -> None:
-                if what == "released" and goal.goal_client.name == name:
-                    release(after_ns)
+            def take(event: Event) -> None:
+                match event:
+                    case GoalChanged(action=action, change="released") if action == name:
+                        release(after_ns)
 
             def release(by_ns: int) -> None:
                 for gate in gates:
                     gate.open(clock.now_ns + by_ns)
 
-            listeners = fault.run.stage.executive.goal_listeners
-            listeners.append(on_goal)
-            fault.undo(lambda: listeners.remove(on_goal))
+            events = fault.run.stage.executive.events
+            events.subscribe(take)
+            fault.undo(lambda: events.unsubscribe(take))
             fault.undo(lambda: release(0))
             fault.tap(part_of(fault, action, "goal"), Side.RESPONSE, hold)
 

@@ -12,10 +12,10 @@ from typing import Protocol, Self
 from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
 from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.events.events import Event, LogLine, NodeChanged
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafStatistics
 from bt_mission.executive.report import report_on
-from bt_mission.executive.status import Change
 from bt_mission.fleets.loader import FleetChanges, load_fleet
 from bt_mission.fleets.plan import FleetPlan
 from bt_mission.fleets.report import FleetReport, RobotReport
@@ -30,7 +30,7 @@ class FleetView(AbstractContextManager["FleetView"], Protocol):
     def open(self, stage: Stage, wall: Stopwatch, /) -> None:
         """Begin to show it."""
 
-    def on_robot_change(self, robot: str, change: Change, /) -> None:
+    def on_robot_change(self, robot: str, change: NodeChanged, /) -> None:
         """A node of a robot's mission changed its status."""
 
     def on_robot_line(self, robot: str, text: str, /) -> None:
@@ -52,7 +52,7 @@ class QuietFleet:
     def open(self, _stage: Stage, _wall: Stopwatch, /) -> None:
         """Nothing to show."""
 
-    def on_robot_change(self, _robot: str, _change: Change, /) -> None:
+    def on_robot_change(self, _robot: str, _change: NodeChanged, /) -> None:
         """Nothing to show."""
 
     def on_robot_line(self, _robot: str, _text: str, /) -> None:
@@ -164,17 +164,15 @@ def _listen(run: FleetRun, view: FleetView, audience: SessionViews) -> LeafStati
     """Have a view told of a robot; returns what counts what its leaves do."""
     name = run.member.name
 
-    def on_change(change: Change) -> None:
-        audience.show(lambda: view.on_robot_change(name, change))
+    def take(event: Event) -> None:
+        match event:
+            case NodeChanged():
+                audience.show(lambda: view.on_robot_change(name, event))
+            case LogLine(text=text):
+                audience.show(lambda: view.on_robot_line(name, text))
 
-    def on_line(_time_ns: int, text: str) -> None:
-        audience.show(lambda: view.on_robot_line(name, text))
-
-    run.executive.listeners.append(on_change)
-    run.runner.log_listeners.append(on_line)
-    leaves = LeafStatistics(partial(_distance, run))
-    run.executive.listeners.append(leaves.on_change)
-    return leaves
+    run.executive.events.subscribe(take)
+    return LeafStatistics(run.executive, partial(_distance, run))
 
 
 def _distance(run: FleetRun) -> float:

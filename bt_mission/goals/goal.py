@@ -14,6 +14,8 @@ from enum import IntEnum, StrEnum
 from types import MappingProxyType
 from typing import Any, Protocol
 
+from bt_mission.goals.poses import NamedPose
+
 UNREAD_FEEDBACK = 1_000
 """Feedback kept between two ticks; beyond it the oldest is dropped."""
 
@@ -151,6 +153,11 @@ class Goal:
     feedback: Any = None
     unread: deque[Any] = field(default_factory=lambda: deque(maxlen=UNREAD_FEEDBACK))
     orphaned_ns: int | None = None
+    sent_ns: int = 0
+    targets: tuple[NamedPose, ...] = ()
+    """The places that its request names."""
+    reported: Phase = Phase.SENT
+    """The phase that the ledger has reported last."""
 
     @property
     def is_live(self) -> bool:
@@ -193,3 +200,20 @@ class Goal:
         if self.phase is not Phase.ENDED:
             self.feedback = feedback
             self.unread.append(feedback)
+
+
+_ENDS = {
+    GoalStatus.SUCCEEDED: "succeeded",
+    GoalStatus.CANCELED: "canceled",
+    GoalStatus.ABORTED: "aborted",
+    GoalStatus.UNKNOWN: "unknown",
+}
+
+
+def state_of(goal: Goal) -> str:
+    """Return the state of a goal in one word: its phase, and once it has ended, how."""
+    if goal.phase is not Phase.ENDED:
+        return str(goal.phase)
+    if not goal.accepted:
+        return "rejected"
+    return _ENDS[GoalStatus.UNKNOWN if goal.status is None else goal.status]

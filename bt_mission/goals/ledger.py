@@ -33,7 +33,8 @@ class Ledger:
         seed: Goal UUIDs are made from it, so that a run repeats.
         grace_ns: How long an orphaned goal may take to end before it counts as left behind, where
             its sender says nothing else.
-        on_event: Told of every goal that is sent, handed over, given up or ended.
+        on_event: Called for every goal that is sent, handed over, given up or ended; without a
+            word for what happened, where only its phase is another one.
     """
 
     def __init__(
@@ -57,6 +58,14 @@ class Ledger:
     def open_goals(self) -> tuple[Goal, ...]:
         """Goals not confirmed as ended, in the order sent."""
         return tuple(self._open.values())
+
+    def find(self, goal_id: str) -> Goal:
+        """The open goal with this UUID, in hexadecimal.
+
+        Raises:
+            KeyError: Where there is none.
+        """
+        return self._open[bytes.fromhex(goal_id)]
 
     @property
     def is_settled(self) -> bool:
@@ -85,9 +94,9 @@ class Ledger:
         digest[6] = digest[6] & 0x0F | 0x80  # RFC 9562: version 8, made by the application
         digest[8] = digest[8] & 0x3F | 0x80  # RFC 9562: variant
         grace_ns = self._grace_ns if grace_ns is None else grace_ns
-        goal = Goal(bytes(digest), courier, owner, grace_ns, request)
+        goal = Goal(bytes(digest), courier, owner, grace_ns, request, sent_ns=now_ns)
         self._open[goal.id] = goal
-        self.on_event(now_ns, "sent", goal)
+        self._report(now_ns, "sent", goal)
         try:
             courier.send(goal, request)
         except Exception:  # whatever it was, it goes on to the caller
@@ -97,10 +106,11 @@ class Ledger:
 
     def recover_goal(self, goal_id: bytes, courier: GoalClient, owner: str, now_ns: int) -> Goal:
         """Take over a goal that another process has sent: ask what became of it, and cancel it."""
-        goal = Goal(goal_id, courier, owner, FOUND_GRACE_NS, phase=Phase.LOST, orphaned_ns=now_ns)
+        goal = Goal(goal_id, courier, owner, FOUND_GRACE_NS, phase=Phase.LOST, sent_ns=now_ns)
+        goal.orphaned_ns = now_ns
         self._open[goal.id] = goal
         self._retry_ns[goal.id] = now_ns + RETRY_NS
-        self.on_event(now_ns, "found again", goal)
+        self._report(now_ns, "found again", goal)
         courier.recover_goal(goal)
         goal.on(Event.ACCEPTED)
         return goal
@@ -111,7 +121,7 @@ class Ledger:
             return
         goal.orphaned_ns = now_ns
         self._retry_ns[goal.id] = now_ns + RETRY_NS
-        self.on_event(now_ns, "released", goal)
+        self._report(now_ns, "released", goal)
         goal.on(Event.UNWANTED)
 
     def has_orphan_at(self, courier: GoalClient) -> bool:
@@ -138,7 +148,7 @@ class Ledger:
                 del self._open[goal.id]
                 self._retry_ns.pop(goal.id, None)
                 self._given_up.discard(goal.id)
-                self.on_event(now_ns, "ended", goal)
+                self._report(now_ns, "ended", goal)
             elif goal.orphaned_ns is None or not goal.is_live:
                 continue
             elif goal.id in self._given_up:
@@ -149,10 +159,17 @@ class Ledger:
             elif now_ns >= goal.orphaned_ns + goal.grace_ns:
                 self._given_up.add(goal.id)
                 goal.on(Event.GIVEN_UP)
-                self.on_event(now_ns, "abandoned", goal)
+                self._report(now_ns, "abandoned", goal)
             elif now_ns >= self._retry_ns[goal.id]:
                 self._retry_ns[goal.id] = now_ns + RETRY_NS
                 goal.on(Event.UNWANTED)
+        for goal in self._open.values():
+            if goal.phase is not goal.reported:
+                self._report(now_ns, "", goal)
+
+    def _report(self, now_ns: int, change: str, goal: Goal) -> None:
+        goal.reported = goal.phase
+        self.on_event(now_ns, change, goal)
 
     def describe_under_way(self) -> tuple[str, ...]:
         """Who has sent each goal that may still be worked on; in brackets, that it is cancelled."""

@@ -103,23 +103,18 @@ class DetailsRecorder:
 
     def __init__(self, mission: MissionRunner, take: Take) -> None:
         self._take = take
-        status = mission.status_publisher
-        self._details = MissionDetailsBuilder(status.run, mission.run, status.indices)
+        self._details = MissionDetailsBuilder(mission.run)
         self.is_due = False
         """Has something happened, to be told of with the next look?"""
         self._told_ns: int | None = None
         """None before the first: details are of use to nobody before there is a tree."""
-
-    def close(self) -> None:
-        """Follow the mission no longer."""
-        self._details.close()
 
     def look(self, now_ns: int) -> None:
         """Tell what is new, if it is time."""
         is_late = self._told_ns is not None and not 0 <= now_ns - self._told_ns < DETAILS_EVERY_NS
         if self.is_due or is_late:
             self.is_due, self._told_ns = False, now_ns
-            self._take(serialize_message(self._details.describe_news()))
+            self._take(serialize_message(self._details.describe_changes()))
 
 
 class PictureFolder:

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 from rclpy.serialization import serialize_message
 
 from bt_mission.core.cdr.decoder import Take
+from bt_mission.events.events import Event
 from bt_mission.events.log import rosout_line
 from bt_mission.recording import signal_samples
 from bt_mission.recording.contents import DETAILS_TYPE, DetailsRecorder
@@ -16,8 +17,7 @@ from bt_mission.sessions.session import ObservedRun
 
 STATUS_TYPES = {
     "tree": "bt_mission_interfaces/msg/Tree",
-    "node_details": "std_msgs/msg/String",
-    "requirements": "diagnostic_msgs/msg/DiagnosticArray",
+    "requirements": "bt_mission_interfaces/msg/Requirements",
     "state": "bt_mission_interfaces/msg/MissionState",
     "changes": "bt_mission_interfaces/msg/StatusChanges",
 }
@@ -67,7 +67,8 @@ class MissionRecorder:
         self._trace = recording.open_text(f"{self.name}/trace")
         self._signals = recording.open_text(f"{self.name}/{signal_samples.TOPIC}")
         self._on_status = recording.guarded(self._take_status)
-        self._on_line = recording.guarded(self._take_line)
+        self._on_line = recording.guarded(self._trace)
+        self._on_event = recording.guarded(self._take_event)
         self._samples = signal_samples.SignalSamples(run.runner, self._sample, recording.guarded)
 
     @property
@@ -82,9 +83,11 @@ class MissionRecorder:
     def begin(self) -> None:
         """Take what has been told so far, and what is told from now on."""
         self._runner.status_publisher.add(self._on_status)
-        for line in self._runner.trace.newest:
+        trace = self._runner.trace
+        for line in trace.newest:
             self._on_line(line)
-        self._runner.trace.listeners.append(self._on_line)
+        trace.lines.subscribe(self._on_line)
+        self._runner.executive.events.subscribe(self._on_event)
 
     def look(self, now_ns: int, *, is_due: bool = False) -> None:
         """Tell how running nodes get on, if it is time."""
@@ -99,19 +102,18 @@ class MissionRecorder:
         """Record no more."""
         self.tell_changes()
         self._runner.status_publisher.remove(self._on_status)
-        self._runner.trace.listeners.remove(self._on_line)
+        self._runner.trace.lines.unsubscribe(self._on_line)
+        self._runner.executive.events.unsubscribe(self._on_event)
         self._samples.close()
-        self._details.close()
 
     def _take_status(self, what: str, message: Any) -> None:
         self._details.is_due = True
         self._status[what](serialize_message(message))
 
-    def _take_line(self, line: str) -> None:
-        self._trace(line)
-        said = rosout_line(line)
-        if said is not None:
-            self._recording.take_log(said[0], self._logger, said[1])
+    def _take_event(self, event: Event) -> None:
+        line = rosout_line(event, self._runner.executive.node_infos)
+        if line is not None:
+            self._recording.take_log(line[0], self._logger, line[1])
 
     def _sample(self, line: str) -> None:
         """Take the signals of a control step, behind what was heard before it."""

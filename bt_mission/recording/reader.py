@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,8 @@ from py_trees.common import Status
 from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
 from bt_mission.core.cdr.definitions import action_of
 from bt_mission.events import reader
-from bt_mission.events.events import MissionStarted, MissionStateChanged
-from bt_mission.events.messages import NodeStatus
+from bt_mission.events.events import NodeChanged, RunStarted, StateChanged
+from bt_mission.events.messages import Batch
 from bt_mission.recording.expected_types import TEXT, expect
 from bt_mission.recording.facts import RunFacts
 from bt_mission.recording.model import Picture, RecordedGoal, RecordedLine, RecordedRun, Span
@@ -122,12 +122,12 @@ WORDS = {
     Status.FAILURE: "failure",
 }
 
-TOLD = (
-    "bt_mission_interfaces/msg/Tree",
-    "bt_mission_interfaces/msg/StatusChanges",
-    "bt_mission_interfaces/msg/MissionState",
-)
-"""What an executive tells, and others of its graph may tell, too."""
+EXECUTIVE: Mapping[str, Callable[[Any], Batch]] = {
+    "bt_mission_interfaces/msg/Tree": reader.tree,
+    "bt_mission_interfaces/msg/StatusChanges": reader.changes,
+    "bt_mission_interfaces/msg/MissionState": reader.state,
+}
+"""Messages of an executive; others of its graph may send them, too."""
 
 _POSE_LINE = b'"event": "pose"'
 
@@ -148,7 +148,7 @@ def read_run(path: Path, robot: str | None = None) -> RecordedRun:
 
 
 def spans_of(
-    nodes: int, changes: Iterable[tuple[int, NodeStatus]], end_ns: int
+    nodes: int, changes: Iterable[tuple[int, NodeChanged]], end_ns: int
 ) -> tuple[tuple[Span, ...], ...]:
     """Return the spans of each node, in order, out of the changes of its status.
 
@@ -160,10 +160,7 @@ def spans_of(
     spans: list[list[Span]] = [[] for _ in range(nodes)]
     running: dict[int, tuple[int, str]] = {}
     for time_ns, change in changes:
-        is_new = change.node not in running
         begun = running.pop(change.node, (time_ns, change.message))
-        if is_new and _is_of_a_round(change, spans[change.node]):
-            continue
         if change.status is Status.RUNNING:
             running[change.node] = begun
         else:
@@ -174,22 +171,15 @@ def spans_of(
     return tuple(map(tuple, spans))
 
 
-def _is_of_a_round(change: NodeStatus, spans: Sequence[Span]) -> bool:
-    """Is a node only reset for a new round of a loop, or has it ended in it at once as before?"""
-    if change.status is Status.INVALID:
-        return not change.message
-    return bool(spans) and spans[-1].status == WORDS[change.status]
-
-
 class _RunReader:
     """Takes messages in, topic by topic."""
 
     def __init__(self, file: RecordedFile) -> None:
         self._file = file
-        self._tree: MissionStarted | None = None
+        self._tree: RunStarted | None = None
         self._node = ""
-        self._changes: list[tuple[int, NodeStatus]] = []
-        self._state = MissionStateChanged(0, "", "", "", "")
+        self._changes: list[tuple[int, NodeChanged]] = []
+        self._state = StateChanged(0, "", "", "", "")
         self._log: list[RecordedLine] = []
         self._pictures: list[Picture] = []
         self._goals = GoalLives()
@@ -200,18 +190,11 @@ class _RunReader:
         topic = channel.topic
         if self._file.is_of_another(topic):
             return
-        if channel.type_name in TOLD and not self._file.is_of_mission(topic):
+        if channel.type_name in EXECUTIVE and not self._file.is_of_mission(topic):
             return
         match channel.type_name:
-            case "bt_mission_interfaces/msg/Tree":
-                self._tree = reader.tree(channel.decode(data))
-                self._node = topic.removesuffix("/tree")
-            case "bt_mission_interfaces/msg/StatusChanges":
-                count = len(self._tree.nodes) if self._tree else 0
-                changes = reader.changes(channel.decode(data)).changes
-                self._changes += [(time_ns, one) for one in changes if one.node < count]
-            case "bt_mission_interfaces/msg/MissionState":
-                self._state = reader.state(channel.decode(data))
+            case type_name if type_name in EXECUTIVE:
+                self._take_batch(topic, time_ns, EXECUTIVE[type_name](channel.decode(data)))
             case "rcl_interfaces/msg/Log":
                 line = channel.decode(data)
                 if self._file.is_of_another(f"/{line.name.replace('.', '/')}"):
@@ -223,6 +206,17 @@ class _RunReader:
                 self._pictures.append(Picture(time_ns, topic, kind, image.data.tobytes()))
             case _:
                 self._take_by_topic(channel, time_ns, data)
+
+    def _take_batch(self, topic: str, time_ns: int, batch: Batch) -> None:
+        count = len(self._tree.nodes) if self._tree else 0
+        for event in batch.events:
+            match event:
+                case RunStarted():
+                    self._tree, self._node = event, topic.removesuffix("/tree")
+                case NodeChanged(node=node) if node < count:
+                    self._changes.append((time_ns, event))
+                case StateChanged():
+                    self._state = event
 
     def _take_by_topic(self, channel: Channel, time_ns: int, data: bytes) -> None:
         if channel.topic.endswith("/trace"):

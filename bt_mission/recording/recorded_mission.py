@@ -12,7 +12,14 @@ from py_trees.common import Status
 from bt_mission.behaviours.action_leaf import HALTED, ActionLeaf
 from bt_mission.core.diagnostics import quoted
 from bt_mission.events import reader as messages
-from bt_mission.events.events import FINAL, MissionStarted, NodeInfo
+from bt_mission.events.events import (
+    FINAL,
+    NodeChanged,
+    NodeInfo,
+    RunStarted,
+    StateChanged,
+    VariableChanged,
+)
 from bt_mission.goals.outcome import Outcome
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.requirements.syntax import SignalValue
@@ -34,7 +41,7 @@ class RecordedMission:
         topics: All that are in it.
     """
 
-    def __init__(self, node: str, tree: MissionStarted | None, topics: Mapping[str, str]) -> None:
+    def __init__(self, node: str, tree: RunStarted | None, topics: Mapping[str, str]) -> None:
         self.ending = ""
         """How the mission has ended: one of :data:`FINAL`; empty while it has not."""
         self.seen: defaultdict[str, set[Status]] = defaultdict(set)
@@ -104,14 +111,17 @@ class RecordedMission:
                 return
             self._take_event(json.loads(channel.decode(data)["data"]))
         elif topic == "details":
-            for name, text in messages.details(channel.decode(data)).variables:
-                self.variables[name] = _value(text)
+            for event in messages.details(channel.decode(data)).events:
+                if isinstance(event, VariableChanged):
+                    self.variables[event.name] = _value(event.value)
         elif topic == "changes" and not self._has_trace:
-            for one in messages.changes(channel.decode(data)).changes:
-                self._note(self._nodes[one.node].path, one.status, "")
+            for event in messages.changes(channel.decode(data)).events:
+                if isinstance(event, NodeChanged):
+                    self._note(self._nodes[event.node].path, event.status, "")
         elif topic == "state" and not self._has_trace:
-            status = messages.state(channel.decode(data)).status
-            self.ending = status if status in FINAL else ""
+            (state,) = messages.state(channel.decode(data)).events
+            assert isinstance(state, StateChanged), "this is what it reads"
+            self.ending = state.status if state.status in FINAL else ""
 
     def _take_event(self, event: Mapping[str, Any]) -> None:
         match event.get("event"):

@@ -11,7 +11,7 @@ from typing import Any
 
 from bt_mission.core.stamps import NS
 from bt_mission.events import reader as messages
-from bt_mission.events.events import MissionStarted
+from bt_mission.events.events import RunStarted
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.requirements.formula import Requirement, signals_in
 from bt_mission.language.requirements.syntax import SignalValue
@@ -64,7 +64,7 @@ class RecordingSurvey:
         self.file = file
         self.topics: dict[str, str] = {}
         """Types, by the names of topics."""
-        self.tree: MissionStarted | None = None
+        self.tree: RunStarted | None = None
         self.node = ""
         """Full name of the executive's node; empty where there is none."""
         self.is_in_order = True
@@ -108,7 +108,9 @@ class RecordingSurvey:
         is_new = topic not in self.topics
         self.topics[topic] = channel.type_name
         if channel.type_name == TREE and self.tree is None and self.file.is_of_mission(topic):
-            self.tree = messages.tree(channel.decode(data))
+            (tree,) = messages.tree(channel.decode(data)).events
+            assert isinstance(tree, RunStarted), "this is what it reads"
+            self.tree = tree
             self.node = topic.removesuffix("/tree")
         elif is_new and topic.endswith(f"/{TOPIC}") and channel.type_name == TEXT:
             # It comes before the tree, which is told at the end of the first tick.

@@ -12,7 +12,7 @@ from bt_mission.core.dds.discovery import RANGE
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.source import ExecutiveSource, FoundExecutive
 from bt_mission.ros.graph import GraphConnection, quiet_node, type_hash_of
-from bt_mission.ros.mission_client import TELLS, MissionClient
+from bt_mission.ros.mission_client import TOPICS, MissionClient
 from bt_mission.ros.mission_node import MissionNode
 
 STATE_TYPE = "bt_mission_interfaces/msg/MissionState"
@@ -79,7 +79,7 @@ class ExecutiveDirectory:
     def __init__(self) -> None:
         self._graph = GraphConnection(wall_clock=True)
         self._node = self._graph.host_quiet("bt_mission_watch")
-        self._hashes = [type_hash_of(self._node, kind) for kind, *_ in TELLS.values()]
+        self._hashes = [type_hash_of(self._node, kind) for kind, *_ in TOPICS.values()]
         domain, reach = os.environ.get("ROS_DOMAIN_ID", "0"), os.environ.get(RANGE, "SUBNET")
         self.where = f"ROS domain {domain or 0}, {RANGE}={reach}"
 
@@ -115,7 +115,7 @@ class ExecutiveDirectory:
 
     def _look_at(self, topic: str) -> FoundExecutive:
         name = topic.removesuffix("/state")
-        for (other, (kind, *_)), own in zip(TELLS.items(), self._hashes, strict=True):
+        for (other, (kind, *_)), own in zip(TOPICS.items(), self._hashes, strict=True):
             for one in self._node.get_publishers_info_by_topic(f"{name}/{other}"):
                 if one.topic_type_hash != own:
                     why = f"its {kind.__name__} messages are of another version of bt-mission: "

@@ -15,23 +15,24 @@ from bt_mission_interfaces.msg import (
     MissionDetails,
     MissionLog,
     MissionState,
+    Requirements,
     StatusChanges,
     Tree,
 )
 from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
-from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import OccupancyGrid
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 from sensor_msgs.msg import BatteryState, Image, LaserScan
-from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import messages, reader
+from bt_mission.events.feed import in_order
+from bt_mission.events.messages import Batch
 from bt_mission.events.source import ControlRequest, ControlResponse, Heard, Verb
 from bt_mission.ros.graph import LATCHED, REQUESTS
 
@@ -40,14 +41,13 @@ NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 FRAMES = QoSProfile(depth=20, reliability=ReliabilityPolicy.BEST_EFFORT)
 STATIC_FRAMES = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
-TELLS: dict[str, tuple[Any, QoSProfile, Callable[[Any], messages.Told]]] = {
+TOPICS: dict[str, tuple[Any, QoSProfile, Callable[[Any], Batch]]] = {
     "tree": (Tree, LATCHED, reader.tree),
-    "node_details": (String, LATCHED, reader.node_details),
-    "requirements": (DiagnosticArray, LATCHED, reader.requirements),
+    "requirements": (Requirements, LATCHED, reader.requirements),
     "changes": (StatusChanges, ALL, reader.changes),
     "state": (MissionState, LATCHED, reader.state),
     "details": (MissionDetails, ALL, reader.details),
-    "log": (MissionLog, ALL, reader.said),
+    "log": (MissionLog, ALL, reader.log),
 }
 """What an executive publishes below its name."""
 
@@ -88,8 +88,8 @@ class MissionClient:
         self.name = name
         self._with_robot = with_robot
         self._node = node
-        self._told: deque[messages.Told] = deque()
-        self._raw: deque[tuple[Callable[[Any], messages.Told], Any]] = deque()
+        self._told: deque[Batch] = deque()
+        self._raw: deque[tuple[Callable[[Any], Batch], Any]] = deque()
         self._robot: dict[str, tuple[Callable[[Any], messages.Robot], Any]] = {}
         self._frames: deque[Any] = deque(maxlen=100)
         self._answers: deque[ControlResponse] = deque()
@@ -99,7 +99,7 @@ class MissionClient:
         self._is_there = False
         self._ears = [
             self._listen(kind, f"{name}/{topic}", partial(self._keep, read), qos)
-            for topic, (kind, qos, read) in TELLS.items()
+            for topic, (kind, qos, read) in TOPICS.items()
         ]
         self._robot_ears: list[Any] = []
         self._robot_prefix: str | None = None
@@ -134,7 +134,7 @@ class MissionClient:
         robot: list[messages.Robot] = [reader.transforms(one) for one in self._frames]
         robot += [read(message) for read, message in self._robot.values()]
         image = None if self._image is None else reader.image(self._image)
-        told = tuple(messages.in_order(self._told))
+        told = tuple(in_order(self._told))
         heard = Heard(told, tuple(robot), tuple(self._answers), image)
         self._image = None
         for queue in (self._told, self._frames, self._answers):
@@ -199,7 +199,7 @@ class MissionClient:
             for topic, (kind, read) in SURROUNDINGS.items()
         ]
 
-    def _keep(self, read: Callable[[Any], messages.Told], message: Any) -> None:
+    def _keep(self, read: Callable[[Any], Batch], message: Any) -> None:
         self._raw.append((read, message))
 
     def _keep_newest(self, topic: str, read: Callable[[Any], messages.Robot], message: Any) -> None:

@@ -23,7 +23,7 @@ from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy, QoSProfile
 from std_msgs.msg import Empty
 
-from bt_mission.behaviours.builder import build_tree
+from bt_mission.behaviours.builder import build_tree, node_details
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.dds.liveliness import ASSURED_S, TOPIC
 from bt_mission.core.errors import BtMissionError
@@ -31,6 +31,7 @@ from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import NS, clock_ns
 from bt_mission.core.text import seconds
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.events.events import ClockJumped, LogLine
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.mission_time import MissionTime
 from bt_mission.executive.report import Report, report_on
@@ -119,8 +120,6 @@ class MissionRunner:
         self.node = node
         self.domain_id: int = node.context.get_domain_id()
         self.mission = mission
-        self.log_listeners: list[Callable[[int, str], None]] = []
-        """Told of each line that the mission says, with the ROS time, ns."""
         self.exchange_listeners: list[ExchangeListener] = []
         """Told of every request to an action, and of every answer."""
         self._say = options.say or self._log_line
@@ -149,7 +148,12 @@ class MissionRunner:
                 presence = node.create_publisher(Empty, TOPIC, PRESENCE)
                 made.callback(node.destroy_publisher, presence)
             self.executive = Executive(
-                build_tree(mission, self.scope), self, self.trace, mission.observe
+                build_tree(mission, self.scope),
+                self,
+                self.trace,
+                mission.observe,
+                mission.name,
+                node_details(mission),
             )
             for tell in (*self.started_listeners, options.on_mission_started):
                 tell(mission, self.executive)
@@ -159,7 +163,7 @@ class MissionRunner:
             self.requirements = RequirementWatch(self, options.signals or LiveSignals)
             self.status_publisher = StatusPublisher(node, has_topics=options.has_controls)
             made.callback(self.status_publisher.close)
-            self.status_publisher.begin(mission.name, self.run)
+            self.status_publisher.begin(self.run)
             if options.has_controls:
                 snapshots = SnapshotStreams(node)
                 made.callback(snapshots.close)
@@ -229,9 +233,7 @@ class MissionRunner:
             self.executive,
             self.ledger,
             self.scope,
-            self.log_listeners,
             lambda: self.now_ns,
-            self.mission,
             self.requirements,
         )
 
@@ -239,7 +241,7 @@ class MissionRunner:
         """From now on publish the poses that goals name; once is enough."""
         if self._waypoints is None:
             self._waypoints = WaypointMarkers(self.node)
-            self.executive.goal_listeners.append(self._waypoints.on_goal)
+            self.executive.events.subscribe(self._waypoints.take)
 
     @property
     def now_ns(self) -> int:
@@ -285,15 +287,16 @@ class MissionRunner:
         return self._client(TopicPublisher, full, topic, type_name)
 
     def log(self, text: str) -> None:
-        """Say a line of the mission's to the people who watch, and to the trace."""
-        self.trace.record(self.now_ns, "log", text=text)
-        self.tell(text)
+        """Say a line that a leaf says."""
+        self._emit_line(text, is_own=True)
 
     def tell(self, text: str) -> None:
-        """Say a line to the people who watch; in the trace it is in another form."""
+        """Say in words, for people, what another event tells."""
+        self._emit_line(text, is_own=False)
+
+    def _emit_line(self, text: str, *, is_own: bool) -> None:
         self._say(text)
-        for listener in self.log_listeners:
-            listener(self.now_ns, text)
+        self.executive.events.emit(LogLine(self.now_ns, text, is_own))
 
     # ---- inside --------------------------------------------------------------------------
 
@@ -344,7 +347,7 @@ class MissionRunner:
             self._wall_s = self._wall.elapsed_s
 
     def _on_clock_jump(self, jump_s: float) -> None:
-        self.trace.record(self._time.at(self._ros_ns), "clock", jump=jump_s)
+        self.executive.events.emit(ClockJumped(self._time.at(self._ros_ns), jump_s))
         if jump_s < 0:
             said = f"was set back by {seconds(-jump_s)}: limits go on with what is left of them"
         else:

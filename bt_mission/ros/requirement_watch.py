@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Protocol
 
+from bt_mission.core.stamps import NS
+from bt_mission.events.events import RequirementChanged
 from bt_mission.executive.status import MissionStatus
-from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
 from bt_mission.language.requirements.formula import Requirement
 from bt_mission.requirements import resumption
@@ -19,11 +20,14 @@ STOP, STOP_TYPE = "stop", "std_srvs/srv/Trigger"
 """Of the action servers; they refuse goals then, until their `release` is called."""
 
 
+PERIOD_NS = NS
+"""Margins are as new as this, in the mission's time."""
+
+
 class RequirementRun(SignalsRun, Protocol):
     """The runner of a mission, as far as its requirements act on it."""
 
     mission: Mission
-    trace: Trace
 
     def log(self, text: str) -> None:
         """Say a line to the people who watch, and to the trace."""
@@ -51,6 +55,9 @@ class RequirementWatch:
         self._samplers: list[Callable[[], None]] = []
         self._monitors: Monitors | None = None
         self._violated = 0
+        self._emitted: dict[str, RequirementResult] = {}
+        self._next_ns = 0
+        self._violated_then = 0
         self._before: Mapping[str, RequirementResult] | None = None
         if runner.mission.requirements:
             self._monitors = Monitors(runner.mission.requirements, self.signals, self._on_violation)
@@ -114,21 +121,50 @@ class RequirementWatch:
         if executive.is_done:
             self.results()
 
+    def emit_changes(self) -> None:
+        """Emit the verdicts and margins that have changed, if that is due.
+
+        That is so once a second of the mission's time, when one is violated, and at its end.
+        """
+        runner, violated = self._runner, self._violated
+        if self._monitors is None or (
+            runner.now_ns < self._next_ns
+            and violated == self._violated_then
+            and not runner.executive.is_done
+        ):
+            return
+        self._next_ns, self._violated_then = runner.now_ns + PERIOD_NS, violated
+        for result in self.results():
+            if self._emitted.get(result.name) != result:
+                self._emit(result, is_update=True)
+
+    def _emit(self, result: RequirementResult, *, is_update: bool) -> None:
+        self._emitted[result.name] = result
+        self._runner.executive.events.emit(
+            RequirementChanged(
+                self._runner.now_ns,
+                result.name,
+                result.requirement,
+                result.verdict,
+                result.margin,
+                result.unit,
+                result.at,
+                result.violated_at,
+                result.on_violation,
+                tuple(result.sources),
+                result.why,
+                result.outcome,
+                is_update,
+            )
+        )
+
     def _on_violation(self, requirement: Requirement, seen: RequirementResult) -> None:
         runner, result = self._runner, self._joined(requirement, seen)
         before = (self._before or {}).get(requirement.name)
         if result.verdict != "violated" or (before is not None and before.verdict == "violated"):
             return  # it cannot be told since the mission was resumed, or was told before that
         self._violated += 1
-        runner.trace.record(
-            runner.now_ns,
-            "requirement",
-            name=result.name,
-            verdict=result.verdict,
-            margin=result.margin,
-            unit=result.unit,
-            at=result.at,
-        )
+        self._emit(result, is_update=False)
         runner.tell(f"requirement {result}")
         if result.on_violation == "report":
             return

@@ -16,7 +16,7 @@ from bt_mission.core.diagnostics import quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.geometry import yaw_of
 from bt_mission.core.stamps import NS
-from bt_mission.executive.status import Change
+from bt_mission.events.events import Event, NodeChanged
 from bt_mission.language.expressions.values import NoValue, Plain
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import SignalValue
@@ -181,7 +181,7 @@ class LiveSignals:
         for node in self._executive.nodes:
             self._named[node.name].append(node)
             self._named[self._executive.path_of(node)].append(node)
-        self._executive.listeners.append(self._on_change)
+        self._executive.events.subscribe(self._take)
 
     def reader(self, signal: SignalValue, /) -> Reader | str:
         """Return what gives a signal's present value, or why it is not known here.
@@ -255,14 +255,17 @@ class LiveSignals:
         """Return the simulation's state, and the true values that do not follow from it."""
         return b"", {}
 
-    def _on_change(self, change: Change) -> None:
-        self._status[change.node] = change.status
-        self._seen[change.node].add(change.status)
-        if isinstance(change.node, ActionLeaf):
-            attempt = change.node.attempt
+    def _take(self, event: Event) -> None:
+        if not isinstance(event, NodeChanged):
+            return
+        node = self._executive.nodes[event.node]
+        self._status[node] = event.status
+        self._seen[node].add(event.status)
+        if isinstance(node, ActionLeaf):
+            attempt = node.attempt
             ending = None if attempt is None else attempt.ending
             outcome = "" if ending is None else str(ending.outcome)
-            self._outcomes.note(change.node, change.status, outcome)
+            self._outcomes.note(node, event.status, outcome)
         self._changes += 1
 
     def _time(self) -> float:

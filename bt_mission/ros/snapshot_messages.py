@@ -20,7 +20,7 @@ from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.python_leaf import PythonLeaf
 from bt_mission.core.stamps import NS, set_ns
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.executive.status import Change
+from bt_mission.events.events import Event, NodeChanged, NodesReset
 from bt_mission.ros.interface_types import message_type
 from bt_mission.ros.mission_details import MissionRun, as_json, variables_of
 
@@ -66,12 +66,12 @@ class TreeSnapshots:
         self._intervals_s: deque[float] = deque(maxlen=SERIES)
         self._durations_s: deque[float] = deque(maxlen=SERIES)
         executive = run.executive
-        executive.listeners.append(self._on_change)
+        executive.events.subscribe(self._take)
         executive.tick_wrappers.append(self._begin_tick)
 
     def close(self) -> None:
         """Follow the mission no longer."""
-        self._run.executive.listeners.remove(self._on_change)
+        self._run.executive.events.unsubscribe(self._take)
         self._run.executive.tick_wrappers.remove(self._begin_tick)
 
     def end_tick(self) -> None:
@@ -106,8 +106,8 @@ class TreeSnapshots:
         values = variables_of(self._run, self._subtrees)
         return {name: as_json(value) for name, value in values.items()}
 
-    def _on_change(self, _change: Change) -> None:
-        self.has_changed = True
+    def _take(self, event: Event) -> None:
+        self.has_changed |= isinstance(event, NodeChanged | NodesReset)
 
     def _begin_tick(self, walk: Iterator[Behaviour]) -> Iterator[Behaviour]:
         now_ns = self._run.now_ns

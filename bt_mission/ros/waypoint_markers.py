@@ -6,8 +6,8 @@ from rclpy.node import Node
 from visualization_msgs.msg import Marker, MarkerArray
 
 from bt_mission.core.geometry import Pose2D, set_planar
-from bt_mission.goals.goal import Goal
-from bt_mission.goals.poses import NamedPose, poses_of
+from bt_mission.events.events import Event, GoalChanged
+from bt_mission.goals.poses import NamedPose
 from bt_mission.ros.graph import LATCHED
 
 MOST = 200
@@ -33,12 +33,12 @@ class WaypointMarkers:
         """Destroy the publisher."""
         self._node.destroy_publisher(self._publisher)
 
-    def on_goal(self, what: str, goal: Goal) -> None:
-        """Look at a goal that is sent (the executive calls this)."""
-        if what != "sent":
+    def take(self, event: Event) -> None:
+        """Show the targets of a goal that is sent."""
+        if not isinstance(event, GoalChanged) or event.change != "sent":
             return
         known = len(self._markers)
-        for place in poses_of(goal.request):
+        for place in event.targets:
             if place not in self._markers and len(self._markers) < MOST:
                 self._markers[place] = _shown(place, len(self._markers) + 1)
         if len(self._markers) > known:

@@ -285,7 +285,7 @@ class MissionServer(ValidClock, Node):
         self._host(node)
         self._on_run(served)
         self._controls.begin(node.runner.executive)
-        self._status_publisher.begin(mission.name, node.runner.run)
+        self._status_publisher.begin(node.runner.run)
         self._snapshots.begin(node.runner.run)
 
     def _refuse_duplicates(self) -> None:

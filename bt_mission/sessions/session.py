@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Generic, Protocol, Self, TypeAlias, TypeVar
 from bt_mission.core.errors import BtMissionError, cause_of
 from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
 from bt_mission.core.wall_clock import Pacer, Stopwatch, rest
+from bt_mission.events.events import Event, NodeChanged
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafStatistics
 from bt_mission.executive.report import Report, report_on
-from bt_mission.executive.status import Change, MissionStatus
+from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
 
@@ -158,7 +159,7 @@ class View(AbstractContextManager["View"], Protocol):
     def open(self, session: Session, wall: Stopwatch, /) -> None:
         """Begin to show a session."""
 
-    def on_change(self, change: Change) -> None:
+    def on_change(self, change: NodeChanged) -> None:
         """A node changed its status."""
 
     def refresh(self) -> None:
@@ -287,12 +288,12 @@ def driving(
         stack.enter_context(view)
         audience = SessionViews(view.refresh)
 
-        def on_change(change: Change) -> None:
-            audience.show(lambda: view.on_change(change))
+        def take(event: Event) -> None:
+            if isinstance(event, NodeChanged):
+                audience.show(lambda: view.on_change(event))
 
-        session.executive.listeners.append(on_change)
-        tally = LeafStatistics(lambda: session.distance_travelled_m)
-        session.executive.listeners.append(tally.on_change)
+        session.executive.events.subscribe(take)
+        tally = LeafStatistics(session.executive, lambda: session.distance_travelled_m)
         yield from take_steps(session, [session.executive], audience, interrupts, speed)
     return replace(summarise(session, wall.elapsed_s), leaves=tally.summaries())
 

@@ -148,14 +148,7 @@ class Stage:
         self.guests: list[str] = []
         """Names of the nodes that others have added."""
         for run, model in zip(self.runs, models, strict=True):
-            run.trace.record(
-                START_NS,
-                "start",
-                mission=run.member.mission.name,
-                world=world.name,
-                robot=model.name,
-                seed=run.member.mission.seed,
-            )
+            run.executive.announce(START_NS, world.name, model.name, run.member.mission.seed)
 
     @property
     def _seed(self) -> int:

@@ -16,6 +16,7 @@ from action_servers.mapping.node import MapperNode, MapperOptions
 from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.nature import NO_NATURE, Nature
 from bt_mission.core.yaml.document import Document
+from bt_mission.events.events import PoseSampled
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission, NodeFactory
 from bt_mission.language.nodes.action import GoalNode
@@ -224,7 +225,7 @@ class FleetRun:
             return True
         self._cycles = self.executive.cycles
         x, y, yaw = self.robot.pose
-        self.trace.record_pose(now_ns, (x, y, yaw), self.robot.collisions)
+        self.executive.events.emit(PoseSampled(now_ns, x, y, yaw, self.robot.collisions))
         return math.isfinite(x + y + yaw)
 
     def destroy(self) -> None:

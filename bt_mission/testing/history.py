@@ -19,9 +19,10 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.core.text import escape_control, seconds
+from bt_mission.events.codec import phase_of
+from bt_mission.events.events import Event, GoalChanged, NodeChanged
 from bt_mission.events.log import UNICODE, line_of
-from bt_mission.executive.status import Change
-from bt_mission.goals.goal import Goal, Phase
+from bt_mission.goals.goal import Phase
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.errors import RunVariables
 
@@ -116,17 +117,17 @@ class History:
         self._stage = stage
         self.start_ns = stage.start_ns
         self.nodes = stage.executive.nodes
+        self._indices = stage.executive.indices
         self.paths = {node: stage.executive.path_of(node) for node in self.nodes}
-        self.changes: list[Change] = []
-        self.goals: dict[bytes, GoalLife] = {}
+        self.changes: list[NodeChanged] = []
+        self.goals: dict[str, GoalLife] = {}
         self.goal_events: list[tuple[float, str, GoalLife]] = []
         self.said: list[tuple[float, str]] = []
         self.events: list[str] = list(stage.trace.newest)
-        self._changes_of: defaultdict[Behaviour, list[int]] = defaultdict(list)
+        self._changes_of: defaultdict[int, list[int]] = defaultdict(list)
         self._variables: Mapping[str, Any] = MappingProxyType(RunVariables())
-        stage.executive.listeners.append(self._on_change)
-        stage.executive.goal_listeners.append(self._on_goal)
-        stage.trace.listeners.append(self.events.append)
+        stage.executive.events.subscribe(self._take)
+        stage.trace.lines.subscribe(self.events.append)
 
     def seconds(self, time_ns: int) -> float:
         """Virtual time since the start, s."""
@@ -150,30 +151,23 @@ class History:
 
     # ---- asking --------------------------------------------------------------------------
 
-    def last_change(self, node: Behaviour, changes: int) -> Change | None:
+    def last_change(self, node: Behaviour, changes: int) -> NodeChanged | None:
         """The newest of the first so many changes that was one of this node."""
-        numbers = self._changes_of[node]
+        numbers = self._changes_of[self._indices[node]]
         at = bisect_right(numbers, changes - 1)
         return self.changes[numbers[at - 1]] if at else None
 
     def count(self, node: Behaviour, changes: int, *statuses: Status) -> int:
         """How often the node came into one of these statuses."""
-        numbers = self._changes_of[node]
+        numbers = self._changes_of[self._indices[node]]
         at = bisect_right(numbers, changes - 1)
         return sum(self.changes[number].status in statuses for number in numbers[:at])
 
     def failed_path(self) -> tuple[Behaviour, ...]:
         """Return the nodes from the root down that have failed, each because of the next."""
-        found: list[Behaviour] = []
-        below = list(self.nodes[:1])
-        while below:
-            changes = {node: self.last_change(node, len(self.changes)) for node in below}
-            failed = [node for node, one in changes.items() if one and one.status is Status.FAILURE]
-            if not failed:
-                break
-            found.append(max(failed, key=lambda node: self._changes_of[node][-1]))
-            below = [node for node in found[-1].children if node in self.paths]
-        return tuple(found)
+        return tuple(
+            self.nodes[index] for index in self._stage.executive.mission_state.failure_path()
+        )
 
     def tree_text(self, changes: int) -> str:
         """The tree after so many changes: a line for each node, with what it said at its end."""
@@ -197,16 +191,19 @@ class History:
 
     # ---- listening -----------------------------------------------------------------------
 
-    def _on_change(self, change: Change) -> None:
-        self._changes_of[change.node].append(len(self.changes))
-        self.changes.append(change)
+    def _take(self, event: Event) -> None:
+        match event:
+            case NodeChanged(node=node):
+                self._changes_of[node].append(len(self.changes))
+                self.changes.append(event)
+            case GoalChanged(change=change) if change:
+                self._take_goal(event)
 
-    def _on_goal(self, what: str, goal: Goal) -> None:
-        life = self.goals.get(goal.id)
+    def _take_goal(self, event: GoalChanged) -> None:
+        life = self.goals.get(event.id)
         if life is None:
-            life = GoalLife(goal.id.hex(), goal.goal_client.name, goal.owner)
-            self.goals[goal.id] = life
-        time_s = self.seconds(self._stage.now_ns)
-        life.events.append((time_s, what, goal.phase))
-        life.status = None if goal.status is None else goal.status.name.lower()
-        self.goal_events.append((time_s, what, life))
+            life = self.goals[event.id] = GoalLife(event.id, event.action, event.owner)
+        time_s = self.seconds(event.time_ns)
+        life.events.append((time_s, event.change, Phase(phase_of(event))))
+        life.status = event.state if event.is_ended and event.state != "rejected" else None
+        self.goal_events.append((time_s, event.change, life))

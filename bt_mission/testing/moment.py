@@ -67,7 +67,8 @@ class NodeView:
     @property
     def since(self) -> float:
         """When it came into its status, s since the start of the run."""
-        return self._run.history.seconds(self._change.time_ns) if self._change else 0.0
+        change = self._change
+        return 0.0 if change is None else self._run.history.seconds(change.time_ns or 0)
 
     @property
     def runs(self) -> int:

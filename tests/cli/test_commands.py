@@ -262,7 +262,7 @@ def test_the_trace_can_be_written_to_a_file(
     trace = tmp_path / "trace.jsonl"
     assert main(["run", mission(WAIT), "--trace", str(trace)]) == 0
     events = [json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()]
-    assert events[0] == {"trace_version": 2}
+    assert events[0] == {"trace_version": 3}
     assert events[1]["event"] == "start"
     assert [e["status"] for e in events if e.get("event") == "mission"] == ["success"]
     capsys.readouterr()

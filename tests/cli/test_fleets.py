@@ -11,7 +11,7 @@ import pytest
 from py_trees.common import Status
 
 from bt_mission.cli import main
-from bt_mission.executive.status import Change
+from bt_mission.events.events import NodeChanged
 from bt_mission.fleets.run import QuietFleet
 from bt_mission.sessions.stage import Stage
 
@@ -39,6 +39,8 @@ robots:
     start: {x: 1, yaw: 90}
 """
 FAILS = FLEET.replace("{wait: 2, name: a while}", "{turn: {angle: 90}, name: late, timeout: 0.5}")
+TURN = 1
+"""The index of that node in the tree of the first robot."""
 VIOLATES = FLEET.replace("always speed < 1", "always yaw < 0.5")
 
 
@@ -145,8 +147,8 @@ def test_ctrl_c_halts_the_missions_of_all_robots(
 ) -> None:
     """With every goal confirmed; a mission that has ended stays as it is."""
 
-    def interrupt(_: QuietFleet, robot: str, change: Change, /) -> None:
-        if (robot, change.node.name, change.status) == ("one", "turn", Status.RUNNING):
+    def interrupt(_: QuietFleet, robot: str, change: NodeChanged, /) -> None:
+        if (robot, change.node, change.status) == ("one", TURN, Status.RUNNING):
             signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr(QuietFleet, "on_robot_change", interrupt)

@@ -22,7 +22,7 @@ FILES = {
     "r.yaml": 'requirements:\n  is slow: "always speed < 1"\n',
     "f.fleet.yaml": "fleet: two\nworld: empty_arena\nrobots:\n"
     "  a: {mission: m.yaml, start: {x: 0, y: 0}}\n  b: {mission: m.yaml, start: {x: 1, y: 0}}\n",
-    "t.jsonl": '{"trace_version": 2}\n',
+    "t.jsonl": '{"trace_version": 3}\n',
 }
 
 

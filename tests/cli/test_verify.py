@@ -117,7 +117,7 @@ def test_bad_input_is_told_with_what_to_do(
     empty, text, bag = tmp_path / "empty.mcap", tmp_path / "notes.txt", tmp_path / "bag.mcap"
     empty.touch()
     text.write_text("notes")
-    (tmp_path / "trace.jsonl").write_text('{"trace_version": 2}\n')
+    (tmp_path / "trace.jsonl").write_text('{"trace_version": 3}\n')
     made = RobotBag(bag)
     made.odometry(0.0, x=0.0, speed=0.0)
     made.close()

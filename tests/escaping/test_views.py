@@ -21,14 +21,16 @@ from bt_mission.coverage.places import CoveragePlace
 from bt_mission.coverage.record import CoverageTally, CoveredFile
 from bt_mission.coverage.report import as_html
 from bt_mission.events import reader
-from bt_mission.events.log import entry_of, json_line
+from bt_mission.events.codec import json_line
+from bt_mission.events.events import NodeChanged
+from bt_mission.events.feed import MissionFeed
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlResponse, FoundExecutive, Heard
 from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.executive.report import FailurePath, Report
 from bt_mission.executive.trace import VERSION
 from bt_mission.recording.model import RecordedRun
-from bt_mission.recording.replay.timeline import TOLD
+from bt_mission.recording.replay.timeline import EXECUTIVE
 from bt_mission.ros.interface_types import message_type, service_type
 from bt_mission.views.html_report.page import page_of
 from bt_mission.views.terminal.lines import PlainLines, leaf_table, log_line, whole_tree
@@ -55,7 +57,7 @@ BRIEF = MARK + SHORT + "\nFORGED [reverse]m[/]"
 
 def told(text: str = HOSTILE) -> Iterator[Any]:
     """All that an executive tells, each text of each message hostile."""
-    for type_name, read in TOLD.items():
+    for type_name, read in EXECUTIVE.items():
         message = fill(message_type(type_name)(), text)
         if type_name.endswith("StatusChanges"):
             message.sequence = 1
@@ -65,14 +67,12 @@ def told(text: str = HOSTILE) -> Iterator[Any]:
     answer = fill(service_type("bt_mission_interfaces/srv/GetStatuses").Response(), text)
     answer.sequence = 1
     yield reader.statuses(answer)
-    details = {"run": text, "nodes": {text: [text]}}
-    yield reader.node_details(type("String", (), {"data": json.dumps(details)}))
 
 
 def watched(text: str = HOSTILE) -> tuple[MissionState, list[Any]]:
     """A mission that was told of, and what has happened in it."""
-    mission = MissionState()
-    return mission, [one for message in told(text) for one in mission.take(message)]
+    feed = MissionFeed(MissionState())
+    return feed.mission, [one for batch in told(text) for one in feed.take(batch)]
 
 
 @pytest.mark.parametrize("marks", [SIGNS, ASCII_SIGNS], ids=["utf-8", "ascii"])
@@ -81,15 +81,17 @@ def test_a_watched_mission_in_lines(marks, width):
     """The tree once, and a line for each thing that happens."""
     mission, events = watched()
     lines = list(whole_tree(mission, marks, width))
-    lines += [log_line(entry, 0, marks) for one in events if (entry := entry_of(one))]
+    lines += [log_line(entry, 0, marks) for one in events if (entry := mission.entry_of(one))]
     assert len(lines) > 4
-    assert all(MARK in line for line in lines)
+    assert all(MARK in line for line in lines if line != "requirements")
     assert leaks("\n".join(lines)) == []
 
 
 def test_a_watched_mission_in_json():
     """Plain ASCII, with every text as it came."""
-    lines = [json_line(one) for one in watched()[1]]
+    mission, events = watched()
+    assert mission.tree is not None
+    lines = [json_line(one, mission.tree.nodes) for one in events]
     assert leaks("\n".join(lines)) == []
     assert HOSTILE in {json.loads(line).get("text") for line in lines}
 
@@ -159,10 +161,8 @@ class Runs:
         view = PlainView(stream)
         view.open(self.session, Stopwatch())
         lines = PlainLines(stream, self.story.executive, lambda: 0, lambda: 0)
-        for node in self.story.root.iterate():
-            change = type("Change", (), {"node": node, "status": Status.FAILURE})
-            change.message, change.time_ns = HOSTILE, 1  # type: ignore[attr-defined]
-            lines.on_change(change)  # type: ignore[arg-type]
+        for index in range(len(self.story.executive.nodes)):
+            lines.on_change(NodeChanged(1, index, Status.FAILURE, HOSTILE))
         view.say(HOSTILE)
         return stream.getvalue()
 

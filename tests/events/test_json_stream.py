@@ -7,29 +7,30 @@ from typing import Any
 
 import pytest
 
-from bt_mission.events.events import GoalChanged
-from bt_mission.events.log import json_line
+from bt_mission.events.codec import json_line
+from bt_mission.events.feed import MissionFeed
 from bt_mission.events.mission_state import MissionState
-from tests.support.watched import S, ScriptedExecutive
+from tests.support.watched import S, ScriptedExecutive, goal_in
 
 
 @pytest.fixture
 def lines() -> Any:
     """Give what an executive tells as the objects that a program reads."""
     mission = MissionState()
+    feed = MissionFeed(mission)
 
     def read(executive: ScriptedExecutive) -> list[dict[str, Any]]:
         return [
-            json.loads(json_line(one))
-            for message in executive.take(needs_statuses=mission.needs_statuses).messages
-            for one in mission.take(message)
+            json.loads(json_line(one, mission.tree.nodes if mission.tree else ()))
+            for batch in executive.take(needs_statuses=feed.needs_statuses).messages
+            for one in feed.take(batch)
         ]
 
     return read
 
 
 def test_each_object_says_what_it_is_and_when(lines: Any):
-    """Tree first; times are seconds of ROS time."""
+    """The start with the tree first; times are ns of ROS time, as in a trace."""
     executive = ScriptedExecutive("patrol\n  go")
     executive.begin()
     executive.change(0.5, go="running")
@@ -37,10 +38,13 @@ def test_each_object_says_what_it_is_and_when(lines: Any):
     executive.stand("paused", "paused on request")
     found = lines(executive)
     assert found[0] == {
-        "event": "tree",
-        "t": 1.0,
+        "event": "start",
+        "t": S,
         "run": "run",
         "mission": "patrol",
+        "world": None,
+        "robot": "",
+        "seed": 0,
         "nodes": [
             {"name": "patrol", "kind": "ActionLeaf", "path": "0", "parent": 0},
             {"name": "go", "kind": "ActionLeaf", "path": "0.0", "parent": 0},
@@ -49,17 +53,16 @@ def test_each_object_says_what_it_is_and_when(lines: Any):
     assert found[2:] == [
         {
             "event": "status",
-            "t": 1.5,
-            "index": 1,
+            "t": 1_500_000_000,
             "node": "go",
             "path": "0.0",
-            "status": "running",
+            "status": "RUNNING",
             "message": "",
         },
-        {"event": "log", "t": 1.5, "text": "here we go"},
+        {"event": "log", "t": 1_500_000_000, "text": "here we go"},
         {
             "event": "mission",
-            "t": 1.5,
+            "t": 1_500_000_000,
             "run": "run",
             "mission": "explore",
             "status": "paused",
@@ -97,7 +100,7 @@ def test_values_of_variables_are_json_where_they_can_be(lines: Any, text: str, v
     executive = ScriptedExecutive()
     executive.begin()
     executive.detail(variables=(("x", text),))
-    assert lines(executive)[-1] == {"event": "variable", "t": 1.0, "name": "x", "value": value}
+    assert lines(executive)[-1] == {"event": "variable", "t": S, "name": "x", "value": value}
 
 
 def test_goals_and_progress(lines: Any):
@@ -105,8 +108,8 @@ def test_goals_and_progress(lines: Any):
     executive = ScriptedExecutive()
     executive.begin()
     executive.change(drive="running")
-    goal = GoalChanged("ab", "/turn", "turn away", S, 2 * S, "active")
-    executive.detail(running=(executive.progress("drive", 1.0, 2.0, "1 m"),), goals=(goal,))
+    active = goal_in("active", at_s=2.0)
+    executive.detail(running=(executive.progress("drive", 1.0, 2.0, "1 m"),), goals=(active,))
     executive.detail(running=(executive.progress("drive", float("nan"), 2.0, "1 m"),))
     progress, moved, odd = lines(executive)[-3:]
     assert {key: progress[key] for key in ("event", "node", "label", "value", "limit")} == {
@@ -116,7 +119,7 @@ def test_goals_and_progress(lines: Any):
         "value": 1.0,
         "limit": 2.0,
     }
-    assert (moved["event"], moved["state"], moved["t"], moved["sent"]) == ("goal", "active", 2, 1)
+    assert (moved["event"], moved["phase"], moved["t"]) == ("goal active", "active", 2 * S)
     assert "value" not in odd
 
 
@@ -127,7 +130,7 @@ def test_requirements_say_what_they_have_come_to(lines: Any):
     executive.judge(is_slow="violated -0.1")
     assert lines(executive)[-1] == {
         "event": "requirement",
-        "t": 1.0,
+        "t": S,
         "name": "is slow",
         "requirement": "always speed < 0.3",
         "verdict": "violated",

@@ -4,52 +4,47 @@ from __future__ import annotations
 
 from py_trees.common import Status
 
-from bt_mission.events.events import (
-    LogLine,
-    MissionStateChanged,
-    NodeInfo,
-    NodeStatusChanged,
-)
-from bt_mission.events.log import LogEntry, entry_of
+from bt_mission.events.events import LogLine, NodeChanged, NodeInfo, RunStarted, StateChanged
+from bt_mission.events.log import LogEntry
+from bt_mission.events.mission_state import MissionState
 from tests.support.watched import S, tree
 
-DRIVE = NodeInfo("drive", "ActionLeaf", "0.1", 0)
 
-
-def change(
-    status: Status, message: str = "", *, node: NodeInfo = DRIVE, leaf: bool = True
-) -> NodeStatusChanged:
-    """A change of a node, at one second."""
-    return NodeStatusChanged(S, 1, node, status, message, leaf)
+def entry(status: Status, message: str = "", *, kind: str = "ActionLeaf") -> LogEntry | None:
+    """The line for a change of a leaf, at one second."""
+    nodes = (NodeInfo("patrol", "Sequence", "0", 0), NodeInfo("drive", kind, "0.0", 0))
+    mission = MissionState()
+    mission.apply(RunStarted(S, "run", "patrol", nodes))
+    return mission.entry_of(NodeChanged(S, 1, status, message))
 
 
 def test_leaves_start_and_end():
     """What they say while they run changes all the time, and is in the tree."""
-    assert entry_of(change(Status.RUNNING, "sent")) == LogEntry(S, Status.RUNNING, "drive", "")
-    assert entry_of(change(Status.FAILURE, "aborted")) == LogEntry(
-        S, Status.FAILURE, "drive", "aborted"
-    )
-    assert entry_of(change(Status.INVALID, "halted")) == LogEntry(
-        S, Status.INVALID, "drive", "halted"
-    )
+    assert entry(Status.RUNNING, "sent") == LogEntry(S, Status.RUNNING, "drive", "")
+    assert entry(Status.FAILURE, "aborted") == LogEntry(S, Status.FAILURE, "drive", "aborted")
+    assert entry(Status.INVALID, "halted") == LogEntry(S, Status.INVALID, "drive", "halted")
 
 
 def test_what_follows_from_other_lines_is_left_out():
-    """Composites, leaves made ready again, log nodes, and what was before the watcher came."""
-    assert entry_of(change(Status.RUNNING, leaf=False)) is None
-    assert entry_of(change(Status.INVALID)) is None
-    assert entry_of(change(Status.SUCCESS, "hi", node=NodeInfo("say", "Log", "0.1", 0))) is None
-    assert entry_of(NodeStatusChanged(None, 1, DRIVE, Status.SUCCESS, "", True)) is None
+    """Composites, halted leaves that say nothing, log nodes, and what was before the watcher."""
+    mission = MissionState()
+    mission.apply(tree())
+    assert mission.entry_of(NodeChanged(S, 0, Status.RUNNING, "")) is None
+    assert entry(Status.INVALID) is None
+    assert entry(Status.SUCCESS, "hi", kind="Log") is None
+    assert mission.entry_of(NodeChanged(None, 1, Status.SUCCESS, "")) is None
 
 
 def test_words_and_the_state_of_the_mission_stand_in_it():
     """An executive that is idle has none."""
-    assert entry_of(LogLine(S, "r", "hello")) == LogEntry(S, None, "", "hello")
-    assert entry_of(tree()) == LogEntry(S, None, "explore", "begins")
-    assert entry_of(MissionStateChanged(S, "r", "m", "paused", "by hand")) == LogEntry(
+    mission = MissionState()
+    assert mission.entry_of(LogLine(S, "hello")) == LogEntry(S, None, "", "hello")
+    assert mission.entry_of(tree()) == LogEntry(S, None, "explore", "begins")
+    assert mission.entry_of(StateChanged(S, "r", "m", "paused", "by hand")) == LogEntry(
         S, None, "mission paused", "by hand"
     )
-    assert entry_of(MissionStateChanged(S, "r", "m", "paused", "paused on request")) == LogEntry(
-        S, None, "mission paused on request", ""
+    paused = StateChanged(S, "r", "m", "paused", "paused on request", ("'drive'",))
+    assert mission.entry_of(paused) == LogEntry(
+        S, None, "mission paused on request; still under way: 'drive'", ""
     )
-    assert entry_of(MissionStateChanged(S, "", "", "idle", "")) is None
+    assert mission.entry_of(StateChanged(S, "", "", "idle", "")) is None

@@ -5,25 +5,27 @@ from __future__ import annotations
 from py_trees.common import Status
 
 from bt_mission.events.events import (
+    Event,
     GoalChanged,
-    MissionEvent,
-    MissionStarted,
-    MissionStateChanged,
-    NodeStatusChanged,
+    NodeChanged,
+    NodesReset,
     RequirementChanged,
+    RunStarted,
+    StateChanged,
     VariableChanged,
 )
-from bt_mission.events.messages import NodeStatus, Statuses
+from bt_mission.events.feed import MissionFeed
+from bt_mission.events.messages import Batch
 from bt_mission.events.mission_state import MissionState
-from tests.support.watched import S, ScriptedExecutive
+from tests.support.watched import S, ScriptedExecutive, goal_in, state_of
 
 
-def take_all(mission: MissionState, executive: ScriptedExecutive) -> list[MissionEvent]:
+def take_all(feed: MissionFeed, executive: ScriptedExecutive) -> list[Event]:
     """Hand over what waits, with the service for latecomers."""
-    happened: list[MissionEvent] = []
+    happened: list[Event] = []
     for _ in range(2):
-        for message in executive.take(needs_statuses=mission.needs_statuses).messages:
-            happened += mission.take(message)
+        for batch in executive.take(needs_statuses=feed.needs_statuses).messages:
+            happened += feed.take(batch)
     return happened
 
 
@@ -36,43 +38,45 @@ def named(mission: MissionState) -> dict[str, str]:
 
 def test_changes_from_the_first_on_need_no_question():
     """Nothing has happened before number 1."""
-    executive, mission = ScriptedExecutive(), MissionState()
+    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
+    mission = feed.mission
     executive.begin()
     executive.change(explore="running", look_around="running")
     executive.change(2.5, look_around="success: canceled by condition")
     happened = [
         one
         for message in executive.take(needs_statuses=False).messages
-        for one in mission.take(message)
+        for one in feed.take(message)
     ]
     assert [type(one) for one in happened] == [
-        MissionStarted,
-        MissionStateChanged,
-        NodeStatusChanged,
-        NodeStatusChanged,
-        NodeStatusChanged,
+        RunStarted,
+        StateChanged,
+        NodeChanged,
+        NodeChanged,
+        NodeChanged,
     ]
     assert named(mission)["look around"] == "success"
     assert mission.messages[1] == "canceled by condition"
     assert (mission.ran_ns[1], mission.elapsed_ns) == (round(2.5 * S), round(2.5 * S))
-    assert not mission.needs_statuses
+    assert not feed.needs_statuses
 
 
 def test_who_comes_late_asks_once_and_goes_on_from_there():
     """What the answer has taken into account is not applied a second time."""
-    executive, mission = ScriptedExecutive(), MissionState()
+    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
+    mission = feed.mission
     found = executive.begin()
     executive.change(explore="running", look_around="running")
     executive.forget()
-    mission.take(found)
-    assert mission.sequence is None
+    feed.take(found)
+    assert feed.sequence is None
     before = executive.statuses
     late = executive.change(1.0, look_around="success")
     later = executive.change(1.0, repeat="running")
-    assert mission.take(later) == []
-    mission.take(before)
-    assert mission.sequence is None, "one change is missing"
-    mission.take(executive.statuses)
+    assert feed.take(later) == []
+    feed.take(before)
+    assert feed.sequence is None, "one change is missing"
+    feed.take(executive.statuses)
     assert named(mission) == {
         "explore": "running",
         "look around": "success",
@@ -80,101 +84,105 @@ def test_who_comes_late_asks_once_and_goes_on_from_there():
         "drive": "invalid",
         "turn away": "invalid",
     }
-    assert mission.take(late) == []
+    assert feed.take(late) == []
     assert mission.since_ns[1] is None, "nobody saw when"
 
 
 def test_a_gap_is_noticed_and_closed():
     """Lost messages cost a question, not the truth."""
-    executive, mission = ScriptedExecutive(), MissionState()
+    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
+    mission = feed.mission
     executive.begin()
     executive.change(explore="running")
-    take_all(mission, executive)
+    take_all(feed, executive)
     executive.change(look_around="running")
     executive.forget()
     executive.change(1.0, look_around="failure: aborted")
-    happened = take_all(mission, executive)
+    happened = take_all(feed, executive)
     assert executive.asked == 1
-    assert [one.status for one in happened if isinstance(one, NodeStatusChanged)] == [
-        Status.FAILURE
-    ]
+    assert [one.status for one in happened if isinstance(one, NodeChanged)] == [Status.FAILURE]
     assert mission.messages[1] == "aborted"
 
 
 def test_the_tree_may_come_after_its_first_changes():
     """Topics have no order among each other."""
-    executive, mission = ScriptedExecutive(), MissionState()
+    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
+    mission = feed.mission
     found = executive.begin()
     change = executive.change(explore="running")
-    assert mission.take(change) == []
-    mission.take(found)
+    assert feed.take(change) == []
+    feed.take(found)
     assert named(mission)["explore"] == "running"
 
 
 def test_another_run_begins_anew():
     """Nothing of the mission before is left, and what is late of it changes nothing."""
-    executive, mission = ScriptedExecutive(), MissionState()
+    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
+    mission = feed.mission
     executive.begin("one")
     executive.change(explore="running", drive="running")
     executive.detail(variables=(("legs", "6"),))
-    take_all(mission, executive)
+    take_all(feed, executive)
     stale = executive.change(drive="success")
     stale_details = executive.detail(variables=(("legs", "7"),))
     executive.forget()
     executive.begin("two")
-    take_all(mission, executive)
-    assert mission.take(stale) == mission.take(stale_details) == []
+    take_all(feed, executive)
+    assert feed.take(stale) == feed.take(stale_details) == []
     assert (mission.variables, mission.running) == ({}, {})
     assert set(named(mission).values()) == {"invalid"}
-    assert mission.take(Statuses("one", 9, (NodeStatus(0, Status.RUNNING, ""),))) == []
+    assert feed.take(Batch("one", (NodeChanged(None, 0, Status.RUNNING, ""),), 9, True)) == []
 
 
 def test_the_tip_is_the_newest_running_node_without_running_children():
     """A tick tells of children before their parents; where they stand in the tree counts."""
-    executive, mission = ScriptedExecutive(), MissionState()
+    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
+    mission = feed.mission
     executive.begin()
     executive.change(drive="running", repeat="running", explore="running")
-    take_all(mission, executive)
+    take_all(feed, executive)
     assert mission.tip == 3
     executive.change(drive="success")
-    take_all(mission, executive)
+    take_all(feed, executive)
     assert mission.tip == 2, "the repeat itself, in a pause of its own"
     executive.change(repeat="success", explore="success")
-    take_all(mission, executive)
+    take_all(feed, executive)
     assert mission.tip is None
 
 
 def test_progress_counts_for_nodes_that_run():
     """Details and changes overtake each other: those of a node that has ended are not shown."""
-    executive, mission = ScriptedExecutive(), MissionState()
+    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
+    mission = feed.mission
     executive.begin()
     executive.change(drive="running")
     early = executive.detail(running=(executive.progress("drive", 1.0, 2.0, "1.00 m"),))
     executive.forget()
     executive.change(3.0, drive="running")
     executive.forget()
-    mission.take(executive.begin("run"))
-    mission.take(early)
+    feed.take(executive.begin("run"))
+    feed.take(early)
     executive.change(drive="running")
-    take_all(mission, executive)
+    take_all(feed, executive)
     assert (mission.messages[3], mission.progress[3].value) == ("1.00 m", 1.0)
     executive.change(1.0, drive="success: done")
-    take_all(mission, executive)
+    take_all(feed, executive)
     assert (mission.messages[3], mission.progress) == ("done", {})
-    mission.take(early)
+    feed.take(early)
     assert mission.messages[3] == "done"
 
 
 def test_goals_and_variables_happen_when_they_change():
     """Complete details, which come for latecomers, are no news."""
-    executive, mission = ScriptedExecutive(), MissionState()
+    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
+    mission = feed.mission
     executive.begin()
-    goal = GoalChanged("ab", "/turn", "turn away", S, S, "sent")
-    executive.detail(goals=(goal,), variables=(("legs", "6"),), goals_sent=1)
-    executive.detail(goals=(goal,), variables=(("legs", "6"),), goals_sent=1)
-    happened = take_all(mission, executive)
+    sent = goal_in()
+    executive.detail(goals=(sent,), variables=(("legs", "6"),), goals_sent=1)
+    executive.detail(goals=(sent,), variables=(("legs", "6"),), goals_sent=1)
+    happened = take_all(feed, executive)
     assert [one for one in happened if isinstance(one, GoalChanged | VariableChanged)] == [
-        goal,
+        sent,
         VariableChanged(S, "legs", "6"),
     ]
     assert (mission.goals_sent, mission.goals["ab"].state) == (1, "sent")
@@ -182,30 +190,66 @@ def test_goals_and_variables_happen_when_they_change():
 
 def test_an_index_beyond_the_tree_is_ignored():
     """A message of a broken executive ends nobody's view."""
-    executive, mission = ScriptedExecutive(), MissionState()
+    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
     executive.begin()
-    take_all(mission, executive)
-    assert mission.take(Statuses("run", 1, (NodeStatus(99, Status.RUNNING, ""),))) == []
+    take_all(feed, executive)
+    assert feed.take(Batch("run", (NodeChanged(None, 99, Status.RUNNING, ""),), 1, True)) == []
 
 
 def test_requirements_may_come_before_the_tree():
     """Those of another run are not the mission's; only what is new happens."""
-    executive, mission = ScriptedExecutive(), MissionState()
+    executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
+    mission = feed.mission
     executive.begin("first")
     executive.judge(is_slow="violated -0.1")
-    take_all(mission, executive)
+    take_all(feed, executive)
     executive.run = "second"
     executive.judge(is_slow="open 0.1", keeps_away="open")
-    take_all(mission, executive)
-    assert mission.requirements == ()
+    take_all(feed, executive)
     executive.begin("second")
-    happened = take_all(mission, executive)
+    happened = take_all(feed, executive)
     assert [one.name for one in happened if isinstance(one, RequirementChanged)] == [
         "is slow",
         "keeps away",
     ]
     executive.judge(1, is_slow="violated -0.1", keeps_away="open")
-    (changed,) = take_all(mission, executive)
+    (changed,) = take_all(feed, executive)
     assert isinstance(changed, RequirementChanged)
     assert (changed.name, changed.verdict, changed.margin) == ("is slow", "violated", -0.1)
     assert [one.name for one in mission.violated] == ["is slow"]
+
+
+def test_a_reset_takes_back_how_a_node_has_ended_but_for_the_round():
+    """Until what it is part of starts again, people are shown how it had ended."""
+    mission = state_of()
+    for event in (
+        NodeChanged(S, 0, Status.RUNNING, ""),
+        NodeChanged(S, 2, Status.RUNNING, ""),
+        NodeChanged(2 * S, 3, Status.FAILURE, "blocked"),
+        NodesReset(2 * S, (3,)),
+    ):
+        mission.apply(event)
+    assert mission.statuses[3] is Status.INVALID
+    assert (mission.shown_nodes()[3].status, mission.shown_nodes()[3].message) == (
+        Status.FAILURE,
+        "blocked",
+    )
+    mission.apply(NodeChanged(3 * S, 2, Status.SUCCESS, ""))
+    mission.apply(NodeChanged(4 * S, 2, Status.RUNNING, ""))
+    assert mission.shown_nodes()[3].status is Status.INVALID
+
+
+def test_the_way_to_the_failure_is_that_of_the_last_one():
+    """Of two branches that have failed, the one that made the tree fail."""
+    mission = state_of("pick\n  first\n    a\n  second\n    b")
+    for time_s, node, status in (
+        (1, 2, Status.FAILURE),
+        (1, 1, Status.FAILURE),
+        (2, 4, Status.FAILURE),
+        (2, 3, Status.FAILURE),
+        (2, 0, Status.FAILURE),
+    ):
+        mission.apply(NodeChanged(time_s * S, node, status, ""))
+    assert mission.failure_path() == (0, 3, 4)
+    mission.apply(NodeChanged(3 * S, 0, Status.RUNNING, ""))
+    assert mission.failure_path() == ()

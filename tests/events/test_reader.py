@@ -24,19 +24,23 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from bt_mission.events import events, messages, reader
+from bt_mission.goals.poses import NamedPose
 
 
 def test_a_parent_that_comes_later_is_taken_for_the_root():
     """Whatever an executive sends, no walk to the root goes round in circles."""
     nodes = [TreeNode(name="a", parent=0), TreeNode(name="b", parent=2), TreeNode(name="c")]
-    assert [one.parent for one in reader.tree(Tree(nodes=nodes)).nodes] == [0, 0, 0]
+    (tree,) = reader.tree(Tree(nodes=nodes)).events
+    assert isinstance(tree, events.RunStarted)
+    assert [one.parent for one in tree.nodes] == [0, 0, 0]
 
 
 def test_the_codes_of_statuses_are_those_of_the_interface():
     """A code that is none counts as not run."""
     codes = [NodeStatus.INVALID, NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE, 77]
     message = StatusChanges(changes=[NodeStatus(node=i, status=c) for i, c in enumerate(codes)])
-    assert [one.status for one in reader.changes(message).changes] == [
+    changes = reader.changes(message).events
+    assert [one.status for one in changes if isinstance(one, events.NodeChanged)] == [
         Status.INVALID,
         Status.RUNNING,
         Status.SUCCESS,
@@ -57,15 +61,24 @@ def test_details_keep_times_and_places():
         variables=[Variable(name="legs", value="6")],
         breakpoints=["0.1"],
     )
-    assert reader.details(message) == messages.DetailsUpdate(
-        3_000_000_005,
+    at_ns, place = 3_000_000_005, NamedPose(1.0, -2.0, 0.0, "map")
+    assert reader.details(message) == messages.Batch(
         "r",
-        7,
-        2,
-        (events.NodeProgress(1, 1_000_000_000, "", "s", 2.0, 30.0),),
-        (events.GoalChanged("ab", "", "", 0, 0, "active", ((1.0, -2.0),)),),
-        (("legs", "6"),),
-        ("0.1",),
+        (
+            events.CountsChanged(at_ns, 7, 2),
+            events.BreakpointsChanged(at_ns, ("0.1",)),
+            events.NodeProgressed(at_ns, 1, 1_000_000_000, "", "s", 2.0, 30.0),
+            events.GoalChanged(0, "ab", "", "", 0, "active", targets=(place,)),
+            events.VariableChanged(at_ns, "legs", "6"),
+        ),
+    )
+
+
+def test_a_reset_follows_the_changes_of_its_tick():
+    """Nodes that had ended are reset to INVALID after that."""
+    message = StatusChanges(stamp=Time(sec=1), run="r", sequence=3, reset=[4, 5])
+    assert reader.changes(message) == messages.Batch(
+        "r", (events.NodesReset(1_000_000_000, (4, 5)),), 3
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from py_trees.common import Status
 
-from bt_mission.executive.status import Change
+from bt_mission.events.events import Event, GoalChanged, NodeChanged
 
 TURN = "  turn: {angle: 90}\n  timeout: 9"
 TWO_TURNS = """\
@@ -164,10 +164,15 @@ def test_interrupting_twice_is_the_same_as_once(play: Any) -> None:
 def test_listeners_hear_each_change_once_with_its_time_and_place(play: Any) -> None:
     """Not one line for each tick: only what changed."""
     story = play("  sequence: [{wait: 0.1, name: rest}, {log: done, name: say}]")
-    heard: list[Change] = []
-    story.executive.listeners.append(heard.append)
+    events: list[Event] = []
+    story.executive.events.subscribe(events.append)
     story.tick(3)
-    assert [(c.time_ns // 1_000_000, c.path, c.node.name, c.status.value) for c in heard] == [
+    nodes = story.executive.node_infos
+    assert [
+        (one.time_ns // 1_000_000, nodes[one.node].path, nodes[one.node].name, one.status.value)
+        for one in events
+        if isinstance(one, NodeChanged) and one.time_ns is not None
+    ] == [
         (1050, "0.0", "rest", "RUNNING"),
         (1050, "0", "test", "RUNNING"),
         (1150, "0.0", "rest", "SUCCESS"),
@@ -209,7 +214,11 @@ def test_a_halt_stops_each_leaf_once(play: Any, monkeypatch: pytest.MonkeyPatch)
 
     for leaf in story.executive.running_leaves:
         monkeypatch.setattr(leaf, "terminate", watched(leaf))
-    story.executive.goal_listeners.append(lambda what, goal: events.append((what, goal.owner)))
+    story.executive.events.subscribe(
+        lambda event: (
+            events.append((event.change, event.owner)) if isinstance(event, GoalChanged) else None
+        )
+    )
     story.executive.interrupt("enough")
     assert stopped == ["turn", "other"]
     assert events == [("released", "turn"), ("released", "other")]

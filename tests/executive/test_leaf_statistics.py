@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -12,23 +13,29 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 
 from bt_mission.cli import main
+from bt_mission.events.events import EventStream, NodeChanged, NodeInfo
 from bt_mission.executive.leaf_statistics import LeafStatistics, LeafSummary
-from bt_mission.executive.status import Change
 
 S = 1_000_000_000
 
 
 class Counted:
-    """A tally, told of changes one by one while the robot drives."""
+    """A tally of a sequence with one leaf, whose events come while the robot drives."""
 
     def __init__(self, metres: float | None = 0.0) -> None:
         self.metres = metres
-        self.tally = LeafStatistics(lambda: self.metres)
-        self.leaf = Dummy("leaf")
+        self.events = EventStream()
+        leaf = Dummy("leaf")
+        executive: Any = SimpleNamespace(
+            events=self.events,
+            nodes=(Sequence("all", memory=True, children=[leaf]), leaf),
+            node_infos=(NodeInfo("all", "Sequence", "0", 0), NodeInfo("leaf", "Dummy", "0.1", 0)),
+        )
+        self.tally = LeafStatistics(executive, lambda: self.metres)
 
-    def change(self, time_s: float, status: Status) -> None:
+    def change(self, time_s: float, status: Status, node: int = 1) -> None:
         """The leaf changes its status."""
-        self.tally.on_change(Change(round(time_s * S), self.leaf, "0.1", status, ""))
+        self.events.emit(NodeChanged(round(time_s * S), node, status, ""))
 
     @property
     def one(self) -> LeafSummary:
@@ -80,8 +87,7 @@ def test_where_distance_is_not_known_there_is_none() -> None:
 def test_leaves_alone_are_counted() -> None:
     """Composites follow from them, and what still runs has come to nothing yet."""
     counted = Counted()
-    composite = Sequence("all", memory=True, children=[counted.leaf])
-    counted.tally.on_change(Change(S, composite, "0", Status.SUCCESS, ""))
+    counted.change(1.0, Status.SUCCESS, node=0)
     counted.change(1.0, Status.RUNNING)
     assert counted.tally.summaries() == ()
 

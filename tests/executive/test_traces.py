@@ -6,33 +6,64 @@ import json
 import math
 import resource
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from py_trees.common import Status
 
 from bt_mission.cli import main
+from bt_mission.events.codec import fields_of
+from bt_mission.events.events import (
+    Event,
+    EventStream,
+    GoalChanged,
+    LogLine,
+    NodeChanged,
+    NodeInfo,
+    NodeProgressed,
+    NodesReset,
+    PoseSampled,
+    RunStarted,
+    StateChanged,
+)
 from bt_mission.events.log import line_of
 from bt_mission.executive.stored_trace import TraceError, read_trace
 from bt_mission.executive.trace import Trace, TraceFile
 from bt_mission.executive.trace_diff import first_difference
-from bt_mission.goals.goal import Goal, GoalStatus, Phase
 
 S = 1_000_000_000
+
+
+NODE = NodeInfo("t", "ActionLeaf", "0", 0)
+
+
+def traced(trace: Trace, *events: Event, node: NodeInfo = NODE) -> Trace:
+    """Have a trace take these events."""
+    stream = EventStream()
+    trace.follow(stream, (node,))
+    for event in events:
+        stream.emit(event)
+    return trace
+
+
+def started(seed: int = 1) -> RunStarted:
+    """The start of a mission in a simulation."""
+    return RunStarted(S, "run", "m", (NODE,), "w", "waffle", seed)
 
 
 def write(path: Path, *, seed: int = 1, x: float = 0.5, goal: str = "aa" * 16) -> Trace:
     """A short run, written as a run writes it."""
     trace = Trace()
     with TraceFile(trace, path):
-        trace.record(S, "start", mission="m", world="w", robot="waffle", seed=seed)
-        trace.record(
-            2 * S, "goal sent", goal=goal, action="/turn", owner="t", phase="sent", status=None
+        traced(
+            trace,
+            started(seed),
+            GoalChanged(2 * S, goal, "/turn", "t", 2 * S, "sent", "sent"),
+            NodeChanged(2 * S, 0, Status.RUNNING, "waiting"),
+            PoseSampled(3 * S, x, 0.0, 1.5, 0),
+            NodeChanged(4 * S, 0, Status.SUCCESS, "90 deg"),
+            StateChanged(4 * S, "run", "m", "success", ""),
         )
-        trace.record(2 * S, "status", node="t", path="0", status="RUNNING", message="waiting")
-        trace.record(3 * S, "pose", x=x, y=0.0, yaw=1.5, collisions=0)
-        trace.record(4 * S, "status", node="t", path="0", status="SUCCESS", message="90 deg")
-        trace.record(4 * S, "mission", status="success", reason="")
     return trace
 
 
@@ -69,9 +100,9 @@ def test_a_trace_that_was_cut_is_read_up_to_there(path: Path) -> None:
         ("x\n", ":1: no line of a trace: expected a JSON object"),
         ("[1]\n", ":1: no line of a trace: expected a JSON object"),
         ("{}\n", ":1: no trace: the first line does not name its version"),
-        ('{"trace_version": 99}\n', ":1: a trace of version 99; this bt-mission reads 2"),
-        ('{"trace_version": 2}\n{"t": "x"}\n', ":2: no event: expected 't' in ns and 'event'"),
-        ('{"trace_version": 2}\n\xff\n', ":2: no line of a trace: expected a JSON object"),
+        ('{"trace_version": 99}\n', ":1: a trace of version 99; this bt-mission reads 3"),
+        ('{"trace_version": 3}\n{"t": "x"}\n', ":2: no event: expected 't' in ns and 'event'"),
+        ('{"trace_version": 3}\n\xff\n', ":2: no line of a trace: expected a JSON object"),
         ("[" * 100_000 + "\n", ":1: no line of a trace: expected a JSON object"),
     ],
 )
@@ -188,29 +219,22 @@ def test_replay_on_the_command_line(path: Path, capsys: Any) -> None:
     assert len(capsys.readouterr().out.splitlines()) == 6
 
 
+def written(event: Event, node: NodeInfo = NODE) -> tuple[str, str]:
+    """The line of an event in a trace, and its fields as JSON has them."""
+    fields = {"t": event.time_ns, **fields_of(event, (node,))}
+    trace = traced(Trace(), event, node=node)
+    return trace.newest[-1], json.dumps(fields, sort_keys=True)
+
+
 @pytest.mark.parametrize("text", ["", "turn", 'a "quoted" \\ one', "ä → \u202e\x1b\n", "\ud800"])
-@pytest.mark.parametrize("status", [None, GoalStatus.SUCCEEDED])
-def test_the_frequent_events_are_written_as_all_others(
-    text: str, status: GoalStatus | None
-) -> None:
+@pytest.mark.parametrize("state", ["canceling", "succeeded", "rejected"])
+def test_the_frequent_events_are_written_as_all_others(text: str, state: str) -> None:
     """Byte for byte, whatever the names and messages."""
-    by_hand, by_fields = Trace(), Trace()
-    by_hand.record_status(S, text, "0.1", "FAILURE", text)
-    by_fields.record(S, "status", node=text, path="0.1", status="FAILURE", message=text)
-    client = SimpleNamespace(name=text)
-    goal = Goal(bytes(range(16)), client, text, phase=Phase.CANCELING, status=status)
-    by_hand.record_goal(2 * S, "sent", goal)
-    by_fields.record(
-        2 * S,
-        "goal sent",
-        goal=bytes(range(16)).hex(),
-        action=text,
-        owner=text,
-        phase="canceling",
-        status=None if status is None else int(status),
-    )
-    assert list(by_hand.newest) == list(by_fields.newest)
-    assert by_hand.sha256 == by_fields.sha256
+    node = NodeInfo(text, "ActionLeaf", "0.1", 0)
+    line, fields = written(NodeChanged(S, 0, Status.FAILURE, text), node)
+    assert line == fields
+    line, fields = written(GoalChanged(2 * S, "00ff" * 8, text, text, S, state, "released"))
+    assert line == fields
 
 
 @pytest.mark.parametrize(
@@ -218,10 +242,29 @@ def test_the_frequent_events_are_written_as_all_others(
 )
 def test_the_pose_is_written_as_any_other_event(x: float) -> None:
     """Byte for byte, whatever the numbers."""
-    by_hand, by_fields = Trace(), Trace()
-    by_hand.record_pose(S, (x, 2.5, -x), 3)
-    by_fields.record(S, "pose", x=x, y=2.5, yaw=-x, collisions=3)
-    assert list(by_hand.newest) == list(by_fields.newest)
+    line, fields = written(PoseSampled(S, x, 2.5, -x, 3))
+    assert line == fields
+
+
+def test_what_differs_from_run_to_run_is_in_no_trace() -> None:
+    """What is under way in a pause is told again and again; progress is sampled by the wall."""
+    trace = traced(
+        Trace(),
+        started(),
+        StateChanged(2 * S, "run", "m", "paused", "by hand", ("'t'",), keep_goals=True),
+        StateChanged(3 * S, "run", "m", "paused", "by hand", (), keep_goals=True, is_update=True),
+        NodeProgressed(3 * S, 0, S, "", "s", 1.0, 2.0),
+        StateChanged(4 * S, "run", "m", "running", ""),
+        LogLine(4 * S, "repeats another event", is_own=False),
+        NodesReset(5 * S, (0,)),
+    )
+    start, *lines = map(json.loads, list(trace.newest)[1:])
+    assert sorted(start) == ["event", "mission", "robot", "seed", "t", "world"]
+    assert lines == [
+        {"event": "paused", "keep_goals": True, "reason": "by hand", "t": 2 * S},
+        {"event": "resumed", "t": 4 * S},
+        {"event": "reset", "paths": ["0"], "t": 5 * S},
+    ]
 
 
 def test_a_full_disk_ends_the_file_and_nothing_else() -> None:
@@ -229,22 +272,20 @@ def test_a_full_disk_ends_the_file_and_nothing_else() -> None:
     trace = Trace()
     with TraceFile(trace, Path("/dev/full")) as file:
         assert file.missing == "everything after 0.0 s (No space left on device)"
-        trace.record(S, "start", mission="m")
+        traced(trace, started())
     assert trace.sha256 == _hash_of_start()
-    assert trace.raised == []
+    assert trace.lines.raised == []
 
 
 def test_a_disk_that_gets_full_is_told_with_the_time(tmp_path: Path) -> None:
     """Of the first line that the file lacks, since the first event."""
-    trace, path = Trace(), tmp_path / "a.jsonl"
-    trace.record(S, "start", mission="m")
+    trace, path = traced(Trace(), started()), tmp_path / "a.jsonl"
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     with TraceFile(trace, path) as file:
-        trace.record(2 * S, "log", text="kept")
+        traced(trace, LogLine(2 * S, "kept"))
         resource.setrlimit(resource.RLIMIT_FSIZE, (path.stat().st_size, limits[1]))
         try:
-            trace.record(5 * S // 2, "log", text="lost")
-            trace.record(3 * S, "log", text="lost, too")
+            traced(trace, LogLine(5 * S // 2, "lost"), LogLine(3 * S, "lost, too"))
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert file.missing == "everything after 1.5 s (File too large)"
@@ -259,7 +300,7 @@ def test_a_trace_replaces_an_old_one_when_the_run_has_ended(tmp_path: Path) -> N
     def run(*, is_broken: bool) -> None:
         trace = Trace()
         with TraceFile(trace, path) as file:
-            trace.record(S, "start", mission="m")
+            traced(trace, started())
             assert path.read_text(encoding="utf-8") == "old"
             assert '"start"' in file.file.place.read_text(encoding="utf-8")
             if is_broken:
@@ -273,6 +314,4 @@ def test_a_trace_replaces_an_old_one_when_the_run_has_ended(tmp_path: Path) -> N
 
 
 def _hash_of_start() -> str:
-    trace = Trace()
-    trace.record(S, "start", mission="m")
-    return trace.sha256
+    return traced(Trace(), started()).sha256

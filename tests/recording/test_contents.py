@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
+from bt_mission.events.events import ClockJumped, StateChanged
 from bt_mission.events.log import INFO, WARN, rosout_line
 from tests.support.recorded_runs import Recorded, heard_by_others
 
 
-def said(event: str, **fields: Any) -> tuple[int, str] | None:
-    """The line for an event of the trace."""
-    return rosout_line(json.dumps({"t": 1, "event": event, **fields}))
-
-
 def test_what_happens_between_two_ticks_is_said() -> None:
     """Pauses, and what was done to the clock."""
-    assert said("paused", reason="by hand", keep_goals=False) == (WARN, "paused: by hand")
-    assert said("resumed") == (INFO, "resumed")
-    assert said("clock", jump=-9.5) == (WARN, "the ROS clock was set back by 9.5 s")
-    assert said("clock", jump=100.0) == (WARN, "the ROS clock skipped 100 s")
+    paused, resumed = (StateChanged(1, "r", "m", word, "by hand") for word in ("paused", "running"))
+    assert rosout_line(paused, ()) == (WARN, "paused: by hand")
+    assert rosout_line(resumed, ()) == (INFO, "resumed")
+    assert rosout_line(ClockJumped(1, -9.5), ()) == (WARN, "the ROS clock was set back by 9.5 s")
+    assert rosout_line(ClockJumped(1, 100.0), ()) == (WARN, "the ROS clock skipped 100 s")
 
 
 def details(run: Recorded) -> list[Any]:
@@ -65,10 +61,9 @@ def test_goals_are_told_with_each_state(record: Callable[..., Recorded]) -> None
 
 
 def test_a_closed_recorder_hears_no_more(record: Callable[..., Recorded]) -> None:
-    """The mission has the listeners that it had before."""
+    """The mission has the subscribers that it had before."""
     run = record(steps=20)
     executive = run.stage.executive
-    before = len(executive.listeners), len(executive.goal_listeners)
+    before = len(executive.events)
     run.recorder.close()
-    after = len(executive.listeners), len(executive.goal_listeners)
-    assert after == (before[0] - 1, before[1] - 1)
+    assert len(executive.events) == before - 1

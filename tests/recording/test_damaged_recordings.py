@@ -205,7 +205,7 @@ def test_a_trace_whose_time_cannot_be_is_refused_with_the_line(tmp_path, capsys)
     """Also where Python could not even print it."""
     path = tmp_path / "trace.jsonl"
     path.write_text(
-        '{"trace_version": 2}\n{"t": 0, "event": "x"}\n{"t": 1' + "0" * 400 + ', "event": "x"}\n'
+        '{"trace_version": 3}\n{"t": 0, "event": "x"}\n{"t": 1' + "0" * 400 + ', "event": "x"}\n'
     )
     assert main(["replay", str(path)]) == 2
     assert capsys.readouterr().err == f"{path}:3: no event: expected 't' in ns and 'event'\n"

@@ -12,7 +12,7 @@ import pytest
 from mcap.writer import Writer
 from py_trees.common import Status
 
-from bt_mission.events.messages import NodeStatus
+from bt_mission.events.events import NodeChanged
 from bt_mission.recording.model import RecordedRun, Span
 from bt_mission.recording.reader import read_run, spans_of
 from bt_mission.recording.reading import RecordingError
@@ -185,11 +185,11 @@ def test_a_recording_of_something_else_is_refused(tmp_path: Path) -> None:
 def test_a_node_runs_from_its_start_to_its_end() -> None:
     """Again and again; one that ends at once has run for no time."""
     changes = [
-        (1, NodeStatus(0, Status.RUNNING, "")),
-        (1, NodeStatus(1, Status.SUCCESS, "at once")),
-        (3, NodeStatus(1, Status.RUNNING, "go")),
-        (5, NodeStatus(1, Status.INVALID, "")),
-        (6, NodeStatus(0, Status.FAILURE, "no")),
+        (1, NodeChanged(1, 0, Status.RUNNING, "")),
+        (1, NodeChanged(1, 1, Status.SUCCESS, "at once")),
+        (3, NodeChanged(3, 1, Status.RUNNING, "go")),
+        (5, NodeChanged(5, 1, Status.INVALID, "")),
+        (6, NodeChanged(6, 0, Status.FAILURE, "no")),
     ]
     assert spans_of(3, changes, 9) == (
         (Span(1, 6, "failure", "no"),),
@@ -200,6 +200,6 @@ def test_a_node_runs_from_its_start_to_its_end() -> None:
 
 def test_a_node_that_has_not_ended_runs_to_the_end_of_the_recording() -> None:
     """And says what it said when it started."""
-    assert spans_of(1, [(2, NodeStatus(0, Status.RUNNING, "go"))], 9) == (
+    assert spans_of(1, [(2, NodeChanged(2, 0, Status.RUNNING, "go"))], 9) == (
         (Span(2, 9, "running", "go"),),
     )

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from bt_mission_interfaces.msg import MissionDetails, MissionLog
 
-from bt_mission.ros import mission_details, status_publisher
+from bt_mission.ros import event_messages, mission_details, status_publisher
 from bt_mission.ros.mission_details import KEPT_GOALS, as_json
 from bt_mission.ros.status_publisher import DETAILS, LOG
 
@@ -119,9 +119,9 @@ def test_nothing_is_made_up_for_nobody(ros: Any, monkeypatch: pytest.MonkeyPatch
     made: list[str] = []
     ros.mission("mission: m\ntree:\n  sequence: [{log: hello}, {wait: 5}]\n", has_controls=True)
     for place, name in (
-        (status_publisher, "MissionLog"),
+        (event_messages, "MissionLog"),
         (mission_details, "MissionDetails"),
-        (mission_details, "NodeProgress"),
+        (event_messages, "NodeProgress"),
         (mission_details, "Variable"),
     ):
         monkeypatch.setattr(place, name, lambda name=name, **_: made.append(name))

@@ -13,6 +13,7 @@ from sensor_msgs.msg import BatteryState
 from visualization_msgs.msg import Marker, MarkerArray
 
 from bt_mission.events import messages
+from bt_mission.events.feed import MissionFeed
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, ControlResponse, Verb
 from bt_mission.ros.discovery import ExecutiveDirectory
@@ -29,17 +30,24 @@ class Watcher:
     def __init__(self, ros: Any, name: str = "/bt_mission") -> None:
         self.link = MissionClient(ros.client, name)
         self.mission = MissionState()
+        self.feed = MissionFeed(self.mission)
         self.answers: list[ControlResponse] = []
         self.robot: list[messages.Robot] = []
 
     def look(self) -> MissionState:
         """Take what has come."""
-        heard = self.link.take(needs_statuses=self.mission.needs_statuses)
-        for message in heard.messages:
-            self.mission.take(message)
+        heard = self.link.take(needs_statuses=self.feed.needs_statuses)
+        for batch in heard.messages:
+            self.feed.take(batch)
         self.answers += heard.answers
         self.robot += heard.robot
         return self.mission
+
+    @property
+    def is_complete(self) -> bool:
+        """Take what has come; gives whether all statuses are known."""
+        self.look()
+        return not self.feed.needs_statuses
 
     def answered(self, count: int) -> bool:
         """Take what has come; gives whether there are so many answers."""
@@ -70,7 +78,7 @@ def test_who_comes_late_has_the_same_picture(ros: Any):
     ros.until(lambda: turn.goals)
     watcher = Watcher(ros)
     ros.until_heard(lambda: watcher.look().tree is not None)
-    ros.until_heard(lambda: not watcher.look().needs_statuses)
+    ros.until_heard(lambda: watcher.is_complete)
     assert watcher.mission.statuses == [Status.RUNNING, Status.RUNNING, Status.INVALID]
 
 

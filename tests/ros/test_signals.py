@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from bt_mission.events.events import EventStream
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.ros.signals import LiveSignals
 
@@ -18,7 +19,7 @@ class Run:
     def __init__(self) -> None:
         self.listeners: list[Callable[[Any], None]] = []
         self.now_ns = 0
-        self.executive = SimpleNamespace(nodes=(), listeners=[], started_ns=0)
+        self.executive = SimpleNamespace(nodes=(), events=EventStream(), started_ns=0)
         self.node = SimpleNamespace(
             resolve_topic_name=lambda name: f"/{name}",
             get_publishers_info_by_topic=lambda _: [SimpleNamespace(topic_type="a/msg/B")],

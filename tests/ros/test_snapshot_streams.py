@@ -100,7 +100,7 @@ def test_a_tick_without_a_stream_costs_nothing(ros: Any):
 
     def hooks() -> tuple[int, int, int]:
         return (
-            len(executive.listeners),
+            len(executive.events),
             len(executive.after_tick),
             len(executive.tick_wrappers),
         )

@@ -10,14 +10,15 @@ import pytest
 
 from bt_mission.core.stamps import to_ns
 from bt_mission.events import reader
+from bt_mission.events.events import NodeChanged, NodesReset, RequirementChanged
+from bt_mission.events.feed import MissionFeed
+from bt_mission.events.messages import Batch
 from bt_mission.events.mission_state import MissionState
-from bt_mission.requirements.monitor import RequirementResult
-from bt_mission.ros.requirement_status import RequirementStatus
+from bt_mission.ros import event_messages
 from bt_mission.ros.status_publisher import StatusPublisher
 
 READERS: dict[str, Callable[[Any], Any]] = {
     "tree": reader.tree,
-    "node_details": reader.node_details,
     "requirements": reader.requirements,
     "changes": reader.changes,
     "state": reader.state,
@@ -36,14 +37,14 @@ def test_who_comes_late_is_told_the_tree_and_where_it_stands(ros: Any) -> None:
 
     node.status_publisher.add(take_first)
     ros.run(0.5)
-    assert [what for what, _ in first] == ["tree", "node_details", "changes", "state"]
+    assert [what for what, _ in first] == ["tree", "changes", "state"]
     node.status_publisher.add(lambda what, message: second.append((what, message)))
-    assert [what for what, _ in second] == ["tree", "node_details", "state"]
+    assert [what for what, _ in second] == ["tree", "state"]
     assert second[0][1].nodes == first[0][1].nodes
     node.status_publisher.remove(take_first)
     ros.until(lambda: node.executive.is_done)
-    assert len(first) == 4
-    assert [what for what, _ in second[3:]] == ["changes", "state"]
+    assert len(first) == 3
+    assert [what for what, _ in second[2:]] == ["changes", "state"]
     assert [state.status for what, state in second if what == "state"] == ["running", "success"]
 
 
@@ -61,7 +62,7 @@ def test_times_are_the_mission_s(ros: Any) -> None:
     told: list[tuple[str, Any]] = []
     node.status_publisher.add(lambda what, message: told.append((what, message)))
     ros.until(lambda: node.executive.is_done)
-    times = {what: message.stamp for what, message in told if what != "node_details"}
+    times = {what: message.stamp for what, message in told}
     first, last = times["tree"], times["state"]
     assert first.sec * 10**9 + first.nanosec == node.executive.started_ns
     assert last.sec * 10**9 + last.nanosec == node.executive.ended_ns
@@ -72,7 +73,7 @@ def test_nothing_is_told_before_there_is_a_time(ros: Any) -> None:
     runner = ros.mission(ONE)
     now_ns = 0
     publisher = StatusPublisher(runner.node, has_topics=False)
-    publisher.begin("m", replace(runner.run, clock_ns=lambda: now_ns))
+    publisher.begin(replace(runner.run, clock_ns=lambda: now_ns))
     told: list[tuple[str, Any]] = []
     publisher.add(lambda what, message: told.append((what, message)))
     publisher.publish_if_changed()
@@ -80,7 +81,6 @@ def test_nothing_is_told_before_there_is_a_time(ros: Any) -> None:
     now_ns = 33 * 10**9
     publisher.publish_if_changed()
     assert told[0][0] == "tree"
-    assert told[0][1].stamp.sec == 33
 
 
 LOOP = """\
@@ -98,21 +98,25 @@ tree:
 def test_a_new_round_begins_anew(ros: Any) -> None:
     """What ended in the last round of a loop is to run again, as in the tree itself."""
     node = ros.mission(LOOP)
-    mission = MissionState()
+    feed = MissionFeed(MissionState())
+    mission = feed.mission
     events: list[Any] = []
 
     def take(what: str, message: Any) -> None:
-        events.extend(mission.take(READERS[what](message)))
+        events.extend(feed.take(READERS[what](message)))
 
     node.status_publisher.add(take)
     at: dict[int, Any] = {}
     while not node.executive.is_done:
         ros.run(0.05)
-        assert mission.statuses == [one.status for one in node.status_publisher.indices]
+        assert mission.statuses == [one.status for one in node.executive.nodes]
         at[len(at)] = list(mission.statuses)
     assert [one.value for one in at[50][2:5]] == ["RUNNING", "INVALID", "INVALID"]
-    said = [one for one in events if getattr(one, "index", None) == 4]
-    assert [one.status.value for one in said] == ["SUCCESS"]  # as the executive itself tells
+    said = [one for one in events if isinstance(one, NodeChanged) and one.node == 4]
+    assert [one.status.value for one in said] == ["SUCCESS", "SUCCESS"], "once in each round"
+    assert NodesReset(said[0].time_ns or 0, ()) not in events
+    (reset,) = [one for one in events if isinstance(one, NodesReset)]
+    assert reset.nodes == (3, 4), "the first of the new round runs already"
 
 
 NESTED = """\
@@ -138,8 +142,9 @@ def test_nodes_are_told_with_what_they_are_asked_to_do(ros: Any) -> None:
     """In their author's words, also inside a tree that is used by name."""
     ros.server()
     node = ros.mission(NESTED)
-    mission = MissionState()
-    node.status_publisher.add(lambda what, message: mission.take(READERS[what](message)))
+    feed = MissionFeed(MissionState())
+    mission = feed.mission
+    node.status_publisher.add(lambda what, message: feed.take(READERS[what](message)))
     ros.run(0.1)
     assert mission.tree is not None
     told = {one.name: mission.details(at) for at, one in enumerate(mission.tree.nodes)}
@@ -171,19 +176,20 @@ def test_a_violation_is_told_in_the_step_in_which_it_is_seen(ros: Any) -> None:
     """Margins once a second, verdicts at the end; each message has all requirements."""
     node = ros.mission(JUDGED)
     told: list[Any] = []
-    mission = MissionState()
+    feed = MissionFeed(MissionState())
+    mission = feed.mission
 
     def take(what: str, message: Any) -> None:
-        mission.take(READERS[what](message))
+        feed.take(READERS[what](message))
         if what == "requirements":
             told.append(message)
 
     node.status_publisher.add(take)
     ros.until(lambda: node.executive.is_done)
     start_ns = node.executive.started_ns
-    times = [(to_ns(one.header.stamp) - start_ns) / 1e9 for one in told]
+    times = [(to_ns(one.stamp) - start_ns) / 1e9 for one in told]
     assert times == pytest.approx([0.0, 1.0, 1.25, 2.25, 3.0], abs=1e-9)
-    assert all([one.name for one in array.status] == NAMES for array in told)
+    assert all([one.name for one in sent.requirements] == NAMES for sent in told)
     assert [mission.requirements[at].verdict for at in range(4)] == [
         "holds",
         "violated",
@@ -195,9 +201,7 @@ def test_a_violation_is_told_in_the_step_in_which_it_is_seen(ros: Any) -> None:
     assert (quick.violated_at, quick.unit, quick.on_violation) == (1.25, "s", "report")
     assert quick.at is not None
     assert quick.margin == pytest.approx(1.22 - quick.at)
-    levels = [one.level for one in told[-1].status]
-    assert levels == [b"\0", b"\2", b"\0", b"\1"]  # as tools for diagnostics show them
-    assert told[-1].status[3].message == "unknown: x: only a simulation knows it"
+    assert told[-1].requirements[3].outcome == "unknown: x: only a simulation knows it"
 
 
 NAMES = ["has time", "is quick", "ends", "sees"]
@@ -210,14 +214,14 @@ def test_who_comes_late_is_told_of_requirements(ros: Any) -> None:
     ros.run(2)
     told: dict[str, Any] = {}
     node.status_publisher.add(told.__setitem__)
-    assert [one.name for one in told["requirements"].status] == NAMES
+    assert [one.name for one in told["requirements"].requirements] == NAMES
 
 
-def test_sources_are_a_list_as_in_the_report() -> None:
-    """However many signals a requirement speaks of."""
+def test_a_requirement_reads_back_as_it_was_sent() -> None:
+    """What is not known is no number."""
     sources = ("speed by odometry", "distance by odometry")
-    one = RequirementResult("slow", "always speed < distance", "open", sources=sources)
-    status = RequirementStatus("run", lambda: (one,), lambda: 0)
-    (read,) = reader.requirements(status.describe(1, is_done=False)).requirements
-    assert read.sources == sources
-    assert (read.margin, read.at, read.unit, read.why) == (None, None, "", "")
+    sent = RequirementChanged(
+        5, "slow", "always speed < 1", "open", None, "", None, None, "fail", sources, "", "open"
+    )
+    message = event_messages.requirements(5, "run", [sent])
+    assert reader.requirements(message) == Batch("run", (sent,))

@@ -3,10 +3,10 @@
 from types import SimpleNamespace
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
-from nav2_msgs.action import FollowWaypoints
 from visualization_msgs.msg import Marker
 
+from bt_mission.events.events import GoalChanged
+from bt_mission.goals.poses import NamedPose
 from bt_mission.ros.waypoint_markers import MOST, WaypointMarkers
 
 
@@ -17,21 +17,16 @@ class Sent(list[Any]):
         return SimpleNamespace(publish=self.append)
 
 
-def goal(*places: tuple[float, float], frame: str = "map") -> Any:
-    """A goal that names these places."""
-    poses = []
-    for x, y in places:
-        pose = PoseStamped()
-        pose.header.frame_id = frame
-        pose.pose.position.x, pose.pose.position.y = x, y
-        poses.append(pose)
-    return SimpleNamespace(request=FollowWaypoints.Goal(poses=poses))
+def goal(*places: tuple[float, float], frame: str = "map", change: str = "sent") -> GoalChanged:
+    """A goal with these targets."""
+    targets = tuple(NamedPose(x, y, 0.0, frame) for x, y in places)
+    return GoalChanged(1, "ab", "/go", "go", 1, "active", change, targets)
 
 
 def test_each_pose_is_an_arrow_with_a_number() -> None:
     """In the frame that the goal names."""
     node: Any = Sent()
-    WaypointMarkers(node).on_goal("sent", goal((1.0, 2.0), (3.0, 4.0), frame="odom"))
+    WaypointMarkers(node).take(goal((1.0, 2.0), (3.0, 4.0), frame="odom"))
     arrow, number, _, second = node[-1].markers
     assert (arrow.type, arrow.header.frame_id) == (Marker.ARROW, "odom")
     assert (arrow.pose.position.x, arrow.pose.position.y) == (1.0, 2.0)
@@ -42,11 +37,11 @@ def test_what_is_latched_tells_of_all() -> None:
     """A goal with a new pose adds it; one without says nothing."""
     node: Any = Sent()
     topic = WaypointMarkers(node)
-    topic.on_goal("sent", goal((1.0, 2.0)))
-    topic.on_goal("sent", goal((1.0, 2.0)))
-    topic.on_goal("ended", goal((9.0, 9.0)))
-    topic.on_goal("sent", SimpleNamespace(request=None))  # type: ignore[arg-type]
-    topic.on_goal("sent", goal((3.0, 4.0)))
+    topic.take(goal((1.0, 2.0)))
+    topic.take(goal((1.0, 2.0)))
+    topic.take(goal((9.0, 9.0), change="ended"))
+    topic.take(goal())
+    topic.take(goal((3.0, 4.0)))
     assert [len(message.markers) for message in node] == [2, 4]
 
 
@@ -54,5 +49,5 @@ def test_poses_without_end_are_not_all_shown() -> None:
     """They would cover the map."""
     node: Any = Sent()
     topic = WaypointMarkers(node)
-    topic.on_goal("sent", goal(*((float(x), 0.0) for x in range(MOST + 50))))
+    topic.take(goal(*((float(x), 0.0) for x in range(MOST + 50))))
     assert len(node[-1].markers) == 2 * MOST

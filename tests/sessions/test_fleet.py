@@ -96,7 +96,7 @@ def test_goals_go_to_the_servers_of_the_own_robot(fleet):
     idle = FleetRobot("robot2", load("mission: idle\ntree:\n  wait: 30\n"), x=-0.75)
     stage = fleet(alone, idle)
     actions: set[str] = set()
-    stage["robot1"].trace.listeners.append(
+    stage["robot1"].trace.lines.subscribe(
         lambda line: actions.add(json.loads(line).get("action", "/robot1/"))
     )
     finished(stage)

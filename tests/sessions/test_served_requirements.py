@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from bt_mission_interfaces.action import ExecuteMission
-from diagnostic_msgs.msg import DiagnosticArray
+from bt_mission_interfaces.msg import Requirements
 from rclpy.action import ActionClient
 
 from action_servers.core.maneuver import ErrorCode
@@ -62,9 +62,9 @@ def test_the_requirements_of_the_next_mission_replace_those_of_the_last(
     told: list[list[str]] = []
     ros.serve()
     ros.client.create_subscription(
-        DiagnosticArray,
+        Requirements,
         "/bt_mission/requirements",
-        lambda message: told.append([one.name for one in message.status]),
+        lambda message: told.append([one.name for one in message.requirements]),
         LATCHED,
     )
     send(text=JUDGED.format(1)).end()

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from bt_mission.core import interrupts
-from bt_mission.executive.status import Change
+from bt_mission.events.events import NodeChanged
 from bt_mission.executive.trace import TraceFile
 from bt_mission.sessions.session import StepDriver, drive
 from bt_mission.views.terminal.quiet import Quiet
@@ -31,7 +31,7 @@ class ClosedPipe(Quiet):
     def __init__(self) -> None:
         self.shown = 0
 
-    def on_change(self, change: Change) -> None:
+    def on_change(self, change: NodeChanged) -> None:
         self.shown += 1
         raise BrokenPipeError
 
@@ -111,22 +111,21 @@ def broken(*_: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "listeners",
+    "subscribe",
     [
-        lambda stage: stage.executive.listeners,
-        lambda stage: stage.executive.goal_listeners,
-        lambda stage: stage.executive.after_tick,
-        lambda stage: stage.trace.listeners,
-        lambda stage: stage.step_listeners,
+        lambda stage: stage.executive.events.subscribe,
+        lambda stage: stage.executive.after_tick.append,
+        lambda stage: stage.trace.lines.subscribe,
+        lambda stage: stage.step_listeners.append,
     ],
-    ids=["changes", "goals", "ticks", "trace", "steps"],
+    ids=["events", "ticks", "trace", "steps"],
 )
-def test_a_callback_that_raises_ends_the_mission_in_good_order(stage: Any, listeners: Any) -> None:
+def test_a_callback_that_raises_ends_the_mission_in_good_order(stage: Any, subscribe: Any) -> None:
     """Whoever calls it: the goal is cancelled and confirmed, and the reason says what it was."""
     run = stage.run(DRIVE)
     while run.t < 1:
         run.stage.step()
-    listeners(run.stage).append(broken)
+    subscribe(run.stage)(broken)
     run.stage.executive.pause("so that a node changes")
     run.stage.executive.resume()
     report = drive(run.stage, Quiet())

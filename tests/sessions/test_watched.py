@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from bt_mission.events.feed import MissionFeed
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
 from bt_mission.ros import robot_relay, status_publisher
@@ -53,11 +54,12 @@ def test_looking_on_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(status_publisher, "DETAILS_PERIOD_S", 0.0)
     monkeypatch.setattr(robot_relay, "EVERY_S", 0.0)
     mission, robot = MissionState(), RobotState()
+    feed = MissionFeed(mission)
     farthest = [0.0]
 
     def look(stage: Stage, heard: Any) -> None:
         for message in heard.messages:
-            mission.take(message)
+            feed.take(message)
         for reading in heard.robot:
             robot.take(reading)
         if heard.robot and robot.pose is not None:

@@ -9,8 +9,8 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 
+from bt_mission.events.events import Event, NodeChanged
 from bt_mission.executive.executive import Executive
-from bt_mission.executive.status import Change
 from bt_mission.ros.graph import NodeOptions, destroy_actions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
@@ -35,7 +35,7 @@ class Graph:
         self.client = self.node("client")
         self.client.create_timer(0.05, lambda: None)
         self.start_ns = self.clock.now_ns
-        self.changes: list[Change] = []
+        self.changes: list[NodeChanged] = []
         self.said: list[str] = []
         self.served: MissionServer | None = None
 
@@ -73,8 +73,12 @@ class Graph:
             mission, options, node=NodeOptions(context=self.context, lean=True, **where)
         )
         self.clock.add_node(node)
-        node.runner.executive.listeners.append(self.changes.append)
+        node.runner.executive.events.subscribe(self._take)
         return node.runner
+
+    def _take(self, event: Event) -> None:
+        if isinstance(event, NodeChanged):
+            self.changes.append(event)
 
     def serve(self, missions: ServedMissions | None = None, **options: Any) -> MissionServer:
         """The executive as a server, of missions in texts where nothing else is said."""

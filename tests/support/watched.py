@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable, Mapping
 
 from py_trees.common import Status
 
 from bt_mission.events import events, messages
+from bt_mission.events.feed import MissionFeed
+from bt_mission.events.messages import Batch
+from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, ControlResponse, FoundExecutive, Heard
+from bt_mission.goals.poses import NamedPose
 
 S = 1_000_000_000
 
@@ -27,9 +31,24 @@ WORDS = {
 }
 
 
-def tree(outline: str = EXPLORE, *, run: str = "run", time_ns: int = S) -> events.MissionStarted:
+def known(executive: ScriptedExecutive) -> MissionState:
+    """What follows from all that an executive has sent, and nobody has taken."""
+    feed = MissionFeed(MissionState())
+    for batch in executive.take(needs_statuses=False).messages:
+        feed.take(batch)
+    return feed.mission
+
+
+def tree(
+    outline: str = EXPLORE,
+    *,
+    run: str = "run",
+    time_ns: int = S,
+    details: Mapping[str, tuple[str, ...]] | None = None,
+) -> events.RunStarted:
     """A tree, from names indented by two blanks a level."""
     nodes: list[events.NodeInfo] = []
+    details = details or {}
     above: list[int] = []
     counts: dict[int, int] = {}
     lines = outline.rstrip("\n").split("\n")
@@ -42,17 +61,39 @@ def tree(outline: str = EXPLORE, *, run: str = "run", time_ns: int = S) -> event
         if depth:
             path = f"{nodes[parent].path}.{counts.get(parent, 0)}"
             counts[parent] = counts.get(parent, 0) + 1
-        nodes.append(events.NodeInfo(line.strip(), "ActionLeaf", path, parent))
-    return events.MissionStarted(time_ns, run, nodes[0].name, tuple(nodes))
+        name, asked = line.strip(), details.get(path, ())
+        nodes.append(events.NodeInfo(name, "ActionLeaf", path, parent, asked))
+    return events.RunStarted(time_ns, run, nodes[0].name, tuple(nodes))
+
+
+def state_of(outline: str = EXPLORE) -> MissionState:
+    """The state of a mission that has just started with this tree."""
+    mission = MissionState()
+    mission.apply(tree(outline))
+    return mission
+
+
+def goal_in(
+    state: str = "sent",
+    *targets: tuple[float, float],
+    goal_id: str = "ab",
+    action: str = "/turn",
+    owner: str = "turn away",
+    at_s: float = 1.0,
+    sent_s: float = 1.0,
+) -> events.GoalChanged:
+    """A goal that is in this state since ``at_s``."""
+    places = tuple(NamedPose(x, y, 0.0, "map") for x, y in targets)
+    at_ns, sent_ns = round(at_s * S), round(sent_s * S)
+    return events.GoalChanged(at_ns, goal_id, action, owner, sent_ns, state, targets=places)
 
 
 def requirement(
-    name: str, verdict: str, margin: str = "", *, run: str = "run", time_ns: int = S
+    name: str, verdict: str, margin: str = "", *, time_ns: int = S
 ) -> events.RequirementChanged:
     """What a requirement of speed has come to, half a second after the start."""
     return events.RequirementChanged(
         time_ns=time_ns,
-        run=run,
         name=name,
         requirement="always speed < 0.3",
         verdict=verdict,
@@ -74,6 +115,8 @@ class ScriptedExecutive:
         self.name = name
         self.is_there = True
         self.outline = outline
+        self.details: dict[str, tuple[str, ...]] = {}
+        """What nodes are asked to do, by their paths."""
         self.run = ""
         self.now_ns = S
         self.commands: list[ControlRequest] = []
@@ -82,86 +125,96 @@ class ScriptedExecutive:
         self.has_camera = False
         self.image: messages.CameraImage | None = None
         self._sequence = 0
-        self._statuses: list[messages.NodeStatus] = []
-        self._told: list[messages.Told] = []
+        self._statuses: list[events.NodeChanged] = []
+        self._told: list[Batch] = []
         self._robot: list[messages.Robot] = []
         self._answers: list[ControlResponse] = []
 
     # ---- what the test has it tell -------------------------------------------------------
 
-    def begin(self, run: str = "run") -> events.MissionStarted:
+    def begin(self, run: str = "run") -> Batch:
         """A mission starts."""
         self.run, self._sequence = run, 0
-        found = tree(self.outline, run=run, time_ns=self.now_ns)
+        found = tree(self.outline, run=run, time_ns=self.now_ns, details=self.details)
         self.names = [node.name for node in found.nodes]
         self._statuses = [
-            messages.NodeStatus(index, Status.INVALID, "") for index in range(len(found.nodes))
+            events.NodeChanged(None, index, Status.INVALID, "") for index in range(len(found.nodes))
         ]
-        self._told.append(found)
+        batch = self._tell(found)
         self.stand("running")
-        return found
+        return batch
 
-    def change(self, after_s: float = 0.0, /, **statuses: str) -> messages.Changes:
-        """Nodes change: ``change(1.0, drive="success: canceled")``; ``_`` stands for a blank."""
+    def change(self, after_s: float = 0.0, /, **statuses: str) -> Batch:
+        """Nodes change: ``change(1.0, drive="success: canceled")``; ``_`` stands for a blank.
+
+        ``"reset"`` takes back the status of a node that has ended.
+        """
         self.now_ns += round(after_s * S)
         self._sequence += 1
-        changes = []
+        changes: list[events.Event] = []
+        reset: list[int] = []
         for name, words in statuses.items():
-            status, _, message = words.partition(": ")
             index = self.names.index(name.replace("_", " "))
-            changes.append(messages.NodeStatus(index, WORDS[status], message))
-            self._statuses[index] = changes[-1]
-        found = messages.Changes(self.now_ns, self.run, self._sequence, tuple(changes))
-        self._told.append(found)
-        return found
+            if words == "reset":
+                reset.append(index)
+                self._statuses[index] = events.NodeChanged(None, index, Status.INVALID, "")
+                continue
+            status, _, message = words.partition(": ")
+            changes.append(events.NodeChanged(self.now_ns, index, WORDS[status], message))
+            self._statuses[index] = events.NodeChanged(None, index, WORDS[status], message)
+        if reset:
+            changes.append(events.NodesReset(self.now_ns, tuple(reset)))
+        return self._tell(*changes, sequence=self._sequence)
 
     def stand(self, status: str, reason: str = "") -> None:
         """The mission's state changes."""
-        self._told.append(
-            events.MissionStateChanged(self.now_ns, self.run, "explore", status, reason)
-        )
+        self._tell(events.StateChanged(self.now_ns, self.run, "explore", status, reason))
 
     def say(self, text: str) -> None:
         """The mission says something."""
-        self._told.append(events.LogLine(self.now_ns, self.run, text))
+        self._tell(events.LogLine(self.now_ns, text))
 
-    def judge(self, after_s: float = 0.0, /, **verdicts: str) -> messages.Requirements:
-        """Requirements have come to this: ``judge(is_slow="violated -0.1")``."""
+    def judge(self, after_s: float = 0.0, /, **verdicts: str) -> Batch:
+        """Requirements have these verdicts: ``judge(is_slow="violated -0.1")``."""
         self.now_ns += round(after_s * S)
-        found = messages.Requirements(
-            self.now_ns,
-            self.run,
-            tuple(
-                requirement(
-                    name.replace("_", " "), *words.split(), run=self.run, time_ns=self.now_ns
-                )
+        return self._tell(
+            *(
+                requirement(name.replace("_", " "), *words.split(), time_ns=self.now_ns)
                 for name, words in verdicts.items()
-            ),
+            )
         )
-        self._told.append(found)
-        return found
 
-    def detail(self, after_s: float = 0.0, **fields: Any) -> messages.DetailsUpdate:
+    def detail(
+        self,
+        after_s: float = 0.0,
+        *,
+        ticks: int = 1,
+        goals_sent: int = 0,
+        running: Iterable[events.NodeProgressed] = (),
+        goals: Iterable[events.GoalChanged] = (),
+        variables: Iterable[tuple[str, str]] = (),
+        breakpoints: tuple[str, ...] = (),
+    ) -> Batch:
         """Details, with nothing in them but what is given."""
         self.now_ns += round(after_s * S)
-        empty: dict[str, Any] = {
-            "ticks": 1,
-            "goals_sent": 0,
-            "running": (),
-            "goals": (),
-            "variables": (),
-            "breakpoints": (),
-        }
-        found = messages.DetailsUpdate(self.now_ns, self.run, **{**empty, **fields})
-        self._told.append(found)
-        return found
+        return self._tell(
+            events.CountsChanged(self.now_ns, ticks, goals_sent),
+            events.BreakpointsChanged(self.now_ns, breakpoints),
+            *running,
+            *goals,
+            *(events.VariableChanged(self.now_ns, *one) for one in variables),
+        )
 
     def progress(
         self, name: str, value: float, limit: float, message: str = ""
-    ) -> events.NodeProgress:
+    ) -> events.NodeProgressed:
         """How far a node has come, for :meth:`detail`."""
-        index = self.names.index(name)
-        return events.NodeProgress(index, self.now_ns, message, "travelled", value, limit)
+        index, now_ns = self.names.index(name), self.now_ns
+        return events.NodeProgressed(now_ns, index, now_ns, message, "travelled", value, limit)
+
+    def _tell(self, *happened: events.Event, sequence: int = 0) -> Batch:
+        self._told.append(Batch(self.run, happened, sequence))
+        return self._told[-1]
 
     def show(self, *robot: messages.Robot) -> None:
         """The robot tells of itself."""
@@ -176,9 +229,9 @@ class ScriptedExecutive:
         self._told.clear()
 
     @property
-    def statuses(self) -> messages.Statuses:
+    def statuses(self) -> Batch:
         """What the service for latecomers answers."""
-        return messages.Statuses(self.run, self._sequence, tuple(self._statuses))
+        return Batch(self.run, tuple(self._statuses), self._sequence, is_complete=True)
 
     # ---- a source ------------------------------------------------------------------------
 

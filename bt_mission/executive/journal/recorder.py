@@ -14,6 +14,7 @@ from bt_mission.behaviours.runtime import Runtime
 from bt_mission.behaviours.snapshot import save
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.stamps import NS
+from bt_mission.events.events import Event, GoalChanged, NodeChanged, NodesReset
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.journal.store import (
     Journal,
@@ -23,8 +24,7 @@ from bt_mission.executive.journal.store import (
     encode,
     pack_generator,
 )
-from bt_mission.executive.status import Change, MissionStatus
-from bt_mission.goals.goal import Goal
+from bt_mission.executive.status import MissionStatus
 from bt_mission.requirements.monitor import RequirementResult
 
 HEARTBEAT_NS = NS
@@ -70,24 +70,29 @@ class JournalRecorder:
         self._variables: dict[str, dict[str, Any]] = {path: {} for path in self._scopes}
         self._is_broken = False
         self._has_ended = False
-        executive.listeners.append(self._on_change)
-        executive.goal_listeners.append(self._on_goal)
+        executive.events.subscribe(self._take)
         executive.after_tick.append(self._after_tick)
 
-    def _on_change(self, change: Change) -> None:
-        node: Behaviour | None = change.node
+    def _take(self, event: Event) -> None:
+        match event:
+            case NodeChanged(node=index):
+                self._note(index)
+            case NodesReset(nodes=indices):
+                for index in indices:
+                    self._note(index)
+            case GoalChanged(change="sent", id=goal_id):
+                # From this tick on its leaf remembers it.
+                self._changed |= dict.fromkeys(self._executive.running_leaves)
+                self._goals[goal_id] = None
+                kind = self._runtime.ledger.find(goal_id).goal_client.type_name
+                sent = {"action": event.action, "type": kind, "owner": event.owner}
+                self._write({("goals", goal_id): sent})
+
+    def _note(self, index: int) -> None:
+        node: Behaviour | None = self._executive.nodes[index]
         while node is not None and node not in self._changed:
             self._changed[node] = None
             node = node.parent
-
-    def _on_goal(self, what: str, goal: Goal) -> None:
-        if what == "sent":
-            # From this tick on its leaf remembers it.
-            self._changed |= dict.fromkeys(self._executive.running_leaves)
-            self._goals[goal.id.hex()] = None
-            name, kind = goal.goal_client.name, goal.goal_client.type_name
-            sent = {"action": name, "type": kind, "owner": goal.owner}
-            self._write({("goals", goal.id.hex()): sent})
 
     def _after_tick(self) -> None:
         if not self._executive.started_ns:

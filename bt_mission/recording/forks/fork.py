@@ -120,7 +120,7 @@ class ForkedRun:
         self._stage = stage
         for line in stage.trace.newest:
             self._take(line)
-        stage.trace.listeners.append(self._take)
+        stage.trace.lines.subscribe(self._take)
         if self._change.is_applied:
             stage.clock.call_at(self._step_ns, self._apply)
         if limit_s is not None:

@@ -6,9 +6,10 @@ from bisect import bisect_right
 from collections.abc import Iterator
 
 from bt_mission.core.stamps import NS
-from bt_mission.events.events import MissionStarted
-from bt_mission.events.log import LogEntry, entry_of
-from bt_mission.events.mission_state import ROBOT, MissionState
+from bt_mission.events.events import RunStarted
+from bt_mission.events.log import LogEntry
+from bt_mission.events.messages import ROBOT
+from bt_mission.events.mission_state import MissionState
 from bt_mission.recording.replay.timeline import Frame, LazyMessage, Timeline, beside
 
 SPACING = 500
@@ -24,10 +25,10 @@ def entries_of(timeline: Timeline) -> Iterator[LogEntry]:
     """All lines of the log of a timeline."""
     mission = MissionState()
     for frame in timeline.frames:
-        if not isinstance(frame, (*ROBOT, LazyMessage)):
-            for happening in mission.take(frame):
-                if (entry := entry_of(happening)) is not None:
-                    yield entry
+        if isinstance(frame, (*ROBOT, LazyMessage)) or not mission.apply(frame):
+            continue
+        if (entry := mission.entry_of(frame)) is not None:
+            yield entry
 
 
 class TimelineSeeker:
@@ -42,7 +43,7 @@ class TimelineSeeker:
         self._state = MissionState()
         self._at = 0
         """So many frames have been played."""
-        sizes = (len(one.nodes) for one in timeline.frames if isinstance(one, MissionStarted))
+        sizes = (len(one.nodes) for one in timeline.frames if isinstance(one, RunStarted))
         most_kept = min(MOST_KEPT, max(MOST_NODES // max(sizes, default=1), 1))
         self._spacing = max(SPACING, len(timeline.frames) // most_kept)
         self._kept = [MissionState()]
@@ -68,12 +69,14 @@ class TimelineSeeker:
         for frame in frames:
             if isinstance(frame, LazyMessage):
                 newest[frame.topic] = frame
+            elif isinstance(frame, ROBOT):
+                self._state.robot.take(frame)
             else:
-                self._state.take(frame)
+                self._state.apply(frame)
         for message in newest.values():
             seen = message.decode()
             if seen is not None:
-                self._state.take(seen)
+                self._state.robot.take(seen)
 
 
 SLOWEST, FASTEST = 1 / 64, 1024.0

@@ -18,8 +18,8 @@ from py_trees.common import Status
 from bt_mission.core.geometry import yaw_of
 from bt_mission.events import events, messages, reader
 from bt_mission.events.log import line_of
-from bt_mission.recording.expected_types import DIAGNOSTICS, TEXT, expect
 from bt_mission.recording.expected_types import ROBOT as ROBOT_TYPES
+from bt_mission.recording.expected_types import TEXT, expect
 from bt_mission.recording.facts import LARGEST_NS, robot_of
 from bt_mission.recording.reading import (
     UNREADABLE,
@@ -29,20 +29,15 @@ from bt_mission.recording.reading import (
 )
 from bt_mission.recording.robot_life import TRUTH
 
-TOLD: dict[str, Callable[[Any], messages.Told]] = {
+EXECUTIVE: dict[str, Callable[[Any], messages.Batch]] = {
     "bt_mission_interfaces/msg/Tree": reader.tree,
     "bt_mission_interfaces/msg/StatusChanges": reader.changes,
     "bt_mission_interfaces/msg/MissionState": reader.state,
     "bt_mission_interfaces/msg/MissionDetails": reader.details,
-    "bt_mission_interfaces/msg/MissionLog": reader.said,
+    "bt_mission_interfaces/msg/MissionLog": reader.log,
+    "bt_mission_interfaces/msg/Requirements": reader.requirements,
 }
-"""What an executive tells, by its type."""
-
-OWN: dict[str, tuple[str, Callable[[Any], messages.Told]]] = {
-    "node_details": (TEXT, reader.node_details),
-    "requirements": (DIAGNOSTICS, reader.requirements),
-}
-"""What it tells by messages of others, with their types."""
+"""Messages of an executive, by their type."""
 
 ROBOT: dict[str, Callable[[Any], messages.Robot]] = {
     "tf": reader.transforms,
@@ -82,8 +77,8 @@ class LazyMessage:
 OTHERS_NS = 200_000_000
 """ROS time between two places of another robot that are kept."""
 
-Frame = messages.Told | messages.Robot | LazyMessage
-"""What was told at some instant."""
+Frame = events.Event | messages.Robot | LazyMessage
+"""What was recorded at some instant."""
 
 
 @dataclass(frozen=True)
@@ -152,23 +147,20 @@ class _TimelineReader:
         self._trace: list[str] = []
         self._node = ""
         """Of the executive that is shown: the first in the file."""
-        self._trees: list[events.MissionStarted] = []
+        self._trees: list[events.RunStarted] = []
+        self._batches: list[tuple[int, str, events.Event]] = []
+        """Times, runs and events."""
         self._said: list[tuple[int, str]] = []
-        self._sequence = 0
 
     def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
         """Take a message in, if it is of use."""
         place, _, name = channel.topic.rpartition("/")
-        if channel.type_name in TOLD:
+        if channel.type_name in EXECUTIVE:
             if self._node in ("", place) and self._file.is_of_mission(channel.topic):
-                message = TOLD[channel.type_name](channel.decode(data))
+                batch = EXECUTIVE[channel.type_name](channel.decode(data))
                 if channel.type_name == TREE:
                     self._node = place
-                self._take_told(message, time_ns)
-        elif name in OWN and place == self._node:
-            type_name, read = OWN[name]
-            expect(channel, type_name)
-            self._take_told(read(channel.decode(data)), time_ns)
+                self._take_batch(batch, time_ns)
         elif name == "trace":
             if self._file.is_of_mission(channel.topic):
                 expect(channel, TEXT)
@@ -207,22 +199,12 @@ class _TimelineReader:
             other = messages.OtherRobot(robot, x, y, yaw_of(pose.orientation))
             self._kept.append((time_ns, other))
 
-    def _take_told(self, message: messages.Told, time_ns: int) -> None:
-        at_ns = (
-            time_ns
-            if isinstance(message, messages.Statuses | messages.NodeDetails)
-            else min(message.time_ns, time_ns)
-        )
-        if isinstance(message, events.MissionStarted):
-            self._trees.append(message)
-            self._sequence = 0
-        elif isinstance(message, messages.Changes):
-            if self._trees and message.sequence > self._sequence + 1:
-                # Where the file begins later than the run, or lacks some, go on from there.
-                known = messages.Statuses(message.run, message.sequence - 1, ())
-                self._kept.append((at_ns, known))
-            self._sequence = message.sequence
-        self._kept.append((at_ns, message))
+    def _take_batch(self, batch: messages.Batch, time_ns: int) -> None:
+        for event in batch.events:
+            if isinstance(event, events.RunStarted):
+                self._trees.append(event)
+            at_ns = time_ns if event.time_ns is None else min(event.time_ns, time_ns)
+            self._batches.append((at_ns, batch.run, event))
 
     def _take_line(self, line: str) -> None:
         self._trace.append(line)
@@ -243,7 +225,14 @@ class _TimelineReader:
         if not self._trees:
             raise RecordingError(f"{self._file.path}: {self._why_no_timeline()}")
         start_ns = self._begin_at_start()
-        kept = [*self._kept, *self._words(), *self._robots.get(self._node.rpartition("/")[0], [])]
+        runs = {tree.run for tree in self._trees}
+        happened = [
+            (at_ns, run, event)
+            for at_ns, run, event in self._batches
+            if run in runs or isinstance(event, events.StateChanged)
+        ]
+        kept = [*self._kept, *((at_ns, event) for at_ns, _, event in happened), *self._words()]
+        kept += self._robots.get(self._node.rpartition("/")[0], [])
         kept.sort(key=lambda one: (one[0], _rank(one[1])))
         return Timeline(
             path=self._file.path,
@@ -256,10 +245,8 @@ class _TimelineReader:
             missing=self._file.missing,
             robots=tuple(robot_of(node) for node in self._file.facts.missions),
             notes=self._file.notes,
-            changes_ns=tuple(
-                sorted({at_ns for at_ns, one in kept if isinstance(one, messages.Changes)})
-            ),
-            starts_ns=_starts(frame for _, frame in kept),
+            changes_ns=tuple(sorted({at_ns for at_ns, one in kept if isinstance(one, CHANGES)})),
+            starts_ns=_starts(happened),
         )
 
     def _begin_at_start(self) -> int:
@@ -267,16 +254,14 @@ class _TimelineReader:
         first = self._trees[0]
         begin = replace(first, time_ns=self._file.started_ns(first.time_ns))
         self._trees[0] = begin
-        at = next(index for index, (_, one) in enumerate(self._kept) if one is first)
-        self._kept[at] = (begin.time_ns, begin)
+        at = next(index for index, one in enumerate(self._batches) if one[2] is first)
+        self._batches[at] = (begin.time_ns, begin.run, begin)
         return begin.time_ns
 
     def _words(self) -> Iterator[tuple[int, Frame]]:
         """What the mission has said, as far as the trace tells."""
-        times = [tree.time_ns for tree in self._trees]
         for time_ns, text in self._said:
-            tree = self._trees[max(bisect_right(times, time_ns) - 1, 0)]
-            yield time_ns, events.LogLine(time_ns, tree.run, text)
+            yield time_ns, events.LogLine(time_ns, text)
 
     def _why_no_timeline(self) -> str:
         if TREE in self._file.unread:
@@ -296,20 +281,21 @@ class _TimelineReader:
         )
 
 
+CHANGES = (events.NodeChanged, events.NodesReset)
+
+
 def _rank(frame: Frame) -> int:
     """The order within an instant: a mission starts, things happen, a mission ends."""
-    if isinstance(frame, events.MissionStarted):
+    if isinstance(frame, events.RunStarted):
         return 0
-    return (
-        2 if isinstance(frame, events.MissionStateChanged) and frame.status in events.FINAL else 1
-    )
+    return 2 if isinstance(frame, events.StateChanged) and frame.status in events.FINAL else 1
 
 
-def _starts(frames: Iterable[Frame]) -> dict[tuple[str, int], tuple[int, ...]]:
+def _starts(
+    happened: Iterable[tuple[int, str, events.Event]],
+) -> dict[tuple[str, int], tuple[int, ...]]:
     found: dict[tuple[str, int], list[int]] = {}
-    for frame in frames:
-        if isinstance(frame, messages.Changes):
-            for one in frame.changes:
-                if one.status is Status.RUNNING:
-                    found.setdefault((frame.run, one.node), []).append(frame.time_ns)
+    for at_ns, run, event in happened:
+        if isinstance(event, events.NodeChanged) and event.status is Status.RUNNING:
+            found.setdefault((run, event.node), []).append(at_ns)
     return {key: tuple(times) for key, times in found.items()}

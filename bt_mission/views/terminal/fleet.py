@@ -13,8 +13,8 @@ from rich.text import Text
 from bt_mission.core.terminal.console import EscapingConsole
 from bt_mission.core.text import counted, escape_control, seconds
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.events.events import NodeChanged
 from bt_mission.events.log import verdict
-from bt_mission.executive.status import Change
 from bt_mission.fleets.plan import FleetPlan
 from bt_mission.fleets.run import FleetView, QuietFleet
 from bt_mission.sessions.stage import Stage
@@ -66,7 +66,7 @@ class FleetLines(QuietFleet):
             line = f"  {who}{mission.name} ({mission.robot}, seed {mission.seed})"
             print(escape_control(line), file=self._stream, flush=True)
 
-    def on_robot_change(self, robot: str, change: Change, /) -> None:
+    def on_robot_change(self, robot: str, change: NodeChanged, /) -> None:
         """Show a change."""
         self._lines[robot].on_change(change)
 
@@ -102,7 +102,7 @@ class FleetScreen(LiveScreen):
             self._trees.append((run, tree))
         self.begin(self._picture)
 
-    def on_robot_change(self, _robot: str, _change: Change, /) -> None:
+    def on_robot_change(self, _robot: str, _change: NodeChanged, /) -> None:
         """Its tree is drawn anyway."""
 
     def on_robot_line(self, robot: str, text: str, /) -> None:

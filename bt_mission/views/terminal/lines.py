@@ -9,15 +9,14 @@ from typing import TextIO
 from py_trees.common import Status
 from rich.cells import cell_len, set_cell_size
 
-from bt_mission.behaviours.leaves import Log
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import escape_control, seconds
-from bt_mission.events.events import MissionStarted, RequirementChanged
-from bt_mission.events.log import LogEntry, glyphs_for, mission_state, verdict
+from bt_mission.events.events import NodeChanged, RequirementChanged, RunStarted
+from bt_mission.events.log import LOG_KIND, LogEntry, glyphs_for, mission_state, verdict
 from bt_mission.events.mission_state import MissionState
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.leaf_statistics import LeafSummary
-from bt_mission.executive.status import Change, MissionStatus
+from bt_mission.executive.status import MissionStatus
 from bt_mission.views.terminal.marks import Marks, clean, fit, text_of
 from bt_mission.views.terminal.panels import log_words, requirement_rows
 from bt_mission.views.terminal.tree_rows import Outline, tree_row
@@ -90,6 +89,7 @@ class PlainLines:
         self._who = who
         self._start_ns = start_ns
         self._now_ns = now_ns
+        self._nodes, self._is_leaf = executive.node_infos, executive.mission_state.is_leaf
         self._controls = ControlLines(executive)
         self._glyphs = glyphs_for(stream.encoding)
 
@@ -98,13 +98,14 @@ class PlainLines:
         for line in self._controls.take():
             self.say(line)
 
-    def on_change(self, change: Change) -> None:
+    def on_change(self, event: NodeChanged) -> None:
         """Show a change of a leaf's status; composites follow from their leaves."""
         self.refresh()
-        if change.node.children or isinstance(change.node, Log):
+        node, status = self._nodes[event.node], event.status
+        if event.time_ns is None or not self._is_leaf[event.node] or node.kind == LOG_KIND:
             return  # what a log leaf says is shown as it is said
-        words = "" if change.status is Status.RUNNING else change.message
-        self._line(change.time_ns, f"{self._glyphs[change.status]} {change.node.name}  {words}")
+        words = "" if status is Status.RUNNING else event.message
+        self._line(event.time_ns, f"{self._glyphs[status]} {node.name}  {words}")
 
     def say(self, text: str) -> None:
         """Show what a mission says."""
@@ -159,7 +160,7 @@ class RequirementLines:
     def __init__(self, known: Iterable[RequirementChanged] = ()) -> None:
         self._verdicts = {one.name: one.verdict for one in known}
 
-    def take(self, one: RequirementChanged, tree: MissionStarted | None) -> Iterator[str]:
+    def take(self, one: RequirementChanged, tree: RunStarted | None) -> Iterator[str]:
         """Give a line, if there is something new; a violation is said by the mission itself."""
         before = self._verdicts.get(one.name, "open")
         is_said = one.name in self._verdicts and one.verdict == "violated"

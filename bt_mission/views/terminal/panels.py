@@ -123,7 +123,7 @@ def goal_rows(mission: MissionState, marks: Marks) -> Rows:
     rows: Rows = []
     for goal in sorted(goals, key=lambda one: one.state not in OPEN):
         status = GOAL_STATUSES.get(goal.state, Status.RUNNING)
-        end_ns = mission.now_ns if goal.state in OPEN else goal.changed_ns
+        end_ns = mission.now_ns if goal.state in OPEN else mission.goals_changed_ns[goal.id]
         rows.append(
             [
                 (f"{marks.status[status]} {goal.state:<9} ", STATUS_STYLES[status]),

@@ -6,7 +6,7 @@ import sys
 from typing import Self
 
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.executive.status import Change
+from bt_mission.events.events import NodeChanged
 from bt_mission.sessions.session import Session
 
 
@@ -22,7 +22,7 @@ class Quiet:
     def open(self, session: Session, wall: Stopwatch, /) -> None:
         """Nothing to show."""
 
-    def on_change(self, change: Change) -> None:
+    def on_change(self, change: NodeChanged) -> None:
         """Nothing to show."""
 
     def refresh(self) -> None:

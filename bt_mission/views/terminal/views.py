@@ -6,22 +6,21 @@ from collections.abc import Callable, Sequence
 from itertools import islice
 from typing import Self, TextIO
 
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from rich.cells import cell_len
 from rich.console import Console, ConsoleDimensions, Group, RenderableType
 from rich.live import Live
 from rich.text import Text
 
-from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.leaves import LeafProgress, progress_of
 from bt_mission.core.terminal.console import EscapingConsole, coloured
 from bt_mission.core.text import escape_control, seconds
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.events.events import NodeChanged
 from bt_mission.events.log import STYLES, verdict
+from bt_mission.events.mission_state import NodeEnd
 from bt_mission.executive.executive import Executive
-from bt_mission.executive.node_states import NodeState
-from bt_mission.executive.status import Change, MissionStatus
+from bt_mission.executive.status import MissionStatus
 from bt_mission.sessions.session import Session, View
 from bt_mission.views.terminal.lines import ControlLines, PlainLines, timed
 from bt_mission.views.terminal.marks import bar, clean, marks_for
@@ -56,7 +55,7 @@ class PlainView(Quiet):
         )
         print(_title(session), file=self._stream, flush=True)
 
-    def on_change(self, change: Change) -> None:
+    def on_change(self, change: NodeChanged) -> None:
         """Show a change."""
         if self._lines:
             self._lines.on_change(change)
@@ -205,25 +204,26 @@ class LiveTree:
         self._executive = executive
         self._header = header
         self._marks = marks_for(console.encoding)
-        self._states = executive.node_states
-        self._doing: dict[Behaviour, tuple[str, LeafProgress | None]] = {}
+        self._state = executive.mission_state
+        self._depths = [info.depth for info in executive.node_infos]
+        self._doing: dict[int, tuple[str, LeafProgress | None]] = {}
+        """What running nodes said when the mission was last ticked."""
         executive.after_tick.append(self._note_running)
-        executive.tick_wrappers.append(
-            lambda walk: self._states.keep_visited(walk, lambda: executive.now_ns)
-        )
 
     def render(self, room: int | None = None) -> Group:
         """The whole picture: header and tree, of which so many rows are shown at most."""
         if room is None:
             room = max(self._console.height - 3, 1)
-        failed = {node for node, _ in self._states.failure_path()}
+        failed = set(self._state.failure_path())
         rows: list[Text] = []
         focus: list[int] = []
         above: list[int] = []
-        for number, (node, depth, state) in enumerate(self._states.walk()):
-            rows.append(self._row(node, depth, state))
-            above[depth:] = [number]
-            if node in failed or (state.status is Status.RUNNING and not failed):
+        for index, (depth, shown) in enumerate(
+            zip(self._depths, self._state.shown_nodes(), strict=True)
+        ):
+            rows.append(self._row(index, depth, shown))
+            above[depth:] = [index]
+            if index in failed or (shown.status is Status.RUNNING and not failed):
                 focus = above.copy()
         return Group(
             Text(
@@ -232,25 +232,35 @@ class LiveTree:
             *(rows[number] for number in _shown(len(rows), focus, room)),
         )
 
-    def _note_running(self) -> None:
-        """Keep what the leaves do; a halt takes it from them."""
-        if self._executive.status is MissionStatus.RUNNING:
-            leaves = self._executive.running_leaves
-            self._doing = {leaf: (leaf.feedback_message, progress_of(leaf)) for leaf in leaves}
+    @property
+    def _is_running(self) -> bool:
+        return self._executive.status is MissionStatus.RUNNING
 
-    def _row(self, node: Behaviour, depth: int, state: NodeState) -> Text:
-        message, progress = state.message, progress_of(node)
-        if state.status is Status.RUNNING and node.status is not Status.RUNNING:
-            message, progress = self._doing.get(node, (message, None))
+    def _note_running(self) -> None:
+        """Keep what runs; a halt at the end takes it from the nodes."""
+        if self._is_running:
+            self._doing = {index: self._doing_of(index) for index in self._state.running}
+
+    def _doing_of(self, index: int) -> tuple[str, LeafProgress | None]:
+        node = self._executive.nodes[index]
+        return node.feedback_message, progress_of(node)
+
+    def _row(self, index: int, depth: int, shown: NodeEnd) -> Text:
+        node, status, message = self._executive.nodes[index], shown.status, shown.message
+        progress = None
+        if status is Status.RUNNING:
+            message, progress = self._doing_of(index)
+        elif status is Status.INVALID and index in self._doing and not self._is_running:
+            status, (message, progress) = Status.RUNNING, self._doing[index]
         row = Text(no_wrap=True, overflow="ellipsis")
-        sign = f"{'  ' * depth}{self._marks.status[state.status]} "
-        row.append(sign + clean(node.name, self._marks), style=STYLES[state.status])
+        sign = f"{'  ' * depth}{self._marks.status[status]} "
+        row.append(sign + clean(node.name, self._marks), style=STYLES[status])
         if progress is not None:
             label, value, limit = progress.label, progress.value, progress.limit
             drawn = bar(value, limit, BAR_WIDTH, self._marks)
             row.append(f"  {drawn} {progress_figures(label, value, limit)}", style="cyan")
-        was_halted = isinstance(node, ActionLeaf) and node.was_halted
-        if message and (state.status is not Status.INVALID or was_halted):
+        has_run = status is not Status.INVALID or shown.time_ns is not None
+        if message and has_run:
             row.append(f"  {clean(message, self._marks)}", style="dim")
         return row
 

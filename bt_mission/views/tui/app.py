@@ -69,7 +69,7 @@ class WatchApp(ViewApp):
         self.graph.serve()
         self._look_round()
         if self.source is not None:
-            needs = self.outlook.mission.needs_statuses
+            needs = self.outlook.needs_statuses
             heard = self.source.take(needs_statuses=needs)
             self.outlook.take(heard, self._wall.elapsed_s)
             for answer in heard.answers:

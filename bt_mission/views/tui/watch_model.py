@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bt_mission.events.events import MissionStarted
+from bt_mission.events.events import Event, RunStarted
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, Heard
 from bt_mission.events.watched_mission import WatchedMission
@@ -25,15 +25,15 @@ class WatchModel(WatchedMission):
         self.hint = ""
         """What stands in the place of the tree as long as there is none."""
 
-    def take(self, heard: Heard, wall_s: float) -> bool:
-        """Take in what has come, and go with it; gives whether anything has.
+    def take(self, heard: Heard, wall_s: float) -> list[Event]:
+        """Take in what has come, and go with it; return the events that change what is known.
 
         Args:
             wall_s: Wall time at which it came, s.
         """
-        has_come = super().take(heard, wall_s)
+        happened = super().take(heard, wall_s)
         self._go_along()
-        return has_come
+        return happened
 
     def show(self, mission: MissionState) -> None:
         """Show this from now on, with the user's place in the tree as long as that is the same."""
@@ -42,7 +42,7 @@ class WatchModel(WatchedMission):
         self.mission = mission
         self._go_along()
 
-    def on_tree(self, tree: MissionStarted | None) -> None:
+    def on_tree(self, tree: RunStarted | None) -> None:
         """Show another tree, from its first row on."""
         self.outline = Outline(tree.nodes if tree else ())
         self.cursor = self.top = 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from bt_mission.behaviours.leaves import progress_of
 from bt_mission.core.errors import described
+from bt_mission.events.events import Event, GoalChanged, LogLine
 from bt_mission.executive.status import MissionStatus
-from bt_mission.goals.goal import Goal
-from bt_mission.goals.poses import poses_of
+from bt_mission.goals.poses import NamedPose
 from bt_mission.sessions.session import Session
 from bt_mission.views.video.ground import Ground, Zone
 from bt_mission.views.video.mp4 import Mp4File, Picture
@@ -100,7 +100,7 @@ class VideoRecorder:
         self._said = ""
         self._is_closed = False
         session.executive.after_tick.append(self._look)
-        session.executive.goal_listeners.append(self._on_goal)
+        session.executive.events.subscribe(self._take)
         self._look()
 
     def __enter__(self) -> Self:
@@ -115,10 +115,6 @@ class VideoRecorder:
         if self.file.fault is None:
             return ""
         return f"everything after {self.file.frames / FPS:.1f} s ({self.file.fault})"
-
-    def hear(self, _: int, text: str) -> None:
-        """Show what the mission says."""
-        self._said = text
 
     def finish(self) -> None:
         """Show what came of the mission, and close the film."""
@@ -135,7 +131,7 @@ class VideoRecorder:
             return
         self._is_closed = True
         self._session.executive.after_tick.remove(self._look)
-        self._session.executive.goal_listeners.remove(self._on_goal)
+        self._session.executive.events.unsubscribe(self._take)
         self._guarded(self._views.close)
         self.file.close(replaces=replaces)
 
@@ -151,14 +147,17 @@ class VideoRecorder:
         if due > 0:
             self._shoot(due)
 
-    def _on_goal(self, what: str, goal: Goal) -> None:
-        def mark() -> None:
-            for place in poses_of(goal.request):
-                if place.frame in FRAMES:
-                    self._ground.mark(place.x, place.y)
+    def _take(self, event: Event) -> None:
+        match event:
+            case LogLine(text=text):
+                self._said = text
+            case GoalChanged(change="sent", targets=targets):
+                self._guarded(lambda: self._mark(targets))
 
-        if what == "sent":
-            self._guarded(mark)
+    def _mark(self, targets: Sequence[NamedPose]) -> None:
+        for place in targets:
+            if place.frame in FRAMES:
+                self._ground.mark(place.x, place.y)
 
     def _shoot(self, times: int) -> None:
         if self.file.fault is not None:

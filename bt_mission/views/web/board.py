@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from py_trees.common import Status
+
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import escape_control
-from bt_mission.events.events import GoalChanged, MissionStarted
-from bt_mission.events.messages import Changes, Map, NodeStatus, Statuses, Told
+from bt_mission.events.events import Event, GoalChanged, NodeChanged, NodesReset, RunStarted
+from bt_mission.events.messages import Map
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.watched_mission import targets
 from bt_mission.views.web import encoding
@@ -42,7 +44,7 @@ class Board:
         self._log = LogLines()
         self._changes: list[list[Any]] = []
         self._changes_begin: float | None = None
-        self._tree: MissionStarted | None = None
+        self._tree: RunStarted | None = None
         self._told_tree: dict[str, Any] | None = None
         self._tree_revision = self._values_revision = 1
         self._seen_goals: dict[str, GoalChanged] = {}
@@ -76,20 +78,27 @@ class Board:
         self._advance(self._log.show(mission.log, start_ns, self._next))
         self.put("requirements", [encoding.requirement(one) for one in mission.requirements])
 
-    def remember(self, mission: MissionState, messages: Iterable[Told]) -> None:
-        """Keep the changes of nodes in these messages, for pages that open later.
+    def remember(self, mission: MissionState, happened: Iterable[Event]) -> None:
+        """Keep the changes of nodes among these events, for pages that open later.
 
         Args:
-            mission: The mission after these messages, which :meth:`show` has shown.
+            mission: The mission after these events, which :meth:`show` has shown.
         """
         if (tree := mission.tree) is None:
             return
-        for message in messages:
-            match message:
-                case Changes(time_ns, run, sequence, rows) if run == tree.run:
-                    self._add_changes(tree, time_ns, rows, is_first=sequence == 1)
-                case Statuses(run, _, rows) if run == tree.run:
-                    self._add_changes(tree, mission.now_ns, rows, is_first=False)
+        for event in happened:
+            match event:
+                case NodeChanged(time_ns, node, status, message):
+                    if self._changes_begin is None:
+                        # Without a time it is the present: what was before is not known.
+                        is_whole = time_ns is not None
+                        since_ns = tree.time_ns if is_whole else mission.now_ns
+                        self._changes_begin = (since_ns - tree.time_ns) / NS
+                    at_ns = mission.now_ns if time_ns is None else time_ns
+                    self._add_change(tree, at_ns, node, status, message)
+                case NodesReset(time_ns, nodes):
+                    for node in nodes:
+                        self._add_change(tree, time_ns, node, Status.INVALID, "")
         if len(self._changes) > MOST_CHANGES:
             self._forget_changes()
 
@@ -149,7 +158,7 @@ class Board:
     def _advance(self, has_changed: bool) -> None:  # noqa: FBT001 - what a method has answered
         self.revision += has_changed
 
-    def _begin(self, tree: MissionStarted | None) -> None:
+    def _begin(self, tree: RunStarted | None) -> None:
         self._tree, self._tree_revision = tree, self._next
         self._told_tree = None if tree is None else encoding.tree(tree)
         self._nodes.clear()
@@ -159,16 +168,12 @@ class Board:
         self._forget_values()
         self.revision += 1
 
-    def _add_changes(
-        self, tree: MissionStarted, time_ns: int, rows: Iterable[NodeStatus], *, is_first: bool
+    def _add_change(
+        self, tree: RunStarted, time_ns: int, node: int, status: Status, message: str
     ) -> None:
         time_s = (time_ns - tree.time_ns) / NS
-        if self._changes_begin is None:
-            self._changes_begin = 0.0 if is_first else time_s
-        self._changes += (
-            [time_s, row.node, encoding.STATUS_CODES[row.status], escape_control(row.message)]
-            for row in rows
-        )
+        code = encoding.STATUS_CODES[status]
+        self._changes.append([time_s, node, code, escape_control(message)])
 
     def _forget_changes(self) -> None:
         """Join the older half of the changes into one for each node, at the time of the last."""
@@ -196,7 +201,9 @@ class Board:
             if self._seen_goals.get(goal.id) is not goal:
                 self._seen_goals[goal.id] = goal
                 has_changed |= self._goals.put(
-                    escape_control(goal.id), encoding.goal(goal, start_ns), at
+                    escape_control(goal.id),
+                    encoding.goal(goal, mission.goals_changed_ns[goal.id], start_ns),
+                    at,
                 )
         for name, value in mission.variables.items():
             if self._seen_variables.get(name) != value:

@@ -16,7 +16,7 @@ from py_trees.common import Status
 
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import escape_control
-from bt_mission.events.events import GoalChanged, MissionStarted, RequirementChanged
+from bt_mission.events.events import GoalChanged, RequirementChanged, RunStarted
 from bt_mission.events.log import LogEntry
 from bt_mission.events.messages import Map
 from bt_mission.events.mission_state import MissionState
@@ -44,7 +44,7 @@ def shown(value: Any) -> Any:
     return value
 
 
-def tree(started: MissionStarted) -> dict[str, Any]:
+def tree(started: RunStarted) -> dict[str, Any]:
     """Return a tree: of each node its name, class and parent's index."""
     nodes = [(one.name, one.kind, one.parent, one.path) for one in started.nodes]
     told = {"run": started.run, "mission": started.mission, "nodes": nodes}
@@ -88,9 +88,9 @@ def node_details(mission: MissionState, index: int) -> dict[str, Any] | None:
     return told
 
 
-def goal(one: GoalChanged, start_ns: int) -> list[Any]:
+def goal(one: GoalChanged, changed_ns: int, start_ns: int) -> list[Any]:
     """Return a goal: its id, action, owner, state, when it was sent, and when it last changed."""
-    sent_s, changed_s = (one.sent_ns - start_ns) / NS, (one.changed_ns - start_ns) / NS
+    sent_s, changed_s = (one.sent_ns - start_ns) / NS, (changed_ns - start_ns) / NS
     told: list[Any] = shown([one.id, one.action, one.owner, one.state, sent_s, changed_s])
     return told
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import messages
-from bt_mission.events.events import MissionStarted
+from bt_mission.events.events import Event, NodeChanged, NodeProgressed, NodesReset, RunStarted
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import Attachment, ControlRequest, Graph, Verb
 from bt_mission.events.watched_mission import WatchedMission, possible_verbs
@@ -81,19 +81,18 @@ class LiveMission:
         self._look_round()
         source, watched = self._attachment.source, self._watched
         touched: Iterable[int] | None = ()
-        received: Sequence[messages.Told] = ()
+        happened: Sequence[Event] = ()
         if source is not None:
             source.watch_camera(is_on=panels.camera)
-            heard = source.take(needs_statuses=watched.mission.needs_statuses)
-            watched.take(heard, self._wall.elapsed_s)
+            heard = source.take(needs_statuses=watched.needs_statuses)
+            happened = watched.take(heard, self._wall.elapsed_s)
             for answer in heard.answers:
                 self._notices.say(watched.with_names(answer.text))
-            received = heard.messages
-            touched = touched_by(received)
+            touched = touched_by(happened)
             self._has_moved |= bool(heard.robot)
             self._show_image(heard.image)
         self.board.show(watched.mission, touched)
-        self.board.remember(watched.mission, received)
+        self.board.remember(watched.mission, happened)
         if panels.map:
             self.board.show_robot(watched.mission, has_moved=self._has_moved)
             self._has_moved = False
@@ -168,15 +167,15 @@ class LiveMission:
         self.board.put("choices", choices)
 
 
-def touched_by(told: Iterable[messages.Told]) -> set[int] | None:
-    """The nodes that messages are about; None where that may be all of them."""
+def touched_by(happened: Iterable[Event]) -> set[int] | None:
+    """The nodes that events are about; None where that may be all of them."""
     touched: set[int] = set()
-    for message in told:
-        match message:
-            case messages.Changes():
-                touched.update(one.node for one in message.changes)
-            case messages.DetailsUpdate():
-                touched.update(one.node for one in message.running)
-            case messages.Statuses() | MissionStarted():
+    for event in happened:
+        match event:
+            case NodeChanged(node=node) | NodeProgressed(node=node):
+                touched.add(node)
+            case NodesReset(nodes=nodes):
+                touched.update(nodes)
+            case RunStarted():
                 return None
     return touched

@@ -6,8 +6,7 @@ from dataclasses import asdict, dataclass
 
 from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.events import MissionStarted
-from bt_mission.events.messages import DetailsUpdate
+from bt_mission.events.events import RunStarted, VariableChanged
 from bt_mission.events.mission_state import MissionState
 from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import Timeline
@@ -135,16 +134,15 @@ def series_of(timeline: Timeline) -> dict[str, Series]:
     found: dict[str, Series] = {}
     start_ns = timeline.start_ns
     for frame in timeline.frames:
-        if isinstance(frame, MissionStarted):
-            found, start_ns = {}, frame.time_ns
-        if not isinstance(frame, DetailsUpdate):
-            continue
-        for name, value in frame.variables:
-            try:
-                number = float(value)
-            except ValueError:
-                continue
-            found.setdefault(name, []).append(((frame.time_ns - start_ns) / NS, number))
+        match frame:
+            case RunStarted(time_ns):
+                found, start_ns = {}, time_ns
+            case VariableChanged(time_ns, name, value):
+                try:
+                    number = float(value)
+                except ValueError:
+                    continue
+                found.setdefault(name, []).append(((time_ns - start_ns) / NS, number))
     return found
 
 

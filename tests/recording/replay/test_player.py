@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from py_trees.common import Status
 
-from bt_mission.events import messages
+from bt_mission.events.events import NodeChanged
 from bt_mission.recording.replay.player import FASTEST, SLOWEST, Player
 from bt_mission.recording.replay.timeline import Timeline
 from tests.support.watched import S, tree
@@ -16,9 +16,12 @@ from tests.support.watched import S, tree
 def timeline() -> Timeline:
     """Ten seconds: the leaf runs at 2 and at 6 s, for two seconds each."""
     changes = [
-        messages.Changes((1 + second) * S, "run", number, (messages.NodeStatus(1, status, ""),))
-        for number, (second, status) in enumerate(
-            [(2, Status.RUNNING), (4, Status.SUCCESS), (6, Status.RUNNING), (8, Status.FAILURE)], 1
+        (time_s * S, NodeChanged(time_s * S, 1, status, ""))
+        for time_s, status in (
+            (3, Status.RUNNING),
+            (5, Status.SUCCESS),
+            (7, Status.RUNNING),
+            (9, Status.FAILURE),
         )
     ]
     begin = tree("root\n  leaf")
@@ -26,11 +29,11 @@ def timeline() -> Timeline:
         Path("a.mcap"),
         S,
         11 * S,
-        (S, *(one.time_ns for one in changes)),
-        (begin, *changes),
+        (S, *(time_ns for time_ns, _ in changes)),
+        (begin, *(event for _, event in changes)),
         (),
         "",
-        tuple(one.time_ns for one in changes),
+        tuple(time_ns for time_ns, _ in changes),
         {("run", 1): (3 * S, 7 * S)},
     )
 

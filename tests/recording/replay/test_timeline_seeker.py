@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from bt_mission.events import messages
 from bt_mission.events.log import LogEntry
+from bt_mission.events.messages import ROBOT
 from bt_mission.events.mission_state import MissionState
 from bt_mission.recording.reading import Channel
 from bt_mission.recording.replay import player as module
@@ -52,7 +53,10 @@ def told_one_by_one(timeline: Timeline, time_ns: int) -> MissionState:
             break
         seen = frame.decode() if isinstance(frame, LazyMessage) else frame
         assert seen is not None
-        known.take(seen)
+        if isinstance(seen, ROBOT):
+            known.robot.take(seen)
+        else:
+            known.apply(seen)
     known.now_ns = time_ns
     return known
 
@@ -91,14 +95,14 @@ def test_to_go_back_little_is_played_again(
     seeker = TimelineSeeker(timeline)
     seeker.seek(timeline.end_ns)
     played = 0
-    take = MissionState.take
+    apply = MissionState.apply
 
     def counted(self: MissionState, frame: Any) -> Any:
         nonlocal played
         played += 1
-        return take(self, frame)
+        return apply(self, frame)
 
-    monkeypatch.setattr(MissionState, "take", counted)
+    monkeypatch.setattr(MissionState, "apply", counted)
     for share in range(10):
         played = 0
         seeker.seek(timeline.start_ns + share * (timeline.end_ns - timeline.start_ns) // 10)

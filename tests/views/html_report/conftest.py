@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from py_trees.common import Status
 
-from bt_mission.events.events import NodeInfo
-from bt_mission.events.messages import NodeStatus
+from bt_mission.events.events import NodeChanged, NodeInfo
 from bt_mission.recording.model import (
     Picture,
     RecordedCollision,
@@ -42,13 +41,13 @@ def seconds(*values: float) -> Any:
 def a_run() -> Callable[..., RecordedRun]:
     """A run of ten seconds that failed: ``a_run(status="success")`` changes what is named."""
     changes = [
-        (S, NodeStatus(0, Status.RUNNING, "")),
-        (S, NodeStatus(1, Status.RUNNING, "")),
-        (3 * S, NodeStatus(1, Status.SUCCESS, "there")),
-        (3 * S, NodeStatus(2, Status.RUNNING, "")),
-        (3 * S, NodeStatus(3, Status.FAILURE, "1 > 2 does not hold")),
-        (8 * S, NodeStatus(2, Status.INVALID, "")),
-        (11 * S, NodeStatus(0, Status.FAILURE, "")),
+        (S, NodeChanged(S, 0, Status.RUNNING, "")),
+        (S, NodeChanged(S, 1, Status.RUNNING, "")),
+        (3 * S, NodeChanged(3 * S, 1, Status.SUCCESS, "there")),
+        (3 * S, NodeChanged(3 * S, 2, Status.RUNNING, "")),
+        (3 * S, NodeChanged(3 * S, 3, Status.FAILURE, "1 > 2 does not hold")),
+        (8 * S, NodeChanged(8 * S, 2, Status.INVALID, "")),
+        (11 * S, NodeChanged(11 * S, 0, Status.FAILURE, "")),
     ]
     time = np.linspace(0, 10, 201)
     moves = np.clip(time - 1, 0, 4)

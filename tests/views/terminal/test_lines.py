@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from typing import Any
 
-from bt_mission.events.mission_state import MissionState
+from bt_mission.events.events import NodeChanged
 from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.views.terminal.lines import (
     MOST_ROWS,
@@ -15,7 +15,7 @@ from bt_mission.views.terminal.lines import (
     whole_tree,
 )
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS
-from tests.support.watched import S, ScriptedExecutive, requirement, tree
+from tests.support.watched import S, ScriptedExecutive, known, requirement, tree
 
 DRIVE = LeafSummary("drive", "0.0", 12, {"canceled by condition": 2, "succeeded": 10}, 85.5, 16.1)
 LOG = LeafSummary("log", "0.1", 3, {"success": 3}, 0.0, 0.0)
@@ -77,7 +77,9 @@ def test_what_others_do_to_a_mission_is_in_the_plain_lines(play: Any) -> None:
     stream = io.StringIO()
     executive = story.executive
     lines = PlainLines(stream, executive, lambda: 0, lambda: story.now_ns)
-    executive.listeners.append(lines.on_change)
+    executive.events.subscribe(
+        lambda event: lines.on_change(event) if isinstance(event, NodeChanged) else None
+    )
     executive.after_tick.append(lines.refresh)
     executive.breakpoints.add("wait")
     story.tick()
@@ -124,10 +126,7 @@ def test_a_tree_is_followed_by_its_requirements() -> None:
     executive = ScriptedExecutive("patrol\n  go")
     executive.begin()
     executive.judge(is_slow="violated -0.1")
-    mission = MissionState()
-    for message in executive.take(needs_statuses=False).messages:
-        mission.take(message)
-    lines = list(whole_tree(mission, SIGNS, 60))
+    lines = list(whole_tree(known(executive), SIGNS, 60))
     assert lines[-2:] == [
         "requirements",
         "  ✗ violated is slow -0.1 m/s  at 0.50 s  speed by odometry…",

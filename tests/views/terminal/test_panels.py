@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.events import GoalChanged
-from bt_mission.events.messages import BatteryState, FrameTransform, NodeDetails
+from bt_mission.events.events import StateChanged
+from bt_mission.events.messages import BatteryState, FrameTransform
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.robot_state import RobotState
 from bt_mission.events.watched_mission import targets
@@ -20,7 +20,7 @@ from bt_mission.views.terminal.panels import (
     requirements_title,
     variable_rows,
 )
-from tests.support.watched import S, ScriptedExecutive
+from tests.support.watched import S, ScriptedExecutive, goal_in, known
 
 
 @pytest.fixture
@@ -29,14 +29,6 @@ def executive() -> ScriptedExecutive:
     executive = ScriptedExecutive()
     executive.begin()
     return executive
-
-
-def known(executive: ScriptedExecutive) -> MissionState:
-    """What is known of its mission."""
-    mission = MissionState()
-    for message in executive.take(needs_statuses=False).messages:
-        mission.take(message)
-    return mission
 
 
 @pytest.mark.parametrize(
@@ -108,14 +100,15 @@ def test_the_words_of_a_node_are_shown_in_full(executive: ScriptedExecutive):
 
 def test_a_node_tells_what_it_is_asked_to_do_and_what_came_of_it(executive: ScriptedExecutive):
     """Its goal, and how it has ended before."""
+    asked = ("fwd_velocity 0.2", "success when distance >= reach", "within 30 s")
+    executive.details = {"0.1.0": asked}
+    executive.begin("again")
     executive.change(drive="running")
     executive.change(2.0, drive="failure: no room")
     executive.change(drive="invalid")
     executive.change(1.0, drive="running: 0.4 m")
-    executive.detail(goals=(GoalChanged("ab" * 16, "/go", "drive", S, S, "active"),))
+    executive.detail(goals=(goal_in("active", goal_id="ab" * 16, action="/go", owner="drive"),))
     mission = known(executive)
-    details = {"0.1.0": ("fwd_velocity 0.2", "success when distance >= reach", "within 30 s")}
-    mission.take(NodeDetails("run", details))
     assert [text_of(row) for row in node_rows(mission, 3, 80, SIGNS)] == [
         "drive",
         "▶ running for 0.00 s, since 3.00 s",
@@ -125,23 +118,21 @@ def test_a_node_tells_what_it_is_asked_to_do_and_what_came_of_it(executive: Scri
         "▶ active  goal abababab at /go",
         "before: ✗ failure at 2.00 s, ran 2.00 s  no room",
     ]
-    mission.take(NodeDetails("another run", details))
-    assert mission.details(3) == ()
 
 
 def test_the_map_has_the_places_of_the_goal_that_is_open(executive: ScriptedExecutive):
     """Else of the last one that named any; of none once the mission has ended."""
-    done = GoalChanged("a", "/go", "go", S, S, "succeeded", ((1.0, 1.0),))
-    is_open = GoalChanged("b", "/go", "go", S, S, "active", ((2.0, 2.0),))
-    executive.detail(goals=(done, is_open, GoalChanged("c", "/turn", "turn", S, S, "active")))
+    done = goal_in("succeeded", (1.0, 1.0), goal_id="a", action="/go", owner="go")
+    is_open = goal_in("active", (2.0, 2.0), goal_id="b", action="/go", owner="go")
+    executive.detail(
+        goals=(done, is_open, goal_in("active", goal_id="c", action="/turn", owner="turn"))
+    )
     assert targets(known(executive)) == ((2.0, 2.0),)
     executive.begin("two")
     executive.detail(goals=(done,))
     mission = known(executive)
     assert targets(mission) == ((1.0, 1.0),)
-    executive.stand("success")
-    for message in executive.take(needs_statuses=False).messages:
-        mission.take(message)
+    mission.apply(StateChanged(S, "two", "explore", "success", ""))
     assert targets(mission) == ()
 
 

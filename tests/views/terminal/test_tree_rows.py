@@ -17,13 +17,13 @@ from bt_mission.views.terminal.marks import (
     text_of,
 )
 from bt_mission.views.terminal.tree_rows import Outline, tree_row
-from tests.support.watched import S, ScriptedExecutive
+from tests.support.watched import S, ScriptedExecutive, known
 
 
 @pytest.fixture
 def mission() -> MissionState:
     """Half way through driving, with a breakpoint at the turn."""
-    executive, mission = ScriptedExecutive(), MissionState()
+    executive = ScriptedExecutive()
     executive.begin()
     executive.change(explore="running", look_around="running")
     executive.change(8.4, look_around="success: canceled by condition: enough", repeat="running")
@@ -31,9 +31,7 @@ def mission() -> MissionState:
     executive.now_ns += S
     progress = executive.progress("drive", 1.208, 2.0, "travelled 1.21")
     executive.detail(2.5, running=(progress,), breakpoints=("turn away",))
-    for message in executive.take(needs_statuses=False).messages:
-        mission.take(message)
-    return mission
+    return known(executive)
 
 
 def test_a_tree_reads_without_colour(mission: MissionState):
@@ -83,11 +81,9 @@ def test_a_folded_node_says_how_much_it_hides(mission: MissionState):
 
 def test_a_deep_node_is_not_pushed_out(mission: MissionState):
     """The indent ends at a third of the width."""
-    executive, deep = ScriptedExecutive("\n".join("  " * i + f"n{i}" for i in range(50))), None
+    executive = ScriptedExecutive("\n".join("  " * i + f"n{i}" for i in range(50)))
     executive.begin()
-    deep = MissionState()
-    for message in executive.take(needs_statuses=False).messages:
-        deep.take(message)
+    deep = known(executive)
     assert deep.tree is not None
     row = text_of(tree_row(deep, Outline(deep.tree.nodes), 49, 30, SIGNS))
     assert row == " " * 11 + "· n49"

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.events import GoalChanged
 from bt_mission.events.source import FoundExecutive
 from bt_mission.views.terminal.marks import ASCII_SIGNS
 from bt_mission.views.tui import app
 from tests.support.screens import Screen, on_screen
-from tests.support.watched import S, ScriptedExecutive
+from tests.support.watched import ScriptedExecutive, goal_in
 
 
 def test_the_whole_picture_at_80_by_24():
@@ -216,8 +215,15 @@ def test_goals_are_listed_with_those_that_are_open_first():
             5.0,
             goals_sent=2,
             goals=(
-                GoalChanged("ab" * 16, "/turn", "turn away", 2 * S, 4 * S, "succeeded"),
-                GoalChanged("cd" * 16, "/explore_forward", "drive", S, S, "active"),
+                goal_in(
+                    "succeeded",
+                    goal_id="ab" * 16,
+                    action="/turn",
+                    owner="turn away",
+                    at_s=4,
+                    sent_s=2,
+                ),
+                goal_in("active", goal_id="cd" * 16, action="/explore_forward", owner="drive"),
             ),
         )
         await screen.look()

@@ -8,11 +8,10 @@ from typing import Any
 import pytest
 
 from bt_mission.events import messages
-from bt_mission.events.events import GoalChanged
 from bt_mission.views.web import board
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.shown_mission import OpenPanels
-from tests.support.watched import S, ScriptedExecutive, ScriptedGraph
+from tests.support.watched import ScriptedExecutive, ScriptedGraph, goal_in
 
 
 @pytest.mark.parametrize(("is_fleet", "names"), [(True, ["/one", "/two"]), (False, [])])
@@ -45,7 +44,7 @@ def test_the_robot_is_put_on_the_board_when_it_has_told_something() -> None:
     told(revision, is_open=False)
     assert told(revision)["pose"] == [1.0, 2.0, 0.0]
     revision = shown.board.revision
-    goal = GoalChanged("1", "/drive", "drive", S, S, "active", ((3.0, 4.0),))
+    goal = goal_in("active", (3.0, 4.0), goal_id="1", action="/drive", owner="drive")
     executive.detail(goals_sent=1, goals=(goal,))
     assert told(revision) == {"targets": [[3.0, 4.0]]}
 

@@ -7,12 +7,11 @@ from typing import Any
 import pytest
 
 from bt_mission.events import messages
-from bt_mission.events.events import GoalChanged
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import WebServer
 from bt_mission.views.web.shown_mission import OpenPanels
 from tests.support.browser import BROWSER, Page
-from tests.support.watched import S, ScriptedExecutive
+from tests.support.watched import ScriptedExecutive, goal_in
 from tests.support.web_pages import serve
 from tests.support.web_screen import Screen
 
@@ -85,7 +84,7 @@ def test_values_goals_requirements_and_the_map(on_page: Any, executive: Scripted
     """A variable against time; the map, which is open where there is room."""
 
     async def scene(screen: Screen) -> None:
-        goal = GoalChanged("0123456789", "/drive", "drive", S, S, "active", ((1.0, 1.0),))
+        goal = goal_in("active", (1.0, 1.0), goal_id="0123456789", action="/drive", owner="drive")
         executive.judge(is_slow="violated -0.1", has_room="open 0.5")
         for value in ("0.1", "0.25", "0.2"):
             executive.detail(0.5, goals_sent=1, goals=(goal,), variables=(("speed", value),))
@@ -140,7 +139,7 @@ def test_zones_and_waypoints_are_on_the_map(on_page: Any, executive: ScriptedExe
         assert 0.55 < low < 0.8
         red = share.replace("TEST", "(data[at] > 150 && data[at + 1] < 60)")
         assert (await screen.look(red))[0] == 0
-        goal = GoalChanged("1", "/drive", "drive", S, S, "active", ((3.0, 3.0),))
+        goal = goal_in("active", (3.0, 3.0), goal_id="1", action="/drive", owner="drive")
         executive.detail(goals_sent=1, goals=(goal,))
         await screen.until(f"{red}[0] > 10")
         _, left, low = await screen.look(red)
@@ -194,16 +193,15 @@ def test_no_text_is_ever_markup(on_page: Any, executive: ScriptedExecutive):
 
     async def scene(screen: Screen) -> None:
         executive.outline = f"{HOSTILE}\n  {HOSTILE}\n"
+        executive.details = {"0": (HOSTILE,)}
         executive.begin("hostile")
         executive.stand("paused", HOSTILE)
-        goal = GoalChanged(HOSTILE, HOSTILE, HOSTILE, S, S, HOSTILE)
+        goal = goal_in(HOSTILE, goal_id=HOSTILE, action=HOSTILE, owner=HOSTILE)
         executive.detail(goals_sent=1, goals=(goal,), variables=((HOSTILE, f'"{HOSTILE}"'),))
         executive.say(HOSTILE)
         executive.answer(HOSTILE)
         executive.change(1.0, **{HOSTILE: f"running: {HOSTILE}"})
         executive.judge(**{HOSTILE: "violated -0.1"})
-        details = messages.NodeDetails("hostile", {"0": (HOSTILE,)})
-        executive._told.append(details)
         await screen.until("document.querySelectorAll('.row').length === 2")
         await screen.look("document.getElementById('node-0').click()")
         for name in (

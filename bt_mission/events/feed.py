@@ -1,0 +1,112 @@
+"""The messages of an executive in another process, put in order for a mission's state.
+
+Messages may come late and out of order: the tree after its first changes, changes with gaps.
+Changes count once all statuses up to the one before are known; until then they wait.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator
+
+from bt_mission.events.events import FINAL, Event, RunStarted, StateChanged
+from bt_mission.events.messages import Batch
+from bt_mission.events.mission_state import MissionState
+
+MOST_WAITING = 10_000
+"""Messages kept until those before them are known; beyond it the oldest are dropped."""
+
+
+class MissionFeed:
+    """Applies batches of events to a state.
+
+    Args:
+        mission: The state.
+    """
+
+    def __init__(self, mission: MissionState) -> None:
+        self.mission = mission
+        self.sequence: int | None = None
+        """Number of the newest changes that are known; None while statuses are not known."""
+        self._waiting: deque[Batch] = deque(maxlen=MOST_WAITING)
+        self._early: deque[Batch] = deque(maxlen=MOST_WAITING)
+        """Of a run whose tree has not come yet."""
+
+    @property
+    def needs_statuses(self) -> bool:
+        """Has somebody to ask for all statuses at once?"""
+        return self.mission.tree is not None and self.sequence is None
+
+    def take(self, batch: Batch) -> list[Event]:
+        """Take a message in; return the events that change what is known, in order."""
+        return list(self._taken(batch))
+
+    def _taken(self, batch: Batch) -> Iterator[Event]:
+        mission = self.mission
+        match batch.events:
+            case (RunStarted() as tree,):
+                yield from self._begin(tree)
+                return
+            case (StateChanged(),):  # also of a run whose tree is still to come
+                yield from self._apply(batch.events)
+                return
+        if mission.tree is None or batch.run != mission.tree.run:
+            self._early.append(batch)
+        elif batch.is_complete:
+            yield from self._take_statuses(batch)
+        elif batch.sequence:
+            self._waiting.append(batch)
+            yield from self._catch_up()
+        else:
+            yield from self._apply(batch.events)
+
+    def _begin(self, tree: RunStarted) -> Iterator[Event]:
+        if not self.mission.apply(tree):
+            return
+        self.sequence = None
+        self._waiting.clear()
+        yield tree
+        early = [one for one in self._early if one.run == tree.run]
+        self._early.clear()
+        for batch in early:
+            yield from self._taken(batch)
+
+    def _catch_up(self) -> Iterator[Event]:
+        """Apply the changes that follow what is known."""
+        while self._waiting:
+            batch = self._waiting[0]
+            # Before the first changes of a run nothing has happened.
+            known = 0 if self.sequence is None and batch.sequence == 1 else self.sequence
+            if known is None or batch.sequence > known + 1:
+                self.sequence = None
+                return
+            self._waiting.popleft()
+            if batch.sequence == known + 1:
+                self.sequence = batch.sequence
+                yield from self._apply(batch.events)
+
+    def _take_statuses(self, batch: Batch) -> Iterator[Event]:
+        if self.sequence is not None and batch.sequence < self.sequence:
+            return  # older than what has come since
+        self.sequence = batch.sequence
+        progress = tuple(self.mission.progress.values())
+        yield from self._apply(batch.events)
+        for one in progress:
+            self.mission.note_progress(one)
+        yield from self._catch_up()
+
+    def _apply(self, events: Iterable[Event]) -> Iterator[Event]:
+        for event in events:
+            if self.mission.apply(event):
+                yield event
+
+
+def in_order(batches: Iterable[Batch]) -> list[Batch]:
+    """Put the end of a mission after all else that was sent of it; topics may overtake."""
+    ordered = list(batches)
+    for batch in tuple(ordered):
+        if any(isinstance(one, StateChanged) and one.status in FINAL for one in batch.events):
+            last = max(at for at, other in enumerate(ordered) if other.run == batch.run)
+            ordered.insert(last + 1, batch)
+            ordered.remove(batch)
+    return ordered

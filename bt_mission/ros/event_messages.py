@@ -1,0 +1,153 @@
+"""Events as ROS messages; :mod:`bt_mission.events.reader` reads them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from bt_mission_interfaces.msg import (
+    GoalRecord,
+    MissionLog,
+    MissionState,
+    NodeProgress,
+    NodeStatus,
+    Requirement,
+    Requirements,
+    StatusChanges,
+    Tree,
+    TreeNode,
+)
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point
+from py_trees.common import Status
+
+from bt_mission.core.stamps import set_ns
+from bt_mission.events.events import (
+    GoalChanged,
+    LogLine,
+    NodeChanged,
+    NodeProgressed,
+    NodesReset,
+    RequirementChanged,
+    RunStarted,
+    StateChanged,
+)
+
+CODES = {
+    Status.INVALID: NodeStatus.INVALID,
+    Status.RUNNING: NodeStatus.RUNNING,
+    Status.SUCCESS: NodeStatus.SUCCESS,
+    Status.FAILURE: NodeStatus.FAILURE,
+}
+
+
+def stamp(time_ns: int) -> Time:
+    """Return a time in ns as a stamp."""
+    found: Time = set_ns(Time(), time_ns)
+    return found
+
+
+def tree(event: RunStarted) -> Tree:
+    """Return the tree of a run that has started."""
+    return Tree(
+        stamp=stamp(event.time_ns),
+        run=event.run,
+        mission=event.mission,
+        nodes=[
+            TreeNode(
+                name=one.name,
+                kind=one.kind,
+                path=one.path,
+                parent=one.parent,
+                details=one.details,
+            )
+            for one in event.nodes
+        ],
+    )
+
+
+def node_status(index: int, status: Status, message: str) -> NodeStatus:
+    """Return the status of a node."""
+    return NodeStatus(node=index, status=CODES[status], message=message)
+
+
+def changes(
+    time_ns: int, run: str, sequence: int, events: Iterable[NodeChanged | NodesReset]
+) -> StatusChanges:
+    """Return the changes of nodes in one tick."""
+    message = StatusChanges(stamp=stamp(time_ns), run=run, sequence=sequence)
+    for event in events:
+        if isinstance(event, NodesReset):
+            message.reset.extend(event.nodes)
+        else:
+            message.changes.append(node_status(event.node, event.status, event.message))
+    return message
+
+
+def state(event: StateChanged) -> MissionState:
+    """Return the state of a mission."""
+    return MissionState(
+        stamp=stamp(event.time_ns),
+        run=event.run,
+        mission=event.mission,
+        status=event.status,
+        reason=event.explanation,
+    )
+
+
+def requirements(time_ns: int, run: str, events: Iterable[RequirementChanged]) -> Requirements:
+    """Return the verdicts of requirements."""
+    return Requirements(
+        stamp=stamp(time_ns),
+        run=run,
+        requirements=[
+            Requirement(
+                name=one.name,
+                requirement=one.requirement,
+                verdict=one.verdict,
+                outcome=one.outcome,
+                margin=_number(one.margin),
+                unit=one.unit,
+                at=_number(one.at),
+                violated_at=_number(one.violated_at),
+                on_violation=one.on_violation,
+                sources=one.sources,
+                why=one.why,
+            )
+            for one in events
+        ],
+    )
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
+def progress(event: NodeProgressed) -> NodeProgress:
+    """Return the progress of a node."""
+    return NodeProgress(
+        node=event.node,
+        since=stamp(event.since_ns),
+        message=event.message,
+        label=event.label,
+        value=event.value,
+        limit=event.limit,
+    )
+
+
+def goal(event: GoalChanged, changed_ns: int) -> GoalRecord:
+    """Return the state of a goal, and since when it has that."""
+    return GoalRecord(
+        goal_id=event.id,
+        action=event.action,
+        owner=event.owner,
+        sent=stamp(event.sent_ns),
+        changed=stamp(changed_ns),
+        state=event.state,
+        targets=[Point(x=one.x, y=one.y) for one in event.targets],
+    )
+
+
+def log(event: LogLine, run: str) -> MissionLog:
+    """Return a line that a mission says."""
+    return MissionLog(stamp=stamp(event.time_ns), run=run, text=event.text)
