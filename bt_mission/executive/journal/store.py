@@ -241,6 +241,7 @@ class Journal:
         (version,) = self._database.execute("PRAGMA user_version").fetchone()
         if found and (found != [(_TABLE,)] or version != VERSION):
             raise BtMissionError(f"{self.path}: not a journal of this version of bt-mission")
+        self._database.execute("PRAGMA synchronous=OFF")  # of a new file nothing can be lost yet
         self._database.execute("PRAGMA journal_mode=WAL")
         self._database.execute("PRAGMA synchronous=NORMAL")
         return not found
