@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import platform
 import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,6 +15,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
 from bt_mission.core.cdr.decoder import Take
+from bt_mission.core.versions import versions
 from bt_mission.language.mission import Mission
 from bt_mission.ros.mission_details import MissionDetailsBuilder
 from bt_mission.ros.mission_runner import MissionRunner
@@ -42,8 +40,6 @@ class RecordingOptions:
     raw_actions: bool = False
 
 
-PACKAGES = ("bt-mission", "ros-jazzy-rclpy", "mujoco", "py-trees", "numpy", "mcap")
-
 JPEG_QUALITY = 85
 PNG_END = b"IEND\xaeB`\x82"
 MOST_BYTES = 50_000_000
@@ -53,18 +49,6 @@ DETAILS_EVERY_NS = 500_000_000
 """ROS time between two messages while nothing happens but that running nodes get on."""
 
 DETAILS_TYPE = "bt_mission_interfaces/msg/MissionDetails"
-
-
-@cache
-def versions() -> dict[str, str]:
-    """Versions of what carries a run out, by name; ``?`` where there is no package of it."""
-    found = {"python": platform.python_version(), "machine": platform.machine()}
-    for name in PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "?"
-    return found
 
 
 def facts_of(run: ObservedRun, start_ns: int) -> dict[str, str]:

@@ -26,6 +26,7 @@ from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
 from bt_mission.core.output import DELETED
 from bt_mission.core.stamps import set_ns
+from bt_mission.core.versions import versions
 from bt_mission.recording.contents import (
     PictureFolder,
     RecordingOptions,
@@ -33,7 +34,6 @@ from bt_mission.recording.contents import (
     facts_of,
     files_of,
     string_message,
-    versions,
 )
 from bt_mission.recording.facts import FACTS, MISSIONS, SUMMARY, note_of
 from bt_mission.recording.file import MOST_WAITING, McapFile

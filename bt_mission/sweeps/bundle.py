@@ -15,10 +15,10 @@ import sim
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find, folders
 from bt_mission.core.output import cannot_write, within, write_file
+from bt_mission.core.versions import versions
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.trees import all_steps
-from bt_mission.recording.contents import versions
 
 MISSION_FOLDER, SHIPPED = "missions", "shipped"
 """The folder of the bundle in which a mission lies; worlds and robots lie in folders beside it."""

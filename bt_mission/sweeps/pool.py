@@ -43,7 +43,7 @@ from distributed.core import rpc
 from distributed.security import Security
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.recording.contents import versions
+from bt_mission.core.versions import versions
 from bt_mission.sweeps.bundle import Bundle, fingerprint, versions_in_words
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.row import ScenarioRow, row_of_error

@@ -15,6 +15,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.nature_field import read_nature
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import seconds
+from bt_mission.core.versions import versions
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.executive.trace import VERSION
 from bt_mission.language.checks.mission import tree_faults
@@ -23,7 +24,6 @@ from bt_mission.language.loader import read_mission, required
 from bt_mission.language.mission import Mission, NodeFactory, node_factories
 from bt_mission.language.permissions import Permissions
 from bt_mission.language.places import zones_in
-from bt_mission.recording.contents import versions
 from bt_mission.recording.expected_types import TEXT, expect
 from bt_mission.recording.facts import RunFacts
 from bt_mission.recording.reading import RecordedFile

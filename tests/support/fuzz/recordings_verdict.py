@@ -27,6 +27,8 @@ from bt_mission.views.terminal.marks import marks_for
 from tests.support.fuzz.finding import Finding, Verdict
 
 LARGEST_OUTPUT = 10_000_000
+NO_OPTIONS = Namespace(options=())
+"""In the place of the parser, whose options have rules that are tested elsewhere."""
 PAGE = Path("page.html")
 SAID = ("ends here", "not whole", "cut here", "torn", "the recording is cut")
 REQUIREMENTS = """\
@@ -64,6 +66,7 @@ def judge(path: Path) -> Verdict:
         "once": choice % 4 == 1,
         "poses": choice % 4 == 2,
         **dict.fromkeys(("web", "port", "open", "read_only", "host", "robot")),
+        "parser": NO_OPTIONS,
     }
     commands = _commands(path, contents, choice, replayed)
     said, ended = "", []
@@ -100,7 +103,7 @@ def _commands(
         compared = Namespace(first=path, second=others, json=choice % 2 == 0)
         commands = [commands[0], lambda: diff.compare(compared)]
     elif choice % 4 == 3:
-        page = Namespace(file=path, output=PAGE, force=True, robot=None)
+        page = Namespace(file=path, output=PAGE, force=True, robot=None, parser=NO_OPTIONS)
         commands = [lambda: report.report(page)]
     elif choice % 8 == 2:
         commands = [lambda: _verify(path)]
@@ -112,7 +115,7 @@ def _verify(path: Path) -> int:
     required = path.with_name("required.yaml")
     required.write_text(REQUIREMENTS)
     options = {"require": [required], "mission": None, "namespace": None, "json": False}
-    return verify.verify(Namespace(file=path, robot=None, **options))
+    return verify.verify(Namespace(file=path, robot=None, parser=NO_OPTIONS, **options))
 
 
 def _draw(path: Path) -> None:
