@@ -58,7 +58,7 @@ def test_what_happens_is_streamed_until_the_reader_leaves(mission: subprocess.Po
         events = [json.loads(watch.stdout.readline()) for _ in range(5)]
         watch.stdout.close()
         assert watch.wait(timeout=PATIENCE_S) == 130
-    assert [event["event"] for event in events if event["event"] == "tree"] == ["tree"]
+    assert [event["event"] for event in events if event["event"] == "start"] == ["start"]
 
 
 def test_a_picture_is_drawn_on_a_terminal(mission: subprocess.Popen[str]):

@@ -161,7 +161,7 @@ def test_interrupting_twice_is_the_same_as_once(play: Any) -> None:
     assert (story.status, story.executive.reason) == ("success", "")
 
 
-def test_listeners_hear_each_change_once_with_its_time_and_place(play: Any) -> None:
+def test_subscribers_get_each_change_once_with_its_time_and_place(play: Any) -> None:
     """Not one line for each tick: only what changed."""
     story = play("  sequence: [{wait: 0.1, name: rest}, {log: done, name: say}]")
     events: list[Event] = []

@@ -22,6 +22,8 @@ from bt_mission_interfaces.msg import (
     Coverage,
     MissionState,
     NodeStatus,
+    Requirement,
+    Requirements,
     StatusChanges,
     Tree,
     TreeNode,
@@ -111,7 +113,10 @@ FIELDS = [
             "double elapsed"
         ),
     ),
-    (TreeNode, "string name, string kind, string path, uint32 parent"),
+    (
+        TreeNode,
+        "string name, string kind, string path, uint32 parent, sequence<string> details",
+    ),
     (
         Tree,
         (
@@ -124,7 +129,22 @@ FIELDS = [
         StatusChanges,
         (
             "builtin_interfaces/Time stamp, string run, uint32 sequence, "
-            "sequence<bt_mission_interfaces/NodeStatus> changes"
+            "sequence<bt_mission_interfaces/NodeStatus> changes, sequence<uint32> reset"
+        ),
+    ),
+    (
+        Requirement,
+        (
+            "string name, string requirement, string verdict, string outcome, double margin, "
+            "string unit, double at, double violated_at, string on_violation, "
+            "sequence<string> sources, string why"
+        ),
+    ),
+    (
+        Requirements,
+        (
+            "builtin_interfaces/Time stamp, string run, "
+            "sequence<bt_mission_interfaces/Requirement> requirements"
         ),
     ),
     (
