@@ -41,7 +41,8 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from bt_mission.core.memory import settle_memory, spare_collections
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events import events, messages, reader
+from bt_mission.events import events, reader
+from bt_mission.events.messages import Batch
 from bt_mission.events.source import ControlRequest, FoundExecutive, Heard
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
@@ -215,7 +216,7 @@ class Large:
             kind, parent = ("Sequence", 0) if is_part else ("ActionLeaf", part)
             name = f"part {place}" if is_part else f"leaf {place}"
             nodes.append(events.NodeInfo(name, kind, f"0.{place}", parent))
-        self.tree = events.MissionStarted(S, "run", "large", tuple(nodes))
+        self.tree = events.RunStarted(S, "run", "large", tuple(nodes))
         self.heard = Heard()
 
     def serve(self) -> None:
@@ -242,7 +243,7 @@ class Large:
         """Nothing to leave."""
 
 
-def wire(tree: events.MissionStarted) -> tuple[bytes, bytes]:
+def wire(tree: events.RunStarted) -> tuple[bytes, bytes]:
     """The tree, and the answer with all its statuses, as they come over the network."""
     nodes = [
         TreeNode(name=one.name, kind=one.kind, path=one.path, parent=one.parent)
@@ -273,7 +274,7 @@ async def draw(nodes: int, changes: int) -> tuple[float, list[float]]:
         return Heard(
             (
                 reader.tree(deserialize_message(tree, Tree)),
-                events.MissionStateChanged(S, "run", "large", "running", ""),
+                Batch("run", (events.StateChanged(S, "run", "large", "running", ""),)),
                 reader.statuses(deserialize_message(answer, GetStatuses.Response)),
             )
         )
@@ -287,9 +288,8 @@ async def draw(nodes: int, changes: int) -> tuple[float, list[float]]:
             starts = number % 2 == 1
             index = 2 + number * 7919 % (nodes - 2) if starts else index
             status = Status.RUNNING if starts else Status.SUCCESS
-            standing = messages.NodeStatus(index, status, "so it goes")
-            change = messages.Changes(S + number * S, "run", number, (standing,))
-            heard = Heard((change,))
+            change = events.NodeChanged(S + number * S, index, status, "so it goes")
+            heard = Heard((Batch("run", (change,), number),))
             taken.append(drawn(large, app, lambda heard=heard: heard))
             await pilot.pause()
     return first, taken

@@ -62,9 +62,9 @@ class GoalLives:
         match event["event"].removeprefix("goal "):
             case "sent" | "found again":
                 goal.sent_ns = time_ns if goal.sent_ns is None else goal.sent_ns
-            case "released" | "handed over":  # as version 1 of the trace has it
+            case "released":
                 goal.handed_over_ns = time_ns
-            case "abandoned" | "given up":
+            case "abandoned":
                 goal.given_up_ns = time_ns
             case "ended" if event.get("status") is None and goal.rejected_ns is None:
                 goal.rejected_ns, goal.status = time_ns, "rejected"
