@@ -190,13 +190,13 @@ def trace_line(event: Event, nodes: Nodes, names: Sequence[str]) -> str | None:
                 f' "x": {x!r}, "y": {y!r}, "yaw": {yaw!r}}}'
             )
         case StateChanged():
-            told = _traced_state(event)
-            return None if told is None else _ENCODER.encode({"t": event.time_ns, **told})
+            state = _traced_state(event)
+            return None if state is None else _ENCODER.encode({"t": event.time_ns, **state})
         case _ if (is_traced := TRACED.get(type(event))) is not None and is_traced(event):
-            told = fields_of(event, nodes)
+            fields = fields_of(event, nodes)
             for name in ONLY_LIVE.get(type(event), ()):
-                told.pop(name, None)
-            return _ENCODER.encode(told)
+                fields.pop(name, None)
+            return _ENCODER.encode(fields)
     return None
 
 
@@ -224,8 +224,8 @@ def _traced_state(event: StateChanged) -> dict[str, Any] | None:
         case "running":
             return {"event": "resumed"}
         case "observing":
-            told = {"event": "observing", "status": event.verdict, "reason": event.reason}
-            return {**told, "seconds": event.observe_s}
+            end = {"status": event.verdict, "reason": event.reason}
+            return {"event": "observing", **end, "seconds": event.observe_s}
         case status if status in FINAL:
             return {"event": "mission", "status": status, "reason": event.reason}
     return None

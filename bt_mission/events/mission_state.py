@@ -20,6 +20,9 @@ State = TypeVar("State", "MissionState", RobotState)
 MOST_ENDS = 4
 """How many ends of a node are kept."""
 
+MOST_GOALS = 200
+"""Goals that are kept; beyond it the oldest that has ended is dropped."""
+
 
 @dataclass(frozen=True, slots=True)
 class NodeEnd:
@@ -57,7 +60,7 @@ class MissionState:
         self.goals_sent: int | None = None
         """Neither is known before it was sent."""
         self.goals: dict[str, GoalChanged] = {}
-        """The newest state of every goal, in the order sent."""
+        """The newest state of the newest goals, in the order sent."""
         self.goals_changed_ns: dict[str, int] = {}
         """When each goal got its state, ns."""
         self.variables: dict[str, str] = {}
@@ -307,8 +310,16 @@ class MissionState:
         elif not event.change:
             return False
         self.goals[event.id] = event
+        if known is None and len(self.goals) > MOST_GOALS:
+            self._drop_goal()
         self._see(event.time_ns)
         return True
+
+    def _drop_goal(self) -> None:
+        """Drop the oldest goal that has ended; those that are open are bounded by the tree."""
+        oldest = next((one.id for one in self.goals.values() if one.is_ended), None)
+        if oldest is not None:
+            del self.goals[oldest], self.goals_changed_ns[oldest]
 
     def _variable(self, event: happened.VariableChanged) -> bool:
         self._see(event.time_ns)

@@ -117,8 +117,8 @@ class StatusPublisher:
     def begin(self, run: MissionRun) -> None:
         """Follow a mission that starts.
 
-        Its tree is sent with the first :meth:`publish_if_changed`: before its first tick a node on
-        the stage does not have the mission's time yet.
+        Its tree is sent once the executive has emitted that the run has started: a node that has
+        just joined a graph has no time yet.
         """
         self._leave()
         had_verdicts = self._run is not None and self._run.executive.mission_state.requirements
@@ -148,7 +148,8 @@ class StatusPublisher:
     def _sent(self) -> Iterator[tuple[str, Any]]:
         """What is latched, as it was sent."""
         if self._run is not None and self._has_tree:
-            yield "tree", self._tree(self._run)
+            assert self._run.executive.mission_state.tree is not None, "it was sent"
+            yield "tree", event_messages.tree(self._run.executive.mission_state.tree)
             if self._run.executive.mission_state.requirements:
                 yield "requirements", self._requirements(self._run)
         if self._state is not None and (self._has_state or self._run is None):
@@ -176,11 +177,14 @@ class StatusPublisher:
     def _send_changes(self) -> bool:
         """Send tree, changes and state; return whether the state is another one."""
         run = self._run
-        if run is None or not self._listeners or not run.now_ns:
-            return False  # a node that has just joined a graph has no time yet
+        if run is None or not self._listeners:
+            return False
         if not self._has_tree:
+            tree = run.executive.mission_state.tree
+            if tree is None or not tree.time_ns:
+                return False  # the run has not started
             self._has_tree = True
-            self._send("tree", self._tree(run))
+            self._send("tree", event_messages.tree(tree))
         if self._pending:
             self.sequence += 1
             found, self._pending = self._pending, []
@@ -225,10 +229,6 @@ class StatusPublisher:
                 for index, node in enumerate(executive.nodes)
             ]
         return answer
-
-    def _tree(self, run: MissionRun) -> Tree:
-        assert run.executive.mission_state.tree is not None, "a run has a tree from its first event"
-        return event_messages.tree(run.executive.mission_state.tree)
 
     def _requirements(self, run: MissionRun) -> Requirements:
         executive = run.executive

@@ -16,7 +16,7 @@ from bt_mission.events.events import (
 )
 from bt_mission.events.feed import MissionFeed
 from bt_mission.events.messages import Batch
-from bt_mission.events.mission_state import MissionState
+from bt_mission.events.mission_state import MOST_GOALS, MissionState
 from tests.support.watched import S, ScriptedExecutive, goal_in, state_of
 
 
@@ -253,3 +253,14 @@ def test_the_way_to_the_failure_is_that_of_the_last_one():
     assert mission.failure_path() == (0, 3, 4)
     mission.apply(NodeChanged(3 * S, 0, Status.RUNNING, ""))
     assert mission.failure_path() == ()
+
+
+def test_goals_that_have_ended_are_not_kept_for_ever():
+    """A mission may send goals for days; one that is open is kept, however old it is."""
+    mission = state_of()
+    mission.apply(goal_in("active", goal_id="open"))
+    for number in range(MOST_GOALS + 50):
+        mission.apply(goal_in("active", goal_id=str(number)))
+        mission.apply(goal_in("succeeded", goal_id=str(number)))
+    assert len(mission.goals) == len(mission.goals_changed_ns) == MOST_GOALS
+    assert list(mission.goals)[:2] == ["open", "51"]
