@@ -12,6 +12,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from py_trees.common import Status
+
 from bt_mission.events.events import (
     FINAL,
     BreakpointsChanged,
@@ -247,6 +249,93 @@ ONLY_LIVE: Mapping[type, tuple[str, ...]] = {
     RequirementChanged: ("requirement", "violated_at", "on_violation", "sources", "why"),
 }
 """Fields that a trace leaves out: they differ from run to run, or repeat the mission."""
+
+
+# ---- lines of a trace, read --------------------------------------------------------------------
+
+Fields = Mapping[str, Any]
+Indices = Mapping[str, int]
+
+
+def event_of(fields: Fields, indices: Indices) -> Event | None:
+    """Return the event of a line of a trace; None for one that is not known here.
+
+    What a trace leaves out is empty.
+
+    Args:
+        fields: Of the line.
+        indices: Those of the nodes, by their paths.
+
+    Raises:
+        LookupError: For a line that lacks a field, or names a node that is not in the tree.
+        ValueError: For a value that does not exist.
+    """
+    read = TRACE_EVENTS.get(fields.get("event", ""))
+    return None if read is None else read(fields, indices)
+
+
+def _goal_of(fields: Fields, _: Indices) -> GoalChanged:
+    phase, status = fields["phase"], fields["status"]
+    if phase == "ended":
+        phase = "rejected" if status is None else GoalStatus(status).name.lower()
+    change = fields["event"].removeprefix("goal ")
+    goal, action, owner = (str(fields[name]) for name in ("goal", "action", "owner"))
+    return GoalChanged(fields["t"], goal, action, owner, 0, phase, change)
+
+
+def _state_of(fields: Fields, _: Indices) -> StateChanged:
+    time_ns, name = fields["t"], fields["event"]
+    match name:
+        case "mission":
+            return StateChanged(time_ns, "", "", fields["status"], fields["reason"])
+        case "resumed":
+            return StateChanged(time_ns, "", "", "running", "")
+        case "paused":
+            keep = fields["keep_goals"]
+            return StateChanged(time_ns, "", "", name, fields["reason"], keep_goals=keep)
+    verdict, observe_s = fields["status"], fields["seconds"]
+    return StateChanged(
+        time_ns, "", "", name, fields["reason"], verdict=verdict, observe_s=observe_s
+    )
+
+
+def _requirement_of(fields: Fields, _: Indices) -> RequirementChanged:
+    name, verdict, margin = fields["name"], fields["verdict"], fields["margin"]
+    return RequirementChanged(
+        *(fields["t"], name, "", verdict, margin, fields["unit"], fields["at"]),
+        *(None, "", (), "", ""),
+    )
+
+
+def _start_of(fields: Fields, _: Indices) -> RunStarted:
+    world, robot, seed = fields["world"], fields["robot"], fields["seed"]
+    return RunStarted(fields["t"], "", fields["mission"], (), world, robot, seed)
+
+
+TRACE_EVENTS: Mapping[str, Callable[[Fields, Indices], Event]] = {
+    "start": _start_of,
+    "status": lambda fields, indices: NodeChanged(
+        fields["t"], indices[fields["path"]], Status(fields["status"]), fields["message"]
+    ),
+    "reset": lambda fields, indices: NodesReset(
+        fields["t"], tuple(indices[path] for path in fields["paths"])
+    ),
+    **{
+        f"goal {change}": _goal_of
+        for change in ("sent", "found again", "released", "abandoned", "ended")
+    },
+    **dict.fromkeys(("mission", "paused", "resumed", "observing"), _state_of),
+    "log": lambda fields, _: LogLine(fields["t"], fields["text"]),
+    "requirement": _requirement_of,
+    "clock": lambda fields, _: ClockJumped(fields["t"], fields["jump"]),
+    "fault": lambda fields, _: FaultChanged(
+        fields["t"], fields["number"], fields["what"], fields["state"], fields.get("with")
+    ),
+    "pose": lambda fields, _: PoseSampled(
+        fields["t"], fields["x"], fields["y"], fields["yaw"], fields["collisions"]
+    ),
+}
+"""How the events of a trace are read, by their names."""
 
 
 # ---- fields -----------------------------------------------------------------------------------

@@ -17,19 +17,6 @@ from bt_mission.core.cdr.definitions import (
 )
 
 TEXT = "std_msgs/msg/String"
-DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
-ROBOT: Mapping[str, str] = {
-    "odom": "nav_msgs/msg/Odometry",
-    "ground_truth/odom": "nav_msgs/msg/Odometry",
-    "scan": "sensor_msgs/msg/LaserScan",
-    "battery_state": "sensor_msgs/msg/BatteryState",
-    "map": "nav_msgs/msg/OccupancyGrid",
-    "collisions": "bt_mission_interfaces/msg/Collision",
-    "tf": "tf2_msgs/msg/TFMessage",
-    "tf_static": "tf2_msgs/msg/TFMessage",
-}
-"""What a robot tells, by topic within its namespace."""
-
 _FAMILIES = {
     **dict.fromkeys(("byte", "char"), "an integer"),
     **{f"{sign}int{bits}": "an integer" for sign in ("", "u") for bits in (8, 16, 32, 64)},
@@ -79,6 +66,11 @@ def checked_decoder(type_name: str, definition: str) -> Decoder:
                     f"expected {expected}"
                 )
     return decoder
+
+
+def is_installed(type_name: str) -> bool:
+    """Is a type known here?"""
+    return bool(_installed(type_name))
 
 
 @cache

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,21 +11,26 @@ from py_trees.common import Status
 
 from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
 from bt_mission.core.cdr.definitions import action_of
-from bt_mission.events import reader
-from bt_mission.events.events import NodeChanged, RunStarted, StateChanged
-from bt_mission.events.messages import Batch
-from bt_mission.recording.expected_types import TEXT, expect
+from bt_mission.events.events import GoalChanged, NodeChanged, RunStarted, StateChanged
 from bt_mission.recording.facts import RunFacts
+from bt_mission.recording.happenings import (
+    ExecutiveMessage,
+    GoalMessage,
+    PictureMessage,
+    RecordedMessage,
+    RobotMessage,
+    RosoutMessage,
+    TraceLine,
+    fold,
+)
 from bt_mission.recording.model import Picture, RecordedGoal, RecordedLine, RecordedRun, Span
-from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
+from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.recording.robot_life import RobotLife
 
 STATUSES = {0: "unknown", 4: "succeeded", 5: "canceled", 6: "aborted"}
 """By the numbers of ``action_msgs/msg/GoalStatus``; others are no ends."""
 
 GOAL_ID_BYTES = 16
-
-Decode = Callable[[], DecodedMessage]
 
 
 class GoalLives:
@@ -40,33 +44,34 @@ class GoalLives:
         """All goals, in the order in which they were first heard of."""
         return tuple(self._goals.values())
 
-    def take(self, channel: Channel, time_ns: int, decode: Decode) -> None:
-        """Take in a message of one of the topics of an action."""
-        action, _, part = channel.topic.partition("/_action/")
-        match part:
+    def take(self, time_ns: int, happening: GoalMessage) -> None:
+        """Take a message between an action's client and its server."""
+        action = happening.action
+        match happening.part:
             case "feedback":
-                message = decode()
+                message = happening.message
                 goal = self._goal(message.goal_id, action)
                 goal.feedback.append((time_ns, _fields(message.feedback)))
             case "send_goal/_service_event":
-                self._take_send(action, channel.type_name, time_ns, decode())
+                type_name = happening.channel.type_name
+                self._take_send(action, type_name, time_ns, happening.message)
             case "get_result/_service_event":
-                self._take_result(action, time_ns, decode())
+                self._take_result(action, time_ns, happening.message)
             case "cancel_goal/_service_event":
-                self._take_cancel(action, time_ns, decode())
+                self._take_cancel(action, time_ns, happening.message)
 
-    def take_event(self, event: Mapping[str, Any], time_ns: int) -> None:
-        """Take in what the executive says of one of its goals."""
-        goal = self._of(str(event["goal"]), str(event["action"]))
-        goal.owner = str(event["owner"])
-        match event["event"].removeprefix("goal "):
+    def take_change(self, time_ns: int, event: GoalChanged) -> None:
+        """Take a change that the executive has seen."""
+        goal = self._of(event.id, event.action)
+        goal.owner = event.owner
+        match event.change:
             case "sent" | "found again":
                 goal.sent_ns = time_ns if goal.sent_ns is None else goal.sent_ns
             case "released":
                 goal.handed_over_ns = time_ns
             case "abandoned":
                 goal.given_up_ns = time_ns
-            case "ended" if event.get("status") is None and goal.rejected_ns is None:
+            case "ended" if event.state == "rejected" and goal.rejected_ns is None:
                 goal.rejected_ns, goal.status = time_ns, "rejected"
 
     def _take_send(
@@ -122,15 +127,6 @@ WORDS = {
     Status.FAILURE: "failure",
 }
 
-EXECUTIVE: Mapping[str, Callable[[Any], Batch]] = {
-    "bt_mission_interfaces/msg/Tree": reader.tree,
-    "bt_mission_interfaces/msg/StatusChanges": reader.changes,
-    "bt_mission_interfaces/msg/MissionState": reader.state,
-}
-"""Messages of an executive; others of its graph may send them, too."""
-
-_POSE_LINE = b'"event": "pose"'
-
 
 def read_run(path: Path, robot: str | None = None) -> RecordedRun:
     """Read a recording; one that was cut gives what stands in it.
@@ -143,7 +139,7 @@ def read_run(path: Path, robot: str | None = None) -> RecordedRun:
     """
     file = RecordedFile(path, robot)
     run = _RunReader(file)
-    file.feed(run.take)
+    fold(file, run.take)
     return run.run()
 
 
@@ -172,7 +168,7 @@ def spans_of(
 
 
 class _RunReader:
-    """Takes messages in, topic by topic."""
+    """Takes messages, one after another."""
 
     def __init__(self, file: RecordedFile) -> None:
         self._file = file
@@ -185,61 +181,42 @@ class _RunReader:
         self._goals = GoalLives()
         self._robot: RobotLife | None = None
 
-    def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        """Take a message in, if it is of use."""
-        topic = channel.topic
-        if self._file.is_of_another(topic):
-            return
-        if channel.type_name in EXECUTIVE and not self._file.is_of_mission(topic):
-            return
-        match channel.type_name:
-            case type_name if type_name in EXECUTIVE:
-                self._take_batch(topic, time_ns, EXECUTIVE[type_name](channel.decode(data)))
-            case "rcl_interfaces/msg/Log":
-                line = channel.decode(data)
-                if self._file.is_of_another(f"/{line.name.replace('.', '/')}"):
-                    return
+    def take(self, time_ns: int, happening: RecordedMessage) -> None:
+        """Take a message, if a report shows it."""
+        match happening:
+            case ExecutiveMessage():
+                self._take_batch(happening, time_ns)
+            case RosoutMessage():
+                line = happening.message
                 self._log.append(RecordedLine(time_ns, line.level, line.name, line.msg))
-            case "sensor_msgs/msg/CompressedImage":
-                image = channel.decode(data)
+            case PictureMessage():
+                image, topic = happening.message, happening.channel.topic
                 kind = "image/png" if "png" in image.format else "image/jpeg"
                 self._pictures.append(Picture(time_ns, topic, kind, image.data.tobytes()))
-            case _:
-                self._take_by_topic(channel, time_ns, data)
+            case TraceLine():
+                if happening.name.startswith("goal "):
+                    change = happening.event({})
+                    assert isinstance(change, GoalChanged), "its name says so"
+                    self._goals.take_change(time_ns, change)
+            case GoalMessage():
+                self._goals.take(time_ns, happening)
+            case RobotMessage():
+                if self._robot is None:
+                    facts = RunFacts(self._file.notes, self._file.node)
+                    self._robot = RobotLife(facts.namespace, facts.hull)
+                if happening.namespace == self._robot.namespace:
+                    self._robot.take(time_ns, happening)
 
-    def _take_batch(self, topic: str, time_ns: int, batch: Batch) -> None:
+    def _take_batch(self, happening: ExecutiveMessage, time_ns: int) -> None:
         count = len(self._tree.nodes) if self._tree else 0
-        for event in batch.events:
+        for event in happening.batch.events:
             match event:
                 case RunStarted():
-                    self._tree, self._node = event, topic.removesuffix("/tree")
+                    self._tree, self._node = event, happening.node
                 case NodeChanged(node=node) if node < count:
                     self._changes.append((time_ns, event))
                 case StateChanged():
                     self._state = event
-
-    def _take_by_topic(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        if channel.topic.endswith("/trace"):
-            if not self._file.is_of_mission(channel.topic):
-                return
-            expect(channel, TEXT)
-            if _POSE_LINE not in data:
-                self._take_line(time_ns, channel.decode(data)["data"])
-        elif "/_action/" in channel.topic:
-            self._goals.take(channel, time_ns, lambda: channel.decode(data))
-        else:
-            if self._robot is None:
-                facts = RunFacts(self._file.notes, self._file.node)
-                self._robot = RobotLife(facts.namespace, facts.hull)
-            self._robot.take(channel, time_ns, lambda: channel.decode(data))
-
-    def _take_line(self, time_ns: int, line: str) -> None:
-        try:
-            event = json.loads(line)
-        except ValueError:
-            return
-        if str(event.get("event", "")).startswith("goal "):
-            self._goals.take_event(event, time_ns)
 
     # ---- the end ---------------------------------------------------------------------------
 

@@ -142,10 +142,11 @@ class RecordedFile:
         """Why it ends before its end; empty where it does not."""
         self.first_ns: int | None = None
         self.last_ns = 0
-        """Times of the messages that :meth:`feed` has handed on."""
+        """Times of the messages that :meth:`timed_messages` has yielded."""
         self.unread: dict[str, str] = {}
         """Why the messages of a type could not be read."""
         self._unread: Counter[str] = Counter()
+        self._unknown: Counter[str] = Counter()
         self._read: Counter[type[records.McapRecord]] = Counter()
         self._topics: set[str] = set()
 
@@ -187,6 +188,9 @@ class RecordedFile:
         for kind, count in self._unread.items():
             what = "a message" if count == 1 else f"{count:,} messages"
             lacks.append(f"{what} of type {kind or '?'} (cannot be read: {self.unread[kind]})")
+        for name, count in self._unknown.items():
+            what = "an event" if count == 1 else f"{count:,} events"
+            lacks.append(f"{what} {quoted(name)} (this bt-mission does not know it)")
         lacks += [f"its '{name}' (cannot be read)" for name in self.facts.unread]
         return "; ".join(lacks)
 
@@ -200,8 +204,8 @@ class RecordedFile:
         """
         return tree_ns if self.facts.start_ns is None else self.facts.start_ns
 
-    def feed(self, take: Callable[[Channel, int, bytes], None]) -> None:
-        """Hand on all CDR messages in the order of the file; those that fit no reader are noted.
+    def timed_messages(self) -> Iterator[tuple[int, Channel, bytes]]:
+        """Yield the CDR messages in the order of the file, each with its time, ns.
 
         Raises:
             RecordingError: For a file that is none, or that cannot be opened.
@@ -210,29 +214,21 @@ class RecordedFile:
             if channel.encoding != "cdr":
                 continue
             if time_ns > LARGEST_NS:
-                self._note_unread(channel, f"its time is {time_ns} ns")
+                self.note_unread(channel, DecodingError(f"its time is {time_ns} ns"))
                 continue
             if self.first_ns is None:
                 self.first_ns = time_ns
             self.last_ns = max(self.last_ns, time_ns)
-            self.hand_on(take, channel, time_ns, data)
+            yield time_ns, channel, data
 
-    def hand_on(
-        self,
-        take: Callable[[Channel, int, bytes], None],
-        channel: Channel,
-        time_ns: int,
-        data: bytes,
-    ) -> None:
-        """Hand on one message; that it fits no reader is noted."""
-        try:
-            take(channel, time_ns, data)
-        except UNREADABLE as error:
-            self._note_unread(channel, str(error) or type(error).__name__)
-
-    def _note_unread(self, channel: Channel, why: str) -> None:
+    def note_unread(self, channel: Channel, error: Exception) -> None:
+        """Note why a message of a topic cannot be read."""
         self._unread[channel.type_name] += 1
-        self.unread.setdefault(channel.type_name, why)
+        self.unread.setdefault(channel.type_name, str(error) or type(error).__name__)
+
+    def note_unknown(self, event: str) -> None:
+        """Note the name of an event in the trace that is not known here."""
+        self._unknown[event] += 1
 
     def messages(self) -> Iterator[Message]:
         """All messages in the order of the file.
@@ -273,12 +269,14 @@ class RecordedFile:
                     schemas[record.id] = record
                 case records.Channel():
                     schema = schemas.get(record.schema_id)
-                    channels[record.id] = Channel(
+                    channel = Channel(
                         record.topic,
                         schema.name if schema else "",
                         schema.data.decode(errors="replace") if schema else "",
                         record.message_encoding,
                     )
+                    if channel != channels.get(record.id):  # some repeat it in each chunk
+                        channels[record.id] = channel
                 case records.Metadata():
                     self.notes[record.name] = record.metadata
                 case records.Attachment():

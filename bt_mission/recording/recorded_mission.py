@@ -11,11 +11,13 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import HALTED, ActionLeaf
 from bt_mission.core.diagnostics import quoted
-from bt_mission.events import reader as messages
 from bt_mission.events.events import (
     FINAL,
+    Event,
+    GoalChanged,
     NodeChanged,
     NodeInfo,
+    PoseSampled,
     RunStarted,
     StateChanged,
     VariableChanged,
@@ -23,17 +25,22 @@ from bt_mission.events.events import (
 from bt_mission.goals.outcome import Outcome
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.recording.expected_types import TEXT, expect
-from bt_mission.recording.reading import Channel
+from bt_mission.recording.happenings import (
+    TRACE,
+    ExecutiveMessage,
+    GoalMessage,
+    MissionMessage,
+    RecordedMessage,
+    TraceLine,
+)
 from bt_mission.requirements.compiler import Reader
 from bt_mission.ros.signals import STATUSES, NodeOutcomes, field_of
 
-FEEDBACK = "/_action/feedback"
-_POSE = b'"event": "pose"'
+FEEDBACK = "feedback"
 
 
 class RecordedMission:
-    """Takes in what an executive has told of its mission: by its trace, else by its topics.
+    """The state of a mission at each instant, out of the messages of its executive.
 
     Args:
         node: Full name of the executive's node.
@@ -44,21 +51,21 @@ class RecordedMission:
     def __init__(self, node: str, tree: RunStarted | None, topics: Mapping[str, str]) -> None:
         self.ending = ""
         """How the mission has ended: one of :data:`FINAL`; empty while it has not."""
-        self.seen: defaultdict[str, set[Status]] = defaultdict(set)
-        """Statuses that nodes have had since the last instant, by their paths."""
-        self.collisions: int | None = None
         self.variables: dict[str, Plain | None] = {}
         self._node = node
         self._nodes: tuple[NodeInfo, ...] = () if tree is None else tree.nodes
-        self._has_trace = f"{node}/trace" in topics and bool(self._nodes)
+        self._indices = {one.path: index for index, one in enumerate(self._nodes)}
+        self._has_trace = f"{node}/{TRACE}" in topics and bool(self._nodes)
         self._topics = topics
-        self._status = {one.path: Status.INVALID for one in self._nodes}
-        self._names = {one.path: one.name for one in self._nodes}
+        self._status = [Status.INVALID] * len(self._nodes)
+        self._seen: defaultdict[int, set[Status]] = defaultdict(set)
+        """Statuses that nodes have had since the last instant."""
+        self._collisions: int | None = None
         self._open: set[str] = set()
         self._sent: dict[str, str] = {}
         """Goals that no leaf has yet, by the names of their leaves."""
-        self._goals: dict[str, str] = {}
-        """The present goals of leaves, by their paths."""
+        self._goals: dict[int, str] = {}
+        """The present goals of leaves."""
         self._outcomes = NodeOutcomes()
         self._ended_accepted: set[str] = set()
         """Goals that have ended with a result, so that they had been accepted."""
@@ -84,91 +91,82 @@ class RecordedMission:
         }
         return makers[name](*arguments)
 
-    def wants(self, topic: str) -> bool:
-        """Are messages of a topic of use?"""
-        return bool(self._nodes) and (topic.endswith(FEEDBACK) or topic.startswith(self._node))
+    def wants(self, happening: RecordedMessage) -> bool:
+        """Is a message of use?"""
+        if isinstance(happening, GoalMessage):
+            return bool(self._nodes) and happening.part == FEEDBACK
+        return isinstance(happening, MissionMessage) and happening.node == self._node
 
-    def take(self, channel: Channel, data: bytes) -> None:
-        """Take in a message, if it is of use."""
-        topic = channel.topic
-        if topic.endswith(FEEDBACK):
-            if self._wants_feedback:
-                self._take_feedback(channel.decode(data))
-        elif topic.startswith(self._node) and self._nodes:
-            self._take_own(topic.removeprefix(f"{self._node}/"), channel, data)
+    def take(self, happening: RecordedMessage) -> None:
+        """Take a message, if it is of use.
+
+        Statuses and the end of the mission come from its trace, whose lines lie between the control
+        steps in which they happened; where there is no trace, from its topics.
+        """
+        match happening:
+            case GoalMessage(part="feedback") if self._wants_feedback:
+                message = happening.message
+                self._feedback[bytes(message.goal_id.uuid).hex()] = message.feedback
+            case TraceLine(node=self._node) if self._has_trace:
+                is_of_use = self._wants_poses or not happening.is_pose
+                if is_of_use and (event := happening.event(self._indices)) is not None:
+                    self._take(event)
+            case ExecutiveMessage(node=self._node):
+                for event in happening.batch.events:
+                    if isinstance(event, VariableChanged) or not self._has_trace:
+                        self._take(event)
 
     def forget(self) -> None:
         """Forget what nodes went through; called after each instant."""
-        self.seen.clear()
+        self._seen.clear()
         self._outcomes.forget()
 
-    # ---- what is told ----------------------------------------------------------------------
+    def _take(self, event: Event) -> None:
+        match event:
+            case NodeChanged():
+                self._note(event)
+            case PoseSampled():
+                self._collisions = event.collisions
+            case GoalChanged(id=goal, change="sent"):
+                self._open.add(goal)
+                self._sent[event.owner] = goal
+            case GoalChanged(id=goal, change="found again"):
+                self._open.add(goal)
+            case GoalChanged(id=goal, change="ended"):
+                self._open.discard(goal)
+                if event.state != "rejected":
+                    self._ended_accepted.add(goal)
+            case StateChanged(status=status):
+                self.ending = status if status in FINAL else ""
+            case VariableChanged():
+                self.variables[event.name] = _value(event.value)
 
-    def _take_own(self, topic: str, channel: Channel, data: bytes) -> None:
-        if topic == "trace":
-            expect(channel, TEXT)
-            if _POSE in data and not self._wants_poses:
-                return
-            self._take_event(json.loads(channel.decode(data)["data"]))
-        elif topic == "details":
-            for event in messages.details(channel.decode(data)).events:
-                if isinstance(event, VariableChanged):
-                    self.variables[event.name] = _value(event.value)
-        elif topic == "changes" and not self._has_trace:
-            for event in messages.changes(channel.decode(data)).events:
-                if isinstance(event, NodeChanged):
-                    self._note(self._nodes[event.node].path, event.status, "")
-        elif topic == "state" and not self._has_trace:
-            (state,) = messages.state(channel.decode(data)).events
-            assert isinstance(state, StateChanged), "this is what it reads"
-            self.ending = state.status if state.status in FINAL else ""
-
-    def _take_event(self, event: Mapping[str, Any]) -> None:
-        match event.get("event"):
-            case "pose":
-                self.collisions = event["collisions"]
-            case "status":
-                self._note(event["path"], Status(event["status"]), event.get("message", ""))
-            case "mission":
-                self.ending = str(event["status"])
-            case "goal sent":
-                self._open.add(event["goal"])
-                self._sent[event["owner"]] = event["goal"]
-            case "goal found again":
-                self._open.add(event["goal"])
-            case "goal ended":
-                self._open.discard(event["goal"])
-                if event.get("status") is not None:
-                    self._ended_accepted.add(event["goal"])
-
-    def _note(self, path: str, status: Status, message: str) -> None:
-        self._status[path] = status
-        self._outcomes.note(path, status, _outcome_in(message, status))
-        self.seen[path].add(status)
+    def _note(self, event: NodeChanged) -> None:
+        index, status = event.node, event.status
+        self._status[index] = status
+        self._outcomes.note(index, status, _outcome_in(event.message, status))
+        self._seen[index].add(status)
         if status is Status.RUNNING:
-            goal = self._sent.pop(self._names[path], None)
-            self._goals[path] = "" if goal is None else goal
-
-    def _take_feedback(self, message: Any) -> None:
-        self._feedback[bytes(message.goal_id.uuid).hex()] = message.feedback
+            self._goals[index] = self._sent.pop(self._nodes[index].name, "")
 
     # ---- readers ---------------------------------------------------------------------------
 
-    def _paths(self, node: str) -> list[str]:
-        return [one.path for one in self._nodes if node in (one.name, one.path)]
+    def _named(self, name: str) -> list[int]:
+        """Return the nodes with a name or path."""
+        return [at for at, node in enumerate(self._nodes) if name in (node.name, node.path)]
 
     def _node_status(self, status: Status, node: str) -> Reader | str:
-        paths, known, seen = self._paths(node), self._status, self.seen
-        if not paths:
+        nodes, known, seen = self._named(node), self._status, self._seen
+        if not nodes:
             return f"the recorded mission has no node {quoted(node)}"
-        return lambda: any(known[one] is status or status in seen.get(one, ()) for one in paths)
+        return lambda: any(known[one] is status or status in seen.get(one, ()) for one in nodes)
 
     def _count_collisions(self) -> Reader:
         self._wants_poses = True
-        return lambda: self.collisions
+        return lambda: self._collisions
 
     def _outcome(self, node: str, outcome: str) -> Reader | str:
-        leaves = [path for path, _ in self._leaves(node)]
+        leaves = self._leaves(node)
         if not leaves:
             return _no_goal(node)
         return lambda: self._outcomes.is_any(leaves, outcome)
@@ -177,7 +175,7 @@ class RecordedMission:
         leaves = self._leaves(node)
         if not leaves:
             return _no_goal(node)
-        if not any(topic.endswith(FEEDBACK) for topic in self._topics):
+        if not any(topic.endswith(f"/_action/{FEEDBACK}") for topic in self._topics):
             return "the recording has no feedback"
         self._wants_feedback = True
         return self._newest(leaves, field)
@@ -195,28 +193,28 @@ class RecordedMission:
 
         def is_accepted() -> bool:
             seen.update(known() or ())
-            goals = [self._goal_of(path, name) for path, name in leaves]
+            goals = [self._goal_of(leaf) for leaf in leaves]
             return any(goal in seen or goal in self._ended_accepted for goal in goals)
 
         return is_accepted
 
-    def _leaves(self, node: str) -> list[tuple[str, str]]:
-        """Return the paths and names of the nodes with goals that have a name or place."""
+    def _leaves(self, node: str) -> list[int]:
+        """Return the nodes with goals that have a name or path."""
         kind = ActionLeaf.__name__
-        found = [one for one in self._nodes if node in (one.name, one.path) and one.kind == kind]
-        return [(one.path, one.name) for one in found]
+        return [index for index in self._named(node) if self._nodes[index].kind == kind]
 
-    def _goal_of(self, path: str, name: str) -> str:
+    def _goal_of(self, leaf: int) -> str:
         """Return the newest goal of a leaf; empty where it has none."""
-        if self._status[path] is Status.RUNNING and name in self._sent:
-            self._goals[path] = self._sent.pop(name)  # sent while it ran already
-        return self._goals.get(path, "")
+        name = self._nodes[leaf].name
+        if self._status[leaf] is Status.RUNNING and name in self._sent:
+            self._goals[leaf] = self._sent.pop(name)  # sent while it ran already
+        return self._goals.get(leaf, "")
 
-    def _newest(self, leaves: list[tuple[str, str]], field: str) -> Callable[[], Any]:
+    def _newest(self, leaves: list[int], field: str) -> Callable[[], Any]:
         def value() -> Any:
-            for path, name in leaves:
-                if self._status[path] is Status.RUNNING:
-                    return plain_field(self._feedback.get(self._goal_of(path, name)), field)
+            for leaf in leaves:
+                if self._status[leaf] is Status.RUNNING:
+                    return field_of(self._feedback.get(self._goal_of(leaf)), field)
             return None
 
         return value
@@ -234,14 +232,6 @@ def _outcome_in(message: str, status: Status) -> str:
         return str(Outcome.CANCELED_BY_HALT)
     found = message.partition(": ")[0]
     return found if found in Outcome._value2member_map_ else ""
-
-
-def plain_field(message: Any, path: str) -> Any:
-    """Return a field of a decoded message by its dotted name; None where there is none."""
-    try:
-        return field_of(message, path)
-    except KeyError:
-        return None
 
 
 def _value(text: str) -> Plain | None:

@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 import base64
-import json
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from bt_mission.core.stamps import NS
-from bt_mission.events import reader as messages
 from bt_mission.events.events import RunStarted
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.requirements.formula import Requirement, signals_in
 from bt_mission.language.requirements.syntax import SignalValue
-from bt_mission.recording.expected_types import TEXT
 from bt_mission.recording.facts import LARGEST_NS
-from bt_mission.recording.reading import (
-    UNREADABLE,
-    Channel,
-    RecordedFile,
-    RecordingError,
+from bt_mission.recording.happenings import (
+    TRUTH,
+    ExecutiveMessage,
+    RecordedMessage,
+    SignalLine,
+    fold,
 )
-from bt_mission.recording.recorded_mission import RecordedMission, plain_field
-from bt_mission.recording.robot_life import TRUTH
-from bt_mission.recording.signal_samples import ACCEPTED_GOALS, MODEL_FILE, TOPIC
+from bt_mission.recording.reading import UNREADABLE, RecordedFile, RecordingError
+from bt_mission.recording.recorded_mission import RecordedMission
+from bt_mission.recording.signal_samples import ACCEPTED_GOALS, MODEL_FILE
 from bt_mission.requirements.compiler import Reader
 from bt_mission.ros.signals import (
     BATTERY,
@@ -34,11 +32,11 @@ from bt_mission.ros.signals import (
     SCAN,
     PathLength,
     SimulationModel,
+    field_of,
     smallest_range,
 )
 from bt_mission.sessions.stage_signals import OF_STATE, RecordedTruth
 
-TREE = "bt_mission_interfaces/msg/Tree"
 BY_ODOMETRY = ("speed", "turn_rate", "distance")
 """Signals that are true in a simulation, and measured by the robot elsewhere."""
 MISSION = ("$", "open_goals", "feedback", "accepted", "outcome", "running", "succeeded", "failed")
@@ -71,7 +69,7 @@ class RecordingSurvey:
         """Do the messages come in the order of time?"""
         self._newest_ns, self._oldest_ns = 0, LARGEST_NS
         self._first_samples: dict[str, Mapping[str, Any]] = {}
-        file.feed(self._take)
+        fold(file, self._take)
         if file.first_ns is None:
             why = f": {file.why_cut}" if file.why_cut else ""
             raise RecordingError(f"{file.path}: no message is in it{why}")
@@ -80,7 +78,7 @@ class RecordingSurvey:
     @property
     def first_sample(self) -> Mapping[str, Any] | None:
         """The first line of signals; None where they were not recorded."""
-        return self._first_samples.get(f"{self.node}/{TOPIC}") if self.node else None
+        return self._first_samples.get(self.node) if self.node else None
 
     @property
     def start_ns(self) -> int:
@@ -100,48 +98,42 @@ class RecordingSurvey:
                 return SimulationModel(data, self.file.facts.simulation)
         raise ValueError("the model of the simulation is not in the recording")
 
-    def _take(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        topic = channel.topic
+    def _take(self, time_ns: int, happening: RecordedMessage) -> None:
+        topic = happening.channel.topic
         self.is_in_order = self.is_in_order and time_ns >= self._newest_ns
         self._newest_ns = time_ns
         self._oldest_ns = min(self._oldest_ns, time_ns)
         is_new = topic not in self.topics
-        self.topics[topic] = channel.type_name
-        if channel.type_name == TREE and self.tree is None and self.file.is_of_mission(topic):
-            (tree,) = messages.tree(channel.decode(data)).events
-            assert isinstance(tree, RunStarted), "this is what it reads"
-            self.tree = tree
-            self.node = topic.removesuffix("/tree")
-        elif is_new and topic.endswith(f"/{TOPIC}") and channel.type_name == TEXT:
-            # It comes before the tree, which is told at the end of the first tick.
-            self._first_samples[topic] = json.loads(channel.decode(data)["data"])
+        self.topics[topic] = happening.channel.type_name
+        if isinstance(happening, SignalLine) and is_new:
+            # It comes before the tree, which is sent at the end of the first tick.
+            self._first_samples[happening.node] = happening.fields
+        elif isinstance(happening, ExecutiveMessage) and self.tree is None:
+            for event in happening.batch.events:
+                if isinstance(event, RunStarted):
+                    self.tree, self.node = event, happening.node
 
 
 @dataclass
 class RecordedTopic:
-    """The newest message of a topic; it is decoded when somebody reads it."""
+    """The newest message of a topic; it is decoded when a signal reads it."""
 
     came_ns: int | None = None
-    channel: Channel | None = None
-    data: bytes = b""
+    newest: RecordedMessage | None = None
     problem: str = ""
     """Why a message could not be read."""
-
-    def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        """Take a message."""
-        self.came_ns, self.channel, self.data = time_ns, channel, data
 
     def reading(self, read: Callable[[Any], Any]) -> Reader:
         """Return what reads the newest message, each only once."""
         value: Any = None
-        of = b""
+        of: RecordedMessage | None = None
 
         def newest() -> Any:
             nonlocal value, of
-            if self.channel is not None and self.data is not of:
-                of, value = self.data, None
+            if self.newest is not None and self.newest is not of:
+                of, value = self.newest, None
                 try:
-                    found = read(self.channel.decode(of))
+                    found = read(of.message)
                 except UNREADABLE as error:
                     self.problem = self.problem or str(error) or type(error).__name__
                 else:
@@ -176,16 +168,16 @@ class RecordedSignals:
         self._state = ""
         self._shown: str | None = None
 
-    def wants(self, topic: str) -> bool:
-        """Are messages of a topic of use?"""
-        return topic in self.topics or self.mission.wants(topic)
+    def wants(self, happening: RecordedMessage) -> bool:
+        """Is a message read by a signal?"""
+        return happening.channel.topic in self.topics or self.mission.wants(happening)
 
-    def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        """Take in a message."""
-        topic = self.topics.get(channel.topic)
+    def take(self, time_ns: int, happening: RecordedMessage) -> None:
+        """Take a message."""
+        topic = self.topics.get(happening.channel.topic)
         if topic is not None:
-            topic.take(channel, time_ns, data)
-        self.mission.take(channel, data)
+            topic.came_ns, topic.newest = time_ns, happening
+        self.mission.take(happening)
 
     def sample(self, line: Mapping[str, Any]) -> None:
         """Take in the signals of a control step."""
@@ -220,7 +212,7 @@ class RecordedSignals:
         if name == "age":
             return self._age(arguments[0])
         if name == "topic":
-            return self._of_topic(key, arguments[0], lambda one: plain_field(one, arguments[1]))
+            return self._of_topic(key, arguments[0], lambda one: field_of(one, arguments[1]))
         if name in _OF_TOPICS:
             return self._of_topic(key, *_OF_TOPICS[name])
         if name in MISSION:

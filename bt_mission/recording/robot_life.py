@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
 from bt_mission.core.cdr.decoder import DecodedMessage
 from bt_mission.core.geometry import Pose2D, yaw_of
-from bt_mission.events import reader
+from bt_mission.events.reader import transforms
 from bt_mission.events.robot_state import BASES, Frames, frames_of, locate
-from bt_mission.recording.expected_types import ROBOT, TypedTopic, expect
+from bt_mission.recording.happenings import ODOMETRY, TRUTH, RobotMessage
 from bt_mission.recording.model import (
     Floats,
     RecordedCollision,
@@ -21,10 +20,8 @@ from bt_mission.recording.model import (
     Track,
 )
 
-Decode = Callable[[], DecodedMessage]
 Hull = tuple[float, float, float]
 
-TRUTH, ODOMETRY = "ground_truth/odom", "odom"
 MIDDLE = Pose2D(0.0, 0.0, 0.0)
 
 
@@ -32,7 +29,7 @@ class RobotLife:
     """Takes in the messages of one robot, in the order of time.
 
     Args:
-        namespace: Of the robot; other topics are no concern of it.
+        namespace: Of the robot.
         hull: Front, rear and half width, m; None where it is not known.
     """
 
@@ -40,7 +37,7 @@ class RobotLife:
         self.hull = None if hull is None else (hull[0], hull[1], hull[2])
         self.grid: RecordedGrid | None = None
         self.collisions: list[RecordedCollision] = []
-        self._prefix = namespace.rstrip("/") + "/"
+        self.namespace = namespace.rstrip("/")
         self._poses: dict[str, list[tuple[float, ...]]] = {TRUTH: [], ODOMETRY: []}
         self._battery: list[tuple[int, float]] = []
         self._scans: list[tuple[int, str, Floats]] = []
@@ -48,34 +45,30 @@ class RobotLife:
         self._frames: Frames = {}
         self._map_to_odom: Pose2D | None = None
 
-    def take(self, channel: TypedTopic, time_ns: int, decode: Decode) -> None:
-        """Take in a message, if it is of use. Raises DecodingError for one of another type."""
-        topic = channel.topic.removeprefix(self._prefix)
-        if topic in ROBOT:
-            expect(channel, ROBOT[topic])
-            self._take(topic, time_ns, decode)
-
-    def _take(self, topic: str, time_ns: int, decode: Decode) -> None:
-        match topic:
+    def take(self, time_ns: int, happening: RobotMessage) -> None:
+        """Take a message. Raises DecodingError for one of another type."""
+        happening.check_type()
+        match happening.topic:
             case "ground_truth/odom" | "odom" as name:
-                self._poses[name].append(_pose(time_ns, decode()))
+                self._poses[name].append(_pose(time_ns, happening.message))
             case "scan":
-                scan = decode()
+                scan = happening.message
                 self._scans.append((time_ns, scan.header.frame_id.lstrip("/"), _seen(scan)))
             case "battery_state":
-                share = decode().percentage
+                share = happening.message.percentage
                 if math.isfinite(share):
                     self._battery.append((time_ns, share))
             case "map":
-                self._take_grid(time_ns, decode())
+                self._take_grid(time_ns, happening.message)
             case "collisions":
-                hit = decode()
+                hit = happening.message
                 place = hit.point.x, hit.point.y
                 self.collisions.append(RecordedCollision(time_ns, hit.obstacle, *place, hit.force))
             case "tf_static":
-                self._frames |= frames_of(reader.transforms(decode()))
+                self._frames |= frames_of(transforms(happening.message))
             case "tf" if self._map_to_odom is None:
-                parent, pose = frames_of(reader.transforms(decode())).get("odom", ("", MIDDLE))
+                frames = frames_of(transforms(happening.message))
+                parent, pose = frames.get("odom", ("", MIDDLE))
                 if parent == "map":
                     self._map_to_odom = pose
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -23,11 +22,18 @@ from bt_mission.language.requirements.formula import (
 )
 from bt_mission.language.requirements.syntax import EVERYTHING, Measure, Temporal
 from bt_mission.recording.expected_types import TEXT
+from bt_mission.recording.happenings import (
+    RecordedMessage,
+    SignalLine,
+    fold,
+    happenings,
+    with_note,
+)
 from bt_mission.recording.model import RecordedRequirement, RecordedRun
 from bt_mission.recording.reader import read_run
-from bt_mission.recording.reading import Channel, Message, RecordedFile, RecordingError
+from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.recording.recorded_signals import RecordedSignals, RecordingSurvey
-from bt_mission.recording.signal_samples import TOPIC, requirements_in
+from bt_mission.recording.signal_samples import requirements_in
 from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
 
 PERIOD_NS = round(CONTROL_STEP_S * NS)
@@ -126,10 +132,10 @@ class RecordedRequirements:
         file = RecordedFile(self.survey.file.path, self._robot)
         clock = _Instants(self.survey, signals, monitors, on_instant)
         if self.survey.first_sample is not None or self.survey.is_in_order:
-            file.feed(clock.take)
+            fold(file, clock.take)
         else:
-            for channel, time_ns, data in _sorted(file, signals):
-                file.hand_on(clock.take, channel, time_ns, data)
+            for time_ns, happening in _sorted(file, signals):
+                with_note(file, clock.take, time_ns, happening)
         clock.finish(file.last_ns)
         why_open = self._why_open(file, signals)
         is_interrupted = signals.mission.ending == "interrupted"
@@ -168,16 +174,10 @@ class RecordedRequirements:
         return (f"{every}: the run's own instants were not recorded",)
 
 
-def _sorted(file: RecordedFile, signals: RecordedSignals) -> list[Message]:
+def _sorted(file: RecordedFile, signals: RecordedSignals) -> list[tuple[int, RecordedMessage]]:
     """Return the messages that are of use, in the order of time: other tools write as they like."""
-    found: list[Message] = []
-
-    def keep(channel: Channel, time_ns: int, data: bytes) -> None:
-        if signals.wants(channel.topic):
-            found.append((channel, time_ns, data))
-
-    file.feed(keep)
-    return sorted(found, key=itemgetter(1))
+    wanted = [one for one in happenings(file) if signals.wants(one[1])]
+    return sorted(wanted, key=itemgetter(0))
 
 
 class _Instants:
@@ -192,29 +192,29 @@ class _Instants:
     ) -> None:
         self._survey, self._signals, self._monitors = survey, signals, monitors
         self._on_instant = on_instant
-        self._samples = f"{survey.node}/{TOPIC}" if survey.first_sample is not None else None
+        self._has_samples = survey.first_sample is not None
         self._next_ns = survey.start_ns
         self._is_over = False
         count = (survey.file.last_ns - survey.start_ns) // PERIOD_NS
-        if self._samples is None and count > MOST_INSTANTS:
+        if not self._has_samples and count > MOST_INSTANTS:
             raise RecordingError(
                 f"{survey.file.path}: its messages span {count * CONTROL_STEP_S / 86400:,.0f} days;"
                 " were they recorded by different clocks?"
             )
 
-    def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        """Take in a message."""
-        if self._samples is None:
+    def take(self, time_ns: int, happening: RecordedMessage) -> None:
+        """Take a message."""
+        if not self._has_samples:
             self._go_on(time_ns - 1)
-        elif channel.topic == self._samples:
-            self._signals.sample(json.loads(channel.decode(data)["data"]))
+        elif isinstance(happening, SignalLine) and happening.node == self._survey.node:
+            self._signals.sample(happening.fields)
             self._evaluate()
             return
-        self._signals.take(channel, time_ns, data)
+        self._signals.take(time_ns, happening)
 
     def finish(self, last_ns: int) -> None:
         """Evaluate what is left."""
-        if self._samples is None:
+        if not self._has_samples:
             self._go_on(last_ns)
 
     def _go_on(self, until_ns: int) -> None:

@@ -386,9 +386,14 @@ def smallest_range(scan: Any) -> float | None:
 
 
 def field_of(message: Any, path: str) -> Any:
-    """Return a field by its dotted name; None where there is none, or no plain value."""
+    """Return a field by its dotted name; None where there is none, or no plain value.
+
+    Args:
+        message: Of rclpy, or decoded from a recording.
+    """
     for part in path.split("."):
-        message = getattr(message, part, None)
+        is_decoded = isinstance(message, Mapping)
+        message = message.get(part) if is_decoded else getattr(message, part, None)
     if isinstance(message, bool | int | float | str):
         return message
     return None

@@ -29,8 +29,8 @@ from bt_mission.events.source import ControlResponse, FoundExecutive, Heard
 from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.executive.report import FailurePath, Report
 from bt_mission.executive.trace import VERSION
+from bt_mission.recording.happenings import EXECUTIVE
 from bt_mission.recording.model import RecordedRun
-from bt_mission.recording.replay.timeline import EXECUTIVE
 from bt_mission.ros.interface_types import message_type, service_type
 from bt_mission.views.html_report.page import page_of
 from bt_mission.views.terminal.lines import PlainLines, leaf_table, log_line, whole_tree

@@ -24,8 +24,8 @@ from bt_mission.language.loader import read_mission, required
 from bt_mission.language.mission import Mission, NodeFactory, node_factories
 from bt_mission.language.permissions import Permissions
 from bt_mission.language.places import zones_in
-from bt_mission.recording.expected_types import TEXT, expect
 from bt_mission.recording.facts import RunFacts
+from bt_mission.recording.happenings import RecordedMessage, TraceLine, fold
 from bt_mission.recording.reading import RecordedFile
 from bt_mission.recording.signal_samples import requirements_in
 from bt_mission.sessions.load import XML
@@ -196,12 +196,11 @@ def read_source(path: Path, permissions: Permissions = NO_PYTHON) -> ForkSource:
 def _trace_of(file: RecordedFile) -> list[str]:
     lines: list[str] = []
 
-    def take(channel: Any, _time_ns: int, data: bytes) -> None:
-        if channel.topic.endswith("/trace"):
-            expect(channel, TEXT)
-            lines.append(str(channel.decode(data)["data"]))
+    def take(_: int, happening: RecordedMessage) -> None:
+        if isinstance(happening, TraceLine):
+            lines.append(happening.text)
 
-    file.feed(take)
+    fold(file, take)
     return lines
 
 

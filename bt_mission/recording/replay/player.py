@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterator
+from contextlib import suppress
 
 from bt_mission.core.stamps import NS
 from bt_mission.events.events import RunStarted
 from bt_mission.events.log import LogEntry
 from bt_mission.events.messages import ROBOT
 from bt_mission.events.mission_state import MissionState
-from bt_mission.recording.replay.timeline import Frame, LazyMessage, Timeline, beside
+from bt_mission.recording.happenings import RobotMessage
+from bt_mission.recording.reading import UNREADABLE
+from bt_mission.recording.replay.timeline import Frame, Timeline, beside
 
 SPACING = 500
 """Frames between two states that are kept: so many are played again at most to get anywhere."""
@@ -25,7 +28,7 @@ def entries_of(timeline: Timeline) -> Iterator[LogEntry]:
     """All lines of the log of a timeline."""
     mission = MissionState()
     for frame in timeline.frames:
-        if isinstance(frame, (*ROBOT, LazyMessage)) or not mission.apply(frame):
+        if isinstance(frame, (*ROBOT, RobotMessage)) or not mission.apply(frame):
             continue
         if (entry := mission.entry_of(frame)) is not None:
             yield entry
@@ -65,18 +68,18 @@ class TimelineSeeker:
         return self._state
 
     def _play(self, frames: tuple[Frame, ...]) -> None:
-        newest: dict[str, LazyMessage] = {}
+        """Apply frames; a scan or a map that cannot be read is left out."""
+        newest: dict[str, RobotMessage] = {}
         for frame in frames:
-            if isinstance(frame, LazyMessage):
+            if isinstance(frame, RobotMessage):
                 newest[frame.topic] = frame
             elif isinstance(frame, ROBOT):
                 self._state.robot.take(frame)
             else:
                 self._state.apply(frame)
         for message in newest.values():
-            seen = message.decode()
-            if seen is not None:
-                self._state.robot.take(seen)
+            with suppress(*UNREADABLE):
+                self._state.robot.take(message.viewed())
 
 
 SLOWEST, FASTEST = 1 / 64, 1024.0

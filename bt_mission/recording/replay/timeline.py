@@ -6,78 +6,36 @@ newest of an instant is of use.
 
 from __future__ import annotations
 
-import json
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 from py_trees.common import Status
 
 from bt_mission.core.geometry import yaw_of
-from bt_mission.events import events, messages, reader
+from bt_mission.events import events, messages
 from bt_mission.events.log import line_of
-from bt_mission.recording.expected_types import ROBOT as ROBOT_TYPES
-from bt_mission.recording.expected_types import TEXT, expect
 from bt_mission.recording.facts import LARGEST_NS, robot_of
-from bt_mission.recording.reading import (
-    UNREADABLE,
-    Channel,
-    RecordedFile,
-    RecordingError,
+from bt_mission.recording.happenings import (
+    TREE,
+    VIEWED,
+    ExecutiveMessage,
+    OtherRobotMessage,
+    RecordedMessage,
+    RobotMessage,
+    TraceLine,
+    fold,
 )
-from bt_mission.recording.robot_life import TRUTH
+from bt_mission.recording.reading import RecordedFile, RecordingError
 
-EXECUTIVE: dict[str, Callable[[Any], messages.Batch]] = {
-    "bt_mission_interfaces/msg/Tree": reader.tree,
-    "bt_mission_interfaces/msg/StatusChanges": reader.changes,
-    "bt_mission_interfaces/msg/MissionState": reader.state,
-    "bt_mission_interfaces/msg/MissionDetails": reader.details,
-    "bt_mission_interfaces/msg/MissionLog": reader.log,
-    "bt_mission_interfaces/msg/Requirements": reader.requirements,
-}
-"""Messages of an executive, by their type."""
-
-ROBOT: dict[str, Callable[[Any], messages.Robot]] = {
-    "tf": reader.transforms,
-    "tf_static": reader.transforms,
-    "battery_state": reader.battery,
-    "scan": reader.scan,
-    "map": reader.grid,
-    "zones": reader.zones,
-}
-"""What a robot tells, by its topic."""
-
-TREE = "bt_mission_interfaces/msg/Tree"
-MARKERS = "visualization_msgs/msg/MarkerArray"
-TYPES = {**ROBOT_TYPES, "zones": MARKERS}
 LATER = ("scan", "map", "zones")
 """Topics whose messages are decoded when they are looked at."""
-
-LOG_EVENT, REQUIREMENT_EVENT = '"event": "log"', '"event": "requirement"'
-
-
-@dataclass(frozen=True, slots=True)
-class LazyMessage:
-    """A scan, a map or its zones that are not decoded yet."""
-
-    topic: str
-    channel: Channel = field(repr=False)
-    data: bytes = field(repr=False)
-
-    def decode(self) -> messages.Robot | None:
-        """Return it, or None where it cannot be read."""
-        try:
-            return ROBOT[self.topic](self.channel.decode(self.data))
-        except UNREADABLE:
-            return None
-
 
 OTHERS_NS = 200_000_000
 """ROS time between two places of another robot that are kept."""
 
-Frame = events.Event | messages.Robot | LazyMessage
+Frame = events.Event | messages.Robot | RobotMessage
 """What was recorded at some instant."""
 
 
@@ -128,7 +86,7 @@ def read_timeline(path: Path, robot: str | None = None) -> Timeline:
     """
     file = RecordedFile(path, robot)
     timeline = _TimelineReader(file)
-    file.feed(timeline.take)
+    fold(file, timeline.take)
     return timeline.timeline()
 
 
@@ -146,73 +104,63 @@ class _TimelineReader:
         """When the place of each other robot was kept last."""
         self._trace: list[str] = []
         self._node = ""
-        """Of the executive that is shown: the first in the file."""
+        """Of the executive that is shown."""
         self._trees: list[events.RunStarted] = []
         self._batches: list[tuple[int, str, events.Event]] = []
         """Times, runs and events."""
         self._said: list[tuple[int, str]] = []
 
-    def take(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        """Take a message in, if it is of use."""
-        place, _, name = channel.topic.rpartition("/")
-        if channel.type_name in EXECUTIVE:
-            if self._node in ("", place) and self._file.is_of_mission(channel.topic):
-                batch = EXECUTIVE[channel.type_name](channel.decode(data))
-                if channel.type_name == TREE:
-                    self._node = place
-                self._take_batch(batch, time_ns)
-        elif name == "trace":
-            if self._file.is_of_mission(channel.topic):
-                expect(channel, TEXT)
-                self._take_line(channel.decode(data).data)
-        elif channel.topic.endswith(TRUTH):
-            self._take_other(channel, time_ns, data)
-        elif name == "zones" and channel.type_name != MARKERS:
-            return  # somebody else's
-        elif name in ROBOT:
-            self._take_robot(channel, time_ns, data)
+    def take(self, time_ns: int, happening: RecordedMessage) -> None:
+        """Take a message, if a viewer shows it."""
+        match happening:
+            case ExecutiveMessage():
+                self._take_batch(happening.batch, happening.node, time_ns)
+            case TraceLine():
+                self._take_line(happening)
+            case OtherRobotMessage():
+                self._take_other(happening, time_ns)
+            case RobotMessage() if happening.topic in VIEWED:
+                self._take_robot(happening, time_ns)
 
-    def _take_robot(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        """Take in what a robot tells."""
-        place, _, name = channel.topic.rpartition("/")
-        expect(channel, TYPES[name])
-        frames = self._robots.setdefault(place, [])
-        if name in LATER:
-            frames.append((time_ns, LazyMessage(name, channel, data)))
+    def _take_robot(self, happening: RobotMessage, time_ns: int) -> None:
+        frames = self._robots.setdefault(happening.namespace, [])
+        if happening.topic in LATER:
+            happening.check_type()
+            frames.append((time_ns, happening))
             return
-        seen = ROBOT[name](channel.decode(data))
+        seen = happening.viewed()
         if isinstance(seen, messages.BatteryState):
-            if seen == self._charges.get(place):
+            if seen == self._charges.get(happening.namespace):
                 return
-            self._charges[place] = seen
+            self._charges[happening.namespace] = seen
         frames.append((time_ns, seen))
 
-    def _take_other(self, channel: Channel, time_ns: int, data: bytes) -> None:
-        """Take in where another robot with a mission is, several times a second."""
-        robot = channel.topic.removesuffix(TRUTH).strip("/")
-        is_due = time_ns - self._others_ns.get(robot, -OTHERS_NS) >= OTHERS_NS
-        if is_due and self._file.is_of_another(channel.topic):
-            expect(channel, TYPES[TRUTH])
+    def _take_other(self, happening: OtherRobotMessage, time_ns: int) -> None:
+        """Take the pose of another robot, several times a second."""
+        robot = happening.namespace.strip("/")
+        if time_ns - self._others_ns.get(robot, -OTHERS_NS) >= OTHERS_NS:
+            happening.check_type()
+            pose = happening.message.pose.pose
             self._others_ns[robot] = time_ns
-            pose = channel.decode(data).pose.pose
             x, y = float(pose.position.x), float(pose.position.y)
             other = messages.OtherRobot(robot, x, y, yaw_of(pose.orientation))
             self._kept.append((time_ns, other))
 
-    def _take_batch(self, batch: messages.Batch, time_ns: int) -> None:
+    def _take_batch(self, batch: messages.Batch, node: str, time_ns: int) -> None:
         for event in batch.events:
             if isinstance(event, events.RunStarted):
+                self._node = node
                 self._trees.append(event)
             at_ns = time_ns if event.time_ns is None else min(event.time_ns, time_ns)
             self._batches.append((at_ns, batch.run, event))
 
-    def _take_line(self, line: str) -> None:
-        self._trace.append(line)
-        if LOG_EVENT in line or REQUIREMENT_EVENT in line:
-            event = json.loads(line)
-            if abs(event["t"]) <= LARGEST_NS:
-                text = str(event["text"]) if event["event"] == "log" else line_of(event).strip()
-                self._said.append((int(event["t"]), text))
+    def _take_line(self, line: TraceLine) -> None:
+        self._trace.append(line.text)
+        if line.name in ("log", "requirement"):
+            fields = line.fields
+            if abs(fields["t"]) <= LARGEST_NS:
+                text = str(fields["text"]) if line.name == "log" else line_of(fields).strip()
+                self._said.append((int(fields["t"]), text))
 
     # ---- the end ---------------------------------------------------------------------------
 

@@ -13,10 +13,11 @@ from bt_mission.events import messages
 from bt_mission.events.log import LogEntry
 from bt_mission.events.messages import ROBOT
 from bt_mission.events.mission_state import MissionState
+from bt_mission.recording.happenings import RobotMessage
 from bt_mission.recording.reading import Channel
 from bt_mission.recording.replay import player as module
 from bt_mission.recording.replay.player import TimelineSeeker, entries_of
-from bt_mission.recording.replay.timeline import LazyMessage, Timeline, read_timeline
+from bt_mission.recording.replay.timeline import Timeline, read_timeline
 from tests.support.recordings import recording
 
 
@@ -51,8 +52,7 @@ def told_one_by_one(timeline: Timeline, time_ns: int) -> MissionState:
     for at_ns, frame in zip(timeline.times_ns, timeline.frames, strict=True):
         if at_ns > time_ns:
             break
-        seen = frame.decode() if isinstance(frame, LazyMessage) else frame
-        assert seen is not None
+        seen = frame.viewed() if isinstance(frame, RobotMessage) else frame
         if isinstance(seen, ROBOT):
             known.robot.take(seen)
         else:
@@ -167,7 +167,8 @@ def test_the_log_without_its_limit(timeline: Timeline) -> None:
 
 def test_a_sight_that_cannot_be_read_is_passed_over(timeline: Timeline) -> None:
     """What was seen before stays."""
-    sight = LazyMessage("scan", Channel("/scan", "a/msg/B", "float32 angle_min", "cdr"), b"")
+    channel = Channel("/scan", "a/msg/B", "float32 angle_min", "cdr")
+    sight = RobotMessage("", "scan", channel, b"")
     frames = (*timeline.frames, sight)
     damaged = Timeline(
         timeline.path,
