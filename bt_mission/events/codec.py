@@ -1,8 +1,10 @@
-"""Events as lines of JSON, and back: of a trace, of ``watch --json``.
+"""Events as lines of JSON, and back: of a trace, of ``~/log``, of ``watch --json``.
 
 A line is one JSON object with sorted keys: ``t`` is ROS time, ns; ``event`` names the event; nodes
 are given by name and path. Floats are written so that they read back exactly. A trace has the
 events that follow from mission and seed alone, and of those only such fields.
+
+An event that is not listed here is written and read by its fields.
 """
 
 from __future__ import annotations
@@ -10,15 +12,18 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields as fields_in
+from dataclasses import replace
+from functools import cache
 from typing import Any
 
 from py_trees.common import Status
+from pydantic import TypeAdapter
 
 from bt_mission.events.events import (
     FINAL,
+    KINDS,
     BreakpointsChanged,
-    ClockJumped,
-    CountsChanged,
     Event,
     FaultChanged,
     GoalChanged,
@@ -55,13 +60,22 @@ def fields_of(event: Event, nodes: Nodes = ()) -> dict[str, Any]:
     Args:
         nodes: Of the tree that the event's indices refer to.
     """
-    return {**FIELDS[type(event)](event, nodes), "t": event.time_ns}
+    write: Callable[[Any, Nodes], dict[str, Any]] = FIELDS.get(type(event), _plain)
+    return {"event": event.kind, **write(event, nodes), "t": event.time_ns}
+
+
+def _plain(event: Event, nodes: Nodes) -> dict[str, Any]:
+    """Return the fields as they are; a node with its name and path, too."""
+    left_out = ("time_ns", *LEFT_OUT.get(type(event), ()))
+    names = (one.name for one in fields_in(event) if one.name not in left_out)
+    fields = {name: getattr(event, name) for name in names}
+    index = fields.get("node", -1)
+    return fields | ({"index": index, **_node(index, nodes)} if 0 <= index < len(nodes) else {})
 
 
 def _started(event: RunStarted, _: Nodes) -> dict[str, Any]:
     shown = ("name", "kind", "path", "parent")
     return {
-        "event": "start",
         "run": event.run,
         "mission": event.mission,
         "world": event.world,
@@ -77,12 +91,11 @@ def _node(index: int, nodes: Nodes) -> dict[str, Any]:
 
 def _changed(event: NodeChanged, nodes: Nodes) -> dict[str, Any]:
     status = {"status": event.status.value, "message": event.message}
-    return {"event": "status", **_node(event.node, nodes), **status}
+    return {**_node(event.node, nodes), **status}
 
 
 def _progressed(event: NodeProgressed, nodes: Nodes) -> dict[str, Any]:
-    fields = {"event": "progress", **_node(event.node, nodes)}
-    fields |= {"since": event.since_ns, "message": event.message}
+    fields = _node(event.node, nodes) | {"since": event.since_ns, "message": event.message}
     if event.limit and math.isfinite(event.value + event.limit):
         fields |= {"label": event.label, "value": event.value, "limit": event.limit}
     return fields
@@ -100,72 +113,57 @@ def _goal(event: GoalChanged, _: Nodes) -> dict[str, Any]:
 
 
 def _state(event: StateChanged, _: Nodes) -> dict[str, Any]:
-    fields = {"event": "mission", "run": event.run, "mission": event.mission}
-    return {**fields, "status": event.status, "reason": event.explanation}
-
-
-def _requirement(event: RequirementChanged, _: Nodes) -> dict[str, Any]:
-    return {
-        "event": "requirement",
-        "name": event.name,
-        "requirement": event.requirement,
-        "verdict": event.verdict,
-        "margin": event.margin,
-        "unit": event.unit,
-        "at": event.at,
-        "violated_at": event.violated_at,
-        "on_violation": event.on_violation,
-        "sources": event.sources,
-        "why": event.why,
-    }
+    fields = {"run": event.run, "mission": event.mission, "status": event.status}
+    return {**fields, "reason": event.explanation}
 
 
 def _fault(event: FaultChanged, _: Nodes) -> dict[str, Any]:
-    fields = {"event": "fault", "number": event.number, "what": event.what, "state": event.state}
+    fields = {"number": event.number, "what": event.what, "state": event.state}
     return fields if event.parameters is None else {**fields, "with": event.parameters}
 
 
-def _pose(event: PoseSampled, _: Nodes) -> dict[str, Any]:
-    at = {"x": event.x, "y": event.y, "yaw": event.yaw}
-    return {"event": "pose", **at, "collisions": event.collisions}
-
-
-FIELDS: Mapping[type, Callable[[Any, Nodes], dict[str, Any]]] = {
+FIELDS: Mapping[type[Event], Callable[[Any, Nodes], dict[str, Any]]] = {
     RunStarted: _started,
     NodeChanged: _changed,
-    NodesReset: lambda event, nodes: {
-        "event": "reset",
-        "paths": [nodes[index].path for index in event.nodes],
-    },
+    NodesReset: lambda event, nodes: {"paths": [nodes[index].path for index in event.nodes]},
     NodeProgressed: _progressed,
     GoalChanged: _goal,
-    VariableChanged: lambda event, _: {
-        "event": "variable",
-        "name": event.name,
-        "value": _value(event.value),
-    },
+    VariableChanged: lambda event, _: {"name": event.name, "value": _value(event.value)},
     StateChanged: _state,
-    CountsChanged: lambda event, _: {
-        "event": "counts",
-        "ticks": event.ticks,
-        "goals_sent": event.goals_sent,
-    },
-    BreakpointsChanged: lambda event, _: {"event": "breakpoints", "nodes": event.names},
-    LogLine: lambda event, _: {"event": "log", "text": event.text},
-    RequirementChanged: _requirement,
-    ClockJumped: lambda event, _: {"event": "clock", "jump": event.jump_s},
+    BreakpointsChanged: lambda event, _: {"nodes": event.names},
     FaultChanged: _fault,
-    PoseSampled: _pose,
 }
-"""The name and the fields of each event."""
+"""The fields of events that are not written as they are."""
+
+LEFT_OUT: Mapping[type[Event], tuple[str, ...]] = {
+    LogLine: ("is_own",),
+    RequirementChanged: ("outcome", "is_update"),
+}
+"""Fields of others that no line has."""
 
 
 def json_line(event: Event, nodes: Nodes = ()) -> str:
     """Return an event as a line of JSON.
 
-    ``t`` is null where only the present is known, since the reader came later.
+    ``t`` is null where only the present is known, since the reader came later; so is a number that
+    JSON does not have.
     """
-    return json.dumps(fields_of(event, nodes), sort_keys=True, allow_nan=False)
+    fields = fields_of(event, nodes)
+    try:
+        return json.dumps(fields, sort_keys=True, allow_nan=False)
+    except ValueError:
+        return json.dumps(_finite(fields), sort_keys=True)
+
+
+def _finite(value: Any) -> Any:
+    match value:
+        case dict():
+            return {key: _finite(one) for key, one in value.items()}
+        case list() | tuple():
+            return [_finite(one) for one in value]
+        case float() if not math.isfinite(value):
+            return None
+    return value
 
 
 # ---- traces -----------------------------------------------------------------------------------
@@ -194,12 +192,26 @@ def trace_line(event: Event, nodes: Nodes, names: Sequence[str]) -> str | None:
         case StateChanged():
             state = _traced_state(event)
             return None if state is None else _ENCODER.encode({"t": event.time_ns, **state})
-        case _ if (is_traced := TRACED.get(type(event))) is not None and is_traced(event):
+        case _ if is_traced(event):
             fields = fields_of(event, nodes)
             for name in ONLY_LIVE.get(type(event), ()):
                 fields.pop(name, None)
             return _ENCODER.encode(fields)
     return None
+
+
+def is_traced(event: Event) -> bool:
+    """Is this event in a trace? States and goals apart, of which some are."""
+    match event:
+        case RunStarted(world=world):
+            return world is not None
+        case LogLine(is_own=is_own):
+            return is_own
+        case RequirementChanged(verdict=verdict, is_update=is_update):
+            return verdict == "violated" and not is_update
+        case GoalChanged():
+            return False
+    return event.is_traced
 
 
 def goal_line(event: GoalChanged, goal: str) -> str:
@@ -233,32 +245,26 @@ def _traced_state(event: StateChanged) -> dict[str, Any] | None:
     return None
 
 
-TRACED: Mapping[type, Callable[[Any], bool]] = {
-    RunStarted: lambda event: event.world is not None,
-    NodesReset: lambda _: True,
-    LogLine: lambda event: event.is_own,
-    RequirementChanged: lambda event: event.verdict == "violated" and not event.is_update,
-    ClockJumped: lambda _: True,
-    FaultChanged: lambda _: True,
-    PoseSampled: lambda _: True,
-}
-"""Other events of a trace, and which of them."""
-
-ONLY_LIVE: Mapping[type, tuple[str, ...]] = {
+ONLY_LIVE: Mapping[type[Event], tuple[str, ...]] = {
     RunStarted: ("run", "nodes"),
     RequirementChanged: ("requirement", "violated_at", "on_violation", "sources", "why"),
 }
 """Fields that a trace leaves out: they differ from run to run, or repeat the mission."""
 
 
-# ---- lines of a trace, read --------------------------------------------------------------------
+# ---- lines that are read ----------------------------------------------------------------------
 
 Fields = Mapping[str, Any]
 Indices = Mapping[str, int]
 
 
+def knows(name: str) -> bool:
+    """Is this the name of an event in a line of a trace or of ``~/log``?"""
+    return name in READERS or name in KINDS
+
+
 def event_of(fields: Fields, indices: Indices) -> Event | None:
-    """Return the event of a line of a trace; None for one that is not known here.
+    """Return the event of a line of a trace or of ``~/log``; None for an unknown one.
 
     What a trace leaves out is empty.
 
@@ -268,74 +274,75 @@ def event_of(fields: Fields, indices: Indices) -> Event | None:
 
     Raises:
         LookupError: For a line that lacks a field, or names a node that is not in the tree.
-        ValueError: For a value that does not exist.
+        ValueError: For a value that cannot be.
     """
-    read = TRACE_EVENTS.get(fields.get("event", ""))
-    return None if read is None else read(fields, indices)
+    name = fields["event"]
+    if (read := READERS.get(name)) is not None:
+        return read(fields, indices)
+    return _read_plain(fields, indices) if name in KINDS else None
 
 
-def _goal_of(fields: Fields, _: Indices) -> GoalChanged:
-    phase, status = fields["phase"], fields["status"]
-    if phase == "ended":
-        phase = "rejected" if status is None else GoalStatus(status).name.lower()
-    change = fields["event"].removeprefix("goal ")
-    goal, action, owner = (str(fields[name]) for name in ("goal", "action", "owner"))
-    return GoalChanged(fields["t"], goal, action, owner, 0, phase, change)
+def _read_plain(fields: Fields, _: Indices) -> Event:
+    node = {"node": fields["index"]} if "index" in fields else {}
+    return _adapter(fields["event"]).validate_python({**fields, **node, "time_ns": fields["t"]})
 
 
-def _state_of(fields: Fields, _: Indices) -> StateChanged:
-    time_ns, name = fields["t"], fields["event"]
-    match name:
-        case "mission":
-            return StateChanged(time_ns, "", "", fields["status"], fields["reason"])
-        case "resumed":
-            return StateChanged(time_ns, "", "", "running", "")
-        case "paused":
-            keep = fields["keep_goals"]
-            return StateChanged(time_ns, "", "", name, fields["reason"], keep_goals=keep)
-    verdict, observe_s = fields["status"], fields["seconds"]
-    return StateChanged(
-        time_ns, "", "", name, fields["reason"], verdict=verdict, observe_s=observe_s
-    )
+@cache
+def _adapter(name: str) -> TypeAdapter[Event]:
+    return TypeAdapter(KINDS[name])
 
 
-def _requirement_of(fields: Fields, _: Indices) -> RequirementChanged:
-    name, verdict, margin = fields["name"], fields["verdict"], fields["margin"]
-    return RequirementChanged(
-        *(fields["t"], name, "", verdict, margin, fields["unit"], fields["at"]),
-        *(None, "", (), "", ""),
-    )
-
-
-def _start_of(fields: Fields, _: Indices) -> RunStarted:
+def _started_of(fields: Fields, _: Indices) -> RunStarted:
     world, robot, seed = fields["world"], fields["robot"], fields["seed"]
     return RunStarted(fields["t"], "", fields["mission"], (), world, robot, seed)
 
 
-TRACE_EVENTS: Mapping[str, Callable[[Fields, Indices], Event]] = {
-    "start": _start_of,
+def _goal_of(fields: Fields, _: Indices) -> GoalChanged:
+    state, status = fields["phase"], fields["status"]
+    if state == "ended":
+        state = "rejected" if status is None else GoalStatus(status).name.lower()
+    change = fields["event"].removeprefix("goal ")
+    action, owner = fields["action"], fields["owner"]
+    return GoalChanged(fields["t"], fields["goal"], action, owner, 0, state, change)
+
+
+def _state_of(fields: Fields, _: Indices) -> StateChanged:
+    name, reason = fields["event"], fields.get("reason", "")
+    changed = StateChanged(fields["t"], "", "", fields.get("status", name), reason)
+    match name:
+        case "resumed":
+            return replace(changed, status="running")
+        case "paused":
+            return replace(changed, keep_goals=fields["keep_goals"])
+        case "observing":
+            end = fields["status"]
+            return replace(changed, status=name, verdict=end, observe_s=fields["seconds"])
+    return changed
+
+
+def _requirement_of(fields: Fields, _: Indices) -> RequirementChanged:
+    name, verdict, margin = fields["name"], fields["verdict"], fields["margin"]
+    known = (fields["t"], name, "", verdict, margin, fields["unit"], fields["at"])
+    return RequirementChanged(*known, None, "", (), "", "")
+
+
+READERS: Mapping[str, Callable[[Fields, Indices], Event]] = {
+    "start": _started_of,
     "status": lambda fields, indices: NodeChanged(
         fields["t"], indices[fields["path"]], Status(fields["status"]), fields["message"]
     ),
     "reset": lambda fields, indices: NodesReset(
         fields["t"], tuple(indices[path] for path in fields["paths"])
     ),
-    **{
-        f"goal {change}": _goal_of
-        for change in ("sent", "found again", "released", "abandoned", "ended")
-    },
+    **dict.fromkeys(
+        (f"goal {one}" for one in ("sent", "found again", "released", "abandoned", "ended")),
+        _goal_of,
+    ),
     **dict.fromkeys(("mission", "paused", "resumed", "observing"), _state_of),
-    "log": lambda fields, _: LogLine(fields["t"], fields["text"]),
     "requirement": _requirement_of,
-    "clock": lambda fields, _: ClockJumped(fields["t"], fields["jump"]),
-    "fault": lambda fields, _: FaultChanged(
-        fields["t"], fields["number"], fields["what"], fields["state"], fields.get("with")
-    ),
-    "pose": lambda fields, _: PoseSampled(
-        fields["t"], fields["x"], fields["y"], fields["yaw"], fields["collisions"]
-    ),
+    "fault": lambda fields, _: _read_plain({**fields, "parameters": fields.get("with")}, _),
 }
-"""How the events of a trace are read, by their names."""
+"""How lines are read whose events are not read by their fields."""
 
 
 # ---- fields -----------------------------------------------------------------------------------

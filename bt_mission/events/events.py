@@ -3,13 +3,17 @@
 The executive emits them; a trace, topics, recordings, journals, views and requirements take them.
 Nodes are given by their index in the tree, depth first. Times are ROS time, ns; statuses are those
 of py_trees.
+
+A new event is a class here. Its fields are plain values, a field ``node`` is a node's index; lines
+of JSON, messages and words follow from them. What it changes is added to
+:mod:`bt_mission.events.mission_state`, words of its own to :mod:`bt_mission.events.log`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 from py_trees.common import Status
 
@@ -47,7 +51,32 @@ class NodeInfo:
 
 
 @dataclass(frozen=True, slots=True)
-class RunStarted:
+class Event:
+    """Something that happens in a mission.
+
+    Attributes:
+        kind: Its name in lines of JSON.
+        is_traced: Does it follow from mission and seed alone? Traces, and so recordings, have it.
+        topic: Its topic below the name of the executive; ``log`` takes any event, and empty means
+            that none has it.
+    """
+
+    kind: ClassVar[str]
+    is_traced: ClassVar[bool] = True
+    topic: ClassVar[str] = "log"
+
+    time_ns: int | None
+
+    def __init_subclass__(cls) -> None:
+        KINDS[cls.kind] = cls
+
+
+KINDS: dict[str, type[Event]] = {}
+"""The classes of events, by their names in lines of JSON."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunStarted(Event):
     """A mission has started with this tree, or was found running.
 
     Attributes:
@@ -55,6 +84,9 @@ class RunStarted:
         nodes: Depth first.
         world: None where there is no simulation, and where it is not known.
     """
+
+    kind = "start"
+    topic = "tree"
 
     time_ns: int
     run: str
@@ -66,8 +98,11 @@ class RunStarted:
 
 
 @dataclass(frozen=True, slots=True)
-class NodeChanged:
+class NodeChanged(Event):
     """A node has another status. The time is None where only the present one is known."""
+
+    kind = "status"
+    topic = "changes"
 
     time_ns: int | None
     node: int
@@ -76,16 +111,23 @@ class NodeChanged:
 
 
 @dataclass(frozen=True, slots=True)
-class NodesReset:
+class NodesReset(Event):
     """A new round of a loop, or a halt, has taken back the status of nodes that had ended."""
+
+    kind = "reset"
+    topic = "changes"
 
     time_ns: int
     nodes: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class NodeProgressed:
+class NodeProgressed(Event):
     """A running node has made progress; ``limit`` is 0 where nothing is measured."""
+
+    kind = "progress"
+    is_traced = False
+    topic = "details"
 
     time_ns: int
     node: int
@@ -97,7 +139,7 @@ class NodeProgressed:
 
 
 @dataclass(frozen=True, slots=True)
-class GoalChanged:
+class GoalChanged(Event):
     """A goal was sent, or has another state.
 
     Attributes:
@@ -107,6 +149,9 @@ class GoalChanged:
             only the state is another one.
         targets: The places where it sends the robot.
     """
+
+    kind = "goal"
+    topic = "details"
 
     time_ns: int
     id: str
@@ -124,8 +169,12 @@ class GoalChanged:
 
 
 @dataclass(frozen=True, slots=True)
-class VariableChanged:
+class VariableChanged(Event):
     """A variable has a value, as JSON."""
+
+    kind = "variable"
+    is_traced = False
+    topic = "details"
 
     time_ns: int
     name: str
@@ -133,7 +182,7 @@ class VariableChanged:
 
 
 @dataclass(frozen=True, slots=True)
-class StateChanged:
+class StateChanged(Event):
     """The mission's state: idle, running, paused, ending, observing, or one of :data:`FINAL`.
 
     Attributes:
@@ -144,6 +193,9 @@ class StateChanged:
         observe_s: How long it is observed, s.
         is_update: Is only what is under way another one?
     """
+
+    kind = "mission"
+    topic = "state"
 
     time_ns: int
     run: str
@@ -167,8 +219,12 @@ class StateChanged:
 
 
 @dataclass(frozen=True, slots=True)
-class CountsChanged:
+class CountsChanged(Event):
     """How often the tree was ticked, and how many goals were sent."""
+
+    kind = "counts"
+    is_traced = False
+    topic = "details"
 
     time_ns: int
     ticks: int
@@ -176,20 +232,26 @@ class CountsChanged:
 
 
 @dataclass(frozen=True, slots=True)
-class BreakpointsChanged:
+class BreakpointsChanged(Event):
     """The nodes with breakpoints are these, by name or path."""
+
+    kind = "breakpoints"
+    is_traced = False
+    topic = "details"
 
     time_ns: int
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class LogLine:
+class LogLine(Event):
     """The mission says a line.
 
     Attributes:
         is_own: Does a leaf say it? Else it repeats another event in words, for people.
     """
+
+    kind = "log"
 
     time_ns: int
     text: str
@@ -197,7 +259,7 @@ class LogLine:
 
 
 @dataclass(frozen=True, slots=True)
-class RequirementChanged:
+class RequirementChanged(Event):
     """A requirement has another verdict or margin.
 
     Attributes:
@@ -208,6 +270,9 @@ class RequirementChanged:
         outcome: All of it in words.
         is_update: Is only its margin another one?
     """
+
+    kind = "requirement"
+    topic = "requirements"
 
     time_ns: int
     name: str
@@ -225,16 +290,20 @@ class RequirementChanged:
 
 
 @dataclass(frozen=True, slots=True)
-class ClockJumped:
-    """The ROS clock was set back (below 0) or skipped time, s."""
+class ClockJumped(Event):
+    """The ROS clock has jumped by this, s: below 0 it was set back."""
+
+    kind = "clock"
 
     time_ns: int
-    jump_s: float
+    jump: float
 
 
 @dataclass(frozen=True, slots=True)
-class FaultChanged:
+class FaultChanged(Event):
     """An injected fault begins or ends."""
+
+    kind = "fault"
 
     time_ns: int
     number: int
@@ -244,8 +313,11 @@ class FaultChanged:
 
 
 @dataclass(frozen=True, slots=True)
-class PoseSampled:
+class PoseSampled(Event):
     """The robot's true pose in the simulation (m, m, rad), and its collisions so far."""
+
+    kind = "pose"
+    topic = ""
 
     time_ns: int
     x: float
@@ -253,22 +325,5 @@ class PoseSampled:
     yaw: float
     collisions: int
 
-
-Event = (
-    RunStarted
-    | NodeChanged
-    | NodesReset
-    | NodeProgressed
-    | GoalChanged
-    | VariableChanged
-    | StateChanged
-    | CountsChanged
-    | BreakpointsChanged
-    | LogLine
-    | RequirementChanged
-    | ClockJumped
-    | FaultChanged
-    | PoseSampled
-)
 
 EventStream = Stream[Event]

@@ -79,21 +79,28 @@ DEBUG, INFO, WARN, ERROR = 10, 20, 30, 40
 ENDS = {Status.SUCCESS: INFO, Status.FAILURE: WARN}
 
 
-def line_of(event: dict[str, Any], glyphs: dict[Status, str] = UNICODE) -> str:
-    """Return an event of a trace in one line for people, escaped, without its time.
+def line_of(fields: dict[str, Any], glyphs: dict[Status, str] = UNICODE) -> str:
+    """Return an event in one line for people, escaped, without its time.
 
-    An event of an unknown kind is shown by its fields.
+    An event without words of its own is shown by its fields.
+
+    Args:
+        fields: Of a line of a trace, or of an event (:func:`bt_mission.events.codec.fields_of`).
     """
     try:
-        line = _words(event, glyphs)
-    except (KeyError, TypeError, ValueError):
+        line = _words(fields, glyphs)
+    except (AttributeError, KeyError, TypeError, ValueError):
         line = None  # of another author
     if line is None:
-        fields = ", ".join(
-            f"{key} {one}" for key, one in event.items() if key not in ("t", "event")
-        )
-        line = f"  {event['event']}: {fields}" if fields else f"  {event['event']}"
+        shown = {key: one for key, one in fields.items() if key not in UNSHOWN}
+        words = ", ".join(f"{key} {one}" for key, one in shown.items())
+        line = f"  {fields['event']}: {words}" if words else f"  {fields['event']}"
     return escape_control(line)
+
+
+def words_of(fields: dict[str, Any]) -> str:
+    """Return an event of ``~/log`` in words, as :func:`line_of`, without room for a sign."""
+    return line_of(fields).strip()
 
 
 def _start_words(event: dict[str, Any]) -> str:
@@ -123,6 +130,9 @@ def _requirement_words(event: dict[str, Any]) -> str:
     return f"  requirement {event['name']}: {event['verdict']}{margin}"
 
 
+UNSHOWN = ("t", "event", "path", "index")
+"""Fields that are not shown of an event without words of its own."""
+
 WORDS: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "start": _start_words,
     "goal": _goal_words,
@@ -134,7 +144,7 @@ WORDS: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "clock": lambda event: f"  the {_jump(float(event['jump']))}",
     "requirement": _requirement_words,
 }
-"""Events of a trace in words, but for changes of status."""
+"""Events in words, but for changes of status."""
 
 
 def _words(event: dict[str, Any], glyphs: dict[Status, str]) -> str | None:

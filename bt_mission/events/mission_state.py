@@ -11,8 +11,9 @@ from typing import ClassVar, TypeVar
 from py_trees.common import Status
 
 from bt_mission.events import events as happened
+from bt_mission.events.codec import fields_of
 from bt_mission.events.events import FINAL, Event, GoalChanged, RequirementChanged, RunStarted
-from bt_mission.events.log import LOG_ENTRIES, LOG_KIND, LogEntry, mission_state
+from bt_mission.events.log import LOG_ENTRIES, LOG_KIND, LogEntry, mission_state, words_of
 from bt_mission.events.robot_state import RobotState
 
 State = TypeVar("State", "MissionState", RobotState)
@@ -190,7 +191,7 @@ class MissionState:
 
     def apply(self, event: Event) -> bool:
         """Take an event in; return whether it changes anything that is known."""
-        is_new = self._APPLY[type(event)](self, event)
+        is_new = self._APPLY.get(type(event), MissionState._other)(self, event)
         if is_new and (entry := self.entry_of(event)) is not None:
             self.log.append(entry)
         return is_new
@@ -210,6 +211,9 @@ class MissionState:
                 return LogEntry(time_ns, None, name, "begins")
             case happened.StateChanged(time_ns, str(run), _, state) if run:
                 return LogEntry(time_ns, None, *mission_state(state, event.explanation))
+            case Event(int() as time_ns, topic="log"):
+                nodes = () if self.tree is None else self.tree.nodes
+                return LogEntry(time_ns, None, "", words_of(fields_of(event, nodes)))
         return None
 
     def _node_entry(
@@ -369,11 +373,8 @@ class MissionState:
         happened.CountsChanged: _counts,
         happened.BreakpointsChanged: _breakpoints,
         happened.RequirementChanged: _requirement,
-        happened.LogLine: _other,
-        happened.ClockJumped: _other,
-        happened.FaultChanged: _other,
-        happened.PoseSampled: _other,
     }
+    """What events change besides the time; others have a line in the log."""
 
 
 def _copied(state: State) -> State:

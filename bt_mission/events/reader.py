@@ -5,8 +5,10 @@ Messages that were decoded from a recording do as well as rclpy's own.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 from py_trees.common import Status
@@ -15,6 +17,7 @@ from bt_mission.core.geometry import yaw_of
 from bt_mission.core.stamps import to_ns as time_ns
 from bt_mission.events import events
 from bt_mission.events import messages as told
+from bt_mission.events.codec import event_of
 from bt_mission.events.messages import Batch
 from bt_mission.goals.poses import NamedPose
 
@@ -135,9 +138,15 @@ def _goal(one: Any) -> events.GoalChanged:
 
 
 def log(message: Any) -> Batch:
-    """Return a ``MissionLog``."""
-    line = events.LogLine(time_ns(message.stamp), message.text)
-    return Batch(message.run, (line,))
+    """Return a ``MissionLog``; an event that is not known here is the line that describes it."""
+    stamp_ns = time_ns(message.stamp)
+    event: events.Event | None = None
+    if message.event:
+        with suppress(LookupError, TypeError, ValueError, RecursionError):
+            event = event_of({**json.loads(message.event), "t": stamp_ns}, {})
+    if event is None or event.topic != "log":
+        event = events.LogLine(stamp_ns, message.text)
+    return Batch(message.run, (event,))
 
 
 def transforms(message: Any) -> tuple[told.FrameTransform, ...]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from bt_mission_interfaces.msg import (
     GoalRecord,
@@ -22,16 +23,20 @@ from geometry_msgs.msg import Point
 from py_trees.common import Status
 
 from bt_mission.core.stamps import set_ns
+from bt_mission.events.codec import fields_of
 from bt_mission.events.events import (
+    Event,
     GoalChanged,
     LogLine,
     NodeChanged,
+    NodeInfo,
     NodeProgressed,
     NodesReset,
     RequirementChanged,
     RunStarted,
     StateChanged,
 )
+from bt_mission.events.log import words_of
 
 CODES = {
     Status.INVALID: NodeStatus.INVALID,
@@ -148,6 +153,12 @@ def goal(event: GoalChanged, changed_ns: int) -> GoalRecord:
     )
 
 
-def log(event: LogLine, run: str) -> MissionLog:
-    """Return a line that a mission says."""
-    return MissionLog(stamp=stamp(event.time_ns), run=run, text=event.text)
+def log(event: Event, run: str, nodes: Sequence[NodeInfo]) -> MissionLog:
+    """Return a line that a mission says, or an event that no other topic has, also in words."""
+    message = MissionLog(stamp=stamp(event.time_ns or 0), run=run)
+    if isinstance(event, LogLine):
+        message.text = event.text
+    else:
+        fields = fields_of(event, nodes)
+        message.text, message.event = words_of(fields), json.dumps(fields, sort_keys=True)
+    return message

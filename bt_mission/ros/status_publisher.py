@@ -28,7 +28,6 @@ from bt_mission.core.stamps import clock_ns
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.events import (
     Event,
-    LogLine,
     NodeChanged,
     NodesReset,
     RequirementChanged,
@@ -168,10 +167,11 @@ class StatusPublisher:
                 self._state, self._has_state = event, False
             case RequirementChanged():
                 self._has_verdicts = True
-            case LogLine():
+            case Event(topic="log"):
                 if self._topics and self._topics["log"].get_subscription_count():
                     assert self._run is not None, "its events come here"
-                    line = event_messages.log(event, self._run.executive.run)
+                    executive = self._run.executive
+                    line = event_messages.log(event, executive.run, executive.node_infos)
                     self._topics["log"].publish(line)
 
     def _send_changes(self) -> bool:

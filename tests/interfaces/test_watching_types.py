@@ -42,7 +42,7 @@ from bt_mission_interfaces.msg import (
             ),
         ),
         (Variable, "string name, string value"),
-        (MissionLog, "builtin_interfaces/Time stamp, string run, string text"),
+        (MissionLog, "builtin_interfaces/Time stamp, string run, string text, string event"),
     ],
 )
 def test_fields_are_exactly_these(message: Any, fields: str):
