@@ -61,7 +61,7 @@ def fields_of(event: Event, nodes: Nodes = ()) -> dict[str, Any]:
         nodes: Of the tree that the event's indices refer to.
     """
     write: Callable[[Any, Nodes], dict[str, Any]] = FIELDS.get(type(event), _plain)
-    return {"event": event.kind, **write(event, nodes), "t": event.time_ns}
+    return {"event": event.event_name, **write(event, nodes), "t": event.time_ns}
 
 
 def _plain(event: Event, nodes: Nodes) -> dict[str, Any]:

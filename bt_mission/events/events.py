@@ -55,20 +55,20 @@ class Event:
     """Something that happens in a mission.
 
     Attributes:
-        kind: Its name in lines of JSON.
+        event_name: Its name in lines of JSON.
         is_traced: Does it follow from mission and seed alone? Traces, and so recordings, have it.
-        topic: Its topic below the name of the executive; ``log`` takes any event, and empty means
+        event_topic: Its topic below the name of the executive; ``log`` takes any event, and empty means
             that none has it.
     """
 
-    kind: ClassVar[str]
+    event_name: ClassVar[str]
     is_traced: ClassVar[bool] = True
-    topic: ClassVar[str] = "log"
+    event_topic: ClassVar[str] = "log"
 
     time_ns: int | None
 
     def __init_subclass__(cls) -> None:
-        KINDS[cls.kind] = cls
+        KINDS[cls.event_name] = cls
 
 
 KINDS: dict[str, type[Event]] = {}
@@ -85,8 +85,8 @@ class RunStarted(Event):
         world: None where there is no simulation, and where it is not known.
     """
 
-    kind = "start"
-    topic = "tree"
+    event_name = "start"
+    event_topic = "tree"
 
     time_ns: int
     run: str
@@ -101,8 +101,8 @@ class RunStarted(Event):
 class NodeChanged(Event):
     """A node has another status. The time is None where only the present one is known."""
 
-    kind = "status"
-    topic = "changes"
+    event_name = "status"
+    event_topic = "changes"
 
     time_ns: int | None
     node: int
@@ -114,8 +114,8 @@ class NodeChanged(Event):
 class NodesReset(Event):
     """A new round of a loop, or a halt, has taken back the status of nodes that had ended."""
 
-    kind = "reset"
-    topic = "changes"
+    event_name = "reset"
+    event_topic = "changes"
 
     time_ns: int
     nodes: tuple[int, ...]
@@ -125,9 +125,9 @@ class NodesReset(Event):
 class NodeProgressed(Event):
     """A running node has made progress; ``limit`` is 0 where nothing is measured."""
 
-    kind = "progress"
+    event_name = "progress"
     is_traced = False
-    topic = "details"
+    event_topic = "details"
 
     time_ns: int
     node: int
@@ -150,8 +150,8 @@ class GoalChanged(Event):
         targets: The places where it sends the robot.
     """
 
-    kind = "goal"
-    topic = "details"
+    event_name = "goal"
+    event_topic = "details"
 
     time_ns: int
     id: str
@@ -172,9 +172,9 @@ class GoalChanged(Event):
 class VariableChanged(Event):
     """A variable has a value, as JSON."""
 
-    kind = "variable"
+    event_name = "variable"
     is_traced = False
-    topic = "details"
+    event_topic = "details"
 
     time_ns: int
     name: str
@@ -194,8 +194,8 @@ class StateChanged(Event):
         is_update: Is only what is under way another one?
     """
 
-    kind = "mission"
-    topic = "state"
+    event_name = "mission"
+    event_topic = "state"
 
     time_ns: int
     run: str
@@ -222,9 +222,9 @@ class StateChanged(Event):
 class CountsChanged(Event):
     """How often the tree was ticked, and how many goals were sent."""
 
-    kind = "counts"
+    event_name = "counts"
     is_traced = False
-    topic = "details"
+    event_topic = "details"
 
     time_ns: int
     ticks: int
@@ -235,9 +235,9 @@ class CountsChanged(Event):
 class BreakpointsChanged(Event):
     """The nodes with breakpoints are these, by name or path."""
 
-    kind = "breakpoints"
+    event_name = "breakpoints"
     is_traced = False
-    topic = "details"
+    event_topic = "details"
 
     time_ns: int
     names: tuple[str, ...]
@@ -251,7 +251,7 @@ class LogLine(Event):
         is_own: Does a leaf say it? Else it repeats another event in words, for people.
     """
 
-    kind = "log"
+    event_name = "log"
 
     time_ns: int
     text: str
@@ -271,8 +271,8 @@ class RequirementChanged(Event):
         is_update: Is only its margin another one?
     """
 
-    kind = "requirement"
-    topic = "requirements"
+    event_name = "requirement"
+    event_topic = "requirements"
 
     time_ns: int
     name: str
@@ -293,7 +293,7 @@ class RequirementChanged(Event):
 class ClockJumped(Event):
     """The ROS clock has jumped by this, s: below 0 it was set back."""
 
-    kind = "clock"
+    event_name = "clock"
 
     time_ns: int
     jump: float
@@ -303,7 +303,7 @@ class ClockJumped(Event):
 class FaultChanged(Event):
     """An injected fault begins or ends."""
 
-    kind = "fault"
+    event_name = "fault"
 
     time_ns: int
     number: int
@@ -316,8 +316,8 @@ class FaultChanged(Event):
 class PoseSampled(Event):
     """The robot's true pose in the simulation (m, m, rad), and its collisions so far."""
 
-    kind = "pose"
-    topic = ""
+    event_name = "pose"
+    event_topic = ""
 
     time_ns: int
     x: float

@@ -211,7 +211,7 @@ class MissionState:
                 return LogEntry(time_ns, None, name, "begins")
             case happened.StateChanged(time_ns, str(run), _, state) if run:
                 return LogEntry(time_ns, None, *mission_state(state, event.explanation))
-            case Event(int() as time_ns, topic="log"):
+            case Event(int() as time_ns, event_topic="log"):
                 nodes = () if self.tree is None else self.tree.nodes
                 return LogEntry(time_ns, None, "", words_of(fields_of(event, nodes)))
         return None

@@ -144,7 +144,7 @@ def log(message: Any) -> Batch:
     if message.event:
         with suppress(LookupError, TypeError, ValueError, RecursionError):
             event = event_of({**json.loads(message.event), "t": stamp_ns}, {})
-    if event is None or event.topic != "log":
+    if event is None or event.event_topic != "log":
         event = events.LogLine(stamp_ns, message.text)
     return Batch(message.run, (event,))
 

@@ -167,7 +167,7 @@ class StatusPublisher:
                 self._state, self._has_state = event, False
             case RequirementChanged():
                 self._has_verdicts = True
-            case Event(topic="log"):
+            case Event(event_topic="log"):
                 if self._topics and self._topics["log"].get_subscription_count():
                     assert self._run is not None, "its events come here"
                     executive = self._run.executive

@@ -24,7 +24,7 @@ S = 1_000_000_000
 class Bumped(Event):
     """A toy: the robot has touched something while a node ran."""
 
-    kind = "bumped"
+    event_name = "bumped"
 
     time_ns: int
     node: int
