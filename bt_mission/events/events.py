@@ -57,8 +57,8 @@ class Event:
     Attributes:
         event_name: Its name in lines of JSON.
         is_traced: Does it follow from mission and seed alone? Traces, and so recordings, have it.
-        event_topic: Its topic below the name of the executive; ``log`` takes any event, and empty means
-            that none has it.
+        event_topic: Its topic below the name of the executive; ``log`` takes any event, empty is
+            none.
     """
 
     event_name: ClassVar[str]

@@ -35,7 +35,7 @@ class StageTarget:
         self.stage.executive.interrupt(f"a fault could not be made: {error}")
 
     def _tell(self, fault: FaultInstance, state: str) -> None:
-        self.stage.runner.tell(f"fault {state}: {fault.fault.words}")
+        self.stage.runner.say(f"fault {state}: {fault.fault.words}")
 
 
 def find_node(executive: Executive, name: str) -> Behaviour:

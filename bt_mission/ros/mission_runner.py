@@ -122,7 +122,8 @@ class MissionRunner:
         self.mission = mission
         self.exchange_listeners: list[ExchangeListener] = []
         """Told of every request to an action, and of every answer."""
-        self._say = options.say or self._log_line
+        self.say = options.say or self._log_line
+        """Shows a line to the people at this process, and to nobody else."""
         self._time = MissionTime(self._on_clock_jump)
         self._tick_ns: int | None = None
         self._wall = Stopwatch()
@@ -295,7 +296,7 @@ class MissionRunner:
         self._emit_line(text, is_own=False)
 
     def _emit_line(self, text: str, *, is_own: bool) -> None:
-        self._say(text)
+        self.say(text)
         self.executive.events.emit(LogLine(self.now_ns, text, is_own))
 
     # ---- inside --------------------------------------------------------------------------

@@ -124,7 +124,7 @@ class StatusPublisher:
         self.sequence, self._run = 0, run
         self._pending, self._has_tree, self._has_verdicts = [], False, False
         executive = run.executive
-        self._state, self._has_state = executive.state_event(), False
+        self._state, self._has_state = None, False
         if had_verdicts:
             self._send_requirements(run)  # those of the mission before are over
         executive.events.subscribe(self._take)
@@ -195,9 +195,9 @@ class StatusPublisher:
         if self._has_verdicts:
             self._has_verdicts = False
             self._send_requirements(run)
-        if self._has_state or self._state is None:
+        if self._has_state:
             return False
-        self._has_state = True
+        self._has_state, self._state = True, self._state or run.executive.state_event()
         self._send("state", event_messages.state(self._state))
         return True
 
