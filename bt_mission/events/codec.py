@@ -263,6 +263,11 @@ def knows(name: str) -> bool:
     return name in READERS or name in KINDS
 
 
+def is_of_log(name: str) -> bool:
+    """Is this the name of an event that ``~/log`` carries?"""
+    return name in KINDS and KINDS[name].event_topic == "log"
+
+
 def event_of(fields: Fields, indices: Indices) -> Event | None:
     """Return the event of a line of a trace or of ``~/log``; None for an unknown one.
 
@@ -276,7 +281,7 @@ def event_of(fields: Fields, indices: Indices) -> Event | None:
         LookupError: For a line that lacks a field, or names a node that is not in the tree.
         ValueError: For a value that cannot be.
     """
-    name = fields["event"]
+    name = fields.get("event", "")
     if (read := READERS.get(name)) is not None:
         return read(fields, indices)
     return _read_plain(fields, indices) if name in KINDS else None
@@ -302,8 +307,8 @@ def _goal_of(fields: Fields, _: Indices) -> GoalChanged:
     if state == "ended":
         state = "rejected" if status is None else GoalStatus(status).name.lower()
     change = fields["event"].removeprefix("goal ")
-    action, owner = fields["action"], fields["owner"]
-    return GoalChanged(fields["t"], fields["goal"], action, owner, 0, state, change)
+    goal, action, owner = (str(fields[name]) for name in ("goal", "action", "owner"))
+    return GoalChanged(fields["t"], goal, action, owner, 0, state, change)
 
 
 def _state_of(fields: Fields, _: Indices) -> StateChanged:

@@ -15,7 +15,7 @@ from typing import Any
 
 from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
 from bt_mission.events import messages, reader
-from bt_mission.events.codec import TRACE_EVENTS, event_of
+from bt_mission.events.codec import event_of, knows
 from bt_mission.events.events import Event
 from bt_mission.recording.expected_types import TEXT, expect, is_installed
 from bt_mission.recording.reading import UNREADABLE, Channel, RecordedFile
@@ -242,7 +242,7 @@ def happenings(file: RecordedFile) -> Iterator[tuple[int, RecordedMessage]]:
                 happening = RecordedMessage(channel, data)
             elif isinstance(happening, TraceLine):
                 name = happening.name
-                if name and name not in TRACE_EVENTS:
+                if name and not knows(name):
                     file.note_unknown(name)
             elif not node and channel.type_name == TREE and _is_readable(happening):
                 node = happening.node

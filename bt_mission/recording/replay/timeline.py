@@ -7,7 +7,7 @@ newest of an instant is of use.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -15,7 +15,8 @@ from py_trees.common import Status
 
 from bt_mission.core.geometry import yaw_of
 from bt_mission.events import events, messages
-from bt_mission.events.log import line_of
+from bt_mission.events.codec import is_of_log
+from bt_mission.events.log import words_of
 from bt_mission.recording.facts import LARGEST_NS, robot_of
 from bt_mission.recording.happenings import (
     TREE,
@@ -108,7 +109,7 @@ class _TimelineReader:
         self._trees: list[events.RunStarted] = []
         self._batches: list[tuple[int, str, events.Event]] = []
         """Times, runs and events."""
-        self._said: list[tuple[int, str]] = []
+        self._logged: list[tuple[int, Frame]] = []
 
     def take(self, time_ns: int, happening: RecordedMessage) -> None:
         """Take a message, if a viewer shows it."""
@@ -156,11 +157,14 @@ class _TimelineReader:
 
     def _take_line(self, line: TraceLine) -> None:
         self._trace.append(line.text)
-        if line.name in ("log", "requirement"):
+        if line.name == "requirement" or is_of_log(line.name):
             fields = line.fields
-            if abs(fields["t"]) <= LARGEST_NS:
-                text = str(fields["text"]) if line.name == "log" else line_of(fields).strip()
-                self._said.append((int(fields["t"]), text))
+            event = line.event({})
+            if event is None or abs(time_ns := int(fields["t"])) > LARGEST_NS:
+                return
+            if line.name == "requirement":
+                event = events.LogLine(time_ns, words_of(fields))
+            self._logged.append((time_ns, event))
 
     # ---- the end ---------------------------------------------------------------------------
 
@@ -179,7 +183,7 @@ class _TimelineReader:
             for at_ns, run, event in self._batches
             if run in runs or isinstance(event, events.StateChanged)
         ]
-        kept = [*self._kept, *((at_ns, event) for at_ns, _, event in happened), *self._words()]
+        kept = [*self._kept, *((at_ns, event) for at_ns, _, event in happened), *self._logged]
         kept += self._robots.get(self._node.rpartition("/")[0], [])
         kept.sort(key=lambda one: (one[0], _rank(one[1])))
         return Timeline(
@@ -205,11 +209,6 @@ class _TimelineReader:
         at = next(index for index, one in enumerate(self._batches) if one[2] is first)
         self._batches[at] = (begin.time_ns, begin.run, begin)
         return begin.time_ns
-
-    def _words(self) -> Iterator[tuple[int, Frame]]:
-        """What the mission has said, as far as the trace tells."""
-        for time_ns, text in self._said:
-            yield time_ns, events.LogLine(time_ns, text)
 
     def _why_no_timeline(self) -> str:
         if TREE in self._file.unread:
