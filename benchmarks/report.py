@@ -1,4 +1,4 @@
-"""What a report costs: reading a recording, making the page, and how long the page is.
+"""What a report costs: reading a recording, generating the page, and the size of the page.
 
 Runs `patrol.yaml` for so many rounds that it takes ten minutes of virtual time, recorded, and then
 makes its page. Processor time is told, because the wall clock shows what else the machine does.
@@ -15,12 +15,11 @@ from pathlib import Path
 
 from measuring import figure
 
-from bt_mission.recording.reader import read_run
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
-from bt_mission.views.html_report.page import page_of
+from bt_mission.views.web.report.page import page_of, robot_runs
 
 PATROL = "missions/patrol.yaml"
 FURTHER_ROUNDS = 6
@@ -54,9 +53,9 @@ def main() -> None:
         virtual_s = record(path, Path(folder), options.mission)
         for _ in range(options.rounds):
             begin = time.process_time()
-            run = read_run(path)
+            runs = list(robot_runs(path))
             read = time.process_time()
-            length = len(page_of(run).encode())
+            length = len(page_of(runs).encode())
             reading.append(read - begin)
             making.append(time.process_time() - read)
         size = path.stat().st_size

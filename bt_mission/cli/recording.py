@@ -194,16 +194,13 @@ class RunFiles:
             lacks = _lacks((self.recorder.missing, file.output))
             kept = {"recording": str(file.path), "recording_lacks": lacks}
         if self.page is not None:
-            from bt_mission.cli.report import pages_of, write_page
+            from bt_mission.views.web.report.page import write_report
 
-            recording = self.recorder.file.path
             try:
-                pages = pages_of(recording, self.page, None)
-                for robot, page in pages.items():
-                    write_page(recording, page, robot)
+                write_report(self.recorder.file.path, self.page)
             except Exception as error:  # noqa: BLE001 - the run has ended, and is told of
                 return kept | {"report_lacks": cause_of(error)}
-            kept["report"] = ", ".join(map(str, pages.values()))
+            kept["report"] = str(self.page)
         return kept
 
 

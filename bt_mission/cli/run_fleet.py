@@ -45,9 +45,8 @@ def load_fleet_plan(options: argparse.Namespace) -> FleetPlan:
     for warning in warnings:
         print(warning, file=sys.stderr)
     refuse_overwritten(options, (path for robot in plan.robots for path in files_of(robot.mission)))
-    for path in filter(None, (options.trace, options.report)):
-        if not options.force:
-            refuse_existing(file_of_robot(path, one.name) for one in plan.robots)
+    if options.trace and not options.force:
+        refuse_existing(file_of_robot(options.trace, one.name) for one in plan.robots)
     fleet: FleetPlan = plan
     return fleet
 

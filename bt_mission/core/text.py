@@ -107,6 +107,13 @@ def counted(count: int, noun: str) -> str:
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
 
 
+def number(value: float, digits: int = 3) -> str:
+    """Return a number with at most so many decimals, and no more than it needs."""
+    text = f"{value:.{digits}f}"
+    text = text.rstrip("0").rstrip(".") if "." in text else text
+    return "0" if text == "-0" else text
+
+
 def seconds(value_s: float) -> str:
     """Return a time of a run, as every view of it shows times: ``125.30 s``."""
     return f"{value_s:.2f} s"

@@ -18,7 +18,6 @@ from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.executive.report import Report
 from bt_mission.faults.planned import Beginning, PlannedFault, Value, WhenTrue
 from bt_mission.faults.world import OBSTACLES
-from bt_mission.recording.verification import read_verified_run
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.writer import mission_as_data
 from bt_mission.search.candidate import Candidate, given_world
@@ -26,7 +25,7 @@ from bt_mission.search.guide import Failure, is_hidden
 from bt_mission.search.search import Found
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.work import record_scenario
-from bt_mission.views.html_report.page import page_of
+from bt_mission.views.web.report.page import write_report
 
 TEST = '''"""{sentence}
 
@@ -107,7 +106,7 @@ def _write_found(
     write_file(test, TEST.format(sentence=quoted, name=name, file=scenario.name))
     if report is None:
         return FoundFiles(folder, scenario, test, None, None, said, None)
-    write_file(page, page_of(read_verified_run(recording)))
+    write_report(recording, page)
     is_same = report.trace_sha256 == found.row.trace_sha256
     return FoundFiles(folder, scenario, test, recording, page, said, is_same)
 

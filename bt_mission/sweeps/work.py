@@ -16,12 +16,10 @@ from typing import Protocol, Self
 
 from bt_mission.core.diagnostics import Diagnostic, InputError
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.output import write_file
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.core.yaml.document import read_text
 from bt_mission.executive.report import Report
 from bt_mission.faults.located import planned_on
-from bt_mission.recording.verification import read_verified_run
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import run_scenario, stop_at
@@ -33,7 +31,7 @@ from bt_mission.sweeps.bundle import MISSION_FOLDER, Bundle, fingerprint
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.ranges import Parameter
 from bt_mission.sweeps.row import ScenarioRow, row_of, row_of_error
-from bt_mission.views.html_report.page import page_of
+from bt_mission.views.web.report.page import write_report
 
 
 class ScenarioRunner(Protocol):
@@ -121,7 +119,7 @@ class ScenarioWorker:
         page = recording.with_suffix(".html")
         try:
             record_scenario(self.load(scenario), recording)
-            write_file(page, page_of(read_verified_run(recording)))
+            write_report(recording, page)
             return recording.read_bytes(), page.read_bytes()
         finally:
             recording.unlink(missing_ok=True)

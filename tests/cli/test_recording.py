@@ -83,7 +83,7 @@ def test_a_report_that_fails_hides_no_outcome(
     def broken(_: object) -> str:
         raise ZeroDivisionError("a defect")
 
-    monkeypatch.setattr("bt_mission.views.html_report.page.page_of", broken)
+    monkeypatch.setattr("bt_mission.views.web.report.page.page_of", broken)
     assert main(["run", mission, "--json", "--report", str(tmp_path / "run.html")]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["status"] == "success"
@@ -157,7 +157,7 @@ def test_a_page_is_made_of_a_recording(
     capsys.readouterr()
     assert main(["report", str(path)]) == 0
     assert capsys.readouterr().out == f"{tmp_path / 'run.html'}\n"
-    assert "<title>short succeeded</title>" in (tmp_path / "run.html").read_text()
+    assert "<title>short success · bt-mission</title>" in (tmp_path / "run.html").read_text()
     assert main(["report", str(path), "-o", str(tmp_path / "other.html")]) == 0
     assert (tmp_path / "other.html").exists()
 

@@ -32,12 +32,13 @@ from bt_mission.executive.trace import VERSION
 from bt_mission.recording.happenings import EXECUTIVE
 from bt_mission.recording.model import RecordedRun
 from bt_mission.ros.interface_types import message_type, service_type
-from bt_mission.views.html_report.page import page_of
 from bt_mission.views.terminal.lines import PlainLines, leaf_table, log_line, whole_tree
 from bt_mission.views.terminal.marks import ASCII_SIGNS, SIGNS
 from bt_mission.views.terminal.views import LiveTree, LiveView, PlainView
 from bt_mission.views.tui.app import WatchApp
 from bt_mission.views.video.panel import Captions, panel
+from bt_mission.views.web.report.details import details
+from bt_mission.views.web.report.page import RobotRun, page_of
 from tests.support.hostile import (
     HOSTILE,
     MARK,
@@ -205,14 +206,39 @@ def hostile_run() -> RecordedRun:
     grid = replace(run.grid, cells=np.zeros((1, 1), np.int8))
     scans = tuple(replace(one, points=np.zeros((1, 2))) for one in run.scans)
     goals = tuple(replace(one, status="aborted") for one in run.goals)  # one of a closed list
-    return replace(run, grid=grid, scans=scans, goals=goals)
+    spans = tuple(tuple(replace(one, status="failure") for one in each) for each in run.spans)
+    return replace(run, grid=grid, scans=scans, goals=goals, spans=spans)
+
+
+def hostile_page() -> str:
+    """The page of it: its markup, and every text of its data, a line each."""
+    mission = watched()[0]
+    data = {"details": details(hostile_run(), mission)}
+    page = page_of([RobotRun(HOSTILE, mission, data)])
+    files = data["details"].pop("files")
+    lines = [text.replace("\n", " ") for text in texts_of(files)]  # a file has line feeds
+    return "\n".join([page.replace("\n", " "), *lines, *texts_of(data)])
+
+
+def texts_of(value: Any) -> Iterator[str]:
+    """All texts in a value that is ready for JSON."""
+    match value:
+        case str():
+            yield value
+        case dict():
+            for key, each in value.items():
+                yield from (key, *texts_of(each))
+        case list() | tuple():
+            for each in value:
+                yield from texts_of(each)
 
 
 def test_the_page_of_a_run():
-    """Names, reasons, logs, goals, files, facts, versions: as text, and never as elements."""
-    shown = page_of(hostile_run())
+    """Names, reasons, logs, goals, files, facts, versions: no element, and escaped in its data."""
+    shown = hostile_page()
     assert shown.count(MARK) > 20
-    assert markup_leaks(shown) == []
+    assert markup_leaks(shown[: shown.index("</html>")]) == []
+    assert leaks(shown) == []
 
 
 def test_the_page_of_coverage():
@@ -289,7 +315,7 @@ VIEWS: dict[str, Callable[[], str]] = {
     "lines": lambda: "\n".join(whole_tree(watched()[0], SIGNS, None)),
     "screen": screens,
     "report": lambda: filled(Report).as_text(),
-    "page": lambda: page_of(hostile_run()),
+    "page": hostile_page,
 }
 
 

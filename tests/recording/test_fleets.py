@@ -17,6 +17,7 @@ from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.recording.robots import recorded_robots
 from bt_mission.recording.verification import RecordedRequirements
+from tests.support.report_pages import data_of
 
 FLEET = """\
 fleet: two
@@ -140,20 +141,20 @@ def test_verify_tells_of_every_robot(recorded: Any, capsys: pytest.CaptureFixtur
     assert [one["robot"] for one in json.loads(capsys.readouterr().out)["robots"]] == ["one", "two"]
 
 
-def test_a_report_is_a_page_for_each_robot(
+def test_a_report_is_one_page_of_all_robots(
     recorded: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """With its name in that of the file; of a chosen one it is one page."""
+    """Each with its data; with --robot, of the chosen one only."""
     path, _ = recorded
     page = tmp_path / "it.html"
     assert main(["report", str(path), "-o", str(page)]) == 0
-    assert capsys.readouterr().out.splitlines() == [
-        str(tmp_path / "it.one.html"),
-        str(tmp_path / "it.two.html"),
-    ]
-    assert "drives" in (tmp_path / "it.one.html").read_text(encoding="utf-8")
-    assert main(["report", str(path), "-o", str(page), "--robot", "two"]) == 0
-    assert "turns" in page.read_text(encoding="utf-8")
+    assert capsys.readouterr().out.splitlines() == [str(page)]
+    runs = data_of(page)
+    missions = {robot: data["messages"][0]["tree"]["mission"] for robot, data in runs.items()}
+    assert missions == {"one": "drives", "two": "turns"}
+    assert "two" in runs["one"]["others"]
+    assert main(["report", str(path), "-o", str(page), "--force", "--robot", "two"]) == 0
+    assert list(data_of(page)) == ["two"]
 
 
 def test_replay_in_lines_is_the_trace_of_the_chosen_robot(

@@ -17,7 +17,7 @@ import numpy as np
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.html.pages import render
 from bt_mission.core.output import within, write_file
-from bt_mission.core.text import cut, duration
+from bt_mission.core.text import cut, duration, number
 from bt_mission.coverage.places import OUTCOME, REACHED, CoveragePlace
 from bt_mission.coverage.record import CoverageRecord
 from bt_mission.scenarios.cause import KINDS
@@ -34,7 +34,6 @@ from bt_mission.sweeps.report.factors import factors_of, pairs_of
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.store import RECORDINGS, VERSIONS, ResultStore, SweepAbout
 from bt_mission.sweeps.summary import percent, span
-from bt_mission.views.html_report.markup import number
 
 PAGE = "sweep.html"
 MOST_MARGINS = 24

@@ -10,6 +10,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from bt_mission.core.text import number
 from bt_mission.scenarios.cause import KINDS
 from bt_mission.sweeps.columns import NATURE, SweepColumns
 from bt_mission.sweeps.repeat import Repeater, told_parameters
@@ -17,7 +18,6 @@ from bt_mission.sweeps.report.explanation import Explainer
 from bt_mission.sweeps.report.factors import Factor, factors_of
 from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.summary import percent, span
-from bt_mission.views.html_report.markup import number
 
 MOST_GROUPS = 8
 

@@ -9,7 +9,14 @@ from py_trees.common import Status
 
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import escape_control
-from bt_mission.events.events import Event, GoalChanged, NodeChanged, NodesReset, RunStarted
+from bt_mission.events.events import (
+    Event,
+    GoalChanged,
+    NodeChanged,
+    NodeProgressed,
+    NodesReset,
+    RunStarted,
+)
 from bt_mission.events.messages import Map
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.watched_mission import targets
@@ -40,6 +47,7 @@ class Board:
         self._nodes: RevisedValues[int] = RevisedValues()
         self._goals: RevisedValues[str] = RevisedValues()
         self._variables: RevisedValues[str] = RevisedValues()
+        self._requirements: RevisedValues[str] = RevisedValues()
         self._robot: RevisedValues[str] = RevisedValues()
         self._log = LogLines()
         self._changes: list[list[Any]] = []
@@ -76,7 +84,6 @@ class Board:
         self._show_values(mission)
         start_ns = mission.tree.time_ns if mission.tree else 0
         self._advance(self._log.show(mission.log, start_ns, self._next))
-        self.put("requirements", [encoding.requirement(one) for one in mission.requirements])
 
     def remember(self, mission: MissionState, happened: Iterable[Event]) -> None:
         """Keep the changes of nodes among these events, for pages that open later.
@@ -102,17 +109,18 @@ class Board:
         if len(self._changes) > MOST_CHANGES:
             self._forget_changes()
 
-    def show_robot(self, mission: MissionState, *, has_moved: bool = True) -> None:
-        """Show the robot and its map, for pages that have the map open.
+    def show_robot(
+        self, mission: MissionState, parts: Iterable[str] = tuple(encoding.ROBOT_PARTS)
+    ) -> None:
+        """Show where the robot is sent, its map, and other parts, for pages with an open map.
 
         Args:
-            has_moved: May there be more that is new than where it is sent?
+            parts: Names in :data:`encoding.ROBOT_PARTS` of what may have changed.
         """
         at, robot = self._next, mission.robot
         has_changed = self._robot.put("targets", encoding.shown(targets(mission)), at)
-        if has_moved:
-            for name, value in encoding.robot_parts(robot).items():
-                has_changed |= self._robot.put(name, value, at)
+        for name in parts:
+            has_changed |= self._robot.put(name, encoding.ROBOT_PARTS[name](robot), at)
         if robot.map is not self._map:
             self._map = robot.map
             has_changed |= self._robot.put("grid", encoding.grid(robot.map), at)
@@ -143,6 +151,8 @@ class Board:
             told["goals"] = list(goals.values())
         if variables := self._variables.since(revision):
             told["variables"] = list(variables.items())
+        if requirements := self._requirements.since(revision):
+            told["requirements"] = list(requirements.values())
         return told
 
     def robot_since(self, revision: int) -> dict[str, Any]:
@@ -184,7 +194,7 @@ class Board:
 
     def _forget_values(self) -> None:
         self._values_revision = self._next
-        for kept in (self._goals, self._variables):
+        for kept in (self._goals, self._variables, self._requirements):
             kept.clear()
         self._seen_goals, self._seen_variables = {}, {}
 
@@ -211,6 +221,9 @@ class Board:
                 has_changed |= self._variables.put(escape_control(name), escape_control(value), at)
                 if not self._has_series:
                     self._sample(mission, name, value)
+        for requirement in mission.requirements:
+            shown = encoding.requirement(requirement)
+            has_changed |= self._requirements.put(shown["name"], shown, at)
         self._advance(has_changed)
 
     def _sample(self, mission: MissionState, name: str, value: str) -> None:
@@ -223,6 +236,20 @@ class Board:
         if not values or time_s > values[-1][0]:
             values.append((time_s, number))
         self._series[escape_control(name)] = thinned(values)
+
+
+def touched_by(happened: Iterable[Event]) -> set[int] | None:
+    """Return the nodes that events are about; None where that may be all of them."""
+    touched: set[int] = set()
+    for event in happened:
+        match event:
+            case NodeChanged(node=node) | NodeProgressed(node=node):
+                touched.add(node)
+            case NodesReset(nodes=nodes):
+                touched.update(nodes)
+            case RunStarted():
+                return None
+    return touched
 
 
 def thinned(values: Series) -> Series:

@@ -7,7 +7,7 @@ that it is no markup is the page's part, which writes text as text only.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -118,21 +118,38 @@ def log_entry(entry: LogEntry, start_ns: int) -> list[Any]:
     return told
 
 
-def robot_parts(robot: RobotState) -> dict[str, Any]:
-    """Return where the robot is, what its lidar sees, its way so far, and the zones; m and rad."""
+def _pose(robot: RobotState) -> Any:
     pose = robot.pose
+    return None if pose is None else shown([pose.x, pose.y, pose.yaw])
+
+
+def _scan(robot: RobotState) -> list[int]:
+    """Where the lidar has seen something, x and y in turn, cm."""
+    places = np.asarray(robot.scan_points(), np.float64).reshape(-1, 2)
+    finite = places[np.isfinite(places).all(axis=1)]
+    rounded: list[int] = (finite * 100).round().astype(int).ravel().tolist()
+    return rounded
+
+
+def _trail(robot: RobotState) -> list[list[float]]:
     step = max(len(robot.trail) // MOST_TRAIL_POINTS, 1)
-    return {
-        "pose": None if pose is None else shown([pose.x, pose.y, pose.yaw]),
-        "frame": escape_control(robot.frame),
-        "zones": [shown([one.name, one.x, one.y, one.radius, one.colour]) for one in robot.zones],
-        "scan": _places(robot.scan_points()),
-        "trail": _places(list(robot.trail)[::step]),
-        "others": [
-            [escape_control(name), *shown([one.x, one.y, one.yaw])]
-            for name, one in robot.others.items()
-        ],
-    }
+    return _places(list(robot.trail)[::step])
+
+
+ROBOT_PARTS: Mapping[str, Callable[[RobotState], Any]] = {
+    "pose": _pose,
+    "frame": lambda robot: escape_control(robot.frame),
+    "zones": lambda robot: [
+        shown([zone.name, zone.x, zone.y, zone.radius, zone.colour]) for zone in robot.zones
+    ],
+    "scan": _scan,
+    "trail": _trail,
+    "others": lambda robot: [
+        [escape_control(name), *shown([pose.x, pose.y, pose.yaw])]
+        for name, pose in robot.others.items()
+    ],
+}
+"""What is shown of a robot besides its map, by name; m and rad, but for the scan."""
 
 
 def _places(points: Sequence[tuple[float, float]]) -> list[list[float]]:

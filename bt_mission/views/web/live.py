@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterable, Sequence
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import messages
-from bt_mission.events.events import Event, NodeChanged, NodeProgressed, NodesReset, RunStarted
+from bt_mission.events.events import Event
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import Attachment, ControlRequest, Graph, Verb
 from bt_mission.events.watched_mission import WatchedMission, possible_verbs
-from bt_mission.views.web.board import Board
+from bt_mission.views.web.board import Board, touched_by
+from bt_mission.views.web.encoding import ROBOT_PARTS
 from bt_mission.views.web.page_requests import PageRequest
 from bt_mission.views.web.pictures import jpeg_of
 from bt_mission.views.web.shown_mission import Notices, OpenPanels, put_state
@@ -94,7 +95,7 @@ class LiveMission:
         self.board.show(watched.mission, touched)
         self.board.remember(watched.mission, happened)
         if panels.map:
-            self.board.show_robot(watched.mission, has_moved=self._has_moved)
+            self.board.show_robot(watched.mission, ROBOT_PARTS if self._has_moved else ())
             self._has_moved = False
         self._put_state()
 
@@ -165,17 +166,3 @@ class LiveMission:
         is_choice = self._is_choice or self._is_fleet
         choices = [(one.name, one.fault) for one in self._graph.find()] if is_choice else []
         self.board.put("choices", choices)
-
-
-def touched_by(happened: Iterable[Event]) -> set[int] | None:
-    """The nodes that events are about; None where that may be all of them."""
-    touched: set[int] = set()
-    for event in happened:
-        match event:
-            case NodeChanged(node=node) | NodeProgressed(node=node):
-                touched.add(node)
-            case NodesReset(nodes=nodes):
-                touched.update(nodes)
-            case RunStarted():
-                return None
-    return touched

@@ -11,6 +11,7 @@ from bt_mission.events.mission_state import MissionState
 from bt_mission.recording.replay.player import Player
 from bt_mission.recording.replay.timeline import Timeline
 from bt_mission.views.web.board import Board, Series
+from bt_mission.views.web.encoding import ROBOT_PARTS
 from bt_mission.views.web.page_requests import PageRequest
 from bt_mission.views.web.shown_mission import Notices, OpenPanels, put_state
 
@@ -75,7 +76,7 @@ class ReplayedMission:
             self._has_moved = True
             self.board.show(mission, None)
         if panels.map:
-            self.board.show_robot(mission, has_moved=self._has_moved)
+            self.board.show_robot(mission, ROBOT_PARTS if self._has_moved else ())
             self._has_moved = False
         put_state(self.board, mission, source=self._source, is_there=True)
         self.board.put(

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from importlib.resources.abc import Traversable
 
 from starlette.applications import Starlette
 from starlette.requests import Request
@@ -16,6 +15,7 @@ from starlette.responses import Response
 from starlette.routing import Route, WebSocketRoute
 
 from bt_mission.core.guarded_server import Connections, FrameRate, GuardedServer, listening_socket
+from bt_mission.core.html.pages import render
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.views.web.gate import Gate
 from bt_mission.views.web.page_requests import LONGEST
@@ -128,14 +128,19 @@ class WebServer:
 async def page_file(request: Request) -> Response:
     """Return a file of the page."""
     name = request.path_params.get("name", "index.html")
-    file = _page_files().get(name)
-    if file is None:
+    content = page_files().get(name)
+    if content is None:
         return Response("There is no such file.\n", 404, media_type="text/plain")
-    return Response(file.read_bytes(), headers={"content-type": TYPES[name.rpartition(".")[2]]})
+    return Response(content, headers={"content-type": TYPES[name.rpartition(".")[2]]})
 
 
 @cache
-def _page_files() -> dict[str, Traversable]:
-    """Files of the page by name: what a request names is looked up, never opened."""
+def page_files() -> dict[str, bytes]:
+    """Return the files of the page by name: what a request names is looked up, never opened."""
     folder = resources.files("bt_mission.views.web") / "page"
-    return {one.name: one for one in folder.iterdir() if one.name.rpartition(".")[2] in TYPES}
+    files = {
+        file.name: file.read_bytes()
+        for file in folder.iterdir()
+        if file.name.rpartition(".")[2] in TYPES
+    }
+    return {**files, "index.html": render("views/web/page/index.html").encode()}

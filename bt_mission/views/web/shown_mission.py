@@ -52,8 +52,7 @@ class Notices:
 
 def put_state(board: Board, mission: MissionState, **more: Any) -> None:
     """Put on the board how the mission stands, and the time."""
-    state = mission.state
-    tree = mission.tree
+    state, tree, charge = mission.state, mission.tree, mission.robot.charge
     board.put(
         "state",
         {
@@ -64,7 +63,7 @@ def put_state(board: Board, mission: MissionState, **more: Any) -> None:
             "ticks": mission.ticks,
             "goals_sent": mission.goals_sent,
             "breakpoints": mission.breakpoints,
-            "charge": mission.robot.charge,
+            "charge": None if charge is None else round(charge, 1),
             **more,
         },
     )

@@ -55,7 +55,7 @@ def test_an_instant_is_shown_as_it_was(shown: ReplayedMission):
     assert dict(late["variables"])["room"].startswith("1.6")
     again = ask(shown, "go", number=1.0)
     for part in ("state", "goals", "nodes", "log", "requirements"):
-        assert sorted(again[part], key=str) == sorted(early[part], key=str), part
+        assert sorted(again.get(part, ()), key=str) == sorted(early.get(part, ()), key=str), part
     assert dict(again.get("variables", ())) == dict(early.get("variables", ()))
 
 

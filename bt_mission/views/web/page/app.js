@@ -5,6 +5,8 @@ import { CameraView } from "./camera.js";
 import { drawChart } from "./chart.js";
 import { ForkPanel } from "./fork.js";
 import { MapView } from "./map.js";
+import { Recorded, recordings } from "./recorded.js";
+import { Report } from "./report.js";
 import { LogPanel, drawGoals, drawNode, drawRequirements, drawVariables } from "./panels.js";
 import { Store } from "./store.js";
 import { Timeline } from "./timeline.js";
@@ -27,7 +29,10 @@ let drawnStops = "";
 let noticeTimer = 0;
 let armedTimer = 0;
 
-const connection = new Connection(take, onConnection, onOpen, (blob) => camera.show(blob));
+const sources = recordings();
+const connection = sources.length
+  ? new Recorded(sources, take, onConnection, onOpen)
+  : new Connection(take, onConnection, onOpen, (blob) => camera.show(blob));
 const ask = (request) => connection.send(request);
 const tree = new Tree(store, (index) => {
   ask({ do: "select", node: index });
@@ -38,6 +43,7 @@ const map = new MapView(store, (isOn) => ask({ do: "map", is_on: isOn }));
 const camera = new CameraView((isOn) => ask({ do: "camera", is_on: isOn }));
 const log = new LogPanel(store);
 const fork = new ForkPanel(store, () => ask({ do: "play" }), say);
+const report = new Report((at) => ask({ do: "go", number: at }), (index) => tree.select(index));
 const timeline = new Timeline(store, (at) => ask({ do: "go", number: at }), () => {
   tree.draw(true);
   ["node", "past", "variables"].forEach((name) => store.fresh.add(name));
@@ -109,7 +115,7 @@ function draw() {
   if (has("tree", "nodes", "node", "goals", "tick")) drawNode(store, tree.selected);
   if (has("log", "log_is_new", "past")) log.draw(has("log_is_new", "past"));
   if (has("goals", "values_are_new", "tick", "tree")) drawGoals(store);
-  if (has("requirements", "tree")) drawRequirements(store);
+  if (has("requirements", "values_are_new", "tree")) drawRequirements(store);
   if (has("variables", "values_are_new", "tree")) drawVariables(store, charted, chart);
   if (has("variables", "series", "replay", "tick", "past")) drawChart(store, charted);
   if (fresh.has("robot")) {
@@ -118,6 +124,8 @@ function draw() {
   }
   if (has("tick", "replay", "marks", "tree", "state")) timeline.draw();
   if (has("replay", "fork")) fork.draw();
+  if (has("report")) report.begin(store);
+  if (has("replay") && store.parts.report) report.look(store.replay.at);
   document.documentElement.dataset.drawn = Number(document.documentElement.dataset.drawn ?? 0) + 1;
 }
 
@@ -128,13 +136,13 @@ function drawState() {
   const status = byId("status");
   status.textContent = state.status ?? "";
   status.className = `pill ${STATE_STYLES[state.status] ?? "idle"}`;
-  const violated = (parts.requirements ?? []).filter((one) => one.verdict === "violated").length;
+  const violated = [...store.requirements.values()].filter((one) => one.verdict === "violated").length;
   byId("figures").textContent = [
     store.tree ? seconds(parts.clock?.elapsed) : "",
     parts.factor && !store.isOver ? `${parts.factor.toFixed(1)} x real time` : "",
     state.charge === null || state.charge === undefined ? "" : `battery ${state.charge.toFixed(0)} %`,
-    violated ? `${violated} of ${parts.requirements.length} requirements violated` : "",
-    replay ? `recording ${state.source}` : state.is_there === false && state.source ? `${state.source} is not there` : "",
+    violated ? `${violated} of ${store.requirements.size} requirements violated` : "",
+    replay ? `recording ${replay.source}` : state.is_there === false && state.source ? `${state.source} is not there` : "",
     replay?.missing ? `lacks ${replay.missing}` : "",
   ].filter(Boolean).join(" · ");
   byId("reason").textContent = state.reason || "";
@@ -147,7 +155,7 @@ function drawState() {
   const idle = state.status === "idle" ? "No mission runs: the next one that is sent is shown here." : "";
   byId("hint").textContent = store.tree ? "" : parts.hint || idle;
   byId("hint").hidden = !byId("hint").textContent;
-  drawChoices(parts.choices ?? [], state.source);
+  drawChoices(parts.choices ?? [], replay ? replay.robot : state.source);
 }
 
 function label(name, text, icon = "") {
@@ -160,7 +168,7 @@ function label(name, text, icon = "") {
 function drawChoices(choices, shown) {
   const box = byId("choice-list");
   byId("choices").hidden = !choices.length;
-  byId("choices-title").textContent = shown ? "Shown of several executives" : "There are several executives: choose one";
+  byId("choices-title").textContent = shown ? store.replay ? "Robot" : "Shown of several executives" : "There are several executives: choose one";
   const names = JSON.stringify(choices);
   if (box.dataset.names !== names) {
     box.dataset.names = names;

@@ -1,6 +1,6 @@
 // The map: walls and zones, the robot and its way, what its lidar sees, where it is sent.
 
-import { byId } from "./words.js";
+import { byId, goalStatus } from "./words.js";
 
 const MARGIN = 0.3;
 const LEAST = 3;
@@ -54,15 +54,21 @@ export class MapView {
 
   places() {
     const { robot } = this.store;
-    const places = [...(robot.trail ?? []), ...(robot.targets ?? [])];
+    const places = [...(robot.trail ?? []), ...(robot.way ?? []), ...(robot.targets ?? [])];
     if (this.walls && this.known) {
       const { left, right, low, high } = this.known;
       for (const [column, row] of [[left, low], [left, high], [right, low], [right, high]]) places.push(this.place(column, row));
-    } else places.push(...(robot.scan ?? []));
+    } else places.push(...this.seen());
     if (robot.pose) places.push(robot.pose);
     for (const [, ...pose] of robot.others ?? []) places.push(pose);
     for (const [, x, y, radius] of robot.zones ?? []) places.push([x - radius, y - radius], [x + radius, y + radius]);
     return places.filter(([x, y]) => Number.isFinite(x) && Number.isFinite(y));
+  }
+
+  // Where the lidar has seen something, m.
+  seen() {
+    const { scan = [] } = this.store.robot;
+    return Array.from({ length: scan.length / 2 }, (_, index) => [scan[2 * index] / 100, scan[2 * index + 1] / 100]);
   }
 
   place(column, row) {
@@ -99,9 +105,18 @@ export class MapView {
     const colour = (name) => style.getPropertyValue(`--${name}`).trim();
     if (this.walls) this.drawWalls(context, x, y, scale);
     for (const zone of robot.zones ?? []) this.drawZone(context, zone, x, y, scale, colour("ink"));
-    this.drawLine(context, [...(robot.trail ?? []), ...(robot.pose ? [robot.pose] : [])], x, y, colour("trail"));
+    const trail = [...(robot.trail ?? []), ...(robot.pose ? [robot.pose] : [])];
+    // Where a simulation knows the true way, the one that the robot assumes is dashed.
+    const hasWay = Boolean(robot.way?.length);
+    if (hasWay) this.drawLine(context, robot.way, x, y, colour("trail"));
+    context.setLineDash(hasWay ? [5, 4] : []);
+    this.drawLine(context, trail, x, y, colour(hasWay ? "warn" : "trail"));
+    context.setLineDash([]);
+    for (const [, length, px, py] of robot.stops ?? []) this.drawStop(context, x(px), y(py), length, colour("trail"));
+    this.drawEnds(context, robot.ends ?? [], x, y, colour);
+    for (const [, px, py] of robot.collisions ?? []) this.drawCollision(context, x(px), y(py), colour("failure"));
     context.fillStyle = colour("scan");
-    for (const [px, py] of robot.scan ?? []) context.fillRect(x(px) - 1, y(py) - 1, 2.5, 2.5);
+    for (const [px, py] of this.seen()) context.fillRect(x(px) - 1, y(py) - 1, 2.5, 2.5);
     (robot.targets ?? []).forEach(([px, py], number) => this.drawTarget(context, x(px), y(py), number, colour("failure")));
     for (const [name, ...pose] of robot.others ?? []) {
       this.drawRobot(context, pose, x, y, scale, colour("trail"));
@@ -150,6 +165,40 @@ export class MapView {
     context.arc(x, y, 5, 0, 2 * Math.PI);
     context.stroke();
     context.fillText(String(number + 1), x + 7, y + 4);
+  }
+
+  drawStop(context, x, y, length, colour) {
+    context.fillStyle = colour;
+    context.globalAlpha = 0.25;
+    context.beginPath();
+    context.arc(x, y, Math.min(3 + 0.5 * length, 12), 0, 2 * Math.PI);
+    context.fill();
+    context.globalAlpha = 1;
+  }
+
+  drawCollision(context, x, y, colour) {
+    context.strokeStyle = colour;
+    context.lineWidth = 2.5;
+    context.beginPath();
+    for (const [dx, dy] of [[6, 6], [6, -6]]) { context.moveTo(x - dx, y - dy); context.lineTo(x + dx, y + dy); }
+    context.stroke();
+  }
+
+  // Where goals have ended: a dot for each place, and the numbers of its goals.
+  drawEnds(context, ends, x, y, colour) {
+    const places = [];
+    for (const [px, py, number, status] of ends) {
+      const near = places.find((place) => Math.hypot(place.x - x(px), place.y - y(py)) < 14);
+      if (near) { near.numbers.push(number); near.status = Math.max(near.status, goalStatus(status)); } else places.push({ x: x(px), y: y(py), numbers: [number], status: goalStatus(status) });
+    }
+    for (const place of places) {
+      context.fillStyle = colour(["idle", "running", "success", "failure"][place.status]);
+      context.beginPath();
+      context.arc(place.x, place.y, 4, 0, 2 * Math.PI);
+      context.fill();
+      const { numbers } = place;
+      context.fillText(`${numbers.length > 4 ? "… " : ""}${numbers.slice(-4).join(", ")}`, place.x + 6, place.y - 5);
+    }
   }
 
   drawRobot(context, [px, py, yaw], x, y, scale, colour) {

@@ -93,7 +93,7 @@ export function drawGoals(store) {
 }
 
 export function drawRequirements(store) {
-  const known = [...(store.parts.requirements ?? [])];
+  const known = [...store.requirements.values()];
   byId("requirements-panel").hidden = !known.length;
   known.sort((one, other) => verdictRank(one.verdict) - verdictRank(other.verdict));
   byId("requirements").replaceChildren(...known.map((one) => {

@@ -30,6 +30,7 @@ export class Store {
     this.progress = new Array(count).fill(null);
     this.goals = new Map();
     this.variables = new Map();
+    this.requirements = new Map();
     this.changes = past?.changes ?? [];
     this.base = { status: this.status.slice(), message: this.message.slice() };
     this.baseTime = past?.begin ?? 0;
@@ -50,12 +51,12 @@ export class Store {
   take(told) {
     if ("tree" in told) { this.begin(told.tree, told.past); this.fresh.add("tree"); }
     if (told.values_are_new) {
-      this.goals.clear(); this.variables.clear(); this.fresh.add("goals"); this.fresh.add("variables");
+      for (const name of ["goals", "variables", "requirements"]) { this[name].clear(); this.fresh.add(name); }
     }
     for (const [name, value] of Object.entries(told)) {
       switch (name) {
         case "tree": case "past": case "values_are_new": case "log_is_new": break;
-        case "nodes": case "goals": case "variables": case "log": case "robot": case "node": case "series": break;
+        case "nodes": case "goals": case "variables": case "requirements": case "log": case "robot": case "node": case "series": break;
         default: this.parts[name] = value;
       }
       this.fresh.add(name);
@@ -63,6 +64,7 @@ export class Store {
     if (told.nodes) this.takeNodes(told.nodes, !this.replay && !("tree" in told));
     for (const goal of told.goals ?? []) this.goals.set(goal[0], goal);
     for (const [name, value] of told.variables ?? []) this.takeVariable(name, value);
+    for (const requirement of told.requirements ?? []) this.requirements.set(requirement.name, requirement);
     if (told.log_is_new) this.log = [];
     if (told.log) {
       this.logCount += told.log.length;
