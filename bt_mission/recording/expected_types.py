@@ -1,11 +1,10 @@
-"""The types of the topics that are read, and whether a file defines them as they are known here."""
+"""Whether a file defines the types of its topics as they are known here."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
 from functools import cache
-from typing import Protocol
 
 from bt_mission.core.cdr.decoder import Decoder, DecodingError
 from bt_mission.core.cdr.definitions import (
@@ -16,7 +15,6 @@ from bt_mission.core.cdr.definitions import (
     share_folders,
 )
 
-TEXT = "std_msgs/msg/String"
 _FAMILIES = {
     **dict.fromkeys(("byte", "char"), "an integer"),
     **{f"{sign}int{bits}": "an integer" for sign in ("", "u") for bits in (8, 16, 32, 64)},
@@ -26,24 +24,6 @@ _FAMILIES = {
 }
 """What values of basic types are here; others are messages, each a family of its own."""
 _NAME = re.compile(r"\w+(/\w+){1,2}")
-
-
-class TypedTopic(Protocol):
-    """A topic of a file."""
-
-    @property
-    def topic(self) -> str:
-        """Its name."""
-
-    @property
-    def type_name(self) -> str:
-        """Its type."""
-
-
-def expect(channel: TypedTopic, expected: str) -> None:
-    """Raise DecodingError where a topic has another type than is known here."""
-    if channel.type_name != expected:
-        raise DecodingError(f"{channel.topic} is expected to have the type {expected}")
 
 
 def checked_decoder(type_name: str, definition: str) -> Decoder:

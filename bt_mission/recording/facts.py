@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
 
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, Field, TypeAdapter
+from typing_extensions import TypedDict
 
 from bt_mission.core.nature_field import read_nature
 
@@ -30,97 +31,62 @@ def robot_of(node: str) -> str:
     return node.rpartition("/")[0].strip("/")
 
 
-IsValid = Callable[[Any], bool]
+Number = Annotated[float, Field(ge=-LARGEST_NS, le=LARGEST_NS, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=0, le=LARGEST_NS)]
+Three = Annotated[list[Number], Field(min_length=3, max_length=3)]
+Two = Annotated[list[str], Field(min_length=2, max_length=2)]
 
 
-def _is_number(value: Any) -> bool:
-    return type(value) in (int, float) and abs(value) <= LARGEST_NS
+def _with_nature(written: dict[str, Any]) -> dict[str, Any]:
+    read_nature(written)
+    return written
 
 
-def _is_count(value: Any) -> bool:
-    return type(value) is int and 0 <= value <= LARGEST_NS
+class Stage(TypedDict):
+    """The options of a simulation, on which a run depends."""
+
+    sensor_seed: Count
+    start: Three | None
+    nature: Annotated[dict[str, Any], AfterValidator(_with_nature)]
+    props: Count
+    without: list[Any]
+    has_tools: bool
+    is_visible: bool
+    robots: list[Any]
+    nodes: list[Two]
 
 
-def _is_text(value: Any) -> bool:
-    return isinstance(value, str)
-
-
-def _is_mapping(value: Any) -> bool:
-    return isinstance(value, dict)
-
-
-def _is_hull(value: Any) -> bool:
-    return isinstance(value, list) and len(value) == 3 and all(map(_is_number, value))
-
-
-def _is_list(value: Any) -> bool:
-    return isinstance(value, list)
-
-
-def _is_texts(value: Any) -> bool:
-    return _is_list(value) and all(map(_is_text, value))
-
-
-def _is_requirements(value: Any) -> bool:
-    return _is_list(value) and all(map(_is_mapping, value))
-
-
-def _is_pair_of_texts(value: Any) -> bool:
-    return _is_list(value) and len(value) == 2 and all(isinstance(one, str) for one in value)
-
-
-def _is_nature(value: Any) -> bool:
-    try:
-        read_nature(value)
-    except PydanticCustomError:
-        return False
-    return isinstance(value, dict)
-
-
-_STAGE: Mapping[str, IsValid] = {
-    "sensor_seed": _is_count,
-    "start": lambda value: value is None or _is_hull(value),
-    "nature": _is_nature,
-    "props": _is_count,
-    "without": _is_list,
-    "has_tools": lambda value: isinstance(value, bool),
-    "is_visible": lambda value: isinstance(value, bool),
-    "robots": _is_list,
-    "nodes": lambda value: _is_list(value) and all(map(_is_pair_of_texts, value)),
+_KINDS: Mapping[str, Mapping[str, Any]] = {
+    FACTS: {
+        "start_ns": Count,
+        "robot_hull": Three | None,
+        "versions": dict[str, Any],
+        "inputs": dict[str, Any],
+        "stage": Stage,
+        "simulation": dict[str, Any],
+        "requirements": list[dict[str, Any]],
+        "changes": list[Any],
+        "faults": list[str],
+        MISSIONS: list[str],
+    },
+    SUMMARY: {
+        "virtual_s": Number,
+        "wall_s": Number,
+        "distance_travelled_m": Number | None,
+        "goals_left_behind": Count,
+        "collisions": Count | None,
+        "trace_sha256": str,
+        "requirements": list[Any],
+        "missing": str,
+    },
 }
+"""What is read of the values that are JSON, and their types, by the metadata record."""
 
-
-def _is_stage(value: Any) -> bool:
-    return isinstance(value, dict) and all(
-        name in value and is_valid(value[name]) for name, is_valid in _STAGE.items()
-    )
-
-
-def _or_none(is_valid: IsValid) -> IsValid:
-    return lambda value: value is None or is_valid(value)
-
-
-_KNOWN: Mapping[tuple[str, str], IsValid] = {
-    (FACTS, "start_ns"): _is_count,
-    (FACTS, "robot_hull"): _or_none(_is_hull),
-    (FACTS, "versions"): _is_mapping,
-    (FACTS, "inputs"): _is_mapping,
-    (FACTS, "stage"): _is_stage,
-    (FACTS, "simulation"): _is_mapping,
-    (FACTS, "requirements"): _is_requirements,
-    (FACTS, "changes"): _is_list,
-    (FACTS, "faults"): _is_texts,
-    (FACTS, MISSIONS): _is_texts,
-    (SUMMARY, "virtual_s"): _is_number,
-    (SUMMARY, "wall_s"): _is_number,
-    (SUMMARY, "distance_travelled_m"): _or_none(_is_number),
-    (SUMMARY, "goals_left_behind"): _is_count,
-    (SUMMARY, "collisions"): _or_none(_is_count),
-    (SUMMARY, "trace_sha256"): _is_text,
-    (SUMMARY, "requirements"): _is_list,
-    (SUMMARY, "missing"): _is_text,
+_KNOWN: Mapping[tuple[str, str], TypeAdapter[Any]] = {
+    (note, name): TypeAdapter(kind)
+    for note, kinds in _KINDS.items()
+    for name, kind in kinds.items()
 }
-"""What is read of the values that are JSON, and what each has to be."""
 
 
 class RunFacts:
@@ -140,8 +106,7 @@ class RunFacts:
             SUMMARY, notes.get(note_of(SUMMARY, node), notes.get(SUMMARY, {}))
         )
         """What the run came to; empty where it was not told."""
-        known = [name for note, name in _KNOWN if note == FACTS]
-        texts = {name: self.texts[name] for name in known if name in self.texts}
+        texts = {name: self.texts[name] for name in _KINDS[FACTS] if name in self.texts}
         self._facts = self._values(FACTS, texts)
         self._first = notes.get(FACTS, {})
 
@@ -220,15 +185,14 @@ class RunFacts:
         return found
 
     def _values(self, note: str, texts: Mapping[str, str]) -> Mapping[str, Any]:
-        found = {}
+        values = {}
         for name, text in texts.items():
+            known = _KNOWN.get((note, name))
             try:
-                value = json.loads(text)
+                values[name] = json.loads(text)
+                if known is not None:
+                    known.validate_python(values[name], strict=True)
             except (ValueError, RecursionError):
+                values.pop(name, None)
                 self.unread.append(name)
-                continue
-            if _KNOWN.get((note, name), lambda _: True)(value):
-                found[name] = value
-            else:
-                self.unread.append(name)
-        return found
+        return values

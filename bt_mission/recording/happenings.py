@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -17,7 +17,7 @@ from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
 from bt_mission.events import messages, reader
 from bt_mission.events.codec import event_of, knows
 from bt_mission.events.events import Event
-from bt_mission.recording.expected_types import TEXT, expect, is_installed
+from bt_mission.recording.expected_types import is_installed
 from bt_mission.recording.reading import UNREADABLE, Channel, RecordedFile
 
 TREE = "bt_mission_interfaces/msg/Tree"
@@ -31,6 +31,7 @@ EXECUTIVE: Mapping[str, Callable[[Any], messages.Batch]] = {
 }
 """How messages of an executive are read, by their type."""
 
+TEXT = "std_msgs/msg/String"
 OURS = "bt_mission_interfaces/msg/"
 TRACE, SIGNALS = "trace", "signals"
 """Topics of an executive that carry lines of JSON."""
@@ -113,7 +114,7 @@ class _JsonLine(MissionMessage):
     @property
     def text(self) -> str:
         """The line."""
-        expect(self.channel, TEXT)
+        self.channel.expect(TEXT)
         return str(self.message["data"])
 
     @property
@@ -176,7 +177,7 @@ class RobotMessage(RecordedMessage):
 
     def check_type(self) -> None:
         """Raise DecodingError where the topic has another type than a robot's."""
-        expect(self.channel, ROBOT[self.topic])
+        self.channel.expect(ROBOT[self.topic])
 
     def viewed(self) -> messages.Robot:
         """Return what viewers show of it; the decoded message is not kept."""
@@ -249,27 +250,25 @@ def happenings(file: RecordedFile) -> Iterator[tuple[int, RecordedMessage]]:
         yield time_ns, happening
 
 
-def fold(file: RecordedFile, take: Callable[[int, Any], None]) -> None:
+def fold(
+    file: RecordedFile,
+    take: Callable[[int, Any], None],
+    among: Iterable[tuple[int, RecordedMessage]] | None = None,
+) -> None:
     """Hand everything in a file on; what cannot be read is noted in the file.
 
     Args:
         take: Called with the time, ns, and the message.
+        among: These messages of the file instead of all.
 
     Raises:
         RecordingError: As :func:`happenings`.
     """
-    for time_ns, happening in happenings(file):
-        with_note(file, take, time_ns, happening)
-
-
-def with_note(
-    file: RecordedFile, take: Callable[[int, Any], None], time_ns: int, happening: RecordedMessage
-) -> None:
-    """Hand one message on; where it cannot be read, that is noted in the file."""
-    try:
-        take(time_ns, happening)
-    except UNREADABLE as error:
-        file.note_unread(happening.channel, error)
+    for time_ns, happening in happenings(file) if among is None else among:
+        try:
+            take(time_ns, happening)
+        except UNREADABLE as error:
+            file.note_unread(happening.channel, error)
 
 
 def _is_readable(happening: RecordedMessage) -> bool:

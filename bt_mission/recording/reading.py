@@ -10,11 +10,16 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from io import BytesIO
 from pathlib import Path
+from struct import Struct
 from typing import BinaryIO
 
 from mcap import records
-from mcap.stream_reader import CRCValidationError, StreamReader
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import EndOfFile
+from mcap.opcode import Opcode
+from mcap.stream_reader import CRCValidationError, StreamReader, get_chunk_data_stream
 
 from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
@@ -35,6 +40,10 @@ MAGIC = b"\x89MCAP0\r\n"
 """What a file begins with."""
 
 
+_HEAD, _MESSAGE_HEAD = Struct("<BQ"), Struct("<HIQQ")
+"""What a record and a message begin with."""
+
+
 class RecordingError(BtMissionError):
     """A file that is no recording, or nothing of which can be read."""
 
@@ -47,6 +56,11 @@ class Channel:
     type_name: str
     definition: str
     encoding: str
+
+    def expect(self, type_name: str) -> None:
+        """Raise DecodingError where the topic has another type than is known here."""
+        if self.type_name != type_name:
+            raise DecodingError(f"{self.topic} is expected to have the type {type_name}")
 
     @cached_property
     def decode(self) -> Callable[[bytes], DecodedMessage]:
@@ -65,6 +79,32 @@ class RecordingAttachment:
     media_type: str
     time_ns: int
     data: bytes = field(repr=False)
+
+
+def _records_in(chunk: records.Chunk) -> list[records.McapRecord]:
+    """Return the records of a chunk.
+
+    As `mcap.stream_reader.breakup_chunk`, which calls a function for each field of each message:
+    that is half of the time in which a replay opens.
+    """
+    stream, length = get_chunk_data_stream(chunk, validate_crc=True)
+    data = stream.read(length)
+    inside: list[records.McapRecord] = []
+    at = 0
+    while at < length:
+        opcode, size = _HEAD.unpack_from(data, at)
+        begin, at = at + _HEAD.size, at + _HEAD.size + size
+        if at > length:
+            raise EndOfFile
+        if opcode == Opcode.MESSAGE:
+            channel, sequence, time_ns, sent_ns = _MESSAGE_HEAD.unpack_from(data, begin)
+            body = data[begin + _MESSAGE_HEAD.size : at]
+            inside.append(records.Message(channel, time_ns, body, sent_ns, sequence))
+        elif opcode == Opcode.CHANNEL:
+            inside.append(records.Channel.read(ReadDataStream(BytesIO(data[begin:at]))))
+        elif opcode == Opcode.SCHEMA:
+            inside.append(records.Schema.read(ReadDataStream(BytesIO(data[begin:at]))))
+    return inside
 
 
 def _refusing(why: str) -> Callable[[bytes], DecodedMessage]:
@@ -290,11 +330,14 @@ class RecordedFile:
 
     def _records(self, stream: BinaryIO) -> Iterator[records.McapRecord]:
         self._read.clear()
-        reader = StreamReader(stream, validate_crcs=True, record_size_limit=LARGEST_RECORD)
+        reader = StreamReader(
+            stream, emit_chunks=True, validate_crcs=True, record_size_limit=LARGEST_RECORD
+        )
         found = reader.records
         while True:
             try:
                 record = next(found)
+                inside = _records_in(record) if isinstance(record, records.Chunk) else (record,)
             except StopIteration:
                 self.why_cut = "the end of its data is not marked"
                 return
@@ -304,7 +347,7 @@ class RecordedFile:
             if isinstance(record, records.DataEnd):
                 self._compare(found, stream)
                 return
-            yield record
+            yield from inside
 
     def _compare(self, summary: Iterator[records.McapRecord], stream: BinaryIO) -> None:
         """Look whether all was read of what is in the file, as the summary at its end counts it."""

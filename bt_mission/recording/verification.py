@@ -21,14 +21,7 @@ from bt_mission.language.requirements.formula import (
     walk,
 )
 from bt_mission.language.requirements.syntax import EVERYTHING, Measure, Temporal
-from bt_mission.recording.expected_types import TEXT
-from bt_mission.recording.happenings import (
-    RecordedMessage,
-    SignalLine,
-    fold,
-    happenings,
-    with_note,
-)
+from bt_mission.recording.happenings import TEXT, RecordedMessage, SignalLine, fold, happenings
 from bt_mission.recording.model import RecordedRequirement, RecordedRun
 from bt_mission.recording.reader import read_run
 from bt_mission.recording.reading import RecordedFile, RecordingError
@@ -134,8 +127,7 @@ class RecordedRequirements:
         if self.survey.first_sample is not None or self.survey.is_in_order:
             fold(file, clock.take)
         else:
-            for time_ns, happening in _sorted(file, signals):
-                with_note(file, clock.take, time_ns, happening)
+            fold(file, clock.take, _sorted(file, signals))
         clock.finish(file.last_ns)
         why_open = self._why_open(file, signals)
         is_interrupted = signals.mission.ending == "interrupted"
