@@ -92,8 +92,10 @@ class ForkedRun:
         others = set(source.mission.requirements) ^ set(mission.requirements)
         self._others = tuple(f'"name": {json.dumps(one.name)}' for one in others)
         self._recorded = [line for line in source.trace if self._is_compared(line)]
-        times = zip(source.trace, source.times_ns, strict=True)
-        self._same = sum(ns < step_ns and self._is_compared(line) for line, ns in times)
+        lines = zip(source.trace, source.events, strict=True)
+        self._same = sum(
+            event.get("t", 0) < step_ns and self._is_compared(line) for line, event in lines
+        )
         """So many lines have to be the same."""
         self._lines: list[str] = []
         self._parted: int | None = None
@@ -203,7 +205,7 @@ class ForkedRun:
         ]
         if self._change.new_tree is not None:
             lines.append(f"the edited mission has another tree: {self._change.new_tree}")
-        elif any('"event": "paused"' in line for line in source.trace):
+        elif any(event.get("event") == "paused" for event in source.events):
             lines.append("it was paused by hand: what people do to a run is not in its recording")
         elif source.outcome[0] == "interrupted":
             lines.append("it was interrupted: what people do to a run is not in its recording")

@@ -59,7 +59,7 @@ class ForkSource:
         stage: The options of the simulation, as the recorder wrote them down.
         faults: What was made to go wrong, as it is written.
         trace: The lines of the recorded trace.
-        times_ns: When each line was, ns; 0 for the first, which names the format.
+        events: Their fields; the first names the format, and has no event.
         steps_ns: When the control steps were, ns.
         start_ns: When the run began, ns.
         summary: What the run came to; empty where the recording was cut.
@@ -75,7 +75,7 @@ class ForkSource:
     stage: Mapping[str, Any]
     faults: Sequence[str]
     trace: Sequence[str]
-    times_ns: Sequence[int]
+    events: Sequence[Mapping[str, Any]]
     steps_ns: Sequence[int]
     start_ns: int
     summary: Mapping[str, Any]
@@ -90,8 +90,7 @@ class ForkSource:
     @property
     def outcome(self) -> tuple[str, str]:
         """How the run ended, and why; where the recording was cut, that it was."""
-        for line in reversed(self.trace[-LAST_LINES:]):
-            event = json.loads(line)
+        for event in reversed(self.events[-LAST_LINES:]):
             if event.get("event") == "mission":
                 return str(event.get("status")), str(event.get("reason"))
         return "unknown", f"the recording ends here{self.why_cut and ': '}{self.why_cut}"
@@ -161,7 +160,8 @@ def read_source(path: Path, permissions: Permissions = NO_PYTHON) -> ForkSource:
     stage = _stage_of(path, facts, file.why_cut)
     if not lines:
         raise ForkError(f"{path}: no trace of the run is in it{_cut(file.why_cut)}")
-    version = _event(lines[0]).get("trace_version")
+    events = [_event(line) for line in lines]
+    version = events[0].get("trace_version")
     if version is None:
         raise ForkError(
             f"{path}: it begins in the middle of the run, which has to be recorded from its start"
@@ -170,7 +170,6 @@ def read_source(path: Path, permissions: Permissions = NO_PYTHON) -> ForkSource:
         raise ForkError(
             f"{path}: its trace has version {version}, and this bt-mission writes {VERSION}"
         )
-    events = [_event(line) for line in lines]
     steps = tuple(one["t"] for one in events if one.get("event") == "pose")
     if not steps:
         raise ForkError(f"{path}: it ends before the first control step{_cut(file.why_cut)}")
@@ -184,7 +183,7 @@ def read_source(path: Path, permissions: Permissions = NO_PYTHON) -> ForkSource:
         stage=stage,
         faults=facts.faults,
         trace=lines,
-        times_ns=tuple(one.get("t", 0) for one in events),
+        events=events,
         steps_ns=steps,
         start_ns=facts.start_ns or 0,
         summary=facts.summary,

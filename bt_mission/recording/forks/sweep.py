@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, TypeAlias
@@ -149,12 +148,8 @@ def check_worth(source: ForkSource, *, has_more: bool) -> None:
 def _instants(source: ForkSource) -> list[int]:
     """Return the control steps at which a node changed."""
     steps = set(source.steps_ns)
-    changed = {
-        time_ns
-        for line, time_ns in zip(source.trace, source.times_ns, strict=True)
-        if time_ns in steps and json.loads(line).get("event") == "status"
-    }
-    return sorted(changed) or [source.steps_ns[0]]
+    changed = {event["t"] for event in source.events if event.get("event") == "status"}
+    return sorted(changed & steps) or [source.steps_ns[0]]
 
 
 def _spread(instants: Sequence[int], most: int) -> Sequence[int]:
