@@ -20,7 +20,9 @@ from bt_mission.core.text import escape_control
 from bt_mission.events import messages
 from bt_mission.events.events import Event
 from bt_mission.events.mission_state import MissionState
-from bt_mission.recording.replay.timeline import Frame, LazyMessage, Timeline
+from bt_mission.recording.happenings import RobotMessage
+from bt_mission.recording.reading import UNREADABLE
+from bt_mission.recording.replay.timeline import Frame, Timeline
 from bt_mission.views.web.board import Board, touched_by
 from bt_mission.views.web.shown_mission import put_state
 
@@ -54,7 +56,7 @@ class History:
         self._poses = Track()
         self._others: dict[str, Track] = {}
         self._scan_ns = self._map_ns = -math.inf
-        self._skipped_map: LazyMessage | None = None
+        self._skipped_map: RobotMessage | None = None
         for time_ns, same in groupby(
             zip(timeline.times_ns, timeline.frames, strict=True), itemgetter(0)
         ):
@@ -87,7 +89,7 @@ class History:
                 has_moved = True
                 continue
             match frame:
-                case LazyMessage():
+                case RobotMessage():
                     has_seen |= self._see(time_ns, frame)
                 case messages.OtherRobot(name, x, y, yaw):
                     self._others.setdefault(name, Track()).add(self._s(time_ns), Pose2D(x, y, yaw))
@@ -108,7 +110,7 @@ class History:
         if happened or has_seen or has_charge:
             self._keep(time_ns, happened, has_seen=has_seen)
 
-    def _see(self, time_ns: int, message: LazyMessage) -> bool:
+    def _see(self, time_ns: int, message: RobotMessage) -> bool:
         """Take in a scan, a map or zones where one is due; return whether it is."""
         match message.topic:
             case "scan":
@@ -120,7 +122,7 @@ class History:
                     self._skipped_map = message
                     return False
                 self._map_ns, self._skipped_map = time_ns, None
-        seen = message.decode()
+        seen = viewed(message)
         if seen is None or seen == self.mission.robot.map:
             return False
         self.mission.robot.take(seen)
@@ -128,7 +130,7 @@ class History:
 
     def _take_last_map(self) -> None:
         """Take in the last map, whether it was due or not."""
-        newest = None if self._skipped_map is None else self._skipped_map.decode()
+        newest = None if self._skipped_map is None else viewed(self._skipped_map)
         if newest is not None:
             self.mission.robot.take(newest)
             self._keep(self._timeline.end_ns, [], has_seen=True)
@@ -151,6 +153,14 @@ class History:
         if changed:
             self._times.append(self._s(time_ns))
             self._messages.append(changed)
+
+
+def viewed(message: RobotMessage) -> messages.Robot | None:
+    """Return a message as viewers take it; None where it cannot be read."""
+    try:
+        return message.viewed()
+    except UNREADABLE:
+        return None
 
 
 class Track:
