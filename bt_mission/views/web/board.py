@@ -199,12 +199,15 @@ class Board:
         self._seen_goals, self._seen_variables = {}, {}
 
     def _show_values(self, mission: MissionState) -> None:
-        """Show goals and variables; where some have gone, as in a replay, all of them anew."""
-        if len(mission.goals) < len(self._seen_goals) or len(mission.variables) < len(
-            self._seen_variables
-        ):
+        """Show goals and variables, all of them where a replay has gone back."""
+        newest_goal = next(reversed(self._seen_goals), None)
+        has_gone_back = newest_goal is not None and newest_goal not in mission.goals
+        if has_gone_back or len(mission.variables) < len(self._seen_variables):
             self._forget_values()
             self.revision += 1
+        for goal_id in self._seen_goals.keys() - mission.goals.keys():  # a state keeps the newest
+            del self._seen_goals[goal_id]
+            self._goals.drop(escape_control(goal_id))
         start_ns = mission.tree.time_ns if mission.tree else 0
         has_changed, at = False, self._next
         for goal in mission.goals.values():

@@ -36,6 +36,10 @@ class RevisedValues(Generic[Key]):
             found.append((key, value))
         return dict(reversed(found))
 
+    def drop(self, key: Key) -> None:
+        """Forget a value; pages that have it keep it."""
+        self._kept.pop(key, None)
+
     def clear(self) -> None:
         """Forget all of them."""
         self._kept.clear()
