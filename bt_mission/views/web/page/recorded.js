@@ -11,10 +11,6 @@ const TOO_OLD = "This browser is too old for this page. It needs Chrome 80, Fire
 
 // The recordings of a page: one for each robot. Empty where the page is live.
 export function recordings() {
-  const served = document.documentElement.dataset.recordings;
-  if (served) {
-    return served.split(" ").map((address) => ({ name: decodeURIComponent(address.slice(1)), read: () => fetched(address) }));
-  }
   return [...document.querySelectorAll("script.recording")].map((script) => ({
     name: script.dataset.robot, read: () => inflated(script.textContent),
   }));
@@ -26,12 +22,6 @@ async function inflated(text) {
   const bytes = new Uint8Array(packed.length);
   for (let index = 0; index < packed.length; index++) bytes[index] = packed.charCodeAt(index);
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).json();
-}
-
-async function fetched(address) {
-  const answer = await fetch(address);
-  if (!answer.ok) throw new Error((await answer.text()).trim());
-  return answer.json();
 }
 
 // The number of values up to a limit, in ascending order.
@@ -107,16 +97,12 @@ export class Recorded {
     this.kept = [new State()];
     this.index = Infinity; // so that the whole state is sent
     this.isPlaying = this.isBackwards = false;
-    const first = new URLSearchParams(location.hash.slice(1));
-    const start = document.documentElement.dataset.at ?? first.get("at");
-    this.speed = Number(document.documentElement.dataset.speed) || 1;
-    this.at = this.within(start === null || start === undefined ? data.duration : Number(start) || 0);
-    const { fork } = document.documentElement.dataset;
+    this.speed = 1;
+    this.at = data.duration;
     const marks = new Set(data.changes.map((at) => Math.floor((at / Math.max(data.duration, 1e-9)) * MARKS) / MARKS));
     this.take({
       replay: this.replay(), report: data.details, marks: [...marks].filter((share) => share >= 0 && share <= 1),
       choices: this.sources.length > 1 ? this.sources.map((source) => [source.name, ""]) : [],
-      ...(fork ? { fork: JSON.parse(fork) } : {}),
     });
     this.onState("", false);
     this.show();
