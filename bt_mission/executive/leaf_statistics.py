@@ -40,6 +40,7 @@ class LeafSummary:
 class _Sum:
     running_ns: int = 0
     distance_m: float = 0.0
+    begun_m: float | None = None
     outcomes: Counter[str] = field(default_factory=Counter)
 
 
@@ -52,46 +53,41 @@ class LeafStatistics:
     """
 
     def __init__(self, executive: Executive, distance_m: Callable[[], float | None]) -> None:
-        self._executive = executive
+        self._nodes, self._state = executive.nodes, executive.mission_state
         self._distance_m = distance_m
         self._sums: dict[int, _Sum] = {}
         """By the node's index."""
-        self._begun: dict[int, tuple[int, float]] = {}
         executive.events.subscribe(self._take)
 
     def _take(self, event: Event) -> None:
-        if not isinstance(event, NodeChanged) or event.time_ns is None:
+        if not isinstance(event, NodeChanged) or not self._state.is_leaf[event.node]:
             return
-        index, node, time_ns = event.node, self._executive.nodes[event.node], event.time_ns
-        if node.children:
-            return
+        leaf, distance_m = self._sums.setdefault(event.node, _Sum()), self._distance_m() or 0.0
         if event.status is Status.RUNNING:
-            self._sums.setdefault(index, _Sum())
-            self._begun[index] = time_ns, self._distance_m() or 0.0
-        elif event.status is not Status.INVALID or index in self._begun:
-            # What was never seen running began and ended within one tick.
-            begun_ns, begun_m = self._begun.pop(index, (time_ns, self._distance_m() or 0.0))
-            one = self._sums.setdefault(index, _Sum())
-            one.running_ns += time_ns - begun_ns
-            # The length of a way is summed in pieces, and may be a hair less at the end of a turn.
-            one.distance_m += max(0.0, (self._distance_m() or 0.0) - begun_m)
-            one.outcomes[_outcome(node, event.status)] += 1
+            leaf.begun_m = distance_m
+        elif event.status is not Status.INVALID or leaf.begun_m is not None:
+            leaf.running_ns += self._state.last_end(event.node).ran_ns or 0
+            if leaf.begun_m is not None:
+                # The length of a way is summed in pieces; it may be a hair less after a turn.
+                leaf.distance_m += max(0.0, distance_m - leaf.begun_m)
+            leaf.begun_m = None
+            leaf.outcomes[_outcome(self._nodes[event.node], event.status)] += 1
 
     def summaries(self) -> tuple[LeafSummary, ...]:
         """Those that have ended at least once, in the order of their first start."""
-        is_known = self._distance_m() is not None
-        infos = self._executive.node_infos
+        assert self._state.tree is not None, "the executive has told of it"
+        nodes, is_known = self._state.tree.nodes, self._distance_m() is not None
         return tuple(
             LeafSummary(
-                name=infos[index].name,
-                path=infos[index].path,
-                runs=one.outcomes.total(),
-                outcomes=dict(one.outcomes),
-                running_s=round(one.running_ns / NS, 6),
-                distance_m=round(one.distance_m, 6) if is_known else None,
+                name=nodes[index].name,
+                path=nodes[index].path,
+                runs=leaf.outcomes.total(),
+                outcomes=dict(leaf.outcomes),
+                running_s=round(leaf.running_ns / NS, 6),
+                distance_m=round(leaf.distance_m, 6) if is_known else None,
             )
-            for index, one in self._sums.items()
-            if one.outcomes
+            for index, leaf in self._sums.items()
+            if leaf.outcomes
         )
 
 

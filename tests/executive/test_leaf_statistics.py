@@ -13,7 +13,8 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 
 from bt_mission.cli import main
-from bt_mission.events.events import EventStream, NodeChanged, NodeInfo
+from bt_mission.events.events import EventStream, NodeChanged, NodeInfo, RunStarted
+from bt_mission.events.mission_state import MissionState
 from bt_mission.executive.leaf_statistics import LeafStatistics, LeafSummary
 
 S = 1_000_000_000
@@ -25,11 +26,14 @@ class Counted:
     def __init__(self, metres: float | None = 0.0) -> None:
         self.metres = metres
         self.events = EventStream()
-        leaf = Dummy("leaf")
+        leaf, state = Dummy("leaf"), MissionState()
+        nodes = (NodeInfo("all", "Sequence", "0", 0), NodeInfo("leaf", "Dummy", "0.1", 0))
+        state.apply(RunStarted(S, "run", "all", nodes))
+        self.events.subscribe(state.apply)
         executive: Any = SimpleNamespace(
             events=self.events,
+            mission_state=state,
             nodes=(Sequence("all", memory=True, children=[leaf]), leaf),
-            node_infos=(NodeInfo("all", "Sequence", "0", 0), NodeInfo("leaf", "Dummy", "0.1", 0)),
         )
         self.tally = LeafStatistics(executive, lambda: self.metres)
 
