@@ -32,7 +32,6 @@ def run_once(mission: str, folder: Path, recording: Path | None = None) -> str:
     from bt_mission.core.files import find  # noqa: PLC0415 - after the middleware is prepared
     from bt_mission.recording.writer import RunRecorder  # noqa: PLC0415
     from bt_mission.sessions.load import load  # noqa: PLC0415
-    from bt_mission.sessions.session import summarise  # noqa: PLC0415
     from bt_mission.sessions.stage import Stage  # noqa: PLC0415
 
     with Stage(load(find("missions", mission)), image_folder=folder, say=lambda _: None) as stage:
@@ -40,7 +39,7 @@ def run_once(mission: str, folder: Path, recording: Path | None = None) -> str:
         while not stage.is_done:
             stage.step()
         if recorder is not None:
-            recorder.finish(summarise(stage, 1.0).as_dict())
+            recorder.finish(stage.report(1.0).as_dict())
         return stage.trace.sha256
 
 
@@ -50,7 +49,6 @@ def fork_once(recording: Path, draw: Callable[[int], int]) -> str:
     from bt_mission.recording.forks.change import ForkChange  # noqa: PLC0415
     from bt_mission.recording.forks.source import read_source  # noqa: PLC0415
     from bt_mission.recording.forks.stage import forked_stage  # noqa: PLC0415
-    from bt_mission.sessions.session import summarise  # noqa: PLC0415
 
     source = read_source(recording)
     step_ns = source.steps_ns[draw(len(source.steps_ns))]
@@ -58,7 +56,7 @@ def fork_once(recording: Path, draw: Callable[[int], int]) -> str:
         with forked_stage(source, ForkChange(), step_ns) as (stage, finish):
             while not stage.is_done:
                 stage.step()
-            result = finish(summarise(stage, 1.0))
+            result = finish(stage.report(1.0))
     except BtMissionError as error:
         return str(error)
     return "" if result.difference is None else str(result.difference)

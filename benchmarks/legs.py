@@ -16,10 +16,10 @@ from typing import Any
 
 from measuring import figure
 
+from bt_mission.sessions.drive import drive
 from bt_mission.sessions.load import load
-from bt_mission.sessions.session import drive
 from bt_mission.sessions.stage import Stage
-from bt_mission.views.terminal.quiet import Quiet
+from bt_mission.views.terminal.speech import Speech
 
 
 def cut_legs(seed: int, world: str) -> list[float]:
@@ -31,7 +31,7 @@ def cut_legs(seed: int, world: str) -> list[float]:
         Stage(mission, image_folder=Path(folder), say=lambda _: None) as stage,
     ):
         stage.trace.lines.subscribe(lambda line: events.append(json.loads(line)))
-        drive(stage, Quiet())
+        drive(stage, [Speech()])
     poses = [event for event in events if event["event"] == "pose"]
     legs = [e for e in events if e["event"] == "status" and e["node"] == "drive"]
     return [

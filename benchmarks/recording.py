@@ -21,7 +21,6 @@ from measuring import figure
 
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
-from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
 
 MISSIONS = ("missions/explore.yaml", "missions/patrol.yaml")
@@ -53,7 +52,7 @@ def run(mission_file: Path, *, records: bool) -> Run:
             if stage.now_ns >= next_ns:
                 next_ns += 1_000_000_000
                 marks.append(time.thread_time())
-        report = summarise(stage, 1.0)
+        report = stage.report(1.0)
         if recorder is not None:
             recorder.finish(report.as_dict())
         marks.append(time.thread_time())

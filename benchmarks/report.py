@@ -17,7 +17,6 @@ from measuring import figure
 
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
-from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
 from bt_mission.views.web.report.page import page_of, robot_runs
 
@@ -36,7 +35,7 @@ def record(path: Path, images: Path, file: Path | None = None) -> float:
         recorder = RunRecorder(stage, path)
         while not stage.is_done:
             stage.step()
-        report = summarise(stage, 1.0)
+        report = stage.report(1.0)
         recorder.finish(report.as_dict())
     return report.virtual_s
 

@@ -87,7 +87,7 @@ def outing(
             if not gives_way:
                 stage.servers.set_parameters([Parameter("give_way_time", value=0.0)])
             met = tuple(_explore(stage))
-            return Outing(world, mover_speed, gives_way, stage.distance_travelled_m, met)
+            return Outing(world, mover_speed, gives_way, stage.runs[0].distance_travelled_m, met)
 
 
 @contextmanager

@@ -19,11 +19,11 @@ from measuring import CpuWatch, figure
 
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.sessions.drive import drive
 from bt_mission.sessions.load import load
-from bt_mission.sessions.session import drive
 from bt_mission.sessions.stage import START_NS, Stage
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
-from bt_mission.views.terminal.quiet import Quiet
+from bt_mission.views.terminal.speech import Speech
 from sim.simulation import Simulation
 from sim.world.loader import load_world
 
@@ -47,7 +47,7 @@ def stage_run(mission_file: Path) -> StageRun:
         Stage(mission, image_folder=Path(folder), say=lambda _: None) as stage,
     ):
         watch = CpuWatch()
-        report = drive(stage, Quiet())
+        (report,) = drive(stage, [Speech()])
         cpu_s, callbacks = watch.elapsed_s, stage.clock.callbacks_served
     if report.status != "success":
         raise SystemExit(f"{mission.name}: {report.status}: {report.reason}")

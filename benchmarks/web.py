@@ -25,11 +25,11 @@ from measuring import figure
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.executive.report import Report
 from bt_mission.ros.discovery import LocalExecutive
+from bt_mission.sessions.drive import StepDriver, drive, driving
 from bt_mission.sessions.load import load
-from bt_mission.sessions.session import StepDriver, drive, driving
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
-from bt_mission.views.terminal.quiet import Quiet
+from bt_mission.views.terminal.speech import Speech
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.run import ShownRun
 from bt_mission.views.web.server import FAST_FRAME_S, FRAME_S, WebOptions, WebServer
@@ -111,7 +111,7 @@ def cpu_share(mission_file: Path, *, with_page: bool, speed: float | None) -> tu
         if with_page:
             report, cpu_s = _shown(stage, Path(folder), speed)
         else:
-            report, cpu_s = _measured(lambda: drive(stage, Quiet(), speed=speed))
+            report, cpu_s = _measured(lambda: drive(stage, [Speech()], speed=speed))
     return cpu_s / report.virtual_s, cpu_s / report.wall_s
 
 
@@ -123,7 +123,7 @@ def _measured(run: Callable[[], Report]) -> tuple[Report, float]:
 
 
 def _shown(stage: Stage, folder: Path, speed: float | None) -> tuple[Report, float]:
-    driver = StepDriver(driving(stage, Quiet(), InterruptSignals(), speed=speed))
+    driver = StepDriver(driving(stage, [Speech()], InterruptSignals(), speed=speed))
     frame_s = FAST_FRAME_S if speed is None else FRAME_S
     with closing(LocalExecutive(stage)) as graph:
         shown = LiveMission(graph)

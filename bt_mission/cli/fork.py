@@ -145,8 +145,7 @@ def run_fork(
         BtMissionError: Where it is not the same up to the fork, or a file cannot be written.
     """
     from bt_mission.recording.forks.stage import forked_stage
-    from bt_mission.sessions.session import drive
-    from bt_mission.views.terminal.quiet import Quiet
+    from bt_mission.sessions.drive import drive
 
     with (
         forked_stage(source, change, step_ns, require=options.require, limit_s=limit_s) as (
@@ -155,7 +154,7 @@ def run_fork(
         ),
         recording.recorder_for(options, stage) as keeping,
     ):
-        result = finish(drive(stage, Quiet()))
+        result = finish(*drive(stage))
         return result, keeping.finish(result.report)
 
 

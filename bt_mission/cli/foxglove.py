@@ -15,7 +15,7 @@ from bt_mission.cli.web import has_input_ended, require_server, to_stderr, watch
 
 if TYPE_CHECKING:
     from bt_mission.graph_tools.foxglove.server import FoxgloveServer
-    from bt_mission.sessions.session import ObservableSession
+    from bt_mission.sessions.session import Session
 
 
 def foxglove_options(*instead: str) -> tuple[Option, ...]:
@@ -45,7 +45,7 @@ def foxglove_options(*instead: str) -> tuple[Option, ...]:
 
 
 @contextmanager
-def foxglove_on(options: argparse.Namespace, session: ObservableSession) -> Iterator[None]:
+def foxglove_on(options: argparse.Namespace, session: Session) -> Iterator[None]:
     """Serve the topics of a session, if that is wanted: those of a robot from another process."""
     if not options.foxglove or options.attach:
         with foxglove_process(options):
@@ -62,11 +62,11 @@ def foxglove_on(options: argparse.Namespace, session: ObservableSession) -> Iter
         raise
     with closing(server):
         _announce(server)
-        session.add_observer(server)
+        session.attach(server)
         try:
             yield
         finally:
-            session.remove_observer(server)
+            session.detach(server)
 
 
 @contextmanager
@@ -105,7 +105,7 @@ def serve_graph(options: argparse.Namespace) -> int:
                 if options.until_input_ends and has_input_ended():
                     return SUCCESS
                 graph.step()
-                server.look()
+                server.after_step()
                 if not has_clock and node.count_publishers(CLOCK):
                     has_clock = True
                     graph.follow_clock()

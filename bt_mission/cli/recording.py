@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 from bt_mission.cli.argument_types import FileType, output_file
 from bt_mission.cli.options import FORCE
@@ -17,18 +17,12 @@ from bt_mission.cli.parser import Option, each
 from bt_mission.core.errors import cause_of
 
 if TYPE_CHECKING:
+    from bt_mission.cli.run_plan import Summary
     from bt_mission.core.output import OutputFile
     from bt_mission.executive.trace import TraceFile
     from bt_mission.recording.writer import RunRecorder
-    from bt_mission.sessions.session import ObservableSession, ObservedRun
+    from bt_mission.sessions.session import Run, Session
     from bt_mission.views.video.recorder import VideoRecorder
-
-
-class Summary(Protocol):
-    """What a run came to."""
-
-    def as_dict(self) -> dict[str, Any]:
-        """Its fields by name, ready for JSON."""
 
 
 Kept = dict[str, str | int]
@@ -90,7 +84,7 @@ RECORDING_OPTIONS = (
 
 
 @contextmanager
-def recorder_for(options: argparse.Namespace, session: ObservableSession) -> Iterator[RunFiles]:
+def recorder_for(options: argparse.Namespace, session: Session) -> Iterator[RunFiles]:
     """What keeps the run as the options ask for: in a recording, a page, a film, or not at all.
 
     Raises:
@@ -120,7 +114,7 @@ def recorder_for(options: argparse.Namespace, session: ObservableSession) -> Ite
         yield RunFiles(recorder, options.record, options.report, film, traces)
 
 
-def _traces_of(path: Path | None, session: ObservableSession) -> Iterator[tuple[ObservedRun, Path]]:
+def _traces_of(path: Path | None, session: Session) -> Iterator[tuple[Run, Path]]:
     """Yield the runs of a session with the files of their traces: of several, one for each."""
     if path is not None:
         for run in session.runs:
@@ -129,7 +123,7 @@ def _traces_of(path: Path | None, session: ObservableSession) -> Iterator[tuple[
 
 
 @contextmanager
-def _film_of(path: Path | None, session: ObservableSession) -> Iterator[VideoRecorder | None]:
+def _film_of(path: Path | None, session: Session) -> Iterator[VideoRecorder | None]:
     """A film of a session on the stage, to be finished; None where none is wanted."""
     from bt_mission.sessions.stage import Stage
 

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import json
-import shutil
 import sys
-from typing import TYPE_CHECKING
 
 from bt_mission.cli import recording
 from bt_mission.cli.argument_types import seconds, unchecked_output_file
-from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.foxglove import foxglove_options
 from bt_mission.cli.options import (
     ALLOW_DUPLICATES,
@@ -34,15 +30,12 @@ from bt_mission.cli.options import (
 )
 from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
 from bt_mission.cli.run_plan import load_plan
-from bt_mission.cli.run_shown import run_in_lines, run_on_page, run_on_screen
+from bt_mission.cli.run_shown import carry_out
 from bt_mission.cli.view import VIEW
 from bt_mission.cli.web import web_options
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import kind_of
-
-if TYPE_CHECKING:
-    from bt_mission.executive.report import Report
 
 EPILOG = """\
 examples:
@@ -79,53 +72,14 @@ def run(options: argparse.Namespace) -> int:
     """Run the mission; gives the exit code."""
     if sys.stderr.isatty():
         announce(_what_starts(options))
-    from bt_mission.cli.watch import is_drawable
-    from bt_mission.executive.status import MissionStatus
-
     kind = kind_of(mission_file(options))
     refuse_for_kind(options, kind)
     if options.attach or options.visible:
         prepare_graph(options)
     else:
         prepare_middleware()
-    if kind == "fleet":
-        from bt_mission.cli.run_fleet import run_fleet
-
-        return run_fleet(options)
-    plan = load_plan(options)
-    if options.web and not options.attach:
-        run_shown = run_on_page
-    else:
-        run_shown = run_on_screen if options.tui and is_drawable() else run_in_lines
-    report, kept = run_shown(options, plan)
-    result = plan.judge(report)
-    if options.json:
-        judged = {} if result is None else {"scenario": result.as_dict()}
-        print(json.dumps({**report.as_dict(), **kept, **judged}))
-    else:
-        lines = [report.as_text(), *_leaves(report), *recording.told(kept)]
-        print("\n".join(lines if result is None else [*lines, str(result)]))
-    codes = {
-        MissionStatus.SUCCESS: SUCCESS,
-        MissionStatus.INTERRUPTED: INTERRUPTED,
-        MissionStatus.FAILURE: MISSION_FAILED,
-    }
-    code = codes[MissionStatus(report.status)]
-    if result is not None:
-        is_left = code == INTERRUPTED and not result.is_whole
-        return code if is_left else SUCCESS if result.passed else MISSION_FAILED
-    return MISSION_FAILED if code == SUCCESS and report.is_violated else code
-
-
-def _leaves(report: Report) -> list[str]:
-    """What each leaf came to, for people; programs that read a pipe ask for ``--json``."""
-    if not sys.stdout.isatty():
-        return []
-    from bt_mission.views.terminal.lines import leaf_table
-    from bt_mission.views.terminal.marks import marks_for
-
-    width = shutil.get_terminal_size().columns
-    return leaf_table(report.leaves, width, marks_for(sys.stdout.encoding))
+    plan = load_plan(options, kind)
+    return plan.exit_code(carry_out(options, plan))
 
 
 _ON_A_GRAPH = (

@@ -1,81 +1,187 @@
-"""What ``bt-mission run`` carries out: a mission or a scenario, with the faults of its options."""
+"""What ``bt-mission run`` carries out: a mission, a scenario or a fleet, with faults."""
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
-from bt_mission.cli.check import examined_file
+from bt_mission.cli.check import examined_file, examined_fleet
+from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import nature_of
-from bt_mission.cli.outputs import files_of, refuse_overwritten
+from bt_mission.cli.outputs import file_of_robot, files_of, refuse_existing, refuse_overwritten
 
 if TYPE_CHECKING:
     from bt_mission.executive.report import Report
     from bt_mission.faults.located import WrittenFault
+    from bt_mission.fleets.plan import FleetPlan
     from bt_mission.language.mission import Mission
     from bt_mission.scenarios.scenario import Scenario, ScenarioResult
+    from bt_mission.sessions.drive import Reports
+    from bt_mission.sessions.session import Session
+    from bt_mission.sessions.stage import Stage
     from bt_mission.sessions.stage_robot import StageOptions
 
-    AddOutcomes = AbstractContextManager[Callable[[Report], Report]]
+Summarize: TypeAlias = "Callable[[Reports], Summary]"
+"""Returns the summary of a run, of the reports of its missions."""
+
+
+class Summary(Protocol):
+    """The summary of a run: of a mission alone, or of a fleet."""
+
+    @property
+    def status(self) -> str:
+        """``success``, ``failure`` or ``interrupted``."""
+
+    @property
+    def is_violated(self) -> bool:
+        """Is a requirement violated?"""
+
+    @property
+    def missions(self) -> Mapping[str, Report]:
+        """The report of each mission, by the name of its robot."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """The fields by name, ready for JSON."""
+
+    def as_text(self) -> str:
+        """A few lines for people."""
 
 
 @dataclass(frozen=True)
-class RunPlan:
+class MissionPlan:
     """A mission, what goes wrong, and the scenario that it is of, if it is of one."""
 
     mission: Mission
     faults: tuple[WrittenFault, ...] = ()
     scenario: Scenario | None = None
+    title = ""
 
-    def stage_options(self, options: argparse.Namespace) -> StageOptions:
-        """How the stage is set up."""
+    def open(self, options: argparse.Namespace) -> Session:
+        """Put the mission on the stage, or attach it to the graph."""
+        if options.attach:
+            from bt_mission.sessions.attached import AttachedOptions, AttachedSession
+
+            joining = AttachedOptions(
+                namespace=options.namespace,
+                wall_clock=options.wall_clock,
+                allow_duplicates=options.allow_duplicates,
+                journal=options.journal,
+                resume=options.resume,
+            )
+            return AttachedSession(self.mission, joining, _unsaid)
+        from bt_mission.sessions.stage import Stage
         from bt_mission.sessions.stage_robot import StageOptions
 
         own = self.scenario.stage_options if self.scenario else StageOptions()
-        return replace(
-            own,
-            nature=nature_of(options) or own.nature,
-            visible=options.visible,
-            network=options.network,
-            watched=options.tui or options.web or options.foxglove,
-            props=_obstacles() if self.faults else own.props,
+        chosen = replace(
+            _stage_options(options, own), props=_obstacles() if self.faults else own.props
         )
+        with self.scenario.at_its_start() if self.scenario else nullcontext():
+            return Stage(self.mission, image_folder=options.images, say=_unsaid, options=chosen)
 
-    def faults_in(self, session: Any) -> AddOutcomes:
-        """Have faults begin in a run on the stage; gives what adds their outcomes to its report."""
+    def preparing(self, session: Any) -> AbstractContextManager[Summarize]:
+        """Have the faults and the scenario's end begin at their times."""
         if self.scenario is not None:
             from bt_mission.scenarios.run import stop_at
 
             stop_at(session, self.scenario.limit)
         if not self.faults:
-            return nullcontext(lambda report: report)
+            return nullcontext(_only)
         from bt_mission.faults.located import planned_on
 
-        return planned_on(session, self.faults)
+        return _with_faults(planned_on(session, self.faults))
 
-    def judge(self, report: Report) -> ScenarioResult | None:
-        """Compare the result with what the scenario expects; None without a scenario."""
-        return None if self.scenario is None else self.scenario.judge(report)
+    def judge(self, summary: Any) -> ScenarioResult | None:
+        """Compare the report with what the scenario expects; None without a scenario."""
+        return None if self.scenario is None else self.scenario.judge(summary)
+
+    def exit_code(self, summary: Summary) -> int:
+        """The exit code of the command."""
+        result, code = self.judge(summary), _exit_code(summary)
+        if result is None or (code == INTERRUPTED and not result.is_whole):
+            return code
+        return SUCCESS if result.passed else MISSION_FAILED
 
 
-def load_plan(options: argparse.Namespace) -> RunPlan:
+@dataclass(frozen=True)
+class FleetRunPlan:
+    """A fleet, each robot with its mission."""
+
+    fleet: FleetPlan
+
+    @property
+    def title(self) -> str:
+        """Name, world and number of robots."""
+        return self.fleet.title
+
+    def open(self, options: argparse.Namespace) -> Stage:
+        """Put the robots on the stage."""
+        from bt_mission.sessions.stage import Stage
+
+        return Stage(
+            robots=self.fleet.robots,
+            image_folder=options.images,
+            say=_unsaid,
+            options=_stage_options(options, self.fleet.stage_options),
+        )
+
+    def preparing(self, session: Any) -> AbstractContextManager[Summarize]:
+        """Return what makes the fleet's report."""
+        from bt_mission.fleets.run import fleet_report
+
+        return nullcontext(lambda reports: fleet_report(self.fleet, session, reports))
+
+    def judge(self, _summary: Summary) -> None:
+        """A fleet is of no scenario."""
+
+    def exit_code(self, summary: Summary) -> int:
+        """The exit code of the command."""
+        return _exit_code(summary)
+
+
+RunPlan: TypeAlias = MissionPlan | FleetRunPlan
+
+
+def load_plan(options: argparse.Namespace, kind: str) -> RunPlan:
     """Load and check what the options name; warnings go to standard error.
+
+    Args:
+        kind: Of the file: mission, scenario or fleet.
 
     Raises:
         InputError: With every error.
     """
+    if kind == "fleet":
+        fleet, warnings = examined_fleet(options)
+        _begin(options, warnings, (robot.mission for robot in fleet.robots))
+        if options.trace and not options.force:
+            refuse_existing(file_of_robot(options.trace, robot.name) for robot in fleet.robots)
+        return FleetRunPlan(fleet)
     faults = _written_faults(options)
     loaded, warnings = examined_file(options)
+    mission = getattr(loaded, "mission", loaded)
+    _begin(options, warnings, [mission])
+    if mission is loaded:
+        return MissionPlan(mission, faults)
+    return MissionPlan(mission, (*loaded.faults, *faults), loaded)
+
+
+def _begin(
+    options: argparse.Namespace, warnings: Iterable[object], missions: Iterable[Mission]
+) -> None:
+    """Print warnings, and refuse to overwrite what is read."""
     for warning in warnings:
         print(warning, file=sys.stderr)
-    refuse_overwritten(options, files_of(getattr(loaded, "mission", loaded)))
-    if not hasattr(loaded, "mission"):
-        return RunPlan(loaded, faults)
-    return RunPlan(loaded.mission, (*loaded.faults, *faults), loaded)
+    refuse_overwritten(options, _files(missions))
+
+
+def _files(missions: Iterable[Mission]) -> Iterator[Any]:
+    for mission in missions:
+        yield from files_of(mission)
 
 
 def _written_faults(options: argparse.Namespace) -> tuple[WrittenFault, ...]:
@@ -83,13 +189,46 @@ def _written_faults(options: argparse.Namespace) -> tuple[WrittenFault, ...]:
         return ()
     from bt_mission.faults.located import faults_in_texts
 
-    found = faults_in_texts(options.fault)
-    for doubt in (doubt for one in found for doubt in one.doubts()):
+    faults = faults_in_texts(options.fault)
+    for doubt in (doubt for fault in faults for doubt in fault.doubts()):
         print(doubt, file=sys.stderr)
-    return found
+    return faults
+
+
+def _stage_options(options: argparse.Namespace, own: StageOptions) -> StageOptions:
+    return replace(
+        own,
+        nature=nature_of(options) or own.nature,
+        visible=options.visible,
+        network=options.network,
+        watched=options.tui or options.web or options.foxglove,
+    )
 
 
 def _obstacles() -> int:
     from bt_mission.faults.world import MOST_OBSTACLES
 
     return MOST_OBSTACLES
+
+
+def _exit_code(summary: Summary) -> int:
+    if summary.status == "interrupted":
+        return INTERRUPTED
+    return MISSION_FAILED if summary.status != "success" or summary.is_violated else SUCCESS
+
+
+@contextmanager
+def _with_faults(
+    planned: AbstractContextManager[Callable[[Report], Report]],
+) -> Iterator[Summarize]:
+    with planned as with_outcomes:
+        yield lambda reports: with_outcomes(_only(reports))
+
+
+def _only(reports: Reports) -> Report:
+    (report,) = reports
+    return report
+
+
+def _unsaid(_text: str) -> None:
+    """Views show what missions say."""

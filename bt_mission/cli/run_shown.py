@@ -1,141 +1,150 @@
-"""Carrying a mission out: shown in lines, on a full screen, or to browsers."""
+"""Carries a run out: shown in lines, on a full screen, or to browsers."""
 
 from __future__ import annotations
 
 import argparse
+import json
+import shutil
 import sys
 from collections.abc import Callable
-from contextlib import nullcontext
-from typing import TYPE_CHECKING, Any, TypeVar
+from contextlib import ExitStack, closing
+from typing import TYPE_CHECKING
 
 from bt_mission.cli import recording
 from bt_mission.cli.foxglove import foxglove_on
-from bt_mission.cli.run_plan import RunPlan
-from bt_mission.cli.view import window_on
+from bt_mission.cli.run_plan import RunPlan, Summarize, Summary
+from bt_mission.cli.view import windows
 from bt_mission.cli.web import stay_until_left, to_stderr, watching_process, web_server
 
 if TYPE_CHECKING:
-    from bt_mission.executive.report import Report
-    from bt_mission.sessions.attached import AttachedSession
-    from bt_mission.sessions.session import Steps, View
-    from bt_mission.sessions.stage import Stage
+    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.ros.discovery import LocalExecutive
+    from bt_mission.sessions.drive import Reports, Steps
+    from bt_mission.sessions.session import Session
+    from bt_mission.sessions.view import View
 
-R = TypeVar("R")
 
-
-def run_in_lines(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
-    """Carry the mission out, shown in lines."""
+def carry_out(options: argparse.Namespace, plan: RunPlan) -> Summary:
+    """Carry a plan out as the options ask for, and print its summary."""
+    from bt_mission.cli.watch import is_drawable
+    from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
     from bt_mission.core.memory import settle_memory
-    from bt_mission.executive.status import MissionStatus
-    from bt_mission.sessions.session import drive
+    from bt_mission.sessions.drive import driving, finish
 
-    view = _view(options)
-    with (
-        _open_session(options, plan, view.say) as session,
-        plan.faults_in(session) as with_outcomes,
-        window_on(session, wanted=options.view),
-        foxglove_on(options, session),
-        watching_process(options, session.node.get_fully_qualified_name()),
-        recording.recorder_for(options, session) as keeping,
-    ):
+    on_page = options.web and not options.attach
+    on_screen = options.tui and is_drawable()
+    interrupts = InterruptSignals(TWO_WISHES)
+    with ExitStack() as stack:
+        if on_page:  # also while it starts, and while the page stays
+            stack.enter_context(interrupts)
+        session = stack.enter_context(plan.open(options))
+        summarize = stack.enter_context(plan.preparing(session))
+        stack.enter_context(foxglove_on(options, session))
+        if not on_page:
+            name = session.node.get_fully_qualified_name()
+            stack.enter_context(watching_process(options, name))
+        files = stack.enter_context(recording.recorder_for(options, session))
+        onlookers = [*windows(session, wanted=options.view)]
+        if not on_screen:
+            onlookers.append(_view(options, plan, plain=options.plain or on_page))
+        kept: recording.Kept = {}
+        end = _ending(options, session, summarize, files, kept)
+        steps = _with_end(driving(session, onlookers, interrupts, speed=pace(options)), end)
         settle_memory()
-        report = with_outcomes(drive(session, view, speed=pace(options)))
-        _tell_resumable(options, session)
-        kept = keeping.finish(report)
-        if options.web and report.status != MissionStatus.INTERRUPTED:
-            stay_until_left(report.status)
-        return report, kept
+        if on_page or on_screen:
+            show = _on_page if on_page else _on_screen
+            summary = show(options, session, steps, interrupts)
+        else:
+            summary = finish(steps)
+            if options.web and summary.status != "interrupted":
+                stay_until_left(summary.status)
+        # Before the session is taken down: of 16 robots that takes seconds.
+        _print(options, plan, summary, kept)
+        return summary
 
 
-def _view(options: argparse.Namespace, *, plain: bool = False) -> View:
+def _ending(
+    options: argparse.Namespace,
+    session: Session,
+    summarize: Summarize,
+    files: recording.RunFiles,
+    kept: recording.Kept,
+) -> Callable[[Reports], Summary]:
+    """Return what is due at the end of the run; a page may stay for long after it."""
+
+    def end(reports: Reports) -> Summary:
+        summary = summarize(reports)
+        if options.journal and session.executive.is_resumable:
+            print(f"to go on with it: --journal {options.journal} --resume", file=sys.stderr)
+        kept.update(files.finish(summary))
+        return summary
+
+    return end
+
+
+def _with_end(steps: Steps[Reports], end: Callable[[Reports], Summary]) -> Steps[Summary]:
+    reports = yield from steps
+    return end(reports)
+
+
+def _view(options: argparse.Namespace, plan: RunPlan, *, plain: bool) -> View:
     if options.json:
-        from bt_mission.views.terminal.quiet import Quiet
+        from bt_mission.views.terminal.speech import Speech
 
-        return Quiet()
+        return Speech()
     from bt_mission.views.terminal.views import view_for
 
-    return view_for(sys.stdout, plain=plain or options.plain)
+    return view_for(sys.stdout, plan.title, plain=plain)
 
 
-def run_on_screen(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
-    """Carry the mission out on a full screen, in real time unless another speed is asked for."""
-    from contextlib import closing
-
-    from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
-    from bt_mission.core.memory import settle_memory
+def _executives(session: Session) -> LocalExecutive:
+    """Return the executives of a session as a graph of their own, for a view."""
     from bt_mission.ros.discovery import LocalExecutive
-    from bt_mission.sessions.session import driving
+
+    return LocalExecutive(session, [run.node.get_fully_qualified_name() for run in session.runs])
+
+
+def _on_screen(
+    _options: argparse.Namespace,
+    session: Session,
+    steps: Steps[Summary],
+    interrupts: InterruptSignals,
+) -> Summary:
+    """Carry it out on a full screen, which shows one mission at a time."""
     from bt_mission.views.terminal.marks import marks_for
-    from bt_mission.views.terminal.quiet import Quiet
     from bt_mission.views.tui.run_app import RunApp
 
-    with (
-        _open_session(options, plan, lambda _: None) as session,
-        plan.faults_in(session) as with_outcomes,
-        closing(LocalExecutive(session)) as graph,
-        window_on(session, wanted=options.view),
-        foxglove_on(options, session),
-        recording.recorder_for(options, session) as keeping,
-    ):
-        interrupts = InterruptSignals(TWO_WISHES)
-        steps = driving(session, Quiet(), interrupts, speed=pace(options))
-        marks = marks_for(sys.stdout.encoding)
-        settle_memory()
-        report = with_outcomes(RunApp(graph, marks, graph.name, steps, interrupts).run_to_the_end())
-        _tell_resumable(options, session)
-        return report, keeping.finish(report)
+    with closing(_executives(session)) as graph:
+        app = RunApp(graph, marks_for(sys.stdout.encoding), graph.name, steps, interrupts)
+        return app.run_to_the_end()
 
 
-def run_on_page(options: argparse.Namespace, plan: RunPlan) -> tuple[Report, recording.Kept]:
-    """Carry the mission out in the simulation, shown to browsers."""
-    from contextlib import closing
-
-    from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
-    from bt_mission.ros.discovery import LocalExecutive
-    from bt_mission.sessions.session import StepDriver, driving
+def _on_page(
+    options: argparse.Namespace,
+    session: Session,
+    steps: Steps[Summary],
+    interrupts: InterruptSignals,
+) -> Summary:
+    """Carry it out shown to browsers, one mission at a time."""
+    from bt_mission.sessions.drive import StepDriver
     from bt_mission.views.web.live import LiveMission
     from bt_mission.views.web.run import ENDED, ShownRun
 
-    view = _view(options, plain=True)
-    with (
-        # Also while it starts, and while the page stays.
-        InterruptSignals(TWO_WISHES) as interrupts,
-        _open_session(options, plan, view.say) as session,
-        plan.faults_in(session) as with_outcomes,
-        closing(LocalExecutive(session)) as graph,
-        window_on(session, wanted=options.view),
-        foxglove_on(options, session),
-        recording.recorder_for(options, session) as keeping,
-    ):
-        kept: recording.Kept = {}
+    driver = StepDriver(steps)
 
-        def end(report: Report) -> Report:
-            judged = with_outcomes(report)
-            kept.update(keeping.finish(judged))
-            return judged
+    def is_left() -> bool:
+        return driver.result is not None and interrupts.count > 0
 
-        steps = driving(session, view, interrupts, speed=pace(options))
-        driver = StepDriver(ending(steps, end))
-
-        def is_left() -> bool:
-            return driver.report is not None and interrupts.count > 0
-
-        shown = LiveMission(graph, graph.name, lambda: ENDED if driver.report else "")
+    with closing(_executives(session)) as graph:
+        shown = LiveMission(
+            graph,
+            graph.name,
+            lambda: ENDED if driver.result else "",
+            is_fleet=len(session.runs) > 1,
+        )
         shown.attach(graph.name)  # before the first step, so that nothing is missed
         with web_server(options, shown, is_fast=(pace(options) or 0.0) > 1.0) as server:
-            report = ShownRun(server, driver, is_left, to_stderr).run_to_the_end()
-        return report, kept
-
-
-def ending(steps: Steps[R], end: Callable[[R], R]) -> Steps[R]:
-    """Step to the end, and do at once what is due there, since the page may stay for long."""
-    report = yield from steps
-    return end(report)
-
-
-def _tell_resumable(options: argparse.Namespace, session: Any) -> None:
-    if options.journal and session.executive.is_resumable:
-        print(f"to go on with it: --journal {options.journal} --resume", file=sys.stderr)
+            return ShownRun(server, driver, is_left, to_stderr).run_to_the_end()
 
 
 def pace(options: argparse.Namespace) -> float | None:
@@ -144,24 +153,28 @@ def pace(options: argparse.Namespace) -> float | None:
     return options.speed or (1.0 if is_shown and not options.attach else None)
 
 
-def _open_session(options: argparse.Namespace, plan: RunPlan, say: Any) -> AttachedSession | Stage:
-    if options.attach:
-        from bt_mission.sessions.attached import AttachedOptions, AttachedSession
+def _print(
+    options: argparse.Namespace, plan: RunPlan, summary: Summary, kept: recording.Kept
+) -> None:
+    result = plan.judge(summary)
+    if options.json:
+        judged = {} if result is None else {"scenario": result.as_dict()}
+        print(json.dumps({**summary.as_dict(), **kept, **judged}), flush=True)
+        return
+    lines = [summary.as_text(), *_leaves(summary), *recording.told(kept)]
+    print("\n".join(lines if result is None else [*lines, str(result)]), flush=True)
 
-        joining = AttachedOptions(
-            namespace=options.namespace,
-            wall_clock=options.wall_clock,
-            allow_duplicates=options.allow_duplicates,
-            journal=options.journal,
-            resume=options.resume,
-        )
-        return AttachedSession(plan.mission, joining, say)
-    from bt_mission.sessions.stage import Stage
 
-    with plan.scenario.at_its_start() if plan.scenario else nullcontext():
-        return Stage(
-            plan.mission,
-            image_folder=options.images,
-            say=say,
-            options=plan.stage_options(options),
-        )
+def _leaves(summary: Summary) -> list[str]:
+    """A table of the leaves, for people; programs that read a pipe ask for ``--json``."""
+    if not sys.stdout.isatty():
+        return []
+    from bt_mission.views.terminal.lines import leaf_table
+    from bt_mission.views.terminal.marks import marks_for
+
+    width, marks = shutil.get_terminal_size().columns, marks_for(sys.stdout.encoding)
+    lines = []
+    for robot, report in summary.missions.items():
+        table = leaf_table(report.leaves, width, marks)
+        lines += [f"  {robot}", *table] if table and robot else table
+    return lines

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from bt_mission.ros.graph import GraphConnection
     from bt_mission.sessions.mission_server import MissionServer
     from bt_mission.sessions.served_missions import ServedMissions
+    from bt_mission.sessions.session import Onlooker, Session
 
 EPILOG = """\
 examples:
@@ -58,42 +61,28 @@ def serve(options: argparse.Namespace) -> int:
     announce("joining the ROS graph")
     prepare_graph(options)
     from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
-    from bt_mission.events.events import Event, NodeChanged
     from bt_mission.recording.served import ServedRecordings
     from bt_mission.ros.graph import GraphConnection, NodeOptions
     from bt_mission.sessions.mission_server import MissionServer, MissionServerOptions
     from bt_mission.sessions.served_missions import ServedMissions, folders_to_serve
-    from bt_mission.sessions.served_run import ServedRun
-    from bt_mission.sessions.session import SessionViews
-    from bt_mission.views.terminal.lines import PlainLines
-
-    # Missions are carried out for their clients, whether or not somebody reads this.
-    output = SessionViews(lambda: None)
+    from bt_mission.views.terminal.views import ServedLines
 
     def say(text: str) -> None:
-        output.show(lambda: print(text, flush=True))
+        with suppress(BrokenPipeError):  # missions are carried out for their clients
+            print(text, flush=True)
 
-    def begin(run: ServedRun) -> None:
-        executive = run.executive
-        say(f"{run.mission.name} (seed {run.mission.seed})")
-        recordings.begin(run)
-        lines = PlainLines(
-            sys.stdout, executive, lambda: executive.started_ns, lambda: executive.now_ns
-        )
+    recordings = ServedRecordings(options.record, say) if options.record else None
 
-        def take(event: Event) -> None:
-            if isinstance(event, NodeChanged):
-                output.show(lambda: lines.on_change(event))
-
-        executive.events.subscribe(take)
-        executive.after_tick.append(lambda: output.show(lines.refresh))
+    def onlookers(_session: Session) -> Iterator[Onlooker]:
+        yield ServedLines(sys.stdout)
+        if recordings is not None:
+            yield recordings.onlooker()
 
     missions = ServedMissions(
         folders_to_serve(options.missions),
         allow_python=options.allow_python,
         allow_text=options.allow_text,
     )
-    recordings = ServedRecordings.into(options.record, say)
     ros_args = of_node(checked(options.ros_args), NodeOptions().name)
     graph = GraphConnection(wall_clock=options.wall_clock, ros_args=ros_args)
     try:
@@ -110,7 +99,7 @@ def serve(options: argparse.Namespace) -> int:
                 on_new_goal=options.on_new_goal,
                 allow_duplicates=options.allow_duplicates,
                 say=say,
-                on_run=begin,
+                onlookers=onlookers,
             ),
         )
         graph.host(node)
@@ -124,7 +113,6 @@ def serve(options: argparse.Namespace) -> int:
         graph.drain()
         graph.drop(node)
     finally:
-        recordings.close()
         graph.close()
     return SUCCESS
 

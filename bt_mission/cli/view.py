@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING
 
 from bt_mission.cli.parser import Option, each
 
 if TYPE_CHECKING:
-    from bt_mission.sessions.session import ObservableSession
+    from bt_mission.sessions.session import Onlooker, Session
 
 
 def _check_display() -> None:
@@ -30,26 +29,15 @@ VIEW = Option(
 )
 
 
-@contextmanager
-def window_on(session: ObservableSession, *, wanted: bool) -> Iterator[None]:
-    """A window on a session on the stage, if one is wanted, which looks on after each tick.
-
-    Who closes it ends nothing but the looking on.
+def windows(session: Session, *, wanted: bool) -> Iterator[Onlooker]:
+    """Yield a window on a session on the stage, if one is wanted. Closing it ends nothing.
 
     Raises:
         BtMissionError: Where there is no display.
     """
     from bt_mission.sessions.stage import Stage
 
-    if not wanted or not isinstance(session, Stage):
-        yield
-        return
-    from sim.views.window import Window
+    if wanted and isinstance(session, Stage):
+        from bt_mission.sessions.stage_window import StageWindow
 
-    after_tick = session.executive.after_tick
-    with closing(Window(session.sim.physics)) as window:
-        after_tick.append(window.look)
-        try:
-            yield
-        finally:
-            after_tick.remove(window.look)
+        yield StageWindow(session)

@@ -122,6 +122,11 @@ class Report:
     def __str__(self) -> str:
         return self.as_text()
 
+    @property
+    def missions(self) -> Mapping[str, Report]:
+        """The report by the name of the robot, which is empty; as `FleetReport.missions`."""
+        return {"": self}
+
     def as_dict(self) -> dict[str, Any]:
         """The fields by name, ready for JSON."""
         return asdict(self)

@@ -22,6 +22,7 @@ from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.requirements import MissionNames
 from bt_mission.language.requirements.formula import Condition
 from bt_mission.requirements.monitor import ConditionMonitor
+from bt_mission.sessions.session import StepCallback
 from bt_mission.sessions.stage_signals import StageSignals
 
 
@@ -80,7 +81,7 @@ class FaultPlan:
         if self._conditions:
             stage.executive.after_tick.append(self._look)
         if self._watched:
-            stage.step_listeners.append(self._after_step)
+            stage.attach(StepCallback(self._after_step))
 
     def problems(self) -> Iterator[FaultProblem]:
         """Yield what planned faults name, break or place, and what is not there at the start."""

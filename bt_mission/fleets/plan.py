@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from bt_mission.core.text import counted, escape_control
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.mission import NodeFactory
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
@@ -33,6 +34,12 @@ class FleetPlan:
     def file(self) -> str:
         """Where it is written."""
         return self.document.file
+
+    @property
+    def title(self) -> str:
+        """Name, world and number of robots, for people."""
+        robots = counted(len(self.robots), "robot")
+        return escape_control(f"{self.name} in {self.world.name} ({robots}, seed {self.seed})")
 
     @property
     def facts(self) -> Mapping[str, str]:

@@ -91,6 +91,11 @@ class FleetReport:
         """Virtual seconds per wall second."""
         return round(self.virtual_s / self.wall_s, 1) if self.wall_s > 0 else 0.0
 
+    @property
+    def missions(self) -> Mapping[str, Report]:
+        """The report of each mission, by the name of its robot."""
+        return {robot.robot: robot.mission for robot in self.robots}
+
     def as_dict(self) -> dict[str, Any]:
         """The fields by name, ready for JSON; `robots` has an object for each robot."""
         return {

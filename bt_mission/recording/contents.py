@@ -19,7 +19,7 @@ from bt_mission.core.versions import versions
 from bt_mission.language.mission import Mission
 from bt_mission.ros.mission_details import MissionDetailsBuilder
 from bt_mission.ros.mission_runner import MissionRunner
-from bt_mission.sessions.session import ObservedRun
+from bt_mission.sessions.session import Run
 
 Camera = Literal["none", "compressed", "raw"]
 
@@ -51,7 +51,7 @@ DETAILS_EVERY_NS = 500_000_000
 DETAILS_TYPE = "bt_mission_interfaces/msg/MissionDetails"
 
 
-def facts_of(run: ObservedRun, start_ns: int) -> dict[str, str]:
+def facts_of(run: Run, start_ns: int) -> dict[str, str]:
     """What is known of a mission's run at its start."""
     mission, node = run.mission, run.node
     return {

@@ -13,7 +13,7 @@ from bt_mission.events.log import rosout_line
 from bt_mission.recording import signal_samples
 from bt_mission.recording.contents import DETAILS_TYPE, DetailsRecorder
 from bt_mission.recording.file import McapFile
-from bt_mission.sessions.session import ObservedRun
+from bt_mission.sessions.session import Run
 
 STATUS_TYPES = {
     "tree": "bt_mission_interfaces/msg/Tree",
@@ -51,7 +51,7 @@ class MissionRecorder:
         is_alone: Is it the only one in the recording? The log names the robot otherwise.
     """
 
-    def __init__(self, run: ObservedRun, recording: Recording, *, is_alone: bool) -> None:
+    def __init__(self, run: Run, recording: Recording, *, is_alone: bool) -> None:
         self.name = run.node.get_fully_qualified_name()
         """Full name of the executive's node: below it lie the mission's topics."""
         self._runner = run.runner

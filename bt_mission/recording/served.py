@@ -9,65 +9,66 @@ from itertools import count
 from pathlib import Path
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.executive.report import Report
 from bt_mission.recording.writer import RunRecorder
-from bt_mission.sessions.served_run import ServedRun
+from bt_mission.sessions.session import Onlooker, Session
 
 _NO_NAME = re.compile(r"[^\w.-]+", re.ASCII)
 
 
 class ServedRecordings:
-    """Records each mission that starts, from its first tick to its end.
+    """Records each mission of a server, from its first tick to its end.
 
     Args:
-        folder: Takes the files, ``MISSION_001.mcap``, ...; None records nothing.
-        say: Told of each file, and why there is none.
+        folder: Takes the files, ``MISSION_001.mcap``, ...
+        say: Gets a line for each file, and for each that cannot be written.
+
+    Raises:
+        BtMissionError: For a folder that cannot be made, or written to.
     """
 
-    def __init__(self, folder: Path | None, say: Callable[[str], None]) -> None:
+    def __init__(self, folder: Path, say: Callable[[str], None]) -> None:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BtMissionError(f"--record: {folder}: {error.strerror}") from error
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise BtMissionError(f"--record: the folder {folder} cannot be written to")
         self._folder = folder
         self._say = say
-        self._open: list[RunRecorder] = []
 
-    @classmethod
-    def into(cls, folder: Path | None, say: Callable[[str], None]) -> ServedRecordings:
-        """Return recordings into a folder, which is made.
+    def onlooker(self) -> Onlooker:
+        """Return what records one mission."""
+        return _ServedRecording(self._folder, self._say)
 
-        Raises:
-            BtMissionError: For one that cannot be made, or written to.
-        """
-        if folder is not None:
-            try:
-                folder.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise BtMissionError(f"--record: {folder}: {error.strerror}") from error
-            if not os.access(folder, os.W_OK | os.X_OK):
-                raise BtMissionError(f"--record: the folder {folder} cannot be written to")
-        return cls(folder, say)
 
-    def begin(self, run: ServedRun) -> None:
-        """Record a mission; one that cannot be recorded is carried out all the same."""
-        if self._folder is None:
-            return
+class _ServedRecording(Onlooker):
+    """Records a mission; one that cannot be recorded is carried out all the same."""
+
+    def __init__(self, folder: Path, say: Callable[[str], None]) -> None:
+        self._folder = folder
+        self._say = say
+        self._session: Session
+        self._recorder: RunRecorder | None = None
+
+    def attach(self, session: Session) -> None:
+        """Open the file."""
+        self._session = session
         try:
-            recorder = RunRecorder(run, free_file(self._folder, run.mission.name))
+            self._recorder = RunRecorder(session, free_file(self._folder, session.mission.name))
         except BtMissionError as error:
             self._say(f"not recorded: {error}")
-            return
-        self._open.append(recorder)
-
-        def finish(report: Report) -> None:
-            self._open.remove(recorder)
-            recorder.finish(report.as_dict())
-            lacks = f"; it lacks {recorder.missing}" if recorder.missing else ""
-            self._say(f"  recorded to {recorder.file.path}{lacks}")
-
-        run.end_listeners.append(finish)
 
     def close(self) -> None:
-        """Close the file of a mission that was left."""
-        while self._open:
-            self._open.pop().close()
+        """Close the file, with the report of a mission that has ended."""
+        recorder = self._recorder
+        if recorder is None:
+            return
+        if not self._session.is_done:
+            recorder.close()
+            return
+        recorder.finish(self._session.runner.report().as_dict())
+        lacks = f"; it lacks {recorder.missing}" if recorder.missing else ""
+        self._say(f"  recorded to {recorder.file.path}{lacks}")
 
 
 def free_file(folder: Path, mission: str) -> Path:

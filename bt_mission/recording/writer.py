@@ -40,7 +40,7 @@ from bt_mission.recording.file import MOST_WAITING, McapFile
 from bt_mission.recording.goals import GoalEvents
 from bt_mission.recording.mission_recorder import MissionRecorder
 from bt_mission.recording.topics import GraphTopics
-from bt_mission.sessions.session import RecordableSession
+from bt_mission.sessions.session import Onlooker, Session
 
 LOOK_NS = 2_000_000_000
 """Time between two looks at what topics and pictures there are."""
@@ -54,7 +54,7 @@ NEVER = ("/clock", "/parameter_events")
 """Every message has its ROS time anyway; parameters do not change here."""
 
 
-class RunRecorder:
+class RunRecorder(Onlooker):
     """Records a session from now on, until it is closed.
 
     Use it as a context manager around the steps of the session, before the first one.
@@ -71,7 +71,7 @@ class RunRecorder:
 
     def __init__(
         self,
-        session: RecordableSession,
+        session: Session,
         path: Path,
         options: RecordingOptions | None = None,
         *,
@@ -129,8 +129,8 @@ class RunRecorder:
         lacks += [f"{topic} ({why})" for topic, why in sorted(self._topics.faults.items())]
         return "; ".join(lacks)
 
-    def look(self) -> None:
-        """Take what has come in since the last time (the session calls this after each step)."""
+    def after_step(self) -> None:
+        """Take what has arrived since the last step."""
         self._look()
 
     def _take_in(self) -> None:
@@ -225,7 +225,7 @@ class RunRecorder:
         for run in self._session.runs:
             run.runner.exchange_listeners.remove(self._on_exchange)
         self._topics.close()
-        self._session.remove_observer(self)
+        self._session.detach(self)
         self.guarded(self._hand_over_last)()
         self.file.close(replaces=replaces)
 
@@ -253,7 +253,7 @@ class RunRecorder:
         for run, one in zip(session.runs, self._missions, strict=True):
             one.begin()
             run.runner.exchange_listeners.append(self._on_exchange)
-        session.add_observer(self)
+        session.attach(self)
         self.guarded(self._hand_over)()
         self.file.flush()
 
@@ -373,7 +373,7 @@ class RunRecorder:
 
 
 def record(
-    session: RecordableSession, path: str | Path, options: RecordingOptions | None = None
+    session: Session, path: str | Path, options: RecordingOptions | None = None
 ) -> RunRecorder:
     """Record a session from its present step on; a context manager that closes the file.
 

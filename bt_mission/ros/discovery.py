@@ -13,7 +13,6 @@ from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.source import ExecutiveSource, FoundExecutive
 from bt_mission.ros.graph import GraphConnection, quiet_node, type_hash_of
 from bt_mission.ros.mission_client import TOPICS, MissionClient
-from bt_mission.ros.mission_node import MissionNode
 
 STATE_TYPE = "bt_mission_interfaces/msg/MissionState"
 
@@ -24,7 +23,9 @@ SERVE_S = 0.05
 class HostedMission(Protocol):
     """A session that serves a further node, such as :class:`bt_mission.sessions.stage.Stage`."""
 
-    node: MissionNode
+    @property
+    def node(self) -> Node:
+        """Of the first mission."""
 
     @property
     def is_done(self) -> bool:

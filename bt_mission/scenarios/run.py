@@ -14,7 +14,7 @@ from bt_mission.executive.status import MissionStatus
 from bt_mission.faults.located import planned_on
 from bt_mission.scenarios.loader import ScenarioChanges, load_scenario
 from bt_mission.scenarios.scenario import TIME_IS_UP, Scenario, ScenarioResult
-from bt_mission.sessions.session import summarise
+from bt_mission.sessions.session import StepCallback
 from bt_mission.sessions.stage import Stage
 
 
@@ -54,7 +54,7 @@ def run_scenario(
         while not stage.is_done:
             before_step()
             stage.step()
-        result = scenario.judge(with_outcomes(summarise(stage, 0.0)))
+        result = scenario.judge(with_outcomes(stage.report()))
     return replace(result, coverage=record)
 
 
@@ -98,4 +98,4 @@ def stop_at(stage: Stage, time_s: float) -> None:
             executive.interrupt(TIME_IS_UP)
         cycles = executive.cycles
 
-    stage.step_listeners.append(look)
+    stage.attach(StepCallback(look))

@@ -77,8 +77,8 @@ def scenario_text(run: TestedRun, name: str, folder: Path) -> str:
         data["world"] = run.options.world.model_dump(mode="json")
     if run.options.start is not None:
         data["start"] = dict(zip(("x", "y", "yaw"), run.options.start, strict=True))
-    if run.stage.nature:
-        data["nature"] = dict(run.stage.nature)
+    if run.stage.runs[0].nature:
+        data["nature"] = dict(run.stage.runs[0].nature)
     if run.faults:
         data["faults"] = [planned(one).text for one in run.faults]
     if run.stopped_s is not None:

@@ -6,7 +6,7 @@ goals of a mission that is cancelled, replaced or stopped end first; then the mi
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +32,7 @@ from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.ros.snapshot_streams import SnapshotStreams
 from bt_mission.ros.status_publisher import StatusPublisher
 from bt_mission.sessions.served_missions import ServedMissions
-from bt_mission.sessions.served_run import ServedRun
+from bt_mission.sessions.session import Onlooker, Run, Session
 
 if TYPE_CHECKING:
     from rclpy.action.server import ServerGoalHandle
@@ -52,15 +52,61 @@ VIOLATED = 912
 Result = ExecuteMission.Result
 
 
-@dataclass
-class _Run:
-    """The mission that runs."""
+class ServedSession(Session):
+    """A mission that a server carries out, under the name of the server.
 
-    handle: ServerGoalHandle
-    node: MissionNode
-    served: ServedRun
-    told: tuple[str, str] = ("", "")
-    told_ns: int = 0
+    Args:
+        handle: The goal that it is.
+        node: The mission's.
+        server: Below its name lie the topics of all its missions.
+    """
+
+    def __init__(self, handle: ServerGoalHandle, node: MissionNode, server: MissionServer) -> None:
+        super().__init__()
+        self.handle = handle
+        self.mission_node = node
+        self.runs = (Run.of(node.runner, server),)
+        self._server = server
+        self._feedback: tuple[str, str] = ("", "")
+        self._feedback_ns = 0
+
+    def step(self) -> None:
+        """The server's executor has taken a step: call the onlookers, and send feedback."""
+        self._call_onlookers()
+        if not self.is_done:
+            self._send_feedback()
+
+    def close(self) -> None:
+        """Part with the onlookers."""
+        for onlooker in reversed(tuple(self._onlookers)):
+            onlooker.close()
+            self.detach(onlooker)
+
+    def _serve(self, node: Node) -> None:
+        self._server.host(node)
+
+    def _drop(self, node: Node) -> None:
+        self._server.drop(node)
+
+    def _send_feedback(self) -> None:
+        """Send feedback when the state or the tip has changed, and once in a while."""
+        executive = self.executive
+        tip = executive.root.tip()
+        shown = (executive.state, tip.name if tip else "")
+        if shown == self._feedback and self.now_ns - self._feedback_ns < FEEDBACK_NS:
+            return
+        self._feedback, self._feedback_ns = shown, self.now_ns
+        leaves = executive.running_leaves
+        elapsed_ns = self.now_ns - executive.started_ns if executive.started_ns else 0
+        self.handle.publish_feedback(
+            ExecuteMission.Feedback(
+                status=shown[0],
+                tip=shown[1],
+                running=[leaf.name for leaf in leaves],
+                doing=[leaf.feedback_message for leaf in leaves],
+                elapsed=elapsed_ns / NS,
+            )
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,14 +119,14 @@ class MissionServerOptions:
             the default of the parameter of that name.
         allow_duplicates: Go on where several nodes publish the same odometry or clock.
         say: Told of what happens; None is the ROS log.
-        on_run: Given each mission before its first tick, to look on.
+        onlookers: Makes the onlookers of each mission, before its first tick.
     """
 
     missions: ServedMissions
     on_new_goal: str = ON_NEW_GOAL[0]
     allow_duplicates: bool = False
     say: Callable[[str], None] | None = None
-    on_run: Callable[[ServedRun], None] = lambda _: None
+    onlookers: Callable[[ServedSession], Iterable[Onlooker]] = lambda _: ()
 
 
 class BoundedMissionServer(BoundedRequests, ActionServer):
@@ -106,18 +152,18 @@ class MissionServer(ValidClock, Node):
         options: MissionServerOptions,
     ) -> None:
         super().__init__(**node.arguments())
-        self._host = host
-        self._drop = drop
+        self.host = host
+        self.drop = drop
         self._options = node
         self._missions = options.missions
         self._refuses_duplicates = not options.allow_duplicates
         self._say = options.say or self._log_line
-        self._on_run = options.on_run
+        self._make_onlookers = options.onlookers
         self._declare_on_new_goal(options.on_new_goal)
         self._rate = GoalRate(RESULT_TIMEOUT_S)
         self._lines = RateLimit(1.0, MOST_LINES)
         self._closed: str | None = None
-        self._run: _Run | None = None
+        self._run: ServedSession | None = None
         self._waiting: ServerGoalHandle | None = None
         self._ends: dict[bytes, Future] = {}
         self._status_publisher = StatusPublisher(self)
@@ -141,12 +187,12 @@ class MissionServer(ValidClock, Node):
     @property
     def executive(self) -> Executive | None:
         """That of the mission that runs, or None."""
-        return self._run.served.runner.executive if self._run else None
+        return self._run.executive if self._run else None
 
     @property
     def mission_node(self) -> Node:
         """The node whose clock a running mission has; without one, this node."""
-        return self._run.node if self._run else self
+        return self._run.mission_node if self._run else self
 
     @property
     def is_busy(self) -> bool:
@@ -159,25 +205,24 @@ class MissionServer(ValidClock, Node):
         if self._waiting is not None:
             self._give_up(reason)
         if self._run is not None:
-            self._run.served.runner.executive.interrupt(reason)
+            self._run.executive.interrupt(reason)
 
     def abandon(self, reason: str) -> None:
         """End the mission that runs at once; the goals left behind are named."""
         if self._run is not None:
-            self._run.served.runner.executive.interrupt(reason)
-            self._run.served.runner.executive.abandon(reason)
-            self._say(self._run.served.runner.executive.reason)
+            self._run.executive.interrupt(reason)
+            self._run.executive.abandon(reason)
+            self._say(self._run.executive.reason)
+            self._run.close()
 
     def look(self) -> None:
         """Move on: start what waits, tell how it goes, end what has ended. Call after each step."""
         run = self._run
         if run is not None:
             self._status_publisher.publish_if_changed()
-            run.served.look()
-            if run.served.runner.executive.is_done:
+            run.step()
+            if run.is_done:
                 self._finish(run)
-            else:
-                self._tell(run)
         if self._run is None and self._waiting is not None:
             handle, self._waiting = self._waiting, None
             self._start(handle)
@@ -215,7 +260,7 @@ class MissionServer(ValidClock, Node):
     def _take(self, handle: ServerGoalHandle) -> None:
         self._ends[_key(handle)] = Future()
         if self._run is not None and any(
-            goal.id == _key(handle) for goal in self._run.served.runner.ledger.open_goals
+            goal.id == _key(handle) for goal in self._run.runner.ledger.open_goals
         ):
             why = "a mission cannot wait for another one on the executive that runs it; "
             why += "serve a second executive in a namespace of its own"
@@ -225,12 +270,12 @@ class MissionServer(ValidClock, Node):
         if self._waiting is not None:
             self._give_up(REPLACED)
         if self._run is not None:
-            self._run.served.runner.executive.interrupt(REPLACED)
+            self._run.executive.interrupt(REPLACED)
         self._waiting = handle
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
         if self._run is not None and handle == self._run.handle:
-            self._run.served.runner.executive.interrupt("canceled")
+            self._run.executive.interrupt("canceled")
         elif self._waiting is not None and handle == self._waiting:
             self._give_up("canceled")
         return CancelResponse.ACCEPT
@@ -280,10 +325,10 @@ class MissionServer(ValidClock, Node):
             self._say(why)
             self._end(handle, Result.UNKNOWN, why)
             return
-        served = ServedRun(self, node.runner, self._host, self._drop)
-        self._run = _Run(handle, node, served)
-        self._host(node)
-        self._on_run(served)
+        self._run = served = ServedSession(handle, node, self)
+        self.host(node)
+        for onlooker in self._make_onlookers(served):
+            served.attach(onlooker)
         self._controls.begin(node.runner.executive)
         self._status_publisher.begin(node.runner.run)
         self._snapshots.begin(node.runner.run)
@@ -294,30 +339,13 @@ class MissionServer(ValidClock, Node):
         if why is not None:
             raise BtMissionError(why)
 
-    def _tell(self, run: _Run) -> None:
-        executive = run.served.runner.executive
-        tip = executive.root.tip()
-        shown = (executive.state, tip.name if tip else "")
-        if shown == run.told and run.served.runner.now_ns - run.told_ns < FEEDBACK_NS:
-            return
-        run.told, run.told_ns = shown, run.served.runner.now_ns
-        leaves = executive.running_leaves
-        elapsed_ns = run.served.runner.now_ns - executive.started_ns if executive.started_ns else 0
-        run.handle.publish_feedback(
-            ExecuteMission.Feedback(
-                status=shown[0],
-                tip=shown[1],
-                running=[leaf.name for leaf in leaves],
-                doing=[leaf.feedback_message for leaf in leaves],
-                elapsed=elapsed_ns / NS,
-            )
-        )
-
-    def _finish(self, run: _Run) -> None:
-        executive = run.served.runner.executive
-        report = run.served.runner.report()
+    def _finish(self, run: ServedSession) -> None:
+        executive = run.executive
+        report = run.runner.report()
         self._say(report.as_text())
-        run.served.end(report)
+        self._run = None
+        run.close()  # a recording is whole before the client has its result
+        self.drop(run.mission_node)
         codes = {
             MissionStatus.SUCCESS: Result.NONE,
             MissionStatus.FAILURE: Result.FAILED,
@@ -337,8 +365,6 @@ class MissionServer(ValidClock, Node):
             goals_sent=report.goals_sent,
             goals_left_behind=report.goals_left_behind,
         )
-        self._run = None
-        self._drop(run.node)
 
     def _end(self, handle: ServerGoalHandle, code: int, reason: str, **fields: Any) -> None:
         result = Result(error_code=code, error_msg=reason, **fields)

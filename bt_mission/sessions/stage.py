@@ -6,11 +6,10 @@ rclpy and DDS, as between processes; only time is ours.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from itertools import chain, count
 from pathlib import Path
-from typing import Self
 
 import rclpy
 from rclpy.context import Context
@@ -20,17 +19,16 @@ from action_servers.mapping.node import MapperNode
 from action_servers.server.node import ServersNode
 from bt_mission.core.dds.discovery import isolate
 from bt_mission.core.errors import BtMissionError, cause_of
-from bt_mission.core.listeners import Listeners
 from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.language.mission import Mission
 from bt_mission.ros.graph import ProcessNode
 from bt_mission.ros.observable_publisher import ObservableNode
 from bt_mission.sessions import stage_nature
 from bt_mission.sessions.own_nodes import OwnNodes
-from bt_mission.sessions.session import SessionObserver
+from bt_mission.sessions.session import Session
 from bt_mission.sessions.stage_files import StageFiles, stage_facts
 from bt_mission.sessions.stage_nodes import StageSimNode
-from bt_mission.sessions.stage_robot import FleetRobot, FleetRun, StageOptions
+from bt_mission.sessions.stage_robot import FleetRobot, StageOptions, StageRun
 from bt_mission.virtual_time import VirtualTimeExecutor, self_test
 from sim.physics.spawn import RobotSpawn, RobotSpawnError
 from sim.robot.fit import SpawnError
@@ -59,16 +57,14 @@ def free_folder(parent: Path) -> Path:
     return next(path for n in count(1) if not (path := parent / f"run_{n:03d}").exists())
 
 
-class Stage:
+class Stage(Session):
     """A world with a robot, its action servers, and the executive of one mission; or with several.
 
     Where a mission does not know its map, a mapper is there too, and the world publishes none.
     Of the actions, those of the mission are offered, and all once somebody else may ask for them:
     the servers that nobody asks would take a twelfth of the time.
 
-    Use it as a context manager; :meth:`step` until :attr:`is_done`. Everything that is random
-    comes from seeds. Of several robots, :attr:`runs` has each by itself; what is asked of the stage
-    as if there were one is told of the first.
+    Everything that is random comes from seeds.
 
     Args:
         mission: What a robot alone carries out; it names world, robot and seed.
@@ -93,9 +89,11 @@ class Stage:
         say: Callable[[str], None] | None = None,
         options: StageOptions | None = None,
     ) -> None:
+        super().__init__()
         members = _members(mission, robots)
         self._options = options or StageOptions()
-        self.mission = members[0].mission
+        own_seed = members[0].mission.seed
+        self._seed = own_seed if self._options.seed is None else self._options.seed
         isolate(visible=self._options.visible, network=self._options.network)
         files = StageFiles.find(members, self._options)
         world = files.world
@@ -105,7 +103,7 @@ class Stage:
         models = [load_robot(one) for one in files.robots]
         self._natures = stage_nature.natures(members, self._options, world)
         self_test()
-        self.image_folder = free_folder(image_folder)
+        self.image_folder: Path = free_folder(image_folder)
         with ExitStack() as made:
             if self._options.context is not None:
                 self.context = self._options.context
@@ -116,7 +114,7 @@ class Stage:
             self.sim = self._make_sim(world, members, models)
             made.callback(self.sim.destroy_node)
             own = OwnNodes(self._options.nodes, members, self.context, made)
-            self.runs = tuple(self._make_runs(members, say, own.actions, made))
+            self.runs: tuple[StageRun, ...] = self._make_runs(members, say, own.actions, made)
             for run in self.runs:
                 run.executive.started_ns = START_NS
             self.clock = VirtualTimeExecutor(
@@ -131,29 +129,16 @@ class Stage:
             for node in (*servers, *own.nodes, *executives):
                 self.clock.add_node(node)
             self._exit = made.pop_all()
-        first = self.runs[0]
-        self.node, self.runner = first.node, first.runner
-        self.executive, self.trace = first.executive, first.trace
-        self.world: str | None = world.name
-        self.facts = {
-            "world": world.name,
-            **stage_facts(members, self._options, first.nature),
-        }
+        self.world = world.name
+        self.facts["world"] = world.name
+        self.facts |= stage_facts(members, self._options, self.runs[0].nature)
         self.files = files.texts
-        self._observers: list[SessionObserver] = []
-        self.step_listeners: Listeners[[]] = Listeners()
-        """Called after each step, once the observers have looked."""
         self.is_stepping = False
         self._raised = 0
         self.guests: list[str] = []
         """Names of the nodes that others have added."""
         for run, model in zip(self.runs, models, strict=True):
             run.executive.announce(START_NS, world.name, model.name, run.member.mission.seed)
-
-    @property
-    def _seed(self) -> int:
-        """Of all sensor noise and of nature."""
-        return self.mission.seed if self._options.seed is None else self._options.seed
 
     def _make_sim(
         self, world: World, members: Sequence[FleetRobot], models: Sequence[RobotModel]
@@ -194,7 +179,7 @@ class Stage:
                 lean=True,
                 has_parameters=self._options.visible,
                 context=self.context,
-                with_map=self.mission.map == "known",
+                with_map=members[0].mission.map == "known",
                 props=self._options.props,
                 places=_places_of(members),
             ),
@@ -209,28 +194,22 @@ class Stage:
         say: Callable[[str], None] | None,
         offered: Collection[str],
         made: ExitStack,
-    ) -> list[FleetRun]:
+    ) -> tuple[StageRun, ...]:
         """Make the servers of every robot, then every executive."""
         runs = []
         for member, robot, nature in zip(members, self.sim.robots, self._natures, strict=True):
-            run = FleetRun(member, robot, self.context, self.image_folder, self._options, offered)
+            run = StageRun(member, robot, self.context, self.image_folder, self._options, offered)
             run.live_with(nature)
             made.callback(run.destroy)
             runs.append(run)
         for run in runs:
             run.make_executive(say)
             made.callback(run.node.destroy_node)
-        return runs
+        return tuple(runs)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._exit.close()
-
-    def __getitem__(self, name: str) -> FleetRun:
+    def __getitem__(self, name: str) -> StageRun:
         """Return the robot of that name. Raises KeyError."""
-        return {run.member.name: run for run in self.runs}[name]
+        return {run.name: run for run in self.runs}[name]
 
     @property
     def servers(self) -> ServersNode:
@@ -243,16 +222,6 @@ class Stage:
         return self.runs[0].mapper
 
     @property
-    def is_done(self) -> bool:
-        """Has every mission ended, with every goal accounted for?"""
-        return all(run.executive.is_done for run in self.runs)
-
-    @property
-    def nature(self) -> Mapping[str, float]:
-        """What nature has drawn for the robot; empty where nothing."""
-        return self.runs[0].nature
-
-    @property
     def now_ns(self) -> int:
         """The present instant of virtual time, ns; runs start at one second."""
         return self.clock.now_ns
@@ -261,16 +230,6 @@ class Stage:
     def start_ns(self) -> int:
         """Virtual time of the start, ns."""
         return START_NS
-
-    @property
-    def collisions(self) -> int:
-        """How often any robot has touched something other than the floor."""
-        return sum(robot.collisions for robot in self.sim.robots)
-
-    @property
-    def distance_travelled_m(self) -> float:
-        """The true length of the robot's path, m."""
-        return self.runs[0].robot.distance_travelled
 
     def add_node(self, node: Node) -> None:
         """Have a node of one's own take part, on the clock of the stage; its owner destroys it."""
@@ -332,10 +291,7 @@ class Stage:
         for run in self.runs:
             if not run.record_pose(self.now_ns):
                 raise StageError("the simulation became unstable: the robot's pose is not finite")
-        for observer in self._observers:
-            observer.look()
-        for raised in self.step_listeners.notify():
-            self._end_by(raised)
+        self._call_onlookers()
 
     def _end_by(self, error: Exception) -> None:
         if self.is_done:
@@ -353,17 +309,15 @@ class Stage:
         for node in self.clock.get_nodes():
             yield ProcessNode(node, is_sensor=node is self.sim)
 
-    def add_observer(self, observer: SessionObserver) -> None:
-        """Call an observer after each step, when all of that instant has happened.
-
-        Its node is not served: it takes by itself what it was sent, without an effect on the run.
-        """
-        self._observers.append(observer)
-
-    def remove_observer(self, observer: SessionObserver) -> None:
-        """Call it no more, and destroy its node."""
-        self._observers.remove(observer)
-        observer.node.destroy_node()
+    def _call_onlookers(self) -> None:
+        for onlooker in tuple(self._onlookers):
+            try:
+                onlooker.after_step()
+            except Exception as error:
+                if not onlooker.acts:
+                    raise
+                self._onlookers.remove(onlooker)
+                self._end_by(error)
 
 
 def _places_of(members: Sequence[FleetRobot]) -> dict[str, tuple[float, float]]:

@@ -11,7 +11,7 @@ from bt_mission.core.stamps import NS
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.trees import all_steps
-from bt_mission.sessions.stage_robot import FleetRobot, FleetRun, StageOptions
+from bt_mission.sessions.stage_robot import FleetRobot, StageOptions, StageRun
 from bt_mission.virtual_time import ACTION_PARTS, Delivery, Passing, Side
 from bt_mission.virtual_time.executor import VirtualTimeExecutor
 from sim.world.world import Spawn, World
@@ -48,7 +48,7 @@ def moved(spawn: Spawn, nature: Mapping[str, float], share: float) -> Spawn:
     return Spawn(x=spawn.x + x, y=spawn.y + y, yaw=heading)
 
 
-def delay(clock: VirtualTimeExecutor, runs: Iterable[FleetRun], seed: int) -> None:
+def delay(clock: VirtualTimeExecutor, runs: Iterable[StageRun], seed: int) -> None:
     """Have the topics and action servers of robots be late."""
     for run in runs:
         if run.nature:

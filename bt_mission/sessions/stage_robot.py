@@ -24,8 +24,9 @@ from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.trees import all_steps
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
-from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
+from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
+from bt_mission.sessions.session import Run
 from bt_mission.sessions.stage_nodes import StageMapperNode, StageMissionNode, StageServersNode
 from bt_mission.sessions.stage_signals import StageSignals
 from sim.robot.robot import SimulatedRobot
@@ -106,8 +107,8 @@ class FleetRobot:
     yaw: float = 0.0
 
 
-class FleetRun:
-    """One robot while the stage runs.
+class StageRun(Run):
+    """The run of one robot on the stage, with its action servers.
 
     Args:
         member: Which robot it is.
@@ -127,11 +128,12 @@ class FleetRun:
         options: StageOptions,
         offered: Collection[str],
     ) -> None:
+        super().__init__(member.name)
         self.member = member
         self.robot = robot
-        self.nature: Mapping[str, float] = {}
-        """What nature has drawn for it; empty where nothing."""
-        self.runner: MissionRunner
+        hull = robot.robot.hull
+        # From its center to front, rear and side, m.
+        self.facts = {"robot_hull": json.dumps([hull.front, hull.rear, hull.half_width])}
         self.node: MissionNode
         self._context = context
         self._cycles = 0
@@ -181,7 +183,6 @@ class FleetRun:
         )
         self.node = StageMissionNode(mission, options, node=node)
         self.runner = self.node.runner
-        self.executive, self.trace = self.runner.executive, self.runner.trace
         if options.has_controls:
             relay = RobotRelay(self.node, self._snapshot)
             self.executive.after_tick.append(relay.flush)
@@ -193,15 +194,14 @@ class FleetRun:
             self.robot.live_with(nature)
 
     @property
-    def mission(self) -> Mission:
-        """What it carries out."""
-        return self.member.mission
+    def collisions(self) -> int:
+        """How often the robot has touched something other than the floor."""
+        return self.robot.collisions
 
     @property
-    def facts(self) -> Mapping[str, str]:
-        """What a recording says of it: its hull, from its middle to front, rear and side, m."""
-        hull = self.robot.robot.hull
-        return {"robot_hull": json.dumps([hull.front, hull.rear, hull.half_width])}
+    def distance_travelled_m(self) -> float:
+        """The true length of the robot's path, m."""
+        return self.robot.distance_travelled
 
     @property
     def nodes(self) -> tuple[Node, ...]:

@@ -24,7 +24,6 @@ from bt_mission.recording.writer import RunRecorder
 from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import run_scenario, stop_at
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
-from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.bundle import MISSION_FOLDER, Bundle, fingerprint
@@ -178,6 +177,6 @@ def record_scenario(scenario: Scenario, path: Path) -> Report:
         recorder = stack.enter_context(RunRecorder(stage, path))
         while not stage.is_done:
             stage.step()
-        report = with_outcomes(summarise(stage, 0.0))
+        report = with_outcomes(stage.report())
         recorder.finish(report.as_dict())
         return report

@@ -31,7 +31,6 @@ from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import stop_at
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
 from bt_mission.sessions.check import examine
-from bt_mission.sessions.session import summarise
 from bt_mission.testing.failure_recording import FailureRecording
 from bt_mission.testing.options import MOST_RUNS
 from bt_mission.testing.run import Run
@@ -156,7 +155,7 @@ class Stages:
             stop_at(run.stage, scenario.limit)
             while not run.is_done:
                 run.step()
-            return scenario.judge(with_outcomes(summarise(run.stage, 0.0)))
+            return scenario.judge(with_outcomes(run.stage.report()))
 
     def mission(self, mission: str | Path | Mission, **changes: Any) -> Mission:
         """A mission that is sound; whether servers refuse its goals is for the scenario to see.

@@ -11,9 +11,10 @@ import pytest
 from py_trees.common import Status
 
 from bt_mission.cli import main
-from bt_mission.events.events import NodeChanged
-from bt_mission.fleets.run import QuietFleet
+from bt_mission.events.events import Event, NodeChanged
+from bt_mission.sessions.session import Run
 from bt_mission.sessions.stage import Stage
+from bt_mission.views.terminal.speech import Speech
 
 FLEET = """\
 fleet: two
@@ -147,11 +148,12 @@ def test_ctrl_c_halts_the_missions_of_all_robots(
 ) -> None:
     """With every goal confirmed; a mission that has ended stays as it is."""
 
-    def interrupt(_: QuietFleet, robot: str, change: NodeChanged, /) -> None:
-        if (robot, change.node, change.status) == ("one", TURN, Status.RUNNING):
-            signal.raise_signal(signal.SIGINT)
+    def interrupt(_: Speech, run: Run, event: Event) -> None:
+        match run.name, event:
+            case "one", NodeChanged(node=node, status=Status.RUNNING) if node == TURN:
+                signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(QuietFleet, "on_robot_change", interrupt)
+    monkeypatch.setattr(Speech, "on_event", interrupt)
     assert main(["run", fleet(), "--json"]) == 130
     found = json.loads(capsys.readouterr().out)
     assert found["status"] == "interrupted"

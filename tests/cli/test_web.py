@@ -11,13 +11,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 import pytest
 
 from bt_mission import read_recording
-from bt_mission.cli import replay, run_fleet, run_shown, web
+from bt_mission.cli import replay, run_shown, web
 from bt_mission.cli.main import main, make_parser
 from bt_mission.testing.live_graph import command
 from bt_mission.views.web.shown_mission import ShownMission
@@ -173,12 +172,9 @@ robots:
 
 
 @needs_web
-@pytest.mark.parametrize(
-    ("name", "command"), [("wait.yaml", run_shown), ("wait.fleet.yaml", run_fleet)]
-)
+@pytest.mark.parametrize("name", ["wait.yaml", "wait.fleet.yaml"])
 def test_ctrl_c_while_it_starts_is_heard_by_the_first_step(
     name: str,
-    command: ModuleType,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -195,7 +191,7 @@ def test_ctrl_c_while_it_starts_is_heard_by_the_first_step(
         with web.web_server(options, shown, is_fast=is_fast) as server:
             yield server
 
-    monkeypatch.setattr(command, "web_server", interrupted)
+    monkeypatch.setattr(run_shown, "web_server", interrupted)
     assert main(["run", str(tmp_path / name), "--web", "--port", "0"]) == 130
     assert "interrupted by Ctrl-C" in capsys.readouterr().out
 

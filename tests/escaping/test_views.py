@@ -16,7 +16,6 @@ from py_trees.common import Status
 
 from bt_mission.cli.main import main
 from bt_mission.core.terminal.console import EscapingConsole, coloured
-from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.coverage.places import CoveragePlace
 from bt_mission.coverage.record import CoverageTally, CoveredFile
 from bt_mission.coverage.report import as_html
@@ -50,6 +49,7 @@ from tests.support.hostile import (
     leaks,
     markup_leaks,
 )
+from tests.support.played_session import PlayedSession
 from tests.support.watched import ScriptedExecutive, ScriptedGraph
 
 BRIEF = MARK + SHORT + "\nFORGED [reverse]m[/]"
@@ -152,19 +152,18 @@ class Runs:
         self.story.tick(2)
         for node in self.story.root.iterate():
             node.feedback_message = HOSTILE
-        mission = type("Mission", (), dict.fromkeys(("name", "world", "robot", "seed"), HOSTILE))
-        facts = {"executive": self.story.executive, "mission": mission, "start_ns": 0, "now_ns": 1}
-        facts["world"] = HOSTILE
-        self.session: Any = type("Session", (), facts)
+        about = dict.fromkeys(("name", "world", "robot", "seed"), HOSTILE)
+        self.session = PlayedSession(self.story.executive, now_ns=1, **about)
+        self.session.world = HOSTILE
 
     def plain(self) -> str:
         stream = io.StringIO()
         view = PlainView(stream)
-        view.open(self.session, Stopwatch())
+        view.open(self.session)
         lines = PlainLines(stream, self.story.executive, lambda: 0, lambda: 0)
         for index in range(len(self.story.executive.nodes)):
             lines.on_change(NodeChanged(1, index, Status.FAILURE, HOSTILE))
-        view.say(HOSTILE)
+        self.session.say(view, HOSTILE)
         return stream.getvalue()
 
     def live(self) -> str:
@@ -172,10 +171,10 @@ class Runs:
         options = {"width": 4000, "height": 50, "force_terminal": True, "_environ": {}}
         console = EscapingConsole(stream, **options)
         view = LiveView(console)
-        view.open(self.session, Stopwatch())
-        view.say(HOSTILE)
+        view.open(self.session)
+        self.session.say(view, HOSTILE)
         view.refresh()
-        view.__exit__(None, None, None)
+        view.close()
         console.print(LiveTree(console, self.story.executive, lambda: HOSTILE).render())
         console.print(coloured(HOSTILE))
         return stream.getvalue()

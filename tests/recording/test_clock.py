@@ -23,11 +23,31 @@ from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.sessions.load import load
-from bt_mission.sessions.served_run import ServedRun
+from bt_mission.sessions.session import Run, Session
 from tests.support.live_rig import Live
 
 START_NS = 1_217 * NS
 MISSION = "mission: m\ntree: {wait: 0.2}\n"
+
+
+class LiveSession(Session):
+    """A mission whose steps a test takes."""
+
+    def __init__(self, mission: MissionNode, live: Live) -> None:
+        super().__init__()
+        self.runs = (Run.of(mission.runner),)
+        self._live = live
+
+    def step(self) -> None:
+        """Have the recorder look."""
+        self._call_onlookers()
+
+    def _serve(self, node: Any) -> None:
+        self._live.executor.add_node(node)
+
+    def _drop(self, node: Any) -> None:
+        self._live.executor.remove_node(node)
+        node.destroy_node()
 
 
 class Graph:
@@ -44,9 +64,8 @@ class Graph:
         self.mission = MissionNode(load(MISSION), options, node=node)
         live.nodes.append(self.mission)
         live.executor.add_node(self.mission)
-        runner = self.mission.runner
-        self.run = ServedRun(self.mission, runner, live.executor.add_node, self.drop)
-        self.recorder = RunRecorder(self.run, path)
+        self.session = LiveSession(self.mission, live)
+        self.recorder = RunRecorder(self.session, path)
         live.until(lambda: self.odometry.get_subscription_count() and self.is_matched)
 
     @property
@@ -56,16 +75,11 @@ class Graph:
             self.clock.get_subscription_count() >= 1
         )
 
-    def drop(self, node: Any) -> None:
-        """End the recorder's node."""
-        self.live.executor.remove_node(node)
-        node.destroy_node()
-
     def move(self, time_ns: int) -> None:
         """Move the clock, and have the recorder look."""
         self.clock.publish(Clock(clock=set_ns(Time(), time_ns)))
         self.live.until(lambda: self.mission.get_clock().now().nanoseconds == time_ns)
-        self.run.look()
+        self.session.step()
 
     def send(self, time_ns: int) -> None:
         """Send measurements of an instant that the clock has not reached."""
@@ -75,7 +89,7 @@ class Graph:
         transform = TransformStamped()
         set_ns(transform.header.stamp, time_ns)
         self.transforms.publish(TFMessage(transforms=[transform]))
-        self.run.look()
+        self.session.step()
 
 
 @pytest.fixture
@@ -83,7 +97,7 @@ def recorded(live: Live, tmp_path: Path) -> Path:
     """A mission in a graph whose clock has run for 1,217 s."""
     path = tmp_path / "run.mcap"
     graph = Graph(live, path)
-    graph.run.look()
+    graph.session.step()
     for step in range(30):
         graph.send(START_NS + step * NS // 50)
         graph.move(START_NS + step * NS // 50)

@@ -129,7 +129,9 @@ def test_where_it_was(recorded: tuple[RecordedRun, Any]) -> None:
     """Truly, and by its odometry, which starts where it stood."""
     run, made = recorded
     assert run.truth.at(run.end_ns) == pytest.approx(made.stage.sim.simulation.pose, abs=1e-9)
-    assert run.truth.distance[-1] == pytest.approx(made.stage.distance_travelled_m, abs=0.01)
+    assert run.truth.distance[-1] == pytest.approx(
+        made.stage.runs[0].distance_travelled_m, abs=0.01
+    )
     ours, theirs = run.measured.at(run.end_ns), run.truth.at(run.end_ns)
     assert ours is not None
     assert ours[:2] == pytest.approx(theirs[:2], abs=0.05)  # type: ignore[index]

@@ -27,7 +27,6 @@ from bt_mission.recording.verification import (
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.requirements.monitor import RequirementResult
 from bt_mission.sessions.load import load
-from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
 from bt_mission.testing.stages import Stages
 from tests.requirements.test_semantics import drawn_formula
@@ -120,7 +119,7 @@ def run(mission: Mission, path: Path) -> tuple[RequirementResult, ...]:
     ):
         while not stage.is_done:
             stage.step()
-        report = summarise(stage, 1.0)
+        report = stage.report(1.0)
         recorder.finish(report.as_dict())
     return report.requirements
 
@@ -265,7 +264,7 @@ def test_a_recording_that_begins_late_tells_nothing(tmp_path: Path) -> None:
         with RunRecorder(stage, tmp_path / "run.mcap") as recorder:
             while not stage.is_done:
                 stage.step()
-            recorder.finish(summarise(stage, 1.0).as_dict())
+            recorder.finish(stage.report(1.0).as_dict())
     (found,) = verify(tmp_path / "run.mcap", "always speed < 0.1").results
     assert (found.verdict, found.margin) == ("unknown", None)
     assert found.why == "the recording begins 1.05 s after the mission"

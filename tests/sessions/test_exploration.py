@@ -35,7 +35,7 @@ def test_each_strategy_maps_another_world_without_collision(stage: Any, strategy
     """In half a minute half of an arena of low walls, and never a touch."""
     run = stage.run(f"explore_{strategy}", world="explore_arena", seed=4, inputs={"duration": "30"})
     run.until_done()
-    assert (run.status, run.stage.collisions) == ("success", 0)
+    assert (run.status, run.stage.runs[0].collisions) == ("success", 0)
     assert run.report.goals_left_behind == 0
     assert run.t == pytest.approx(30.0, abs=0.5)
     assert run.stage.mapper.measure.area > 7.0
@@ -66,7 +66,7 @@ def test_what_was_explored_can_be_navigated(stage: Any) -> None:
     run = stage.run(EXPLORE_THEN_GO)
     run.until_done()
     assert (run.status, run.reason) == ("success", "")
-    assert run.stage.collisions == 0
+    assert run.stage.runs[0].collisions == 0
     x, y, _ = run.pose
     assert math.hypot(x - 1.7, y + 1.7) < 0.15
     area, visited = (float(part) for part in run.log[-1].split())

@@ -87,7 +87,7 @@ def test_two_robots_run_two_missions_at_once(fleet):
         assert run.executive.goals_sent == 4
         assert run.executive.goals_left_behind == ()
         assert run.robot.distance_travelled > 1.0
-    assert stage.collisions == 0
+    assert sum(run.collisions for run in stage.runs) == 0
 
 
 def test_goals_go_to_the_servers_of_the_own_robot(fleet):
@@ -117,7 +117,7 @@ def test_robots_see_each_other(fleet):
     driver = FleetRobot("robot1", legs(count=1), x=-1.2)
     idle = FleetRobot("robot2", load("mission: idle\ntree:\n  wait: 30\n"), x=0.8, yaw=90.0)
     stage = finished(fleet(driver, idle, world="empty_arena"))
-    assert stage.collisions == 0
+    assert sum(run.collisions for run in stage.runs) == 0
     x, _, _ = stage["robot1"].robot.pose
     hull_to_hull = 0.8 - stage["robot2"].robot.robot.hull.half_width - x - 0.069
     assert hull_to_hull == pytest.approx(0.4, abs=0.04)

@@ -25,7 +25,7 @@ def test_each_mission_succeeds_without_collision_and_leaves_no_goal_behind(
     run.until_done()
     assert (run.status, run.reason) == ("success", "")
     assert run.report.goals_left_behind == 0
-    assert run.stage.collisions == 0
+    assert run.stage.runs[0].collisions == 0
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -94,4 +94,4 @@ def test_square_ends_where_it_began(stage: Any) -> None:
     x, y, yaw = run.pose
     assert math.hypot(x - x0, y - y0) < 0.1
     assert abs(math.remainder(yaw - yaw0, 2 * math.pi)) < math.radians(5)
-    assert run.stage.distance_travelled_m == pytest.approx(4.0, abs=0.15)
+    assert run.stage.runs[0].distance_travelled_m == pytest.approx(4.0, abs=0.15)

@@ -48,8 +48,8 @@ def test_the_same_draw_gives_the_same_run(tmp_path):
 def test_what_was_drawn_repeats_the_run_as_numbers(tmp_path):
     """As a recording and the scenario of a failed test hold it."""
     first = ran(tmp_path, Nature("usual"))
-    assert json.loads(first.facts["stage"])["nature"] == first.nature
-    assert ran(tmp_path, Nature("none", first.nature)).trace.sha256 == first.trace.sha256
+    assert json.loads(first.facts["stage"])["nature"] == first.runs[0].nature
+    assert ran(tmp_path, Nature("none", first.runs[0].nature)).trace.sha256 == first.trace.sha256
 
 
 def test_nothing_drawn_changes_nothing(tmp_path):
@@ -74,7 +74,7 @@ def started(tmp_path: Path, nature: Nature, **options):
     """Return the pose at the start, and what nature has drawn."""
     made = StageOptions(nature=nature, **options)
     with Stage(load(MISSION), image_folder=tmp_path, options=made) as stage:
-        return stage.sim.simulation.pose, stage.nature
+        return stage.sim.simulation.pose, stage.runs[0].nature
 
 
 def test_the_start_is_moved(tmp_path):

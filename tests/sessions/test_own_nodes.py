@@ -28,7 +28,6 @@ from bt_mission.scenarios.run import run_scenario
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import convert, load
 from bt_mission.sessions.served_missions import ServedMissions
-from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 from bt_mission.sweeps.base import BaseChanges, load_base
@@ -82,7 +81,7 @@ def ran(mission: Any, folder: Path, **options: Any) -> Report:
     with Stage(mission, image_folder=folder, options=StageOptions(**options)) as stage:
         while not stage.is_done:
             stage.step()
-        return summarise(stage, 0.0)
+        return stage.report()
 
 
 def refused(call: Callable[[], Any]) -> str:
@@ -190,7 +189,7 @@ def test_a_run_with_nodes_of_a_program_cannot_be_forked(
     ):
         while not stage.is_done:
             stage.step()
-        recorder.finish(summarise(stage, 0.0).as_dict())
+        recorder.finish(stage.report().as_dict())
     assert main(["fork", str(path), "--at", "0"]) == 2
     assert "it needs nodes that a program made" in capsys.readouterr().err
 

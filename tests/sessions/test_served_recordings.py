@@ -33,8 +33,8 @@ tree:
 @pytest.fixture
 def serve(ros: Any, tmp_path: Path) -> Any:
     """Serve missions that are recorded; gives what sends one of them, and the recordings."""
-    recordings = ServedRecordings.into(tmp_path / "runs", ros.said.append)
-    ros.serve(on_run=recordings.begin)
+    recordings = ServedRecordings(tmp_path / "runs", ros.said.append)
+    ros.serve(onlookers=lambda _: [recordings.onlooker()])
     client = ActionClient(ros.client, ExecuteMission, "execute_mission")
     return recordings, lambda **fields: Sent(ros, client, **fields)
 
@@ -91,15 +91,16 @@ def test_topics_of_the_graph_are_in_it(ros: Any, serve: Any, tmp_path: Path) -> 
 def test_a_mission_that_is_left_keeps_what_was_recorded(
     ros: Any, serve: Any, tmp_path: Path
 ) -> None:
-    """The file is closed, without a summary."""
-    recordings, send = serve
+    """The file is closed, and says that the mission was left."""
+    _, send = serve
     turn = ros.server()
     send(text=TURN)
     ros.until(lambda: turn.goals)
     ros.run(2.0)
-    recordings.close()
+    ros.served.abandon("left at once")
     run = read_run(tmp_path / "runs" / "a_turn_001.mcap")
-    assert (run.status, run.why_cut, dict(run.summary)) == ("running", "", {})
+    assert (run.status, run.why_cut) == ("interrupted", "")
+    assert str(run.summary["reason"]).startswith("left at once; ")
 
 
 def test_a_mission_that_cannot_be_recorded_is_carried_out(
@@ -144,4 +145,4 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None:
     """Before anything is served."""
     (tmp_path / "file").touch()
     with pytest.raises(BtMissionError, match="--record: "):
-        ServedRecordings.into(tmp_path / "file" / "runs", print)
+        ServedRecordings(tmp_path / "file" / "runs", print)

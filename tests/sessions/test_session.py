@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 
 from bt_mission.core import interrupts
-from bt_mission.events.events import NodeChanged
+from bt_mission.events.events import Event
 from bt_mission.executive.trace import TraceFile
-from bt_mission.sessions.session import StepDriver, drive
-from bt_mission.views.terminal.quiet import Quiet
+from bt_mission.sessions.drive import StepDriver, drive
+from bt_mission.sessions.session import Run, StepCallback
+from bt_mission.sessions.view import View
 
 DRIVE = """\
 mission: drive
@@ -25,18 +26,18 @@ tree:
 """
 
 
-class ClosedPipe(Quiet):
+class ClosedPipe(View):
     """A view whose reader leaves when the first leaf starts."""
 
     def __init__(self) -> None:
         self.shown = 0
 
-    def on_change(self, change: NodeChanged) -> None:
+    def on_event(self, run: Run, event: Event) -> None:
         self.shown += 1
         raise BrokenPipeError
 
 
-class Signals(Quiet):
+class Signals(View):
     """A view that sends this process a signal after some frames."""
 
     def __init__(self, *frames: int) -> None:
@@ -53,7 +54,7 @@ def test_a_reader_who_leaves_ends_the_mission_in_good_order(stage: Any) -> None:
     """The goal is cancelled and confirmed; nothing more is shown."""
     run = stage.run(DRIVE)
     view = ClosedPipe()
-    report = drive(run.stage, view)
+    (report,) = drive(run.stage, [view])
     assert report.status == "interrupted"
     assert report.reason == "nobody reads the output any more"
     assert report.goals_left_behind == 0
@@ -64,7 +65,7 @@ def test_ctrl_c_ends_the_mission_and_gives_the_handlers_back(stage: Any) -> None
     """Afterwards Ctrl-C is Python's again."""
     before = signal.getsignal(signal.SIGINT)
     run = stage.run(DRIVE)
-    report = drive(run.stage, Signals(40))
+    (report,) = drive(run.stage, [Signals(40)])
     assert (report.status, report.reason) == ("interrupted", "interrupted by Ctrl-C")
     assert (report.goals_sent, report.goals_left_behind) == (1, 0)
     assert signal.getsignal(signal.SIGINT) is before
@@ -83,7 +84,7 @@ def test_a_second_ctrl_c_leaves_at_once_and_names_the_goals(
             if self._count == 40:
                 signal.raise_signal(signal.SIGINT)
 
-    report = drive(run.stage, Twice(40))
+    (report,) = drive(run.stage, [Twice(40)])
     assert report.goals_left_behind == 1
     assert "left at once after a second Ctrl-C; orphaned goals: /explore_forward" in report.reason
     assert len(run.close()) == 1
@@ -94,7 +95,7 @@ def test_the_trace_file_holds_the_whole_run(stage: Any, tmp_path: Path) -> None:
     run = stage.run("mission: m\ntree: {wait: 0.2}")
     path = tmp_path / "trace.jsonl"
     with TraceFile(run.stage.trace, path):
-        drive(run.stage, Quiet())
+        drive(run.stage)
     events = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
     assert [e.get("event") for e in events if e.get("event") != "pose"] == [
         None,
@@ -116,7 +117,7 @@ def broken(*_: Any) -> None:
         lambda stage: stage.executive.events.subscribe,
         lambda stage: stage.executive.after_tick.append,
         lambda stage: stage.trace.lines.subscribe,
-        lambda stage: stage.step_listeners.append,
+        lambda stage: lambda call: stage.attach(StepCallback(call)),
     ],
     ids=["events", "ticks", "trace", "steps"],
 )
@@ -128,7 +129,7 @@ def test_a_callback_that_raises_ends_the_mission_in_good_order(stage: Any, subsc
     subscribe(run.stage)(broken)
     run.stage.executive.pause("so that a node changes")
     run.stage.executive.resume()
-    report = drive(run.stage, Quiet())
+    (report,) = drive(run.stage)
     assert report.status == "failure"
     assert "RuntimeError: broken for good (test_session.py:" in report.reason
     assert report.goals_sent >= 1
@@ -152,14 +153,14 @@ def test_an_exception_of_a_step_ends_the_mission_in_good_order(
             raise KeyError("a defect")
 
     monkeypatch.setattr(run.stage, "step", step_once_broken)
-    report = drive(run.stage, Quiet())
+    (report,) = drive(run.stage)
     assert report.reason.startswith("a callback failed: KeyError: 'a defect' (test_session.py:")
     assert report.goals_left_behind == 0
     run = stage.run(DRIVE)
     while run.t < 1:
         run.stage.step()
     monkeypatch.setattr(run.stage, "step", broken)
-    report = drive(run.stage, Quiet())
+    (report,) = drive(run.stage)
     assert "broken for good" in report.reason
     assert report.goals_left_behind == 1
     run.close()

@@ -62,7 +62,7 @@ def ran(stage: Any) -> Any:
         story = stage.run(FOLDER / f"{name}.yaml", **overrides)
         story.until_done()
         assert (story.status, story.reason) == ("success", "")
-        assert (story.stage.collisions, story.stage.executive.goals_left_behind) == (0, ())
+        assert (story.stage.runs[0].collisions, story.stage.executive.goals_left_behind) == (0, ())
         return story
 
     return run
@@ -94,7 +94,7 @@ def message(run: Any, node: str, status: str) -> str:
 def test_move_for_seconds(ran: Any) -> None:
     """Five seconds at 0.1 m/s, and the status has the real numbers."""
     run = ran("move_for_seconds")
-    assert run.stage.distance_travelled_m == pytest.approx(0.5, abs=0.02)
+    assert run.stage.runs[0].distance_travelled_m == pytest.approx(0.5, abs=0.02)
     assert run.t == pytest.approx(5.2, abs=0.2)
     assert run.log == ["drove for 5.00 of 5 s, 0.50 m"]
 
@@ -105,14 +105,14 @@ def test_rejected_goal(ran: Any) -> None:
     assert run.log == ["too fast was refused"]
     assert message(run, "too fast", "FAILURE").startswith("rejected: ")
     assert run.t < 0.5
-    assert run.stage.distance_travelled_m < 0.001
+    assert run.stage.runs[0].distance_travelled_m < 0.001
 
 
 def test_record_distance(ran: Any) -> None:
     """The distance is that of the true path."""
     run = ran("record_distance")
     (said,) = run.log
-    assert float(said.split()[0]) == pytest.approx(run.stage.distance_travelled_m, abs=0.1)
+    assert float(said.split()[0]) == pytest.approx(run.stage.runs[0].distance_travelled_m, abs=0.1)
     assert run.t == pytest.approx(20.2, abs=0.3)
 
 
@@ -178,7 +178,7 @@ def test_pictures_while_moving(ran: Any) -> None:
     run = ran("pictures_while_moving")
     assert run.log == ["5 pictures"]
     assert run.t == pytest.approx(5.3, abs=0.4)
-    assert run.stage.distance_travelled_m == pytest.approx(0.05 * 5, abs=0.03)
+    assert run.stage.runs[0].distance_travelled_m == pytest.approx(0.05 * 5, abs=0.03)
 
 
 def test_waypoint_tour(ran: Any) -> None:
@@ -216,7 +216,7 @@ def test_new_goal_replaces(ran: Any) -> None:
     assert run.log == ["the old goal was replaced", "the new goal is done"]
     assert message(run, "old", "FAILURE").startswith("aborted: /move: replaced by a new")
     assert math.degrees(run.pose[2]) == pytest.approx(90, abs=3)
-    assert run.stage.distance_travelled_m == pytest.approx(0.4, abs=0.06)
+    assert run.stage.runs[0].distance_travelled_m == pytest.approx(0.4, abs=0.06)
 
 
 def test_no_server(ran: Any) -> None:

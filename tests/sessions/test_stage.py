@@ -104,7 +104,7 @@ def test_a_goal_outside_the_limits_is_rejected_and_nothing_moves(stage: Any) -> 
     run.until_done()
     assert run.status == "failure"
     assert run.reason.startswith("'drive' rejected: /explore_forward: fwd_velocity")
-    assert run.stage.distance_travelled_m < 0.001
+    assert run.stage.runs[0].distance_travelled_m < 0.001
 
 
 def test_an_action_server_that_does_not_exist_is_a_clear_failure(stage: Any) -> None:
@@ -173,7 +173,7 @@ def test_a_burger_drives_too(stage: Any) -> None:
     """The robot is the mission's choice."""
     run = stage.run(DRIVE_EMPTY, robot="burger")
     run.until_done()
-    assert (run.status, run.stage.collisions) == ("success", 0)
+    assert (run.status, run.stage.runs[0].collisions) == ("success", 0)
 
 
 def test_pictures_of_each_run_have_a_folder_of_their_own(tmp_path: Any) -> None:
@@ -215,7 +215,7 @@ def test_a_step_lets_nobody_drive_past_a_limit(
     executive.step()
     run.advance(20.0)
     assert (executive.state, executive.explanation) == ("paused", "breakpoint at 'drive'")
-    assert run.stage.distance_travelled_m == driven
+    assert run.stage.runs[0].distance_travelled_m == driven
     executive.resume()
     run.until_done()
     assert run.reason.startswith(f"'drive' {ended_as}")

@@ -17,7 +17,6 @@ from bt_mission.recording.contents import RecordingOptions
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
-from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
 
 TWO_TURNS = """\
@@ -93,7 +92,7 @@ def record(tmp_path: Path) -> Iterator[Callable[..., Recorded]]:
                 stage.step()
                 steps = None if steps is None else steps - 1
             if stage.is_done:
-                recorder.finish(summarise(stage, 1.0).as_dict())
+                recorder.finish(stage.report(1.0).as_dict())
             return Recorded(path, stage, recorder, str(stage.executive.status), stage.trace.sha256)
 
         yield run

@@ -38,7 +38,6 @@ def recording() -> Path:
     """A recorded run of the mission; made once."""
     from bt_mission.recording.writer import RunRecorder  # noqa: PLC0415
     from bt_mission.sessions.load import load  # noqa: PLC0415 - after the environment is set
-    from bt_mission.sessions.session import summarise  # noqa: PLC0415
     from bt_mission.sessions.stage import Stage  # noqa: PLC0415
 
     folder = Path(mkdtemp())
@@ -50,7 +49,7 @@ def recording() -> Path:
         while not stage.is_done:
             stage.step()
         assert stage.executive.status == "success", stage.executive.reason
-        recorder.finish(summarise(stage, 1.0).as_dict())
+        recorder.finish(stage.report(1.0).as_dict())
     return path
 
 

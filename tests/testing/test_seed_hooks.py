@@ -195,11 +195,11 @@ def test_waits(stage):
 
 @pytest.mark.scenario(seeds=1, at_least=0.5)
 def test_has_the_usual_nature(stage):
-    assert stage.run("sweep").stage.nature["lidar_noise"] > 0
+    assert stage.run("sweep").stage.runs[0].nature["lidar_noise"] > 0
 
 @pytest.mark.scenario(seeds=1, at_least=0.5)
 def test_has_the_nature_that_it_asks_for(stage):
-    assert stage.run("sweep", nature="none").stage.nature == {}
+    assert stage.run("sweep", nature="none").stage.runs[0].nature == {}
 
 @pytest.mark.scenario(seeds=2)
 def test_chooses(stage):

@@ -25,6 +25,7 @@ from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.graph_tools.foxglove.clients import Channel, Clients
 from bt_mission.ros.interface_types import topic_type
 from bt_mission.ros.subscriber import matching_qos
+from bt_mission.sessions.session import Onlooker
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -69,8 +70,8 @@ def listen(port: int) -> socket.socket:
     return listening_socket(LOOPBACK, port, "--foxglove-port")
 
 
-class FoxgloveServer:
-    """Serves every topic that somebody publishes; call :meth:`look` again and again.
+class FoxgloveServer(Onlooker):
+    """Serves every topic that somebody publishes; call :meth:`after_step` again and again.
 
     Args:
         node: Owns the subscriptions.
@@ -85,7 +86,7 @@ class FoxgloveServer:
     def __init__(
         self, node: Node, port: int, now_ns: Callable[[], int], say: Callable[[str], None]
     ) -> None:
-        self.node = node
+        self.node: Node = node
         self.is_broken = False
         """Has it failed, and been stopped?"""
         self._now_ns, self._say = now_ns, say
@@ -108,7 +109,7 @@ class FoxgloveServer:
         """Where clients connect."""
         return f"ws://{LOOPBACK}:{self._port}"
 
-    def look(self) -> None:
+    def after_step(self) -> None:
         """Pass on what has come. What fails here ends the server, and nothing else."""
         if self.is_broken:
             return

@@ -3,93 +3,136 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import islice
-from typing import Self, TextIO
+from typing import TextIO
 
 from py_trees.common import Status
 from rich.cells import cell_len
-from rich.console import Console, ConsoleDimensions, Group, RenderableType
+from rich.console import Console, ConsoleDimensions, Group
 from rich.live import Live
 from rich.text import Text
 
 from bt_mission.behaviours.leaves import LeafProgress, progress_of
+from bt_mission.core.stamps import NS
 from bt_mission.core.terminal.console import EscapingConsole, coloured
 from bt_mission.core.text import escape_control, seconds
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.events import NodeChanged
+from bt_mission.events.events import Event, LogLine, NodeChanged
 from bt_mission.events.log import STYLES, verdict
 from bt_mission.events.mission_state import NodeEnd
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
-from bt_mission.sessions.session import Session, View
+from bt_mission.sessions.session import Run, Session
+from bt_mission.sessions.view import View
 from bt_mission.views.terminal.lines import ControlLines, PlainLines, timed
 from bt_mission.views.terminal.marks import bar, clean, marks_for
 from bt_mission.views.terminal.output_capture import OutputCapture
-from bt_mission.views.terminal.quiet import Quiet
 from bt_mission.views.terminal.tree_rows import progress_figures
 
 FRAME_S = 0.1
 BAR_WIDTH = 12
+ABOVE = 4
+"""Rows of a screen that stay free of the trees of a fleet."""
 
 
-def view_for(stream: TextIO, *, plain: bool) -> View:
-    """A live tree on a terminal, plain lines in a pipe; `Quiet` is for ``--json``."""
+def view_for(stream: TextIO, title: str = "", *, plain: bool) -> View:
+    """Return live trees on a terminal, plain lines in a pipe; `Speech` is for ``--json``.
+
+    Args:
+        title: Of a fleet; a mission alone has a title of its own.
+    """
     console = EscapingConsole(stream)
     if plain or not console.is_terminal or console.is_dumb_terminal:
-        return PlainView(stream)
+        return PlainView(stream, title)
     capture = OutputCapture()
-    return LiveView(EscapingConsole(capture.terminal), capture)
+    return LiveView(EscapingConsole(capture.terminal), capture, title)
 
 
-class PlainView(Quiet):
-    """A line for each leaf that starts or ends, and for what others do to the mission."""
+class PlainView(View):
+    """A line for each leaf that starts or ends, and for what others do to the mission.
 
-    def __init__(self, stream: TextIO) -> None:
+    Of several robots, each line has the name.
+    """
+
+    def __init__(self, stream: TextIO, title: str = "") -> None:
         self._stream = stream
-        self._lines: PlainLines | None = None
+        self._title = title
+        self._lines: dict[Run, PlainLines] = {}
 
-    def open(self, session: Session, _wall: Stopwatch, /) -> None:
-        """Say what is run."""
-        self._lines = PlainLines(
-            self._stream, session.executive, lambda: session.start_ns, lambda: session.now_ns
-        )
-        print(_title(session), file=self._stream, flush=True)
+    def open(self, session: Session) -> None:
+        """Print what is run."""
+        width = max(len(run.name) for run in session.runs)
+        print(self._title or _title(session), file=self._stream, flush=True)
+        for run in session.runs:
+            who = f"{run.name:{width}}  " if run.name else ""
+            self._lines[run] = PlainLines(
+                self._stream,
+                run.executive,
+                lambda: session.start_ns,
+                lambda: session.now_ns,
+                who=who,
+            )
+            if run.name:
+                mission = run.mission
+                line = f"  {who}{mission.name} ({mission.robot}, seed {mission.seed})"
+                print(escape_control(line), file=self._stream, flush=True)
 
-    def on_change(self, change: NodeChanged) -> None:
-        """Show a change."""
-        if self._lines:
-            self._lines.on_change(change)
+    def on_event(self, run: Run, event: Event) -> None:
+        """Print a change, or what a mission says."""
+        match event:
+            case NodeChanged():
+                self._lines[run].on_change(event)
+            case LogLine(text=text):
+                self._lines[run].say(text)
 
     def refresh(self) -> None:
-        """Show what others have done to the mission."""
-        if self._lines:
-            self._lines.refresh()
-
-    def say(self, text: str) -> None:
-        """Show what the mission says."""
-        if self._lines:
-            self._lines.say(text)
+        """Print what others have done to the missions."""
+        for lines in self._lines.values():
+            lines.refresh()
 
 
-class LiveScreen:
-    """A picture that is drawn again and again, at most ten times a second.
+class ServedLines(PlainView):
+    """The lines of a mission that a server carries out; the server prints what it says."""
+
+    def open(self, session: Session) -> None:
+        """Print what is run."""
+        mission = session.mission
+        self._title = escape_control(f"{mission.name} (seed {mission.seed})")
+        super().open(session)
+
+    def on_event(self, run: Run, event: Event) -> None:
+        """Print a change."""
+        if isinstance(event, NodeChanged):
+            super().on_event(run, event)
+
+
+class LiveView(View):
+    """The trees of all missions, drawn again and again, at most ten times a second.
 
     What missions say, what others do to them, and what anybody else writes to the terminal scrolls
-    by above it.
+    by above. Several trees stand below each other, each with as many rows as fit.
 
     Args:
         console: A terminal.
         capture: Keeps what others write to that terminal; None where nothing is kept.
+        title: Of a fleet.
     """
 
-    def __init__(self, console: Console, capture: OutputCapture | None = None) -> None:
+    def __init__(
+        self, console: Console, capture: OutputCapture | None = None, title: str = ""
+    ) -> None:
         self.console = console
         self.marks = marks_for(console.encoding)
         self._capture = capture
-        self._render: Callable[[], RenderableType] | None = None
+        self._title = title
+        self._session: Session | None = None
         self._watch = Stopwatch()
         self._next_frame_s = 0.0
         self._above: list[Text] = []
+        self._controls: dict[Run, ControlLines] = {}
+        self._trees: list[LiveTree] = []
+        self._width = 0
         self._live = Live(
             console=console,
             auto_refresh=False,
@@ -98,44 +141,57 @@ class LiveScreen:
             redirect_stderr=False,
         )
 
-    def __enter__(self) -> Self:
-        return self
+    def open(self, session: Session) -> None:
+        """Begin to draw."""
+        self._session, self._watch = session, Stopwatch()
+        self._width = max(len(run.name) for run in session.runs)
+        for run in session.runs:
+            header = partial(self._robot_header, run) if self._title else self._header
+            self._trees.append(LiveTree(self.console, run.executive, header))
+            self._controls[run] = ControlLines(run.executive)
+        if self._capture:
+            self._capture.start()
+        self._live.start()
 
-    def __exit__(self, *_: object) -> None:
-        if self._render:
-            self._draw(self._render)
+    def close(self) -> None:
+        """Draw for the last time, and give the terminal back."""
+        if self._session is not None:
+            self._draw()
             self._live.stop()
         if self._capture:
             for line in self._capture.stop():
                 self.console.print(Text.from_ansi(line))
 
-    def begin(self, render: Callable[[], RenderableType]) -> None:
-        """Begin to draw what this gives."""
-        self._render = render
-        if self._capture:
-            self._capture.start()
-        self._live.start()
+    def on_event(self, run: Run, event: Event) -> None:
+        """Have a line of a mission scroll by; the tree is drawn in any case."""
+        if isinstance(event, LogLine):
+            self._scroll(run, event.text)
 
     def refresh(self) -> None:
         """Draw, if the last frame is old enough."""
-        if self._render and self._watch.elapsed_s >= self._next_frame_s:
+        for run, controls in self._controls.items():
+            for line in controls.take():
+                self._scroll(run, line)
+        if self._watch.elapsed_s >= self._next_frame_s:
             self._next_frame_s = self._watch.elapsed_s + FRAME_S
-            self._draw(self._render)
+            self._draw()
 
-    def scroll(self, time_ns: int, text: str, who: str = "") -> None:
-        """Have lines scroll by above the picture, with the time since the start, ns."""
+    def _scroll(self, run: Run, text: str) -> None:
+        """Have lines scroll by above the picture, with the time since the start."""
         self._collect()
+        who = f"{run.name:{self._width}}" if run.name else ""
         for line in text.splitlines():
-            self._above.append(Text(timed(time_ns, f"{who}  {clean(line, self.marks)}")))
+            words = f"{who}  {clean(line, self.marks)}"
+            self._above.append(Text(timed(self._elapsed_ns, words)))
 
-    def _draw(self, render: Callable[[], RenderableType]) -> None:
+    def _draw(self) -> None:
         self._collect()
         if self._capture and all(size := self._capture.size()):
             self.console.size = ConsoleDimensions(*size)
         with self.console:  # in one write, so that it does not flicker
             for text in self._above:
                 self.console.print(text)
-            self._live.update(render(), refresh=True)
+            self._live.update(self._picture(), refresh=True)
         self._above.clear()
 
     def _collect(self) -> None:
@@ -143,45 +199,44 @@ class LiveScreen:
         if self._capture:
             self._above += [coloured(line) for line in self._capture.take()]
 
+    def _picture(self) -> Group:
+        if not self._title:
+            return self._trees[0].render()
+        rows = max(self.console.height - ABOVE, 1) // len(self._trees)
+        trees = [tree.render(max(rows - 1, 0)) for tree in self._trees]
+        time, factor = seconds(self._elapsed_ns / NS), f"{self._factor:.0f} x real time"
+        above = clean(f"{self._title}   {time}   {factor}", self.marks)
+        return Group(Text(above, style="bold", no_wrap=True, overflow="ellipsis"), *trees)
 
-class LiveView(LiveScreen, Quiet):
-    """The tree of a mission, drawn again and again."""
+    @property
+    def _elapsed_ns(self) -> int:
+        assert self._session is not None, "it is open"
+        return self._session.now_ns - self._session.start_ns
 
-    def __init__(self, console: Console, capture: OutputCapture | None = None) -> None:
-        super().__init__(console, capture)
-        self._session: Session | None = None
-        self._controls: ControlLines | None = None
+    @property
+    def _factor(self) -> float:
+        wall_s = self._watch.elapsed_s
+        return self._elapsed_ns / NS / wall_s if wall_s > 0 else 0.0
 
-    def open(self, session: Session, wall: Stopwatch, /) -> None:
-        """Begin to draw."""
+    def _header(self) -> str:
+        """The line above the tree of a mission alone."""
+        session = self._session
+        assert session is not None, "it is open"
+        executive, time = session.executive, seconds(self._elapsed_ns / NS)
+        before = f"{_title(session)}   {time}   {self._factor:.0f} x real time   "
+        if cell_len(f"{before}{executive.state}") > self.console.width:
+            before = f"{session.mission.name}   {time}   "  # the state must not be cut off
+        return before + verdict(executive.state, executive.explanation)
 
-        def header() -> str:
-            virtual_s = (session.now_ns - session.start_ns) / 1e9
-            factor = virtual_s / wall.elapsed_s if wall.elapsed_s > 0 else 0.0
-            executive = session.executive
-            state = verdict(executive.state, executive.explanation)
-            time = seconds(virtual_s)
-            before = f"{_title(session)}   {time}   {factor:.0f} x real time   "
-            if cell_len(f"{before}{executive.state}") > self.console.width:
-                before = f"{session.mission.name}   {time}   "  # how it goes must not be cut off
-            return before + state
-
-        self._session = session
-        self._controls = ControlLines(session.executive)
-        tree = LiveTree(self.console, session.executive, header)
-        self.begin(tree.render)
-
-    def refresh(self) -> None:
-        """Draw, if the last frame is old enough."""
-        if self._controls:
-            for line in self._controls.take():
-                self.say(line)
-        super().refresh()
-
-    def say(self, text: str) -> None:
-        """Show what the mission says."""
-        if self._session is not None:
-            self.scroll(self._session.now_ns - self._session.start_ns, text)
+    def _robot_header(self, run: Run) -> str:
+        """The line above the tree of one robot of several: its state, and what runs."""
+        executive, mission = run.executive, run.mission
+        state = verdict(executive.state, executive.explanation)
+        parts = [f"{run.name:{self._width}}", mission.name, state]
+        running = ", ".join(leaf.name for leaf in executive.running_leaves)
+        if running and cell_len("  ".join([*parts, running])) <= self.console.width:
+            parts.append(running)
+        return "  ".join(parts)
 
 
 def _title(session: Session) -> str:

@@ -6,7 +6,7 @@ from typing import Generic
 
 from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.events.source import ControlRequest, Graph
-from bt_mission.sessions.session import R, StepDriver, Steps
+from bt_mission.sessions.drive import R, StepDriver, Steps
 from bt_mission.views.terminal.marks import Marks
 from bt_mission.views.tui.app import WatchApp
 
@@ -51,7 +51,7 @@ class RunApp(WatchApp, Generic[R]):
     @property
     def report(self) -> R | None:
         """Of the mission, once it has ended."""
-        return self._step_driver.report
+        return self._step_driver.result
 
     def action_leave(self) -> None:
         """End the mission, as Ctrl-C does; leave once it has ended, or when asked twice."""

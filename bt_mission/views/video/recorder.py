@@ -179,8 +179,8 @@ class VideoRecorder:
 
     def _captions(self) -> Captions:
         session, executive = self._session, self._session.executive
-        driven = session.distance_travelled_m or 0.0
-        counts = f"goals sent: {executive.goals_sent}, collisions: {session.collisions}"
+        driven = session.runs[0].distance_travelled_m or 0.0
+        counts = f"goals sent: {executive.goals_sent}, collisions: {session.runs[0].collisions}"
         is_running = executive.status is MissionStatus.RUNNING
         leaves = executive.running_leaves if is_running else []
         return Captions(

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 from typing import Generic, Protocol, TypeVar
 
-from bt_mission.sessions.session import StepDriver
+from bt_mission.sessions.drive import StepDriver
 from bt_mission.views.web.server import WebServer
 
 ENDED = "the mission has ended"
@@ -69,5 +69,5 @@ class ShownRun(Generic[R]):
         wait_s = self._driver.advance()
         if not self._driver.is_over:
             asyncio.get_running_loop().call_later(wait_s, self._advance)
-        elif self._driver.report is not None and not self._is_left():
-            self._say(page_stays(self._driver.report.status))
+        elif self._driver.result is not None and not self._is_left():
+            self._say(page_stays(self._driver.result.status))

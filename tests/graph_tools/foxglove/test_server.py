@@ -84,11 +84,11 @@ def served(mission: str | Mission = FOREVER) -> Iterator[ServedStage]:
     with stage_of(found) as stage:
         node = quiet_node("viewer", stage.node.context)
         server = FoxgloveServer(node, 0, lambda: stage.now_ns, said.append)
-        stage.add_observer(server)
+        stage.attach(server)
         try:
             yield ServedStage(stage, server, said)
         finally:
-            stage.remove_observer(server)
+            stage.detach(server)
             server.close()
 
 

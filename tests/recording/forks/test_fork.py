@@ -14,7 +14,6 @@ from bt_mission.recording.forks.source import read_source
 from bt_mission.recording.forks.stage import forked_stage
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
-from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
 
@@ -33,13 +32,13 @@ def test_the_same_happens_again_wherever_it_is_forked(
         recorder = RunRecorder(stage, path)
         while not stage.is_done:
             stage.step()
-        recorder.finish(summarise(stage, 1.0).as_dict())
+        recorder.finish(stage.report(1.0).as_dict())
     source = read_source(path)
     for step_ns in random.Random(1).sample(list(source.steps_ns), 2):
         with forked_stage(source, ForkChange(), step_ns) as (again, finish):
             while not again.is_done:
                 again.step()
-            result = finish(summarise(again, 1.0))
+            result = finish(again.report(1.0))
             assert result.difference is None
             assert result.report.trace_sha256 == stage.trace.sha256
             assert again.trace.sha256 == source.summary["trace_sha256"]
@@ -54,7 +53,7 @@ def test_a_run_that_takes_too_long_is_interrupted(tmp_path: Path) -> None:
         recorder = RunRecorder(stage, path)
         while not stage.is_done:
             stage.step()
-        recorder.finish(summarise(stage, 1.0).as_dict())
+        recorder.finish(stage.report(1.0).as_dict())
     source = read_source(path)
     with forked_stage(source, ForkChange({"speed": 0.05}), source.steps_ns[9], limit_s=5.0) as (
         again,
@@ -62,5 +61,5 @@ def test_a_run_that_takes_too_long_is_interrupted(tmp_path: Path) -> None:
     ):
         while not again.is_done:
             again.step()
-        report = finish(summarise(again, 1.0)).report
+        report = finish(again.report(1.0)).report
     assert (report.status, report.reason) == ("interrupted", "it had not ended after 5 s")

@@ -7,13 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.core.terminal.console import EscapingConsole
 from bt_mission.fleets.loader import load_fleet
-from bt_mission.fleets.run import driving_fleet
-from bt_mission.sessions.session import finish
+from bt_mission.sessions.drive import drive
 from bt_mission.sessions.stage import Stage
-from bt_mission.views.terminal.fleet import FleetScreen
+from bt_mission.views.terminal.views import LiveView
 from tests.support.terminal import shown_by_terminal
 
 
@@ -23,7 +21,7 @@ def shown(path: Path, folder: Path, height: int) -> list[str]:
     stream = io.StringIO()
     console = EscapingConsole(stream, width=80, height=height, force_terminal=True, _environ={})
     with Stage(robots=plan.robots, image_folder=folder, options=plan.stage_options) as stage:
-        finish(driving_fleet(stage, plan, FleetScreen(console, plan), InterruptSignals()))
+        drive(stage, [LiveView(console, title=plan.title)])
     rows = shown_by_terminal(stream.getvalue())
     return [row.split("   ")[0] if "x real time" in row else row for row in rows if row]
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import io
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from bt_mission_interfaces.action import Turn
 from rich.console import Console
 
-from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.views.terminal.views import LiveTree, LiveView
+from tests.support.played_session import PlayedSession
 from tests.support.terminal import shown_by_terminal
 
 
@@ -25,19 +24,12 @@ class Run:
             file=self.stream, width=width, height=height, force_terminal=True, _environ={}
         )
         self.view = LiveView(self.console)
-        mission = SimpleNamespace(name="test", world="hall", robot="waffle", seed=0)
-        session: Any = SimpleNamespace(
-            executive=self.story.executive,
-            mission=mission,
-            world=None,
-            start_ns=0,
-            now_ns=2_000_000_000,
-        )
-        self.view.open(session, Stopwatch())
+        self.session = PlayedSession(self.story.executive)
+        self.view.open(self.session)
 
     def end(self) -> list[str]:
         """End the view; gives what is left on the terminal, without the header's figures."""
-        self.view.__exit__(None, None, None)
+        self.view.close()
         rows = shown_by_terminal(self.stream.getvalue())
         return [row.split("   ")[0] if "x real time" in row else row for row in rows if row]
 
@@ -57,7 +49,7 @@ def test_all_that_a_mission_says_scrolls_by_above_the_tree(run: Any) -> None:
     begun = run("  wait: 1\n")
     begun.view.refresh()
     for number in range(6):
-        begun.view.say(f"line {number}")
+        begun.session.say(begun.view, f"line {number}")
     assert begun.end() == [
         *(f"     2.00 s    line {number}" for number in range(6)),
         "test (waffle, seed 0)",
@@ -68,7 +60,7 @@ def test_all_that_a_mission_says_scrolls_by_above_the_tree(run: Any) -> None:
 def test_several_lines_are_said_in_as_many(run: Any) -> None:
     """Without what would move the cursor."""
     begun = run("  wait: 1\n")
-    begun.view.say("one\ntwo\x1b[2A")
+    begun.session.say(begun.view, "one\ntwo\x1b[2A")
     assert begun.end()[:2] == ["     2.00 s    one", "     2.00 s    two\\x1b[2A"]
 
 
@@ -151,7 +143,7 @@ def test_on_a_narrow_terminal_the_header_says_how_it_goes(run: Any) -> None:
     """Rather than in which world, with which robot and seed."""
     begun = run("  wait: 1\n", width=30)
     begun.story.tick()
-    begun.view.__exit__(None, None, None)
+    begun.view.close()
     rows = shown_by_terminal(begun.stream.getvalue())
     assert rows[0] == "test   2.00 s   running"
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import io
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from bt_mission_interfaces.action import Turn
 from rich.console import Console
 
-from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.views.terminal.views import LiveTree, LiveView, PlainView
+from tests.support.played_session import PlayedSession
 
 TREE = """\
   sequence:
@@ -88,41 +87,36 @@ def paused_with_a_goal(play: Any) -> Any:
     story.tick()
     story.turn.accept()
     story.executive.pause("by hand", keep_goals=True)
-    mission = SimpleNamespace(name="test", world="hall", robot="waffle", seed=0)
-    return SimpleNamespace(
-        executive=story.executive,
-        mission=mission,
-        world="arena",
-        start_ns=0,
-        now_ns=2_000_000_000,
-        story=story,
-    )
+    session = PlayedSession(story.executive, world="arena")
+    return session, story
 
 
 def test_the_title_names_the_world_of_the_run(play: Any) -> None:
     """Not that of the mission's file, which another one may replace."""
     stream = io.StringIO()
-    PlainView(stream).open(paused_with_a_goal(play), Stopwatch())
+    PlainView(stream).open(paused_with_a_goal(play)[0])
     assert stream.getvalue() == "test in arena (waffle, seed 0)\n"
 
 
 def test_where_no_world_is_simulated_none_is_named(play: Any) -> None:
     """An attached mission drives wherever the robot is."""
-    session, stream = paused_with_a_goal(play), io.StringIO()
+    stream = io.StringIO()
+    session, _ = paused_with_a_goal(play)
     session.world = None
-    PlainView(stream).open(session, Stopwatch())
+    PlainView(stream).open(session)
     assert stream.getvalue() == "test (waffle, seed 0)\n"
 
 
 def test_a_pause_is_in_the_plain_lines_with_what_is_under_way(play: Any) -> None:
     """A line for each change of it, and one for its end."""
-    session, stream = paused_with_a_goal(play), io.StringIO()
+    stream = io.StringIO()
+    session, story = paused_with_a_goal(play)
     view = PlainView(stream)
-    view.open(session, Stopwatch())
+    view.open(session)
     view.refresh()
     view.refresh()
-    session.story.turn.succeed()
-    session.story.tick()
+    story.turn.succeed()
+    story.tick()
     view.refresh()
     session.executive.resume()
     view.refresh()
@@ -136,8 +130,9 @@ def test_a_pause_is_in_the_plain_lines_with_what_is_under_way(play: Any) -> None
 def test_a_pause_is_above_the_live_tree_with_what_is_under_way(play: Any) -> None:
     """Instead of the state."""
     console = Console(file=io.StringIO(), width=120, force_terminal=True)
-    with LiveView(console) as view:
-        view.open(paused_with_a_goal(play), Stopwatch())
-        view.refresh()
+    view = LiveView(console)
+    view.open(paused_with_a_goal(play)[0])
+    view.refresh()
+    view.close()
     drawn = console.file.getvalue()  # type: ignore[attr-defined]  # a StringIO
     assert "paused: by hand; still under way: 'turn'" in drawn

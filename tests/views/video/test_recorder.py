@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from bt_mission.sessions.load import load
-from bt_mission.sessions.session import summarise
 from bt_mission.sessions.stage import Stage
 from bt_mission.views.video.mp4 import Mp4File
 from bt_mission.views.video.recorder import (
@@ -144,7 +143,7 @@ def test_a_film_that_fails_ends_alone(stage: Stage) -> None:
     """The mission succeeds, and it is said what the film lacks."""
     views = Plain(stage, fails_at_s=2.0)
     film, file = filmed(stage, views)
-    assert summarise(stage, 1.0).status == "success"
+    assert stage.report(1.0).status == "success"
     assert film.missing.startswith("everything after 1.1 s (the film failed: RuntimeError: no more")
     assert file.frames == 21
     assert views.closed == [True]

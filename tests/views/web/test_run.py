@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from bt_mission.executive.report import Report
-from bt_mission.sessions.session import StepDriver
+from bt_mission.sessions.drive import StepDriver
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.run import ShownRun
 from bt_mission.views.web.server import WebServer

@@ -1,0 +1,185 @@
+"""Drives a session to its end, paced, with its onlookers and interrupts."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Generic, TypeAlias, TypeVar
+
+from bt_mission.core.errors import BtMissionError, cause_of
+from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
+from bt_mission.core.wall_clock import Pacer, Stopwatch, rest
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.leaf_statistics import LeafStatistics
+from bt_mission.executive.report import Report
+from bt_mission.executive.status import MissionStatus
+from bt_mission.sessions.session import Onlooker, Run, Session
+
+R = TypeVar("R")
+Steps: TypeAlias = Generator[float, None, R]
+"""A session on its way to its result: see :func:`driving`."""
+
+Reports: TypeAlias = tuple[Report, ...]
+"""Of each run of a session, in order."""
+
+TURN_S = 0.02
+"""Wall time for which steps are taken at a stretch, before keys and pictures have their turn."""
+
+SHORTEST_REST_S = 0.001
+
+
+def drive(
+    session: Session, onlookers: Sequence[Onlooker] = (), *, speed: float | None = None
+) -> Reports:
+    """Step a session to its end: see :func:`driving`."""
+    return finish(driving(session, onlookers, InterruptSignals(TWO_WISHES), speed=speed))
+
+
+def finish(steps: Steps[R]) -> R:
+    """Take all steps that are left, each when it is due; gives the result."""
+    while True:
+        try:
+            rest(next(steps))
+        except StopIteration as end:
+            result: R = end.value
+            return result
+
+
+class StepDriver(Generic[R]):
+    """Takes the steps of a session within another event loop.
+
+    Args:
+        steps: The session on its way.
+    """
+
+    def __init__(self, steps: Steps[R]) -> None:
+        self.result: R | None = None
+        """Once the session has ended."""
+        self.fault: Exception | None = None
+        """What a step has raised; no step follows it."""
+        self._steps = steps
+
+    @property
+    def is_over(self) -> bool:
+        """Is there no further step?"""
+        return self.result is not None or self.fault is not None
+
+    def advance(self) -> float:
+        """Take the steps that are due, for :data:`TURN_S`; gives the wall time to the next, s.
+
+        An event loop reports an exception of its callbacks and continues. So none leaves this
+        method: :meth:`finish` raises it.
+        """
+        since = Stopwatch()
+        wait_s = 0.0
+        while not self.is_over and wait_s <= 0 and since.elapsed_s < TURN_S:
+            try:
+                wait_s = next(self._steps)
+            except StopIteration as end:
+                self.result = end.value
+            except Exception as error:  # noqa: BLE001 - raised again by `finish`
+                self.fault = error
+        return max(wait_s, SHORTEST_REST_S)
+
+    def finish(self) -> R:
+        """Take all steps that are left, each when it is due; gives the result.
+
+        Raises:
+            Exception: What a step has raised.
+        """
+        if self.fault is not None:
+            raise self.fault
+        if self.result is None:
+            self.result = finish(self._steps)
+        return self.result
+
+
+def driving(
+    session: Session,
+    onlookers: Sequence[Onlooker],
+    interrupts: InterruptSignals,
+    *,
+    speed: float | None = None,
+) -> Steps[Reports]:
+    """Step a session to its end, paced and watched; gives the report of each run.
+
+    The caller takes one step after another. A step yields the wall time until the next is due, s,
+    for which to rest or to do other work; a step that is taken too early changes nothing.
+
+    The first Ctrl-C or SIGTERM halts every tree and waits until every goal has ended; the second
+    leaves at once, and the reason names the goals left behind. An exception of a step ends the
+    missions as failed with the cause, with every goal followed to its end; a second one, or one
+    after which the session cannot continue, leaves at once.
+    """
+    wall = Stopwatch()
+    ended_s: dict[Run, float] = {}
+    with ExitStack() as stack:
+        stack.enter_context(interrupts)
+        for onlooker in onlookers:
+            session.attach(onlooker)
+            stack.callback(_part, session, onlooker)
+        leaves = [_statistics(run) for run in session.runs]
+        pacer = Pacer(speed, session.start_ns)
+        while not session.is_done:
+            if not _step(session, onlookers, interrupts):
+                break
+            for run in session.runs:
+                if run not in ended_s and run.executive.is_done:
+                    ended_s[run] = wall.elapsed_s
+            while (ahead_s := pacer.ahead_s(session.now_ns)) > 0:
+                if interrupts.count > 0 and not session.is_done:
+                    break
+                yield ahead_s
+            yield 0.0
+    wall_s = wall.elapsed_s
+    return tuple(
+        replace(session.report(ended_s.get(run, wall_s), run), leaves=of_run.summaries())
+        for run, of_run in zip(session.runs, leaves, strict=True)
+    )
+
+
+def _step(session: Session, onlookers: Iterable[Onlooker], interrupts: InterruptSignals) -> bool:
+    """Take one step; return whether the session continues."""
+    executives = [run.executive for run in session.runs]
+    for why in filter(None, (onlooker.why_left for onlooker in onlookers)):
+        _interrupt(executives, why)
+    if interrupts.count:
+        _interrupt(executives, f"interrupted by {interrupts.name}")
+    if interrupts.count > 1:
+        _abandon(executives, f"left at once after a second {interrupts.name}")
+        return False
+    try:
+        session.step()
+    except BtMissionError as error:
+        _abandon(executives, str(error))
+    except Exception as error:  # noqa: BLE001 - whatever takes part may raise anything
+        _fail(executives, f"a callback failed: {cause_of(error)}")
+    return True
+
+
+def _statistics(run: Run) -> LeafStatistics:
+    return LeafStatistics(run.executive, lambda: run.distance_travelled_m)
+
+
+def _part(session: Session, onlooker: Onlooker) -> None:
+    onlooker.close()
+    session.detach(onlooker)
+
+
+def _interrupt(executives: Iterable[Executive], reason: str) -> None:
+    for executive in executives:
+        executive.interrupt(reason)
+
+
+def _fail(executives: Iterable[Executive], reason: str) -> None:
+    for executive in executives:
+        if executive.status is MissionStatus.RUNNING:
+            executive.fail(reason)
+        else:
+            executive.abandon(reason)
+
+
+def _abandon(executives: Iterable[Executive], reason: str) -> None:
+    for executive in executives:
+        executive.abandon(reason)
