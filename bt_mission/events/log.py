@@ -10,10 +10,12 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.core.text import can_encode, escape_control
+from bt_mission.events.codec import fields_of
 from bt_mission.events.events import (
     FINAL,
     ClockJumped,
     Event,
+    FaultChanged,
     GoalChanged,
     LogLine,
     NodeChanged,
@@ -103,6 +105,16 @@ def words_of(fields: dict[str, Any]) -> str:
     return line_of(fields).strip()
 
 
+def speech_of(event: Event) -> str | None:
+    """Return what the mission says with an event; None where it says nothing."""
+    match event:
+        case LogLine(text=text):
+            return text
+        case FaultChanged():
+            return words_of(fields_of(event))
+    return None
+
+
 def _start_words(event: dict[str, Any]) -> str:
     where = f"in {event['world']}, robot {event['robot']}, seed {event['seed']}"
     return f"mission {event['mission']} {where}"
@@ -120,9 +132,8 @@ def _pose_words(event: dict[str, Any]) -> str:
 
 
 def _fault_words(event: dict[str, Any]) -> str:
-    given = ", ".join(f"{name}={one!r}" for name, one in event.get("with", {}).items())
-    about = f"{event['state']}: {event['what']}({given})".removesuffix("()")
-    return f"  fault {event['number']} {about}"
+    given = [f"{name} {one}" for name, one in event.get("with", {}).items()]
+    return f"  fault {event['number']} {event['state']}: {' '.join([event['what'], *given])}"
 
 
 def _requirement_words(event: dict[str, Any]) -> str:

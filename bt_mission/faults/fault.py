@@ -38,8 +38,6 @@ class FaultTarget(Protocol):
     mission: Mission
     stage: Stage
     faults: list[FaultInstance]
-    fault_listeners: list[Callable[[FaultInstance, str], None]]
-    """Told of each fault that begins or ends: ``begins``, ``ends`` or ``happens``."""
 
     def find(self, name: str) -> Behaviour:
         """Return the node of this name, or at this path. Raises ScenarioError."""
@@ -98,12 +96,6 @@ class Fault:
         made = self._instance.made if self._instance else None
         given = self.parameters.get("name", self.what.removeprefix("spawn_"))
         return str(getattr(made, "name", given))
-
-    @property
-    def words(self) -> str:
-        """What it does to what, without its end: ``drop scan``."""
-        given = [f"{name} {value}" for name, value in plain(self.parameters).items()]
-        return " ".join([self.what, *given])
 
     def __repr__(self) -> str:
         given = [f"{name}={value!r}" for name, value in plain(self.parameters).items()]
@@ -202,8 +194,6 @@ class FaultInstance:
         stage.executive.events.emit(
             FaultChanged(stage.now_ns, self.number, what, state, parameters)
         )
-        for listener in self.run.fault_listeners:
-            listener(self, state)
 
     # ---- for those who write faults --------------------------------------------------------
 

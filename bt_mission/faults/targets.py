@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from py_trees.behaviour import Behaviour
 
 from bt_mission.executive.executive import Executive
@@ -22,7 +20,6 @@ class StageTarget:
         self.stage = stage
         self.mission = stage.mission
         self.faults: list[FaultInstance] = []
-        self.fault_listeners: list[Callable[[FaultInstance, str], None]] = [self._tell]
         self.errors: list[Exception] = []
 
     def find(self, name: str) -> Behaviour:
@@ -33,9 +30,6 @@ class StageTarget:
         """Keep an error of a fault, and end the mission."""
         self.errors.append(error)
         self.stage.executive.interrupt(f"a fault could not be made: {error}")
-
-    def _tell(self, fault: FaultInstance, state: str) -> None:
-        self.stage.runner.say(f"fault {state}: {fault.fault.words}")
 
 
 def find_node(executive: Executive, name: str) -> Behaviour:

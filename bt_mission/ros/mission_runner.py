@@ -122,8 +122,7 @@ class MissionRunner:
         self.mission = mission
         self.exchange_listeners: list[ExchangeListener] = []
         """Told of every request to an action, and of every answer."""
-        self.say = options.say or self._log_line
-        """Shows a line to the people at this process, and to nobody else."""
+        self._say = options.say or self._log_line
         self._time = MissionTime(self._on_clock_jump)
         self._tick_ns: int | None = None
         self._wall = Stopwatch()
@@ -296,7 +295,7 @@ class MissionRunner:
         self._emit_line(text, is_own=False)
 
     def _emit_line(self, text: str, *, is_own: bool) -> None:
-        self.say(text)
+        self._say(text)
         self.executive.events.emit(LogLine(self.now_ns, text, is_own))
 
     # ---- inside --------------------------------------------------------------------------

@@ -27,7 +27,7 @@ class View(Onlooker):
 
     def attach(self, session: Session) -> None:
         """Open the view, and hand it the events of each run."""
-        self.open(session)
+        self._show(lambda: self.open(session))
         for run in session.runs:
             run.executive.events.subscribe(partial(self._take, run))
 

@@ -58,7 +58,6 @@ class Run(Assertions):
         self.history = History(self.stage)
         self._topics: dict[str, Recorded] = {}
         self.faults: list[FaultInstance] = []
-        self.fault_listeners: list[Callable[[FaultInstance, str], None]] = []
         self.recording: FailureRecording | None = None
         """Where the run is recorded."""
         self.replay_command: Callable[[], str] = str

@@ -16,6 +16,7 @@ from bt_mission.core.yaml.document import read
 from bt_mission.recording.verification import read_verified_run
 from bt_mission.search.simplify import simplify
 from bt_mission.sessions.stage import Stage
+from tests.support.report_pages import data_of
 
 DEFECT = """\
 mission: careless
@@ -78,7 +79,8 @@ def test_what_is_found_fails_until_the_mission_is_mended(
     assert data["expect"] == {"outcome": "any"}
     run = read_verified_run(folder / found["recording"])
     assert run.summary is not None
-    assert "keeps its distance" in (folder / found["report"]).read_text()
+    shown = data_of(folder / found["report"])[""]["messages"]
+    assert "keeps its distance" in json.dumps(shown)
 
     assert outcome in " ".join(scenario.read_text().replace("#", "").split())
     assert main(["verify", found["recording"]]) == 1

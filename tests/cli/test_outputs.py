@@ -103,9 +103,9 @@ def test_files_of_a_fleet_that_exist_are_kept(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Those of each robot."""
-    (folder / "two.one.html").write_bytes(b"the only copy")
-    assert main(["run", "two.fleet.yaml", "--report", "two.html"]) == 2
-    assert "two.one.html exists" in capsys.readouterr().err
+    (folder / "two.one.jsonl").write_bytes(b"the only copy")
+    assert main(["run", "two.fleet.yaml", "--trace", "two.jsonl"]) == 2
+    assert "two.one.jsonl exists" in capsys.readouterr().err
 
 
 def test_a_device_takes_several_outputs(folder: Path) -> None:

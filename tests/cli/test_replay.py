@@ -9,6 +9,7 @@ import pytest
 from bt_mission.cli import main
 from bt_mission.recording.reading import Channel
 from tests.support.recordings import edited, recording
+from tests.support.report_pages import data_of
 
 
 def said(capsys: pytest.CaptureFixture[str], *arguments: object) -> list[str]:
@@ -69,7 +70,7 @@ def test_times_are_those_of_the_run(tmp_path: Path, capsys: pytest.CaptureFixtur
         "   ✓ log  done",
     ]
     assert "the recording ends at 1.10 s" in refused(capsys, film, "--once", "--at", "1.2")
-    assert "<dd>1.10 s</dd>" in page.read_text(encoding="utf-8")
+    assert data_of(page)[""]["duration"] == 1.1
 
 
 def test_a_recording_without_a_trace_is_told_by_its_log(

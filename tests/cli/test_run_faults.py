@@ -28,8 +28,8 @@ def test_faults_are_said_as_they_happen_and_at_the_end(
     late = ["--fault", "at 60: lidar_dead"]
     assert main(["run", turn, "--fault", "at 0.5: drop imu lasting 0.5", *late]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert "     0.50 s    fault begins: drop topic imu" in lines
-    assert "     1.00 s    fault ends: drop topic imu" in lines
+    assert "     0.50 s    fault 1 begins: drop topic imu" in lines
+    assert "     1.00 s    fault 1 ends: drop" in lines
     assert lines[-2] == "  fault at 0.5: drop imu lasting 0.5: from 0.50 s to 1.00 s"
     assert lines[-1].startswith("  fault at 60.0: lidar_dead: never happened, the mission ended at")
 

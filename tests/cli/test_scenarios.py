@@ -43,7 +43,7 @@ def test_a_run_exits_with_0_where_what_must_come_out_does(
     """Also where that is a failure of the mission."""
     assert main(["run", scenario(FAILS)]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert "     0.50 s    fault begins: kill_server action turn" in lines
+    assert "     0.50 s    fault 1 begins: kill_server action turn" in lines
     assert lines[-1] == "scenario it turns: passed (expected failure)"
 
 

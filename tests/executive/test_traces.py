@@ -135,7 +135,7 @@ def test_events_in_words(path: Path) -> None:
     assert line_of({"t": 1, "event": "fault", "name": "drop"}) == "  fault: name drop"
     fault = {"t": 1, "event": "fault", "number": 2, "what": "drop"}
     given = {"state": "begins", "with": {"topic": "scan", "share": 0.3}}
-    assert line_of(fault | given) == "  fault 2 begins: drop(topic='scan', share=0.3)"
+    assert line_of(fault | given) == "  fault 2 begins: drop topic scan share 0.3"
     assert line_of(fault | {"state": "ends"}) == "  fault 2 ends: drop"
     clock = {"t": 1, "event": "clock"}
     assert line_of(clock | {"jump": -9.5}) == "  the clock was set back by 9.5 s"

@@ -14,6 +14,7 @@ PROGRAM = """
 import sys
 
 import rclpy
+from rclpy._rclpy_pybind11 import RCLError
 from rclpy.executors import ExternalShutdownException
 
 import bt_mission
@@ -34,6 +35,9 @@ except (KeyboardInterrupt, ExternalShutdownException):
     pass
 except TypeError as error:  # what rclpy makes of an interrupt while it converts a message
     if not isinstance(error.__cause__, KeyboardInterrupt):
+        raise
+except RCLError:  # ROS was shut down while rclpy prepared to wait
+    if rclpy.ok():
         raise
 phases = {str(goal.phase) for goal in goals}
 print(runner.status, phases, runner.report().reason, sep="; ", flush=True)

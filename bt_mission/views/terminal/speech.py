@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 
-from bt_mission.events.events import Event, LogLine
+from bt_mission.events.events import Event
+from bt_mission.events.log import speech_of
 from bt_mission.sessions.session import Run
 from bt_mission.sessions.view import View
 
@@ -14,5 +15,5 @@ class Speech(View):
 
     def on_event(self, run: Run, event: Event) -> None:
         """Print a line that a mission says."""
-        if isinstance(event, LogLine):
-            print(f"{run.name}: {event.text}" if run.name else event.text, file=sys.stderr)
+        if (text := speech_of(event)) is not None:
+            print(f"{run.name}: {text}" if run.name else text, file=sys.stderr)

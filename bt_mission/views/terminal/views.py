@@ -18,8 +18,8 @@ from bt_mission.core.stamps import NS
 from bt_mission.core.terminal.console import EscapingConsole, coloured
 from bt_mission.core.text import escape_control, seconds
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.events import Event, LogLine, NodeChanged
-from bt_mission.events.log import STYLES, verdict
+from bt_mission.events.events import Event, NodeChanged
+from bt_mission.events.log import STYLES, speech_of, verdict
 from bt_mission.events.mission_state import NodeEnd
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
@@ -80,11 +80,10 @@ class PlainView(View):
 
     def on_event(self, run: Run, event: Event) -> None:
         """Print a change, or what a mission says."""
-        match event:
-            case NodeChanged():
-                self._lines[run].on_change(event)
-            case LogLine(text=text):
-                self._lines[run].say(text)
+        if isinstance(event, NodeChanged):
+            self._lines[run].on_change(event)
+        elif (text := speech_of(event)) is not None:
+            self._lines[run].say(text)
 
     def refresh(self) -> None:
         """Print what others have done to the missions."""
@@ -164,8 +163,8 @@ class LiveView(View):
 
     def on_event(self, run: Run, event: Event) -> None:
         """Have a line of a mission scroll by; the tree is drawn in any case."""
-        if isinstance(event, LogLine):
-            self._scroll(run, event.text)
+        if (text := speech_of(event)) is not None:
+            self._scroll(run, text)
 
     def refresh(self) -> None:
         """Draw, if the last frame is old enough."""
