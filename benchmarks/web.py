@@ -23,9 +23,8 @@ from pathlib import Path
 from measuring import figure
 
 from bt_mission.core.interrupts import InterruptSignals
-from bt_mission.executive.report import Report
 from bt_mission.ros.discovery import LocalExecutive
-from bt_mission.sessions.drive import StepDriver, drive, driving
+from bt_mission.sessions.drive import Reports, StepDriver, drive, driving
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
@@ -109,20 +108,20 @@ def cpu_share(mission_file: Path, *, with_page: bool, speed: float | None) -> tu
         Stage(mission, image_folder=Path(folder), say=lambda _: None, options=options) as stage,
     ):
         if with_page:
-            report, cpu_s = _shown(stage, Path(folder), speed)
+            (report,), cpu_s = _shown(stage, Path(folder), speed)
         else:
-            report, cpu_s = _measured(lambda: drive(stage, [Speech()], speed=speed))
+            (report,), cpu_s = _measured(lambda: drive(stage, [Speech()], speed=speed))
     return cpu_s / report.virtual_s, cpu_s / report.wall_s
 
 
-def _measured(run: Callable[[], Report]) -> tuple[Report, float]:
-    """The report of a run, and the CPU seconds of the process for it."""
+def _measured(run: Callable[[], Reports]) -> tuple[Reports, float]:
+    """The reports of a run, and the CPU seconds of the process for it."""
     before_s = time.process_time()
-    report = run()
-    return report, time.process_time() - before_s
+    reports = run()
+    return reports, time.process_time() - before_s
 
 
-def _shown(stage: Stage, folder: Path, speed: float | None) -> tuple[Report, float]:
+def _shown(stage: Stage, folder: Path, speed: float | None) -> tuple[Reports, float]:
     driver = StepDriver(driving(stage, [Speech()], InterruptSignals(), speed=speed))
     frame_s = FAST_FRAME_S if speed is None else FRAME_S
     with closing(LocalExecutive(stage)) as graph:
@@ -133,7 +132,7 @@ def _shown(stage: Stage, folder: Path, speed: float | None) -> tuple[Report, flo
             browser(folder / "profile") as page,
             _opened(page, server.link),
         ):
-            run = ShownRun(server, driver, lambda: driver.report is not None, lambda _: None)
+            run = ShownRun(server, driver, lambda: driver.result is not None, lambda _: None)
             return _measured(run.run_to_the_end)
 
 

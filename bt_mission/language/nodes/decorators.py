@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 from typing_extensions import override
@@ -23,13 +23,12 @@ class RepeatSettings(base.Written):
     before: fields.Condition = Field(None, alias="while")
     after: fields.Condition = Field(None, alias="until")
 
-    @model_validator(mode="before")
-    @classmethod
-    def _say_how_often(cls, data: Any) -> Any:
-        if isinstance(data, dict) and data.keys().isdisjoint(("count", "while", "until")):
+    @model_validator(mode="after")
+    def _say_how_often(self) -> Self:
+        if self.count is None and not self.has_condition:
             what = "'count', 'while' or 'until' is missing"
             raise fields.refusal(what, "write 'repeat: {count: 3}'")
-        return data
+        return self
 
     @property
     def has_condition(self) -> bool:
