@@ -126,9 +126,10 @@ def _end_of_rest(cut: Diagnostic) -> int:
 
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str | None:
-    """Return "did you mean 'x'?" for the nearest valid name, or None where none is near."""
+    """Return "did you mean 'x'?" for the nearest name, or one with it as a word; None without."""
     known = list(islice(valid, LIKENED_NAMES))
     near = difflib.get_close_matches(name[:100], known, n=1, cutoff=0.6)
+    near = near or [other for other in known if name in re.split(r"[_./]", other)]
     return f"did you mean '{escape_control(near[0])}'?" if near else None
 
 

@@ -85,6 +85,7 @@ def _findings(tree: Tree, read: frozenset[str]) -> Iterator[Finding]:
     """Yield what is suspicious in the nodes of a tree."""
     ends = ends_of(tree.body)
     followed = {one.variable for one in tree.follow}
+    variables = {*tree.types, *followed, *_written(tree.body.walk())}
     bounded, concurrent = _ids_below(tree, TimeoutNode), _ids_below(tree, ParallelNode)
     for node in tree.body.walk():
         match node:
@@ -98,6 +99,8 @@ def _findings(tree: Tree, read: frozenset[str]) -> Iterator[Finding]:
                 yield from _unmoved_loop(node, followed)
             case ConditionalNode():
                 yield from _constant_condition(node)
+            case LogNode():
+                yield from _bare_braces(node, variables)
         endless = node.endless()
         if endless is not None and id(node) not in bounded:
             message = f"{endless} has no timeout: it may take for ever"
@@ -215,6 +218,17 @@ def _unmoved_loop(node: RepeatNode, followed: set[str]) -> Iterator[Finding]:
             why = f"nothing below 'do' assigns {names}" if names else "it reads no variable"
             path = (*node.path, "repeat", key)
             yield path, f"no round changes this condition: {why}", None
+
+
+_BRACES = re.compile(r"(?<!\$)\{(\w+)\}")
+
+
+def _bare_braces(node: LogNode, variables: set[str]) -> Iterator[Finding]:
+    """Yield each variable in braces that has no `$` before it."""
+    for name in dict.fromkeys(_BRACES.findall(node.message.text)):
+        if name in variables:
+            message = f"'{{{name}}}' is shown as it is, not as the value of '{name}'"
+            yield (*node.path, "log"), message, f"write '${{{name}}}'"
 
 
 _CONSEQUENCES = {
