@@ -111,9 +111,11 @@ def examined_fleet(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     from bt_mission.fleets.loader import FleetChanges, examine_fleet
 
     changes = FleetChanges(
+        set=dict(options.set),
         seed=options.seed,
         world=options.world,
         observe=getattr(options, "observe", None),
+        require=options.require,
         permissions=permissions_of(options),
     )
     fleet, faults = examine_fleet(mission_file(options), changes)

@@ -15,7 +15,7 @@ from bt_mission.cli.commands import load_commands
 from bt_mission.cli.exits import SUCCESS
 from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import fleets, is_file, is_scenario, look_for, names, scenarios
+from bt_mission.core.files import fleets, is_file, kind_of, look_for, names, scenarios
 
 if TYPE_CHECKING:
     from bt_mission.graph_tools.graph_query import LiveKind
@@ -199,7 +199,7 @@ def _listed(_: list[str]) -> list[str]:
 
 
 def _inputs(words: list[str]) -> list[str]:
-    """Name the inputs of the first mission or scenario of the line."""
+    """Name the inputs of the first mission, scenario or fleet of the line."""
     program, *rest = words or [""]
     given = rest if Path(program).name == "bt-mission" else words
     if given and given[0] in ALL_COMMANDS:  # a shipped mission has the name of a command
@@ -216,7 +216,7 @@ def _inputs(words: list[str]) -> list[str]:
 
 
 def _inputs_of(path: Path) -> dict[str, list[str]]:
-    """Read the inputs of a mission, or of the one of a scenario, without checking it.
+    """Read the inputs of a mission, or of those of a scenario or a fleet, without checking it.
 
     Those that hold the name of a place have the names of all places.
     """
@@ -224,16 +224,18 @@ def _inputs_of(path: Path) -> dict[str, list[str]]:
 
     if path.suffix == ".xml":
         return {}
-    if is_scenario(path):
-        data = _mapping(read(path).data)
-        name = str(data.get("mission") or "")
-        beside = path.parent / name
-        inner = beside if is_file(beside) else look_for("missions", name, path)
-        return {} if inner is None or is_scenario(inner) else _inputs_of(inner)
+    kind, data = kind_of(path), _mapping(read(path).data)
+    if kind == "scenario":
+        return _inputs_of_named(data, path)
+    if kind == "fleet":
+        found: dict[str, list[str]] = {}
+        for robot, written in _mapping(data.get("robots")).items():
+            for name, values in _inputs_of_named(_mapping(written), path).items():
+                found |= {name: values, f"{robot}.{name}": values}
+        return found
     from bt_mission.language.expressions.places import Places
     from bt_mission.language.places import zones_of_file
 
-    data = _mapping(read(path).data)
     zones = zones_of_file(str(data.get("world") or ""), str(path))
     own = {str(name): (0.0, 0.0, 0.0) for name in _mapping(data.get("places"))}
     places = Places(own, lambda: zones)
@@ -241,6 +243,14 @@ def _inputs_of(path: Path) -> dict[str, list[str]]:
         str(name): sorted(places.all) if isinstance(value, str) and places.find(value) else []
         for name, value in _mapping(data.get("inputs")).items()
     }
+
+
+def _inputs_of_named(written: Mapping[Any, Any], path: Path) -> dict[str, list[str]]:
+    """Read the inputs of the mission that another file names."""
+    name = str(written.get("mission") or "")
+    beside = path.parent / name
+    inner = beside if is_file(beside) else look_for("missions", name, path)
+    return {} if inner is None or kind_of(inner) != "mission" else _inputs_of(inner)
 
 
 def _mapping(value: Any) -> Mapping[Any, Any]:

@@ -16,7 +16,6 @@ from bt_mission.core.files import look_deeper, look_for, other_suffix
 from bt_mission.core.nature import PROFILES, Nature
 from bt_mission.core.output import write_file
 
-_IN_THE_FILE = "write it into the fleet's file"
 _OF_ITS_GRAPH = "an attached run has that of its graph"
 
 MISSION = Option(
@@ -32,7 +31,6 @@ SET = Option(
     assignment,
     repeats=True,
     completes="inputs",
-    not_for=each("fleet", why=_IN_THE_FILE),
 )
 SEED = Option("--seed SEED", "seed of everything random in the run", whole)
 WORLD = Option(
@@ -46,15 +44,22 @@ ROBOT = Option(
     "a robot's name or file instead of the mission's",
     completes="robots",
     excludes=each("attach", why=_OF_ITS_GRAPH),
-    not_for=each("fleet", why=_IN_THE_FILE),
+    not_for=each("fleet", why="write it into the fleet's file"),
 )
-OVERRIDES = (SET, SEED, WORLD, ROBOT)
+OVERRIDES = (
+    SET.but(
+        help="give an input of the mission another value; of a fleet, of every mission that has "
+        "the input, or of one robot: ROBOT.NAME=VALUE; may be repeated"
+    ),
+    SEED,
+    WORLD,
+    ROBOT,
+)
 REQUIRE = Option(
     "--require FILE",
     "a YAML file with further requirements of the mission; may be repeated",
     input_file,
     repeats=True,
-    not_for=each("fleet", why=_IN_THE_FILE),
 )
 FAULT = Option(
     "--fault FAULT",

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, in_order, quoted
+from bt_mission.core.diagnostics import (
+    Diagnostic,
+    InputError,
+    did_you_mean,
+    in_order,
+    listed,
+    quoted,
+)
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find, look_for, names
 from bt_mission.core.robot.model import load_robot
@@ -14,6 +21,9 @@ from bt_mission.core.yaml.document import Document, read
 from bt_mission.fleets.file import FleetFile, FleetRobotForm
 from bt_mission.fleets.plan import FleetPlan
 from bt_mission.language.checks.python_code import factory_faults
+from bt_mission.language.checks.requirements import with_requirements
+from bt_mission.language.expressions.values import Plain
+from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.mission import Mission, node_factories
 from bt_mission.language.node_reader import NodeReader
 from bt_mission.language.permissions import ANYTHING, Permissions
@@ -32,15 +42,19 @@ class FleetChanges:
     """What replaces values of a fleet file.
 
     Attributes:
+        set: Values of inputs: ``legs`` of every mission that has it, ``robot1.legs`` of one robot.
         seed: Instead of all seeds of the file: of the sensors, and of the first mission; those of
             the others count up from it.
         world: Name or path of another world.
         observe: For how long time goes on after each mission's end, s; None is as in the files.
+        require: Files with further requirements, of every mission.
     """
 
+    set: Mapping[str, Plain] = field(default_factory=dict)
     seed: int | None = None
     world: str | None = None
     observe: float | None = None
+    require: Sequence[Path] = ()
     permissions: Permissions = ANYTHING
 
 
@@ -77,6 +91,8 @@ class _Loader:
         self._changes = changes
         self._faults: list[Diagnostic] = []
         self._files = NamedFiles(document, self._faults)
+        self._declared: dict[str, Mapping[str, object]] = {}
+        """The inputs of the missions that could be read, by the names of the robots."""
 
     def load(self) -> tuple[FleetPlan | None, tuple[Diagnostic, ...]]:
         """Return it with all warnings, or None with all errors."""
@@ -96,7 +112,10 @@ class _Loader:
             name: self._mission(name, one, seed + number, checked_in, world)
             for number, (name, one) in enumerate(written.robots.items())
         }
-        missions = {name: self._observed(one, written) for name, one in missions.items()}
+        self._check_inputs(written)
+        missions = self._required(
+            {name: self._observed(one, written) for name, one in missions.items()}
+        )
         if self._changes.world is not None:
             world = load_world(self._changes.world, near=document.file)
         elif written.world is None:
@@ -145,11 +164,27 @@ class _Loader:
         if one.robot is not None and not self._is_robot(name, one.robot):
             return None
         own = one.seed if self._changes.seed is None else None
+        text = self._files.text_of(one.mission, ("robots", name, "mission"))
+        if text is not None:
+            inputs = text.data.get("inputs") if isinstance(text.data, dict) else None
+            self._declared[name] = inputs if isinstance(inputs, dict) else {}
+        declared, prefix = self._declared.get(name, {}), f"{name}."
+        given = self._changes.set.items()
+        shared = {one: value for one, value in given if one in declared}
+        alone = {one.removeprefix(prefix): value for one, value in given if one.startswith(prefix)}
+
+        def locate(one: str, fault: Diagnostic) -> Diagnostic:
+            if one in alone:
+                column = fault.column + len(prefix)
+                return replace(fault, source=f"{prefix}{fault.source}", column=column)
+            if one in shared:
+                return fault
+            return self._document.fault(("robots", name, "inputs", one), fault.message, fault.hint)
+
         mission = self._files.mission(
-            one.mission,
-            ("robots", name, "mission"),
-            lambda given: ("robots", name, "inputs", given) if given in one.inputs else None,
-            set=one.inputs,
+            text,
+            locate,
+            set={**one.inputs, **shared, **alone},
             seed=seed if own is None else own,
             world=world,
             robot=None if one.robot is None else str(self._files.beside(one.robot) or one.robot),
@@ -162,9 +197,41 @@ class _Loader:
             self._note(("robots", name, "mission"), message, "run it alone, without a fleet")
         return mission
 
+    def _check_inputs(self, written: FleetFile) -> None:
+        """Note the values for robots that are not there, and for inputs that no mission has."""
+        if len(self._declared) < len(written.robots):
+            return  # the inputs of some are not known
+        known = sorted({one for inputs in self._declared.values() for one in inputs})
+        for given, value in self._changes.set.items():
+            robot, dot, _ = given.rpartition(".")
+            source = f"{given}={value}"
+            if dot and robot not in written.robots:
+                message = f"no robot {quoted(robot)} (the fleet's robots: {listed(written.robots)})"
+                hint = did_you_mean(robot, written.robots)
+                self._faults.append(Diagnostic(message, SET_OPTION, 1, 1, source, hint))
+            elif not dot and given not in known:
+                message = f"no mission has an input {quoted(given)} (their inputs: {listed(known)})"
+                hint = did_you_mean(given, known)
+                self._faults.append(Diagnostic(message, SET_OPTION, 1, 1, source, hint))
+
     def _observed(self, mission: Mission | None, written: FleetFile) -> Mission | None:
         chosen = written.observe if self._changes.observe is None else self._changes.observe
         return mission if mission is None or chosen is None else replace(mission, observe=chosen)
+
+    def _required(self, missions: Mapping[str, Mission | None]) -> dict[str, Mission | None]:
+        """Return missions with further requirements; errors of some name their robots."""
+        found: dict[str, Mission | None] = {}
+        wrong: dict[Diagnostic, list[str]] = {}
+        for name, mission in missions.items():
+            try:
+                found[name] = mission and with_requirements(mission, self._changes.require)
+            except InputError as error:
+                for one in error.faults:
+                    wrong.setdefault(one, []).append(name)
+        for one, robots in wrong.items():
+            whose = "" if len(robots) == len(missions) else f" [{', '.join(robots)}]"
+            self._faults.append(replace(one, message=f"{one.message}{whose}"))
+        return found
 
     def _is_robot(self, name: str, robot: str) -> bool:
         path = ("robots", name, "robot")

@@ -126,9 +126,8 @@ class _Loader:
     def _mission(self, written: ScenarioFile, world: World | None) -> Mission | None:
         changes = self._changes
         return self._files.mission(
-            written.mission,
-            ("mission",),
-            self._place_of_input,
+            self._files.text_of(written.mission, ("mission",)),
+            self._of_input,
             set={**written.inputs, **changes.set},
             seed=written.seed if changes.seed is None else changes.seed,
             world=changes.world,
@@ -138,10 +137,11 @@ class _Loader:
             zones=None if world is None else zones_of(world),
         )
 
-    def _place_of_input(self, name: str) -> tuple[str, str] | None:
-        inputs = self._document.data.get("inputs")
-        is_here = isinstance(inputs, dict) and name in inputs and name not in self._changes.set
-        return ("inputs", name) if is_here else None
+    def _of_input(self, name: str, fault: Diagnostic) -> Diagnostic:
+        """Return an error of an input's value with the place where the value was given."""
+        if name in self._changes.set:
+            return fault
+        return self._document.fault(("inputs", name), fault.message, fault.hint)
 
     def _check_start(self, mission: Mission, written: ScenarioFile, world: World | None) -> None:
         """Note a start beside the floor of the world."""

@@ -9,11 +9,12 @@ from typing import Any
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import is_file, kind_of, look_for, names
-from bt_mission.core.yaml.document import Document, Key
+from bt_mission.core.yaml.document import Document
 from bt_mission.language.expressions.places import Pose
 from bt_mission.language.inputs import SET_OPTION
 from bt_mission.language.mission import Mission
 from bt_mission.sessions.check import examine
+from bt_mission.sessions.load import document_of
 from sim.world.loader import load_world, world_in
 from sim.world.world import World
 
@@ -35,32 +36,46 @@ class NamedFiles:
         self._document = document
         self._faults = faults
 
-    def mission(
-        self,
-        written: Any,
-        path: Sequence[str],
-        inputs: Callable[[str], Sequence[Key] | None],
-        **changes: Any,
-    ) -> Mission | None:
-        """Read and check a mission; None where there is an error in it.
+    def text_of(self, written: Any, path: Sequence[str]) -> Document | None:
+        """Read the text of a mission; None where there is an error in it.
 
         Args:
             written: Its name, its path, or all of it.
             path: Where that stands.
-            inputs: Gives the place of an input of this name; None where it was given elsewhere.
-            changes: As `examine` takes them.
         """
         if isinstance(written, dict):
             document = self._document
             for key in path:
                 document = document.under(key)
-            mission, faults = examine(document, **changes)
-        else:
-            file = self._mission_file(written, path)
-            if file is None:
-                return None
-            mission, faults = examine(file, **changes)
-        self._faults += [self._of_inputs(one, inputs) for one in faults]
+            return document
+        file = self._mission_file(written, path)
+        try:
+            return None if file is None else document_of(file)
+        except InputError as error:
+            self._faults += error.faults
+            return None
+
+    def mission(
+        self,
+        text: Document | None,
+        locate: Callable[[str, Diagnostic], Diagnostic],
+        **changes: Any,
+    ) -> Mission | None:
+        """Check a mission; None where there is an error in it.
+
+        Args:
+            text: As `text_of` gives it.
+            locate: Takes the name of an input and an error of its value; gives the error with the
+                place where the value was given.
+            changes: As `examine` takes them.
+        """
+        if text is None:
+            return None
+        mission, faults = examine(text, **changes)
+        self._faults += [
+            locate(one.source.partition("=")[0], one) if one.file == SET_OPTION else one
+            for one in faults
+        ]
         return mission
 
     def world(self, written: Any, path: Sequence[str]) -> World | None:
@@ -97,10 +112,3 @@ class NamedFiles:
             self._faults.append(self._document.fault(path, message))
             return None
         return file
-
-    def _of_inputs(
-        self, fault: Diagnostic, inputs: Callable[[str], Sequence[Key] | None]
-    ) -> Diagnostic:
-        """Return an error of `--set` at the input of this file that it is about."""
-        path = inputs(fault.source.partition("=")[0]) if fault.file == SET_OPTION else None
-        return fault if path is None else self._document.fault(path, fault.message, fault.hint)

@@ -11,6 +11,7 @@ import pytest
 from py_trees.common import Status
 
 from bt_mission.cli import main
+from bt_mission.cli.completion import known
 from bt_mission.events.events import Event, NodeChanged
 from bt_mission.sessions.session import Run
 from bt_mission.sessions.stage import Stage
@@ -172,6 +173,85 @@ def test_check_says_of_whom_a_fleet_consists(
     )
     assert main(["check", fleet(FLEET.replace("burger", "burgr"))]) == 2
     assert f"{path}:19:14: error: " in capsys.readouterr().err
+
+
+INPUTS = """\
+fleet: two
+world: dqn_stage1
+robots:
+  one:
+    mission: {mission: a, inputs: {time: 1, more: 1}, tree: {wait: $time + $more, name: it}}
+    inputs: {time: 2}
+    start: {x: -1}
+  two:
+    mission: {mission: b, inputs: {time: 1}, tree: {wait: $time}}
+    start: {x: 1}
+"""
+
+
+@pytest.mark.parametrize(
+    ("given", "times"),
+    [
+        ([], [3.05, 1.05]),
+        (["time=0.5"], [1.55, 0.55]),
+        (["more=0.5"], [2.55, 1.05]),
+        (["two.time=0.5"], [3.05, 0.55]),
+        (["one.time=4", "time=0.5"], [5.05, 0.55]),
+    ],
+)
+def test_inputs_are_set_for_every_mission_that_has_them_or_for_one_robot(
+    fleet: Any, capsys: pytest.CaptureFixture[str], given: list[str], times: list[float]
+) -> None:
+    """What is said of one robot counts before what is said of all, and both before the file."""
+    words = [word for one in given for word in ("--set", one)]
+    assert main(["run", fleet(INPUTS), "--json", *words]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [one["virtual_s"] for one in found["robots"]] == times
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("tim=1", "--set:1:1: error: no mission has an input 'tim' (their inputs: more, time)"),
+        ("on.time=1", "--set:1:1: error: no robot 'on' (the fleet's robots: one, two)"),
+        ("two.more=1", "--set:1:5: error: no input 'more' (the mission's inputs: time)"),
+        ("two.time=x", "--set:1:10: error: input 'time' expects a number, got string 'x'"),
+        ("time=x", "--set:1:6: error: input 'time' expects a number, got string 'x'"),
+    ],
+)
+def test_a_value_that_no_robot_takes_is_an_error(
+    fleet: Any, capsys: pytest.CaptureFixture[str], given: str, message: str
+) -> None:
+    """Once, at its place on the command line."""
+    assert main(["check", fleet(INPUTS), "--set", given]) == 2
+    said = capsys.readouterr().err
+    assert said.count(message) == 1
+    assert "1 error" in said
+
+
+def test_further_requirements_are_those_of_every_robot(
+    fleet: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A name that only one mission lacks is said with the robot."""
+    file = tmp_path / "r.yaml"
+    file.write_text("requirements: {is still: always speed < 0.01}\n", encoding="utf-8")
+    assert main(["run", fleet(INPUTS), "--json", "--require", str(file)]) == 0
+    robots = json.loads(capsys.readouterr().out)["robots"]
+    assert [[each["name"] for each in one["requirements"]] for one in robots] == [["is still"]] * 2
+    file.write_text("requirements: {ends: 'eventually succeeded(\"it\")'}\n", encoding="utf-8")
+    assert main(["check", fleet(INPUTS), "--require", str(file)]) == 2
+    assert "[two]" in capsys.readouterr().err
+    file.write_text("requirements: {ends: eventually}\n", encoding="utf-8")
+    assert main(["check", fleet(INPUTS), "--require", str(file)]) == 2
+    assert "1 error\n" in capsys.readouterr().err
+
+
+def test_inputs_of_a_fleet_are_completed(tmp_path: Path) -> None:
+    """By their names, and by those of the robots before them."""
+    (tmp_path / "m.yaml").write_text("mission: m\ninputs: {laps: 2}\n", encoding="utf-8")
+    path = tmp_path / "it.fleet.yaml"
+    path.write_text("fleet: it\nrobots: {one: {mission: m.yaml}, two: {}}\n", encoding="utf-8")
+    assert known("inputs", f"bt-mission run {path} --set ") == ["laps=", "one.laps="]
 
 
 def test_schema_and_completion_know_fleets(capsys: pytest.CaptureFixture[str]) -> None:

@@ -92,11 +92,9 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ("run s.scenario.yaml --attach", "--attach does not apply to scenario files: a scenario"),
         ("run f.fleet.yaml --attach", "--attach does not apply to fleet files: a fleet has its"),
         ("run f.fleet.yaml --fault 'at 1: drop scan'", "--fault does not apply to fleet files: "),
-        ("run f.fleet.yaml --set a=1", "--set does not apply to fleet files: write it into the"),
         ("run f.fleet.yaml --robot burger", "--robot does not apply to fleet files: write it into"),
-        ("run f.fleet.yaml --require r.yaml", "--require does not apply to fleet files: write it"),
         ("run f.fleet.yaml --video x.mp4", "--video does not apply to fleet files: videos are"),
-        ("check f.fleet.yaml --set a=1", "--set does not apply to fleet files: write it into the"),
+        ("check f.fleet.yaml --robot x", "--robot does not apply to fleet files: write it into"),
         ("check s.scenario.yaml --against", "--against does not apply to scenario files: only"),
         ("check r.yaml --against", "--against does not apply to requirements files: only"),
         (
