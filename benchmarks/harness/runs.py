@@ -72,6 +72,21 @@ ON_THE_STAGE = (
         takes="seconds",
     ),
     Benchmark(
+        "calls",
+        "the calls of a control step, counted by Python's profiler; the same on every machine",
+        ("calls.py",),
+        ("calls.py --seconds 1 2",),
+        (
+            Figure(
+                "calls a control step",
+                Target(Aim.AT_MOST, must=700, aim=500),
+                "calls a control step",
+            ),
+            Figure("calls a control step of Python functions"),
+        ),
+        takes="seconds",
+    ),
+    Benchmark(
         "memory",
         "what a stage takes, and by how much it grows with virtual hours",
         ("stage.py --only memory",),

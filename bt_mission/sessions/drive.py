@@ -121,14 +121,15 @@ def driving(
             stack.callback(_part, session, onlooker)
         leaves = [_statistics(run) for run in session.runs]
         pacer = Pacer(speed, session.start_ns)
-        while not session.is_done:
-            if not _step(session, onlookers, interrupts):
+        running = {run: run.executive for run in session.runs if not run.executive.is_done}
+        while running:
+            if not _step(session, running.values(), onlookers, interrupts):
                 break
-            for run in session.runs:
-                if run not in ended_s and run.executive.is_done:
-                    ended_s[run] = wall.elapsed_s
+            for run in [run for run, executive in running.items() if executive.is_done]:
+                del running[run]
+                ended_s[run] = wall.elapsed_s
             while (ahead_s := pacer.ahead_s(session.now_ns)) > 0:
-                if interrupts.count > 0 and not session.is_done:
+                if interrupts.count > 0 and running:
                     break
                 yield ahead_s
             yield 0.0
@@ -139,11 +140,16 @@ def driving(
     )
 
 
-def _step(session: Session, onlookers: Iterable[Onlooker], interrupts: InterruptSignals) -> bool:
+def _step(
+    session: Session,
+    executives: Iterable[Executive],
+    onlookers: Iterable[Onlooker],
+    interrupts: InterruptSignals,
+) -> bool:
     """Take one step; return whether the session continues."""
-    executives = [run.executive for run in session.runs]
-    for why in filter(None, (onlooker.why_left for onlooker in onlookers)):
-        _interrupt(executives, why)
+    for onlooker in onlookers:
+        if onlooker.why_left:
+            _interrupt(executives, onlooker.why_left)
     if interrupts.count:
         _interrupt(executives, f"interrupted by {interrupts.name}")
     if interrupts.count > 1:

@@ -36,7 +36,7 @@ class View(Onlooker):
         self._show(self.refresh)
 
     def _take(self, run: Run, event: Event) -> None:
-        self._show(lambda: self.on_event(run, event))
+        self._show(partial(self.on_event, run, event))
 
     def _show(self, show: Callable[[], None]) -> None:
         if self.why_left:

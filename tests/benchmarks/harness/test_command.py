@@ -57,9 +57,17 @@ def test_names_are_run_in_their_order_and_once():
     assert [one.name for one in choose(["goals", "speed", "goals"])] == ["goals", "speed"]
     assert choose(["goals", "all"]) == list(CATALOGUE)
     names = [one.name for one in choose(["table"])]
-    assert {"speed", "start", "image", "stage", "recording", "goals", "live", "scaling"} == set(
-        names
-    )
+    assert {
+        "speed",
+        "start",
+        "image",
+        "stage",
+        "recording",
+        "goals",
+        "live",
+        "scaling",
+        "calls",
+    } == set(names)
 
 
 def test_the_help_teaches(capsys):

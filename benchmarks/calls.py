@@ -1,0 +1,97 @@
+"""How many calls a control step costs, by Python's profiler: no noise of a machine is in it.
+
+The difference of two runs of explore_fixed, so that what is done once is not in it. Compiled
+functions count, too; a function belongs to the package that it is in.
+
+Run it as: python benchmarks/calls.py [--functions N] [--seconds SHORT LONG]
+"""
+
+from __future__ import annotations
+
+import argparse
+import cProfile
+import gc
+import pstats
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+from measuring import figure, table
+
+from bt_mission.sessions.drive import drive
+from bt_mission.sessions.load import load
+from bt_mission.sessions.stage import Stage
+from bt_mission.views.terminal.speech import Speech
+
+STEPS_PER_S = 20
+OURS = ("bt_mission", "action_servers", "sim")
+
+Function = tuple[str, int, str]
+"""File, line, name."""
+
+
+def calls_in(duration_s: int) -> Counter[Function]:
+    """Return how often each function was called in a run of so many virtual seconds."""
+    mission = load(Path("missions/explore_fixed.yaml"), {"duration": duration_s})
+    profiler = cProfile.Profile()
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        Stage(mission, image_folder=Path(folder), say=lambda _: None) as stage,
+    ):
+        gc.disable()  # finalizers would come at other steps
+        profiler.enable()
+        drive(stage, [Speech()])
+        profiler.disable()
+        gc.enable()
+    stats = pstats.Stats(profiler).stats  # type: ignore[attr-defined]
+    return Counter({function: calls for function, (_, calls, *_) in stats.items()})
+
+
+def package_of(function: Function) -> str:
+    """Return the package that a function is in: two names of ours, one of others."""
+    file, _, name = function
+    if file == "~":
+        return "compiled"
+    parts = Path(file).with_suffix("").parts
+    for package in OURS:
+        if package in parts and "site-packages" not in parts:
+            at = len(parts) - 1 - parts[::-1].index(package)
+            return ".".join(parts[at : at + 2])
+    if "site-packages" in parts:
+        return parts[parts.index("site-packages") + 1]
+    return "standard library" if file.startswith("/") else name
+
+
+def main() -> None:
+    """Measure, and print the calls of each package."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--functions", type=int, default=0, help="show the N most called, too")
+    parser.add_argument(
+        "--seconds", type=int, nargs=2, default=(20, 80), help="how long the two runs are"
+    )
+    options = parser.parse_args()
+    short_s, long_s = options.seconds
+    calls_in(short_s)  # what is made once for a process
+    longer, shorter = calls_in(long_s), calls_in(short_s)
+    steps = (long_s - short_s) * STEPS_PER_S
+    calls = {one: (count - shorter[one]) / steps for one, count in longer.items()}
+    total = sum(calls.values())
+    python = sum(count for (file, *_), count in calls.items() if file != "~")
+    packages = Counter[str]()
+    for function, count in calls.items():
+        packages[package_of(function)] += count
+    table(("package", "calls a step"), [(k, f"{v:.1f}") for k, v in packages.most_common(30)])
+    if options.functions:
+        most = sorted(calls.items(), key=lambda item: -item[1])[: options.functions]
+        rows = [
+            (f"{package_of(f)}", f"{Path(f[0]).name}:{f[1]} {f[2]}", f"{count:.1f}")
+            for f, count in most
+        ]
+        table(("package", "function", "calls a step"), rows)
+    print(f"{total:.0f} calls a control step, {python:.0f} of them of Python functions")
+    figure("calls a control step", total)
+    figure("calls a control step of Python functions", python)
+
+
+if __name__ == "__main__":
+    main()
