@@ -67,9 +67,6 @@ FAULT = Option(
     "(docs/reference/scenarios.md); may be repeated",
     repeats=True,
     excludes=each("attach", why="faults are made in a simulation, not in a running graph"),
-    not_for=each(
-        "fleet", why="faults are those of one robot; run its mission, or write a scenario"
-    ),
 )
 NO_PYTHON = Option(
     "--no-python",

@@ -119,7 +119,11 @@ COMMANDS = {
         (
             MISSION,
             REQUIRE,
-            FAULT,
+            FAULT.but(
+                help="a fault in the simulation, such as 'at 5.0: drop scan lasting 2' "
+                "(docs/reference/scenarios.md); of a fleet, for every robot, or for one: "
+                "'ROBOT: at 5.0: ...'; may be repeated"
+            ),
             *OVERRIDES,
             nature_option("none"),
             NO_PYTHON,

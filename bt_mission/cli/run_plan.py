@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
@@ -77,9 +77,7 @@ class MissionPlan:
         from bt_mission.sessions.stage_robot import StageOptions
 
         own = self.scenario.stage_options if self.scenario else StageOptions()
-        chosen = replace(
-            _stage_options(options, own), props=_obstacles() if self.faults else own.props
-        )
+        chosen = _stage_options(options, own, self.faults)
         with self.scenario.at_its_start() if self.scenario else nullcontext():
             return Stage(self.mission, image_folder=options.images, say=_unsaid, options=chosen)
 
@@ -89,11 +87,7 @@ class MissionPlan:
             from bt_mission.scenarios.run import stop_at
 
             stop_at(session, self.scenario.limit)
-        if not self.faults:
-            return nullcontext(_only)
-        from bt_mission.faults.located import planned_on
-
-        return _with_faults(planned_on(session, self.faults))
+        return _with_faults(session, self.faults, lambda reports: reports[0])
 
     def judge(self, summary: Any) -> ScenarioResult | None:
         """Compare the report with what the scenario expects; None without a scenario."""
@@ -109,9 +103,10 @@ class MissionPlan:
 
 @dataclass(frozen=True)
 class FleetRunPlan:
-    """A fleet, each robot with its mission."""
+    """A fleet, each robot with its mission, and what goes wrong."""
 
     fleet: FleetPlan
+    faults: tuple[WrittenFault, ...] = ()
 
     @property
     def title(self) -> str:
@@ -126,14 +121,16 @@ class FleetRunPlan:
             robots=self.fleet.robots,
             image_folder=options.images,
             say=_unsaid,
-            options=_stage_options(options, self.fleet.stage_options),
+            options=_stage_options(options, self.fleet.stage_options, self.faults),
         )
 
     def preparing(self, session: Any) -> AbstractContextManager[Summarize]:
-        """Return what makes the fleet's report."""
+        """Have the faults begin at their times."""
         from bt_mission.fleets.run import fleet_report
 
-        return nullcontext(lambda reports: fleet_report(self.fleet, session, reports))
+        return _with_faults(
+            session, self.faults, lambda reports: fleet_report(self.fleet, session, reports)
+        )
 
     def judge(self, _summary: Summary) -> None:
         """A fleet is of no scenario."""
@@ -160,7 +157,7 @@ def load_plan(options: argparse.Namespace, kind: str) -> RunPlan:
         _begin(options, warnings, (robot.mission for robot in fleet.robots))
         if options.trace and not options.force:
             refuse_existing(file_of_robot(options.trace, robot.name) for robot in fleet.robots)
-        return FleetRunPlan(fleet)
+        return FleetRunPlan(fleet, _written_faults(options, [one.name for one in fleet.robots]))
     faults = _written_faults(options)
     loaded, warnings = examined_file(options)
     mission = getattr(loaded, "mission", loaded)
@@ -184,24 +181,29 @@ def _files(missions: Iterable[Mission]) -> Iterator[Any]:
         yield from files_of(mission)
 
 
-def _written_faults(options: argparse.Namespace) -> tuple[WrittenFault, ...]:
+def _written_faults(
+    options: argparse.Namespace, robots: Sequence[str] = ()
+) -> tuple[WrittenFault, ...]:
     if not options.fault:
         return ()
     from bt_mission.faults.located import faults_in_texts
 
-    faults = faults_in_texts(options.fault)
+    faults = faults_in_texts(options.fault, robots)
     for doubt in (doubt for fault in faults for doubt in fault.doubts()):
         print(doubt, file=sys.stderr)
     return faults
 
 
-def _stage_options(options: argparse.Namespace, own: StageOptions) -> StageOptions:
+def _stage_options(
+    options: argparse.Namespace, own: StageOptions, faults: Sequence[WrittenFault]
+) -> StageOptions:
     return replace(
         own,
         nature=nature_of(options) or own.nature,
         visible=options.visible,
         network=options.network,
         watched=options.tui or options.web or options.foxglove,
+        props=_obstacles() if faults else own.props,
     )
 
 
@@ -219,15 +221,21 @@ def _exit_code(summary: Summary) -> int:
 
 @contextmanager
 def _with_faults(
-    planned: AbstractContextManager[Callable[[Report], Report]],
+    session: Any, faults: Sequence[WrittenFault], summarize: Summarize
 ) -> Iterator[Summarize]:
-    with planned as with_outcomes:
-        yield lambda reports: with_outcomes(_only(reports))
+    """Have faults begin in a session; gives what makes its summary, with what became of them."""
+    if not faults:
+        yield summarize
+        return
+    from bt_mission.faults.located import planned_on
 
-
-def _only(reports: Reports) -> Report:
-    (report,) = reports
-    return report
+    with planned_on(session, faults) as with_outcomes:
+        yield lambda reports: summarize(
+            tuple(
+                with_outcomes(report, run.name)
+                for run, report in zip(session.runs, reports, strict=True)
+            )
+        )
 
 
 def _unsaid(_text: str) -> None:

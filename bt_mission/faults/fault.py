@@ -17,9 +17,9 @@ from bt_mission.core.text import seconds
 from bt_mission.events.events import FaultChanged
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.language.mission import Mission
 from bt_mission.ros.interface_types import action_type
 from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage_robot import StageRun
 from bt_mission.virtual_time import Answer, Delivery, Passing, Side
 
 Fates = Iterable[Delivery | Answer]
@@ -33,10 +33,15 @@ Tap = Callable[["FaultInstance", Passing], Fates]
 
 
 class FaultTarget(Protocol):
-    """The run in which something goes wrong."""
+    """The run in which something goes wrong.
 
-    mission: Mission
+    Attributes:
+        robot_run: The run of the robot that is concerned, on the stage.
+        faults: What has gone wrong for this robot so far.
+    """
+
     stage: Stage
+    robot_run: StageRun
     faults: list[FaultInstance]
 
     def find(self, name: str) -> Behaviour:
@@ -128,7 +133,7 @@ class FaultInstance:
         self.is_ended_from_outside = False
         self.is_ended_between = False
         """Was it ended from outside, between two instants?"""
-        self._seed = f"{run.mission.seed}/{fault}/{likes}"
+        self._seed = f"{run.robot_run.seed_text}/{fault}/{likes}"
         self._undo = ExitStack()
         self._is_lasting = False
         self._calls = 0
@@ -188,11 +193,10 @@ class FaultInstance:
         return f"{self.fault!r} from {begin} {until}"
 
     def _record(self, state: str) -> None:
-        stage = self.run.stage
         parameters = None if state == "ends" else plain(self.fault.parameters)
         what = self.fault.what
-        stage.executive.events.emit(
-            FaultChanged(stage.now_ns, self.number, what, state, parameters)
+        self.run.robot_run.executive.events.emit(
+            FaultChanged(self.run.stage.now_ns, self.number, what, state, parameters)
         )
 
     # ---- for those who write faults --------------------------------------------------------
@@ -241,7 +245,7 @@ class FaultInstance:
         Raises:
             ScenarioError: when there is none of that name.
         """
-        node = self.run.stage.node
+        node = self.run.robot_run.node
         full = node.resolve_topic_name(name)
         known = {one for one, _ in node.get_topic_names_and_types()}
         if full not in known:
@@ -257,7 +261,7 @@ class FaultInstance:
         Raises:
             ScenarioError: when nobody offers it.
         """
-        full = self.run.stage.node.resolve_topic_name(
+        full = self.run.robot_run.node.resolve_topic_name(
             ACTION_NAMES[name].action if name in ACTION_NAMES else name
         )
         if full not in self._actions():
@@ -279,7 +283,7 @@ class FaultInstance:
             ScenarioError: when nobody does.
         """
         stage = self.run.stage
-        full = stage.node.resolve_service_name(name)
+        full = self.run.robot_run.node.resolve_service_name(name)
         known = {
             one.service_name: one.srv_type
             for node in stage.clock.get_nodes()
@@ -301,16 +305,18 @@ class FaultInstance:
         }
 
     def node(self, name: str) -> Node:
-        """Return the node of a name.
+        """Return the node of a name: in the namespace of the robot, or else without one.
 
         Raises:
             ScenarioError: when there is none.
         """
-        full = name if name.startswith("/") else f"/{name}"
+        namespace = self.run.robot_run.node.get_namespace().rstrip("/")
+        full = name if name.startswith("/") else f"{namespace}/{name}"
         known = {one.get_fully_qualified_name(): one for one in self.run.stage.clock.get_nodes()}
-        if full not in known:
+        found = known.get(full) or known.get(f"/{name}")
+        if found is None:
             raise no_such("node", full, list(known))
-        return known[full]
+        return found
 
 
 def plain(parameters: Mapping[str, Any]) -> dict[str, Any]:

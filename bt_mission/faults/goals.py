@@ -122,7 +122,7 @@ class GoalFaults(Maker):
                 for gate in gates:
                     gate.open(clock.now_ns + by_ns)
 
-            events = fault.run.stage.executive.events
+            events = fault.run.robot_run.executive.events
             events.subscribe(take)
             fault.undo(lambda: events.unsubscribe(take))
             fault.undo(lambda: release(0))

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
+from typing import Protocol
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, fault_at
+from bt_mission.core.diagnostics import (
+    Diagnostic,
+    InputError,
+    did_you_mean,
+    fault_at,
+    listed,
+    quoted,
+)
 from bt_mission.executive.report import Report
 from bt_mission.faults.fault import FaultTarget
 from bt_mission.faults.faults import Faults
@@ -14,6 +23,7 @@ from bt_mission.faults.plan import FaultPlan, FaultProblem
 from bt_mission.faults.planned import PlannedFault
 from bt_mission.faults.targets import StageTarget
 from bt_mission.faults.text import parse_fault
+from bt_mission.faults.world import OF_THE_WORLD
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.sessions.stage import Stage
 
@@ -25,6 +35,16 @@ _DELAYS = frozenset(("delay", "delay_feedback", "delay_service"))
 _LONG_DELAY_S = 20.0
 """A number without a unit is taken for milliseconds from here: no network delays by so long."""
 
+_ROBOT = re.compile(r"\s*(\w+)\s*:\s*")
+"""The robot of a fleet with which a fault begins."""
+
+
+class WithOutcomes(Protocol):
+    """Adds what became of planned faults to the report of a run."""
+
+    def __call__(self, report: Report, robot: str = "") -> Report:
+        """Return the report of a robot with those of its faults."""
+
 
 @dataclass(frozen=True)
 class WrittenFault:
@@ -33,6 +53,8 @@ class WrittenFault:
     planned: PlannedFault
     locate: Callable[[str, str | None, str, int], Diagnostic]
     """Makes an error of a message, a hint, a part of the text and an offset in it."""
+    robot: str = ""
+    """Of a fleet: the robot that it is for; empty is each."""
 
     def doubts(self) -> Iterator[Diagnostic]:
         """Yield a warning for each delay without a unit that looks as if in milliseconds."""
@@ -50,32 +72,44 @@ class WrittenFault:
         return self.locate(problem.message, problem.hint, problem.part, problem.offset)
 
 
-def fault_in_text(text: str, file: str = OPTION) -> WrittenFault:
-    """Return the fault that a text describes.
+def fault_in_text(text: str, robots: Sequence[str] = ()) -> WrittenFault:
+    """Return the fault that a text describes: ``at 5.0: drop scan``, ``robot1: at 5.0: ...``.
+
+    Args:
+        robots: Of a fleet: the names that the text may begin with.
 
     Raises:
         InputError: With its place.
     """
+    named = _ROBOT.match(text) if robots else None
+    robot, start = ("", 0) if named is None else (named[1], named.end())
+
+    def at(column: int, message: str, hint: str | None) -> Diagnostic:
+        return fault_at((1, column), OPTION, [text], message, hint)
 
     def locate(message: str, hint: str | None, part: str, offset: int) -> Diagnostic:
-        column = max(text.find(part), 0) + offset + 1
-        return fault_at((1, column), file, [text], message, hint)
+        return at(max(text.find(part, start), start) + offset + 1, message, hint)
 
+    if robot and robot not in robots:
+        message = f"no robot {quoted(robot)} (the fleet's robots: {listed(robots)})"
+        raise InputError([at(1, message, did_you_mean(robot, robots))])
     try:
-        return WrittenFault(parse_fault(text), locate)
+        planned = parse_fault(text[start:])
     except ExpressionError as error:
-        raise InputError(
-            [fault_at((1, error.column), file, [text], error.message, error.hint)]
-        ) from None
+        raise InputError([at(start + error.column, error.message, error.hint)]) from None
+    if robots and not robot and planned.name in OF_THE_WORLD:
+        message = f"{planned.name} is of one robot: begin with its name, '{robots[0]}: {text}'"
+        raise InputError([at(1, message, None)])
+    return WrittenFault(planned, locate, robot)
 
 
-def faults_in_texts(texts: Sequence[str]) -> tuple[WrittenFault, ...]:
+def faults_in_texts(texts: Sequence[str], robots: Sequence[str] = ()) -> tuple[WrittenFault, ...]:
     """Return the faults of options. Raises InputError, with everything that is wrong."""
     found: list[WrittenFault] = []
     wrong: list[Diagnostic] = []
     for text in texts:
         try:
-            found.append(fault_in_text(text))
+            found.append(fault_in_text(text, robots))
         except InputError as error:
             wrong += error.faults
     if wrong:
@@ -85,33 +119,44 @@ def faults_in_texts(texts: Sequence[str]) -> tuple[WrittenFault, ...]:
 
 def planned_on(
     stage: Stage, written: Sequence[WrittenFault]
-) -> AbstractContextManager[Callable[[Report], Report]]:
-    """Have faults begin in a run on the stage that no test moves on: see :func:`planned_in`."""
-    return planned_in(StageTarget(stage), written)
+) -> AbstractContextManager[WithOutcomes]:
+    """Have faults begin on a stage that no test moves on: see :func:`planned_in`."""
+    return planned_in([StageTarget(stage, run) for run in stage.runs], written)
 
 
 @contextmanager
 def planned_in(
-    target: FaultTarget, written: Sequence[WrittenFault], faults: Faults | None = None
-) -> Iterator[Callable[[Report], Report]]:
-    """Have faults begin in a run; gives what adds their outcomes to its report.
+    targets: Sequence[FaultTarget], written: Sequence[WrittenFault], faults: Faults | None = None
+) -> Iterator[WithOutcomes]:
+    """Have faults begin for robots; gives what adds the outcomes to their reports.
 
     Args:
+        targets: The robots of a stage.
         faults: Makes them; where a test plays servers, those of its stage.
 
     Raises:
         InputError: For names that are not there, before the run begins; and at the end, where a
             fault could not begin.
     """
-    plan = FaultPlan(target, [one.planned for one in written], faults)
-    wrong = [written[one.number].diagnostic(one) for one in plan.problems()]
+    plans: dict[str, tuple[list[WrittenFault], FaultPlan]] = {}
+    wrong: list[Diagnostic] = []
+    for target in targets:
+        robot = target.robot_run.name
+        own = [one for one in written if one.robot in ("", robot)]
+        plan = FaultPlan(target, [one.planned for one in own], faults)
+        plans[robot] = own, plan
+        for problem in plan.problems():
+            fault = own[problem.number]
+            one, is_named = fault.diagnostic(problem), fault.robot == robot
+            wrong.append(one if is_named else replace(one, message=f"{one.message} [{robot}]"))
     if wrong:
         raise InputError(wrong)
     try:
-        yield lambda report: replace(report, faults=plan.outcomes())
+        yield lambda report, robot="": replace(report, faults=plans[robot][1].outcomes())
     finally:
-        if plan.errors:
-            raise InputError(
-                written[number].locate(str(error), None, "", 0)
-                for number, error in plan.errors.items()
-            )
+        if errors := [
+            own[number].locate(str(error), None, "", 0)
+            for own, plan in plans.values()
+            for number, error in plan.errors.items()
+        ]:
+            raise InputError(errors)

@@ -69,17 +69,18 @@ class FaultPlan:
         makes = faults or Faults.alone()
         self._target = target
         self._stage = stage = target.stage
-        stage.facts["faults"] = json.dumps([one.text for one in planned])
+        self._run = target.robot_run
+        self._run.facts["faults"] = json.dumps([one.text for one in planned])
         self._faults: list[Fault] = [one.make(makes) for one in planned]
         self._signals: StageSignals | None = None
         self._conditions: dict[int, ConditionMonitor] = {}
         self._true: set[int] = set()
         self._watched: list[_Watched] = []
-        self._cycles = stage.executive.cycles
+        self._cycles = self._run.executive.cycles
         for number, one in enumerate(planned):
             self._plan(number, one)
         if self._conditions:
-            stage.executive.after_tick.append(self._look)
+            self._run.executive.after_tick.append(self._look)
         if self._watched:
             stage.attach(StepCallback(self._after_step))
 
@@ -98,7 +99,7 @@ class FaultPlan:
                     yield FaultProblem(number, str(error), name)
             begin = self._faults[number].begin
             if isinstance(begin, Breakage):
-                why = self._stage.sim.simulation.faults.lacks.get(begin.part)
+                why = self._run.robot.faults.lacks.get(begin.part)
                 if why:
                     yield FaultProblem(number, why, one.kind.name)
             if isinstance(one.begins, WhenTrue):
@@ -136,11 +137,11 @@ class FaultPlan:
         name = one.arguments.get("box" if one.name == "move_box" else "name")
         default = "box" if one.name == "move_box" else one.name.removeprefix("spawn_")
         with mistakes_of_test(one.name):
-            self._stage.sim.simulation.props.check_floor(str(name or default), x, y)
+            self._run.robot.physics.props.check_floor(str(name or default), x, y)
 
     def _unknown(self, number: int, condition: Condition) -> Iterator[FaultProblem]:
         """Yield the names in a condition that nobody knows, and signals that no value comes of."""
-        errors = [*MissionNames(self._target.mission).unknown_in(condition.root)]
+        errors = [*MissionNames(self._run.mission).unknown_in(condition.root)]
         for error in errors:
             offset = error.column - 1
             yield FaultProblem(number, error.message, condition.text, offset, error.hint)
@@ -176,7 +177,7 @@ class FaultPlan:
                 self._watched.append(_Watched(number, lambda now_ns: now_ns >= after_ns))
             case WhenTrue(condition=condition, held_s=held_s):
                 if self._signals is None:
-                    self._signals = StageSignals(self._stage.runner, self._stage.runs[0].robot)
+                    self._signals = StageSignals(self._run.runner, self._run.robot)
                 self._conditions[number] = ConditionMonitor(
                     condition, self._signals, round(held_s * NS)
                 )
@@ -186,22 +187,22 @@ class FaultPlan:
         """Evaluate the conditions at a control step."""
         assert self._signals is not None, "it is called only where there are conditions"
         self._signals.step()
-        since_ns = self._stage.runner.now_ns - self._stage.start_ns
+        since_ns = self._run.runner.now_ns - self._stage.start_ns
         self._true |= {number for number, one in self._conditions.items() if one.step(since_ns)}
         self._signals.forget()
 
     def _after_step(self) -> None:
         """Have faults begin once a control step is over."""
-        if self._stage.executive.cycles == self._cycles:
+        if self._run.executive.cycles == self._cycles:
             return
-        self._cycles = self._stage.executive.cycles
+        self._cycles = self._run.executive.cycles
         for one in tuple(self._watched):
             if one.is_due(self._stage.now_ns):
                 self._watched.remove(one)
                 self._begin(one.number)
 
     def _begin(self, number: int) -> None:
-        if self._stage.is_done:
+        if self._run.executive.is_done:
             return
         try:
             self._faults[number](self._target)
@@ -223,17 +224,18 @@ class FaultPlan:
 
     def _find_action(self, name: str) -> None:
         """Look for an action without having it offered before its time."""
-        node = self._stage.node
+        node = self._run.node
         full = node.resolve_topic_name(ACTION_NAMES[name].action if name in ACTION_NAMES else name)
         known = {node.resolve_topic_name(one.action) for one in ACTION_NAMES.values()}
-        known |= set(self._stage.servers.actions)
+        known |= set(self._run.servers.actions)
         if full not in known:
             raise no_such("action", full, sorted(known))
 
     def _why_not(self, number: int, one: PlannedFault) -> str:
         if number in self.errors:
             return f"it could not be made: {self.errors[number]}"
-        end_s = ((self._stage.executive.ended_ns or self._stage.now_ns) - self._stage.start_ns) / NS
+        end_ns = self._run.executive.ended_ns or self._stage.now_ns
+        end_s = (end_ns - self._stage.start_ns) / NS
         if isinstance(one.begins, WhenTrue):
             return f"its condition was not true by the end at {seconds(end_s)}"
         return f"the mission ended at {seconds(end_s)}"

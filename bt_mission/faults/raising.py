@@ -47,7 +47,9 @@ class CodeFaults(Maker):
         def begin(fault: FaultInstance) -> None:
             node = fault.run.find(leaf)
             if node.children:
-                leaves = [one.name for one in fault.run.stage.executive.nodes if not one.children]
+                leaves = [
+                    one.name for one in fault.run.robot_run.executive.nodes if not one.children
+                ]
                 raise no_such("leaf", leaf, leaves)
             if not isinstance(node, Hooked):
                 raise ScenarioError(

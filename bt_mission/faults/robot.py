@@ -243,7 +243,7 @@ def _at_once(act: Callable[[Any], None]) -> Begin:
 
 
 def _robot(fault: FaultInstance) -> Any:
-    return fault.run.stage.sim.simulation
+    return fault.run.robot_run.robot
 
 
 def _sides(what: str, wheel: str) -> tuple[str, ...]:

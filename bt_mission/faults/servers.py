@@ -73,8 +73,9 @@ class ServerFaults(Maker):
             played = self._stages.scripted.get(name)
             if played is None:
                 self._servers(fault, name)
-                stage.kill_servers()
-                fault.undo(stage.start_servers)
+                run = fault.run.robot_run
+                stage.kill_servers(run)
+                fault.undo(lambda: stage.start_servers(run))
                 return
             node_name = played.node.get_name()
             stage.clock.remove_node(played.node)
@@ -158,7 +159,7 @@ class ServerFaults(Maker):
 
     def _servers(self, fault: FaultInstance, name: str) -> Any:
         """Our servers, where it is they that offer an action."""
-        servers = fault.run.stage.servers
+        servers = fault.run.robot_run.servers
         if name not in servers.actions:
             raise no_such("action of ours", name, list(servers.actions))
         return servers

@@ -1,4 +1,4 @@
-"""A run on the stage in which faults are made, where no test moves it on."""
+"""A robot on the stage for which faults are made, where no test moves the stage on."""
 
 from __future__ import annotations
 
@@ -8,28 +8,30 @@ from bt_mission.executive.executive import Executive
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.fault import FaultInstance
 from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage_robot import StageRun
 
 
 class StageTarget:
-    """A stage as the place of faults.
+    """A robot on a stage as the place of faults.
 
-    What goes wrong with a fault ends the mission in good order, and is kept in `errors`.
+    What goes wrong with a fault ends all missions in good order, and is kept in `errors`.
     """
 
-    def __init__(self, stage: Stage) -> None:
+    def __init__(self, stage: Stage, robot_run: StageRun) -> None:
         self.stage = stage
-        self.mission = stage.mission
+        self.robot_run = robot_run
         self.faults: list[FaultInstance] = []
         self.errors: list[Exception] = []
 
     def find(self, name: str) -> Behaviour:
         """Return the node of this name, or at this path. Raises ScenarioError."""
-        return find_node(self.stage.executive, name)
+        return find_node(self.robot_run.executive, name)
 
     def blame_test(self, error: Exception) -> None:
-        """Keep an error of a fault, and end the mission."""
+        """Keep an error of a fault, and end the missions."""
         self.errors.append(error)
-        self.stage.executive.interrupt(f"a fault could not be made: {error}")
+        for run in self.stage.runs:
+            run.executive.interrupt(f"a fault could not be made: {error}")
 
 
 def find_node(executive: Executive, name: str) -> Behaviour:

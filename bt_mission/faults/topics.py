@@ -191,7 +191,7 @@ class TopicFaults(Maker):
 
         def begin(fault: FaultInstance) -> None:
             name = fault.topic(topic)
-            types = dict(fault.run.stage.node.get_topic_names_and_types())
+            types = dict(fault.run.robot_run.node.get_topic_names_and_types())
             change(topic_type(types[name][0])())  # an unknown field is refused as it begins
             fault.tap(name, Side.MESSAGE, lambda _, it: (Delivery(change(it.message)),))
 

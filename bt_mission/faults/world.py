@@ -20,6 +20,9 @@ MOST_OBSTACLES = 4
 OBSTACLES = ("spawn_box", "spawn_cylinder")
 """The faults that have an obstacle appear."""
 
+OF_THE_WORLD = (*OBSTACLES, "move_box", "remove_box")
+"""The faults of the world, which all robots of a fleet share."""
+
 BOX = (0.2, 0.2, 0.3)
 """Length, width and height, m."""
 
@@ -110,7 +113,7 @@ class WorldFaults(Maker):
         def begin(fault: FaultInstance) -> None:
             x, y, _ = _place(fault, (ahead, left, at))
             if nearest_free:
-                length, width = fault.run.stage.sim.simulation.world.size
+                length, width = fault.run.robot_run.robot.physics.world.size
                 x = min(max(x, -length / 2), length / 2)
                 y = min(max(y, -width / 2), width / 2)
             with mistakes_of_test("move_box"):
@@ -124,9 +127,11 @@ class WorldFaults(Maker):
 
         def begin(fault: FaultInstance) -> None:
             prop = _prop(fault, box)
-            for one in fault.run.faults:
-                if one.made is prop:
-                    one.end()
+            made = [one for one in fault.run.faults if one.made is prop]
+            if not made:
+                raise ScenarioError("remove_box: the obstacle is that of a fault of another robot")
+            for one in made:
+                one.end()
 
         return begin
 
@@ -156,13 +161,13 @@ def _place(fault: FaultInstance, place: Whereabouts) -> tuple[float, float, floa
     if ahead is None:
         what = fault.fault.what
         raise ScenarioError(f"{what}: give a place, as ahead=1.0 (and left=) or at=(x, y)")
-    x, y, yaw = fault.run.stage.sim.simulation.pose
+    x, y, yaw = fault.run.robot_run.robot.pose
     cos, sin = math.cos(yaw), math.sin(yaw)
     return x + ahead * cos - left * sin, y + ahead * sin + left * cos, yaw
 
 
 def _props(fault: FaultInstance) -> Any:
-    return fault.run.stage.sim.simulation.props
+    return fault.run.robot_run.robot.physics.props
 
 
 def _free(fault: FaultInstance, name: str) -> str:

@@ -155,6 +155,7 @@ class FleetReport:
                 for each in one.mission.requirements
                 if each.verdict in ("violated", "unknown")
             ]
+            lines += [f"    fault {each}" for each in one.mission.faults]
         return lines
 
 

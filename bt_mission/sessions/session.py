@@ -40,7 +40,7 @@ class Run:
 
     def __init__(self, name: str = "") -> None:
         self.name = name
-        self.facts: Mapping[str, str] = {}
+        self.facts: dict[str, str] = {}
 
     @classmethod
     def of(cls, runner: MissionRunner, node: Node | None = None) -> Self:

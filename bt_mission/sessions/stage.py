@@ -252,20 +252,18 @@ class Stage(Session):
         for run in self.runs:
             run.offer_all()
 
-    def kill_servers(self) -> None:
-        """Have the action servers leave the graph without a word, as a process that is killed."""
-        for run in self.runs:
-            if run.has_servers:
-                run.has_servers = False
-                self.clock.remove_node(run.servers)
-                run.servers.vanish()
+    def kill_servers(self, run: StageRun) -> None:
+        """Have a robot's action servers leave the graph at once, as a process that is killed."""
+        if run.has_servers:
+            run.has_servers = False
+            self.clock.remove_node(run.servers)
+            run.servers.vanish()
 
-    def start_servers(self) -> None:
-        """Have action servers again, after the first were killed; they know nothing of goals."""
-        for run in self.runs:
-            if not run.has_servers:
-                run.replace_servers()
-                self.clock.add_node(run.servers)
+    def start_servers(self, run: StageRun) -> None:
+        """Have a robot's servers again, after the first were killed; they know nothing of goals."""
+        if not run.has_servers:
+            run.replace_servers()
+            self.clock.add_node(run.servers)
 
     def drain(self) -> None:
         """Serve what is on its way once the mission has ended; time stands still."""

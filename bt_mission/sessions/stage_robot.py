@@ -169,7 +169,7 @@ class StageRun(Run):
         options = RunnerOptions(
             say=(lambda text: say(f"{name}: {text}")) if say and name else say,
             trace=Trace(hide={str(self._images): "<images>", **_portable_names(mission)}),
-            goal_seed=f"{mission.seed} {name}" if name else str(mission.seed),
+            goal_seed=self.seed_text,
             has_controls=self._options.has_tools,
             has_presence=False,
             why_rejected=self._why_rejected,
@@ -186,6 +186,11 @@ class StageRun(Run):
         if options.has_controls:
             relay = RobotRelay(self.node, self._snapshot)
             self.executive.after_tick.append(relay.flush)
+
+    @property
+    def seed_text(self) -> str:
+        """The mission's seed, with the robot's name if it has one: equal seeds draw apart."""
+        return f"{self.member.mission.seed} {self.name}".rstrip()
 
     def live_with(self, nature: Mapping[str, float]) -> None:
         """Have the robot be as nature has drawn it; nothing changes where nothing is drawn."""

@@ -55,6 +55,7 @@ class Run(Assertions):
         self.mission = mission
         self.options = StageOptions(**options)
         self.stage = Stage(mission, image_folder=folder, say=self._say, options=self.options)
+        self.robot_run = self.stage.runs[0]
         self.history = History(self.stage)
         self._topics: dict[str, Recorded] = {}
         self.faults: list[FaultInstance] = []

@@ -151,7 +151,7 @@ class Stages:
         self._clear()
         with scenario.at_its_start():
             run = self._begin(scenario.mission, scenario_options(scenario))
-        with planned_in(run, scenario.faults, self.faults) as with_outcomes:
+        with planned_in([run], scenario.faults, self.faults) as with_outcomes:
             stop_at(run.stage, scenario.limit)
             while not run.is_done:
                 run.step()

@@ -246,6 +246,75 @@ def test_further_requirements_are_those_of_every_robot(
     assert "1 error\n" in capsys.readouterr().err
 
 
+def test_a_fault_is_for_one_robot(
+    fleet: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It is said with the robot, and stands below its line and in its trace alone."""
+    trace = tmp_path / "it.jsonl"
+    fault = "one: at 0.5: kill_server turn"
+    assert main(["run", fleet(), "--plain", "--fault", fault, "--trace", str(trace)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert "     0.50 s  one    fault 1 begins: kill_server action turn" in lines
+    (at,) = (number for number, line in enumerate(lines) if line.startswith("  one  turns  "))
+    assert "server lost: /one/turn" in lines[at]
+    assert lines[at + 1] == "    fault at 0.5: kill_server turn: from 0.50 s on"
+    assert lines[at + 2].startswith("  two  waits  2.05 s")
+    assert '"event": "fault"' in (tmp_path / "it.one.jsonl").read_text(encoding="utf-8")
+    assert '"event": "fault"' not in (tmp_path / "it.two.jsonl").read_text(encoding="utf-8")
+
+
+def test_a_fault_without_a_robot_is_for_all(fleet: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each robot has it on its own topics and conditions; two runs are the same."""
+    fault = "when speed < 1 and time >= 0.2: drop odom share 0.5 lasting 0.5"
+    sums = []
+    for _ in range(2):
+        assert main(["run", fleet(), "--json", "--fault", fault]) == 0
+        robots = json.loads(capsys.readouterr().out)["robots"]
+        assert [each["faults"] for each in robots] == [
+            [{"fault": fault, "began": 0.2, "ended": 0.7, "why": ""}]
+        ] * 2
+        sums.append([each["trace_sha256"] for each in robots])
+    assert sums[0] == sums[1]
+
+
+def test_a_fault_of_the_world_is_seen_by_both_robots(
+    fleet: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It stands before the robot that it names; another robot's fault cannot take it away."""
+    box = ["--fault", "two: at 0.5: spawn_box ahead 0.5 lasting 1"]
+    assert main(["run", fleet(), "--json", *box]) == 0
+    one, two = json.loads(capsys.readouterr().out)["robots"]
+    assert (one["faults"], two["faults"][0]["ended"]) == ([], 1.5)
+    assert main(["run", fleet(), *box, "--fault", "one: at 1: remove_box"]) == 2
+    said = capsys.readouterr().err
+    assert (
+        "--fault:1:6: error: remove_box: the obstacle is that of a fault of another robot" in said
+    )
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ("on: at 1: imu_dead", "--fault:1:1: error: no robot 'on' (the fleet's robots: one, two)"),
+        ("one: at 1: imu_ded", "--fault:1:12: error: there is no fault 'imu_ded'"),
+        ("one: at 1: drop scna", "--fault:1:17: error: there is no topic '/one/scna'"),
+        ("one: when running('a while'): imu_dead", "--fault:1:11: error: no node is named"),
+        ("when running('a while'): imu_dead", "[one]"),
+        ("at 1: spawn_box ahead 1", "begin with its name, 'one: at 1: spawn_box ahead 1'"),
+        ("one:", "--fault:1:5: error: expected a fault such as 'at 5.0: drop scan lasting 2'"),
+    ],
+)
+def test_a_fault_that_no_robot_can_have_is_an_error(
+    fleet: Any, capsys: pytest.CaptureFixture[str], fault: str, message: str
+) -> None:
+    """At its place, before anything moves."""
+    assert main(["run", fleet(), "--fault", fault]) == 2
+    said = capsys.readouterr()
+    assert message in said.err
+    assert said.err.count(": error: ") == 1
+    assert said.out == ""
+
+
 def test_inputs_of_a_fleet_are_completed(tmp_path: Path) -> None:
     """By their names, and by those of the robots before them."""
     (tmp_path / "m.yaml").write_text("mission: m\ninputs: {laps: 2}\n", encoding="utf-8")

@@ -91,7 +91,6 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         # The kinds of file to which it does not apply.
         ("run s.scenario.yaml --attach", "--attach does not apply to scenario files: a scenario"),
         ("run f.fleet.yaml --attach", "--attach does not apply to fleet files: a fleet has its"),
-        ("run f.fleet.yaml --fault 'at 1: drop scan'", "--fault does not apply to fleet files: "),
         ("run f.fleet.yaml --robot burger", "--robot does not apply to fleet files: write it into"),
         ("run f.fleet.yaml --video x.mp4", "--video does not apply to fleet files: videos are"),
         ("check f.fleet.yaml --robot x", "--robot does not apply to fleet files: write it into"),

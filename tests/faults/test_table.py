@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bt_mission.core.units import UNITS
 from bt_mission.faults import FAULTS, Faults
+from bt_mission.faults.world import OF_THE_WORLD, WorldFaults
 from bt_mission.testing.generators.faults import DRAWN, IN_LEAVES, OF_A_BOX
 from bt_mission.testing.generators.kinds import GROUPS
 
@@ -18,6 +19,11 @@ def test_every_fault_of_tests_is_in_the_table() -> None:
     }
     assert set(FAULTS) == public
     assert set(FAULTS) >= {*DRAWN, *IN_LEAVES}
+
+
+def test_the_faults_of_the_world_are_named() -> None:
+    """Of a fleet, each is for one robot."""
+    assert set(OF_THE_WORLD) == {name for name in vars(WorldFaults) if name in FAULTS}
 
 
 def test_every_fault_and_every_number_says_what_it_is() -> None:
