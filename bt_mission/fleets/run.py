@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -29,11 +31,18 @@ def run_fleet(fleet: str | Path | FleetPlan, *, seed: int | None = None) -> Flee
         plan = load_fleet(plan, FleetChanges(seed=seed))
     elif seed is not None:
         plan = load_fleet(plan.document, FleetChanges(seed=seed))
+    with fleet_stage(plan) as stage:
+        return fleet_report(plan, stage, drive(stage))
+
+
+@contextmanager
+def fleet_stage(plan: FleetPlan) -> Iterator[Stage]:
+    """Put a fleet on a stage; its pictures are deleted with the stage."""
     with (
         TemporaryDirectory(prefix="bt_mission_") as images,
         Stage(robots=plan.robots, image_folder=Path(images), options=plan.stage_options) as stage,
     ):
-        return fleet_report(plan, stage, drive(stage))
+        yield stage
 
 
 def fleet_report(plan: FleetPlan, stage: Stage, reports: Reports) -> FleetReport:

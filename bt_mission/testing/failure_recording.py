@@ -38,7 +38,7 @@ class FailureRecording:
         """Write down that the run has ended."""
         if self._recorder is not None:
             self._has_ended = True
-            self._recorder.finish(summary)
+            self._recorder.finish(summary, summary.get("robots", ()))
 
     def leave(self, path: Path) -> bool:
         """Copy what is there by now; gives whether there is anything.

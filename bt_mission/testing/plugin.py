@@ -106,12 +106,12 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
-    """Collect scenarios."""
-    if not file_path.name.endswith(".scenario.yaml"):
+    """Collect scenarios and fleets."""
+    if not file_path.name.endswith((".scenario.yaml", ".fleet.yaml")):
         return None
-    from bt_mission.testing.scenario_items import ScenarioItems
+    from bt_mission.testing.file_items import FileItems
 
-    return ScenarioItems.from_parent(parent, path=file_path)
+    return FileItems.from_parent(parent, path=file_path)
 
 
 EDITABLE = "Module already imported so cannot be rewritten; _editable_skbc_bt_mission"

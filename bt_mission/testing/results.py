@@ -23,6 +23,7 @@ from bt_mission.core.text import escape_control, escape_lines, escape_uncoloured
 from bt_mission.testing.options import MOST_RUNS
 
 if TYPE_CHECKING:
+    from bt_mission.testing.failure_recording import FailureRecording
     from bt_mission.testing.live_graph import LiveGraph
     from bt_mission.testing.run import Run
     from bt_mission.testing.stages import Stages
@@ -85,8 +86,7 @@ class Results:
         Raises:
             OSError: Where that cannot be written.
         """
-        folder.mkdir(parents=True, exist_ok=True)
-        (self._parent / ".gitignore").write_text("*\n", encoding="utf-8")
+        self._make_folder(folder)
         found = []
         for number, run in enumerate(runs, 1):
             suffix = f"_{number}" if len(runs) > 1 else ""
@@ -101,6 +101,21 @@ class Results:
             if run.is_done:
                 leave_scenario(run, folder / f"scenario{suffix}.yaml")
         return found
+
+    def keep(self, item: pytest.Item, recording: FailureRecording) -> str:
+        """Keep the recording of a run that no fixture has made; gives what to type."""
+        path = self._folder_of(item) / "recording.mcap"
+        try:
+            self._make_folder(path.parent)
+            is_left = recording.leave(path)
+        except OSError as error:
+            return f"nothing is left of it: {error.filename}: {error.strerror}"
+        lacks = recording.missing and f"  the recording lacks {recording.missing}"
+        return "\n".join(filter(None, (self._replay_of(path) if is_left else "", lacks)))
+
+    def _make_folder(self, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        (self._parent / ".gitignore").write_text("*\n", encoding="utf-8")
 
     def replay_command(self, item: pytest.Item, run: Run) -> str:
         """Return what to type to see a run of a test again, once that has failed."""

@@ -1,4 +1,4 @@
-"""Scenarios that pytest collects, and those that a failing test leaves."""
+"""Scenarios and fleets that pytest collects, and scenarios that a failing test leaves."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from bt_mission.recording.robots import recorded_robots
 from bt_mission.scenarios.run import run_scenario
 
 SCENARIO = """\
@@ -55,6 +56,65 @@ def test_a_scenario_that_cannot_be_read_fails_with_its_errors(pytester: pytest.P
     result.stdout.fnmatch_lines(["*bad.scenario.yaml:2:10: error: no such mission: *"])
     result.stdout.no_fnmatch_line("*Traceback*")
     result.stdout.no_fnmatch_line("*loader.py*")
+
+
+FLEET = """\
+fleet: two
+world: dqn_stage1
+robots:
+  one:
+    mission: {{mission: turns, tree: {{turn: {{angle: 90}}, name: turn, timeout: {}}}}}
+    start: {{x: -1}}
+  two: {{mission: {{mission: waits, tree: {{wait: 0.5}}}}, start: {{x: 1}}}}
+"""
+
+
+def test_a_fleet_is_a_test(pytester: pytest.Pytester) -> None:
+    """It passes where all missions succeed, and leaves nothing."""
+    pytester.makefile(".fleet.yaml", pair=FLEET.format(20))
+    result = pytester.runpytest("-v")
+    result.assert_outcomes(passed=1)
+    result.stdout.fnmatch_lines(["pair.fleet.yaml::pair PASSED*"])
+    assert not list(pytester.path.glob("scenario_results/*"))
+
+
+def test_a_fleet_that_fails_shows_its_report_and_keeps_the_recording(
+    pytester: pytest.Pytester,
+) -> None:
+    """The report has a line for each robot; the recording is that of all robots."""
+    pytester.makefile(".fleet.yaml", pair=FLEET.format(0.5))
+    result = pytester.runpytest()
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(
+        [
+            "*two: failure (1 of 2 missions succeeded)",
+            "*  one  turns * failure: 'turn' *",
+            "*  two  waits * success",
+            "*bt-mission replay scenario_results/*/recording.mcap",
+        ]
+    )
+    result.stdout.no_fnmatch_line("*file_items.py*")
+    (recording,) = pytester.path.glob("scenario_results/*/recording.mcap")
+    assert recorded_robots(recording) == ["one", "two"]
+
+
+def test_a_fleet_that_violates_a_requirement_fails(pytester: pytest.Pytester) -> None:
+    """Also where all missions succeed; with --mission-record=off nothing is kept."""
+    slow = "requirements: {{slow: never turn_rate > 0.1}}, tree"
+    pytester.makefile(".fleet.yaml", pair=FLEET.replace("tree", slow, 1).format(20))
+    result = pytester.runpytest("--mission-record=off")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*requirement slow: violated*"])
+    result.stdout.no_fnmatch_line("*bt-mission replay*")
+
+
+def test_a_fleet_that_cannot_be_read_fails_with_its_errors(pytester: pytest.Pytester) -> None:
+    """Without a traceback."""
+    pytester.makefile(".fleet.yaml", bad="fleet: bad\nrobots: {one: {mission: nowhere.yaml}}\n")
+    result = pytester.runpytest()
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*bad.fleet.yaml:2:25: error: no such mission: *"])
+    result.stdout.no_fnmatch_line("*Traceback*")
 
 
 TESTS = '''
