@@ -16,6 +16,7 @@ import select
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from operator import attrgetter
 from typing import Any
 from weakref import finalize
 
@@ -66,6 +67,9 @@ class Arrived:
     """Messages that came and were not taken; more than there are where a queue overflowed."""
 
 
+_RANK = attrgetter("rank")
+
+
 class Arrivals:
     """Counts what arrives for entities, until it is closed or forgotten."""
 
@@ -97,7 +101,7 @@ class Arrivals:
                 self._by_file[link_.file].rank = rank
         told = set(map(id, self._by_file.values()))
         self._waiting = [one for one in self._waiting if id(one) in told]
-        self._waiting.sort(key=_rank)
+        self._waiting.sort(key=_RANK)
         return untold
 
     def waiting(self) -> list[Arrived]:
@@ -112,7 +116,8 @@ class Arrivals:
                     self._waiting.append(one)
                     one.count = 0
                 one.count += os.eventfd_read(file)
-            self._waiting.sort(key=_rank)
+            if len(self._waiting) > 1:
+                self._waiting.sort(key=_RANK)
         return self._waiting
 
     def leftovers(self) -> list[Any]:
@@ -132,10 +137,11 @@ class Arrivals:
         """
         for one in self._waiting:
             if one.entity is entity:
-                is_empty = isinstance(entity, EventHandler) or (
-                    not number and isinstance(entity, Subscription)
-                )
-                one.count -= one.count if is_empty else max(number, 1)
+                kind = type(entity)
+                if kind is EventHandler or (not number and kind is Subscription):
+                    one.count = 0
+                else:
+                    one.count -= number or 1
                 return
 
     def fileno(self) -> int:
@@ -218,10 +224,6 @@ def _close(epoll: select.epoll, links: dict[int, _Link]) -> None:
         link.cut(epoll)
     links.clear()
     epoll.close()
-
-
-def _rank(one: Arrived) -> int:
-    return one.rank
 
 
 def _handle_of(entity: Any) -> Any:

@@ -39,11 +39,6 @@ class TapContext(Protocol):
         """Return the action of a client or server, then others that rclpy confuses with it."""
 
 
-def serve(entity: Any, executor: TapContext) -> PendingCallback:
-    """Serve an entity that was found ready."""
-    return _SERVERS.get(type(entity), _serve_waitable)(entity, executor)
-
-
 def serve_timer(timer: Timer) -> tuple[bool, PendingCallback]:
     """Call a timer if it is due; gives whether it was."""
     handle = timer.handle
@@ -54,12 +49,12 @@ def serve_timer(timer: Timer) -> tuple[bool, PendingCallback]:
             handle.call_timer()
     except InvalidHandle:
         return False, None
-    return True, _rest(timer.callback, timer.callback())
+    callback = timer.callback
+    outcome = callback()
+    return True, None if outcome is None else _rest(callback, outcome)
 
 
 def _rest(callback: Any, outcome: Any) -> PendingCallback:
-    if outcome is None:
-        return None
     return outcome if _is_to_be_awaited(callback, outcome) else None
 
 
@@ -83,7 +78,9 @@ def _serve_subscription(subscription: Subscription, executor: TapContext) -> Pen
         about = []
     if executor.taps.is_open and _catch_message(subscription, message, about, executor):
         return None
-    return _rest(subscription.callback, subscription.callback(message, *about))
+    callback = subscription.callback
+    outcome = callback(message, *about)
+    return None if outcome is None else _rest(callback, outcome)
 
 
 def _catch_message(
@@ -169,7 +166,8 @@ def _serve_guard(guard: GuardCondition, _: TapContext) -> PendingCallback:
     return _rest(guard.callback, guard.callback())
 
 
-def _serve_waitable(waitable: Waitable, executor: TapContext) -> PendingCallback:
+def serve_waitable(waitable: Waitable, executor: TapContext) -> PendingCallback:
+    """Serve an action client or server, or a waitable of somebody else's."""
     data = _take_parts(waitable, executor.arrivals)
     for future in waitable._futures:
         future._set_executor(executor)
@@ -252,9 +250,10 @@ _SENDERS = {
     "cancel": "send_cancel_response",
     "result": "send_result_response",
 }
-_SERVERS: dict[type, Callable[[Any, TapContext], PendingCallback]] = {
+SERVERS: dict[type, Callable[[Any, TapContext], PendingCallback]] = {
     Subscription: _serve_subscription,
     Service: _serve_service,
     Client: _serve_client,
     GuardCondition: _serve_guard,
 }
+"""What serves an entity that was found ready; :func:`serve_waitable` serves all others."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from dataclasses import dataclass
 from types import CoroutineType, GeneratorType
 from typing import Any
@@ -13,17 +13,13 @@ from rclpy import task as rclpy_task
 from rclpy.node import Node
 from rclpy.task import Future, Task
 
-from bt_mission.executors.taps import PendingCallback
-
 _PENDING = getattr(getattr(rclpy_task, "FutureState", None), "PENDING", None)
 """State of a future of which nothing is known yet; None where this rclpy keeps it otherwise."""
 
 
 def _is_pending(future: Future) -> bool:
-    """Has it neither come nor been canceled? To ask rclpy takes two calls."""
-    if _PENDING is None:
-        return not (future.done() or future.cancelled())
-    return future._state is _PENDING
+    """Has it neither come nor been canceled? For an rclpy whose futures have no state."""
+    return not (future.done() or future.cancelled())
 
 
 @dataclass(eq=False)
@@ -34,8 +30,9 @@ class _Begun:
     looking whether it is there.
     """
 
-    coroutine: Any
-    """Of a callback; the task, for a task."""
+    coroutine: Any = None
+    """Of a callback."""
+    task: Task | None = None
     entity: Any = None
     """What the callback serves."""
     node: Node | None = None
@@ -46,12 +43,12 @@ class _Begun:
     @property
     def is_stuck(self) -> bool:
         """Would a turn get it no further?"""
-        awaited, task = self.awaited, self.coroutine
-        return (
-            awaited is not None
-            and _is_pending(awaited)
-            and (not isinstance(task, Task) or _is_pending(task))
-        )
+        awaited, task = self.awaited, self.task
+        if awaited is None:
+            return False
+        if _PENDING is None:
+            return _is_pending(awaited) and (task is None or _is_pending(task))
+        return awaited._state is _PENDING and (task is None or task._state is _PENDING)
 
 
 class Tasks:
@@ -67,13 +64,9 @@ class Tasks:
         """Turns that tasks have had so far."""
         self._new: list[Task] = []
         self._tasks: list[_Begun] = []
-        self._callbacks: list[_Begun] = []
+        self.holding: list[_Begun] = []
+        """Callbacks that await something, and hold their callback groups."""
         self._away: WeakSet[Node] = WeakSet()
-
-    @property
-    def hold_groups(self) -> bool:
-        """May a callback group be held by a callback that awaits something?"""
-        return bool(self._callbacks)
 
     @property
     def can_go_on(self) -> bool:
@@ -88,7 +81,7 @@ class Tasks:
         return any(one.awaited is None for one in self._present())
 
     def _present(self) -> Iterator[_Begun]:
-        for one in (*self._tasks, *self._callbacks):
+        for one in (*self._tasks, *self.holding):
             if one.node not in self._away:
                 yield one
 
@@ -96,20 +89,21 @@ class Tasks:
         """Run a task, from the next turn on."""
         self._new.append(task)
 
-    def begin(self, rest: PendingCallback, entity: Any, node: Callable[[Any], Node | None]) -> None:
+    def begin(
+        self, rest: Coroutine[Any, Any, None], entity: Any, node: Callable[[Any], Node | None]
+    ) -> None:
         """Run a callback's coroutine as far as it goes now, and the rest of it in turns.
 
         Args:
             node: Tells whose the entity is.
         """
-        if rest is None:
-            return
         try:
             rest.send(None)
         except StopIteration:
             return
         entity.callback_group.beginning_execution(entity)
-        self._callbacks.append(_Begun(rest, entity, node(entity), _awaited_by(rest)))
+        begun = _Begun(rest, None, entity, node(entity), _awaited_by(rest))
+        self.holding.append(begun)
 
     def node_leaves(self, node: Node) -> None:
         """Leave the callbacks of a node where they are."""
@@ -125,16 +119,17 @@ class Tasks:
         What one of them raises comes out of here; the others keep their place.
         """
         if self._new:
-            self._tasks += map(_Begun, self._new)
+            self._tasks += [_Begun(task=task) for task in self._new]
             self._new = []
-        return (
-            _give_turns(self._tasks, self._run_task)
-            or _give_turns(self._callbacks, self._run_callback)
-            or bool(self._new)
+        return bool(
+            (self._tasks and _give_turns(self._tasks, self._run_task))
+            or (self.holding and _give_turns(self.holding, self._run_callback))
+            or self._new
         )
 
     def _run_task(self, begun: _Begun) -> bool | None:
-        task: Task = begun.coroutine
+        task = begun.task
+        assert task is not None, "callbacks are run by another method"
         self.turns += 1
         task()
         if task.done():

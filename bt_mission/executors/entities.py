@@ -79,12 +79,12 @@ class Entities:
         in_order = (*messages, *self.guards, *self.waitables)
         told = [one for one in in_order if isinstance(one, TELLING_AGAIN)]
         untold = set(map(id, arrivals.watch(told)))
-        # What has to be asked for, at each look.
-        self._asked = [
+        self.asked = [
             entity
             for entity in in_order
             if id(entity) in untold or not isinstance(entity, TELLING_AGAIN)
         ]
+        """Those of which the middleware does not tell by itself: they are asked at each look."""
         self._ranks = {id(entity): rank for rank, entity in enumerate(in_order)}
         self.timers: list[Timer] = [e for node in nodes for e in node.timers]
         self._nodes = tuple(nodes)
@@ -104,7 +104,7 @@ class Entities:
     def _wait_set(self) -> Any:
         sizes = dict.fromkeys(COUNTS, 0)
         sizes["num_guard_conditions"] = 1
-        for entity in self._asked:
+        for entity in self.asked:
             for known, kind in _ADDED.items():
                 sizes[f"num_{kind}s"] += isinstance(entity, known)
             if isinstance(entity, Waitable):
@@ -167,20 +167,15 @@ class Entities:
             any_held: May a callback group be held by a callback that awaits something?
         """
         waiting = self._arrivals.waiting()
-        if not waiting and not self._asked:
+        if not waiting and not self.asked:
             return []
         found = [one.entity for one in waiting]
-        if not self._asked and not owed:
+        if not self.asked and not owed:
             return found
-        found += self._tell(self._askable(owed) if any_held or owed else self._asked)
+        found += self._tell(self._askable(owed) if any_held or owed else self.asked)
         found += [entity for entity in owed if entity not in found and self.node_of(entity)]
         found.sort(key=self._rank)
         return found
-
-    @property
-    def any_asked(self) -> bool:
-        """Is there anything of which the middleware does not tell by itself?"""
-        return bool(self._asked)
 
     def _rank(self, entity: Any) -> int:
         return self._ranks[id(entity)]
@@ -215,7 +210,7 @@ class Entities:
         """Entities but those that would tell that they are ready, and could not be served."""
         return [
             entity
-            for entity in self._asked
+            for entity in self.asked
             if not isinstance(entity, Waitable)
             or isinstance(entity, TELLING_AGAIN)
             or (entity not in owed and entity.callback_group.can_execute(entity))

@@ -129,7 +129,8 @@ class LiveExecutor(ServingExecutor):
             if was_due:
                 has_fired = True
                 self._served += 1
-                self._begin(timer, rest)
+                if rest is not None:
+                    self._begin(timer, rest)
         return has_fired
 
     @override
@@ -157,7 +158,7 @@ class LiveExecutor(ServingExecutor):
     def _until_timer_s(self, most_s: float | None) -> float | None:
         """Time until the next timer is due, s, and no more than this; None for no end."""
         waits = [] if most_s is None else [most_s]
-        if self._entities.any_asked or self._begun.await_the_unknown:
+        if self._entities.asked or self._begun.await_the_unknown:
             waits.append(ASK_S)
         due_ns = map(ns_until_due, filter(self._can_be_served, self._wall_timers))
         waits += [max(wait_ns, 0) / NS for wait_ns in due_ns if wait_ns is not None]

@@ -12,10 +12,10 @@ from rclpy.node import Node
 from rclpy.task import Task
 
 from bt_mission.executors.arrivals import Arrivals
-from bt_mission.executors.callbacks import serve
+from bt_mission.executors.callbacks import SERVERS, serve_waitable
 from bt_mission.executors.coroutines import Tasks
 from bt_mission.executors.entities import Entities, exists, tells_once
-from bt_mission.executors.taps import Passing, PendingCallback, Side, Taps
+from bt_mission.executors.taps import Passing, Side, Taps
 
 
 class ServingExecutor(Executor):
@@ -132,31 +132,33 @@ class ServingExecutor(Executor):
 
     def _serve_ready(self) -> list[Any]:
         """Serve each entity that is ready once; gives those."""
-        self._refresh()
+        if self._structure_changed:
+            self._refresh()
         if self._is_over:
             return []
-        ready = self._entities.ready(self._owed, any_held=self._begun.hold_groups)
+        holding = self._begun.holding
+        ready = self._entities.ready(self._owed, any_held=bool(holding))
         # What tells only once that it is ready is owed a call until it is served, or gone.
-        self._owed = (
-            [entity for entity in ready if tells_once(entity)] if self._entities.any_asked else []
-        )
-        if self._begun.hold_groups:
+        asked = self._entities.asked
+        self._owed = [entity for entity in ready if tells_once(entity)] if asked else []
+        if holding:
             ready = list(filter(self._can_be_served, ready))
         for entity in ready:
-            if not self._can_be_served(entity):
+            if holding and not self._can_be_served(entity):
                 continue  # since it was found ready, a callback of its group has begun to await
             if entity in self._owed:
                 self._owed.remove(entity)
             self._served += 1
-            self._begin(entity, serve(entity, self))
+            rest = SERVERS.get(type(entity), serve_waitable)(entity, self)
+            if rest is not None:
+                self._begin(entity, rest)
             if self._structure_changed:
                 break  # what is ready may be gone; the next round looks again
         return ready
 
     def _can_be_served(self, entity: Any) -> bool:
         """Is no callback of its group in the middle of something?"""
-        return not self._begun.hold_groups or bool(entity.callback_group.can_execute(entity))
+        return not self._begun.holding or bool(entity.callback_group.can_execute(entity))
 
-    def _begin(self, entity: Any, rest: PendingCallback) -> None:
-        if rest is not None:
-            self._begun.begin(rest, entity, self._entities.node_of)
+    def _begin(self, entity: Any, rest: Coroutine[Any, Any, None]) -> None:
+        self._begun.begin(rest, entity, self._entities.node_of)

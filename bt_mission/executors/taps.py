@@ -102,7 +102,8 @@ class Taps:
 
     def __init__(self) -> None:
         self._taps: defaultdict[tuple[str, Side], list[Tap]] = defaultdict(list)
-        self._held: list[_Held] = []
+        self.held: list[_Held] = []
+        """What is to be delivered later."""
         self.is_open = False
         """Is there any tap? Where there is none, nothing is looked up."""
 
@@ -136,20 +137,20 @@ class Taps:
 
         One whose receiver is in the middle of another callback waits for its end.
         """
-        due = (one.due_ns for one in self._held if one.is_free)
+        due = (one.due_ns for one in self.held if one.is_free)
         return min((time_ns for time_ns in due if time_ns is not None), default=None)
 
     def take_due(self, now_ns: int) -> list[tuple[Any, Callable[[], PendingCallback]]]:
         """Take what is due out of what is held back, in order, each with its receiver."""
-        if not self._held:
+        if not self.held:
             return []
         due = [
             (due_ns, one)
-            for one in self._held
+            for one in self.held
             if (due_ns := one.due_ns) is not None and due_ns <= now_ns and one.is_free
         ]
         for _, one in due:
-            self._held.remove(one)
+            self.held.remove(one)
         due.sort(key=itemgetter(0))  # what is due at one time stays in the order of its coming
         return [(one.entity, partial(one.deliver, now_ns)) for _, one in due]
 
@@ -199,7 +200,7 @@ class Taps:
         deliver: Callable[[int], PendingCallback],
         gate: Gate | None = None,
     ) -> None:
-        self._held.append(_Held(after_ns, gate, end.entity, deliver))
+        self.held.append(_Held(after_ns, gate, end.entity, deliver))
 
 
 @dataclass(frozen=True)

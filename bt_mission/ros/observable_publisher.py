@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
@@ -26,6 +27,11 @@ class ObservablePublisher(Publisher):
     _is_latched: bool
     _send: Callable[[bytes], None]
     _count: Callable[[], int]
+
+    @cached_property
+    def handle(self) -> Any:
+        """That of rclpy, which would ask for it with every message."""
+        return super().handle
 
     def observe(self, take: Callable[[bytes], None], *, counts: bool) -> None:
         """Have an observer take each message from now on.

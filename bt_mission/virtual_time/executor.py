@@ -146,13 +146,12 @@ class VirtualTimeExecutor(Spinning):
         """
         self._refresh()
         wait_ns = self._entities.ns_until_next_timer(
-            any_held=self._begun.hold_groups, stopped=self.clocks.stopped
+            any_held=bool(self._begun.holding), stopped=self.clocks.stopped
         )
         due = [] if wait_ns is None else [self._now_ns + wait_ns]
         if self.world is not None:
             due.append(self.world.next_due_ns)
-        held_ns = self.taps.next_due_ns()
-        if held_ns is not None:
+        if self.taps.held and (held_ns := self.taps.next_due_ns()) is not None:
             due.append(held_ns)
         if self._alarms:
             due.append(self._alarms[0][0])
@@ -176,7 +175,7 @@ class VirtualTimeExecutor(Spinning):
         if self.world is not None:
             self.world.advance_to(time_ns)
         self._now_ns = time_ns
-        self.clocks.tell(self._ordered_nodes, time_ns)
+        self.clocks.tell(time_ns)
         self._ring()
         self.run_until_quiet()
         for timer in tuple(self._entities.timers):
@@ -189,11 +188,11 @@ class VirtualTimeExecutor(Spinning):
         Raises:
             TimeStuckError: When they do not end.
         """
-        limit = self.callbacks_served + CALLBACKS_PER_INSTANT
+        limit = self._served + CALLBACKS_PER_INSTANT
         was_serving, self._is_serving = self._is_serving, True
         try:
             while self._serve_round():
-                if self.callbacks_served > limit:
+                if self._served > limit:
                     self._report_stuck()
         finally:
             self._is_serving = was_serving
@@ -210,6 +209,7 @@ class VirtualTimeExecutor(Spinning):
                         f"a timer of {node.get_name()} on a {timer.clock.clock_type.name} clock "
                         "cannot run in virtual time; create it with the clock of its node"
                     )
+        self.clocks.keep(nodes)
         entities = Entities(nodes, self._context, self.arrivals)
         wait_for_matching(nodes)
         return entities
@@ -219,7 +219,8 @@ class VirtualTimeExecutor(Spinning):
 
     def _serve_round(self) -> list[Any]:
         """Run tasks as far as they get, then serve each ready entity once; gives those."""
-        self._release()
+        if self.taps.held:
+            self._release()
         self._run_tasks()
         return self._serve_ready()
 
@@ -229,7 +230,9 @@ class VirtualTimeExecutor(Spinning):
             self._refresh()
             if self._entities.node_of(entity) is not None:  # it may have been destroyed since
                 self._served += 1
-                self._begin(entity, deliver())
+                rest = deliver()
+                if rest is not None:
+                    self._begin(entity, rest)
 
     def _run_tasks(self) -> None:
         """Resume suspended callbacks and tasks until none of them gets any further."""
@@ -250,14 +253,15 @@ class VirtualTimeExecutor(Spinning):
         """Call a timer if it is due, and become quiet again."""
         if self._entities.node_of(timer) is None:
             return  # destroyed since the instant began, or its node has left
-        if not self._can_be_served(timer):
+        if self._begun.holding and not self._can_be_served(timer):
             return
         self._is_serving = True
         try:
             was_due, rest = serve_timer(timer)
             if was_due:
                 self._served += 1
-                self._begin(timer, rest)
+                if rest is not None:
+                    self._begin(timer, rest)
         finally:
             self._is_serving = False
         if was_due:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 from weakref import WeakKeyDictionary
 
 from rclpy.clock_type import ClockType
@@ -22,24 +23,36 @@ class Clocks:
     def __init__(self) -> None:
         self._ahead_ns: WeakKeyDictionary[Node, int] = WeakKeyDictionary()
         self._stopped_ns: WeakKeyDictionary[Node, int] = WeakKeyDictionary()
+        self._handles: list[tuple[Node, Any]] = []
 
     def start(self, node: Node, now_ns: int) -> None:
         """Take a node's clock over; its timers start anew."""
         handle = node.get_clock().handle
         with handle:
             handle.set_ros_time_override_is_enabled(True)
-        self.tell((node,), now_ns)
+        self._set(node, now_ns)
         for timer in node.timers:
             timer.reset()
 
-    def tell(self, nodes: Iterable[Node], now_ns: int) -> None:
-        """Tell nodes that it is ``now_ns``."""
-        time = _ros_time(now_ns)
-        for node in nodes:
-            its = _ros_time(self.at(node, now_ns)) if self._ahead_ns else time
-            handle = node.get_clock().handle
+    def keep(self, nodes: Iterable[Node]) -> None:
+        """Take note of the nodes whose clocks :meth:`tell` sets."""
+        self._handles = [(node, node.get_clock().handle) for node in nodes]
+
+    def tell(self, now_ns: int) -> None:
+        """Tell all nodes that it is ``now_ns``."""
+        if self._ahead_ns:
+            for node, _ in self._handles:
+                self._set(node, now_ns)
+            return
+        time = _ros_time(now_ns)._time_handle
+        for _, handle in self._handles:
             with handle:
-                handle.set_ros_time_override(its._time_handle)
+                handle.set_ros_time_override(time)
+
+    def _set(self, node: Node, now_ns: int) -> None:
+        handle = node.get_clock().handle
+        with handle:
+            handle.set_ros_time_override(_ros_time(self.at(node, now_ns))._time_handle)
 
     def at(self, node: Node, now_ns: int) -> int:
         """What a node's clock shows at ``now_ns``."""
@@ -48,7 +61,7 @@ class Clocks:
     def set_ahead(self, node: Node, by_ns: int, now_ns: int) -> None:
         """Set a node's clock further ahead; below zero, back."""
         self._ahead_ns[node] = self._ahead_ns.get(node, 0) + by_ns
-        self.tell((node,), now_ns)
+        self._set(node, now_ns)
 
     def stop(self, node: Node, now_ns: int) -> None:
         """Have a node's clock stand still."""

@@ -27,7 +27,8 @@ class DifferentialDrive:
     _target_linear: float = field(default=0.0, init=False)
     _target_angular: float = field(default=0.0, init=False)
     _expires_ns: int = field(default=0, init=False)
-    _settled: bool = field(default=True, init=False)
+    due_ns: float = field(default=math.inf, init=False)
+    """From when on :meth:`step` has something new for the wheels, ns."""
     _powered: bool = field(default=True, init=False)
 
     def command(self, linear: float, angular: float, time_ns: int) -> None:
@@ -46,7 +47,7 @@ class DifferentialDrive:
         self._target_linear = _clip(linear, robot.max_linear_velocity)
         self._target_angular = _clip(angular, robot.max_angular_velocity)
         self._expires_ns = time_ns + round(self.timeout_s * 1e9)
-        self._settled = False
+        self.due_ns = 0
 
     @property
     def timeout_s(self) -> float:
@@ -58,17 +59,15 @@ class DifferentialDrive:
         self._powered = on
         self.linear = self.angular = self._target_linear = self._target_angular = 0.0
         self._expires_ns = 0
-        self._settled = True
+        self.due_ns = math.inf
 
-    def due(self, time_ns: int) -> bool:
-        """Whether the wheels must be told something new for the step that begins at `time_ns`."""
-        if time_ns >= self._expires_ns and (self._target_linear or self._target_angular):
+    def step(self, time_ns: int) -> tuple[float, float]:
+        """Take the step that begins at `time_ns`, where it is due.
+
+        Returns the speeds of the left and the right wheel, rad/s.
+        """
+        if time_ns >= self._expires_ns:
             self._target_linear = self._target_angular = 0.0
-            self._settled = False
-        return not self._settled
-
-    def step(self) -> tuple[float, float]:
-        """Move on by one step; gives the speeds of the left and the right wheel, rad/s."""
         robot, step_s = self.robot, self.step_s
         self.linear = _toward(
             self.linear, self._target_linear, robot.max_linear_acceleration * step_s
@@ -76,7 +75,8 @@ class DifferentialDrive:
         self.angular = _toward(
             self.angular, self._target_angular, robot.max_angular_acceleration * step_s
         )
-        self._settled = self.linear == self._target_linear and self.angular == self._target_angular
+        if self.linear == self._target_linear and self.angular == self._target_angular:
+            self.due_ns = self._expires_ns if self.linear or self.angular else math.inf
         across = self.angular * robot.wheel_separation / 2
         return (self.linear - across) / robot.wheel_radius, (
             self.linear + across

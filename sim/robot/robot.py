@@ -165,14 +165,14 @@ class SimulatedRobot:
 
     def step_hooks(self) -> tuple[Callable[[int], None], Callable[[], None]]:
         """Return what tells the wheels, before a step of the physics, and what looks after it."""
-        drive, ctrl, due = self._drive, self._ctrl, self._drive.due
+        drive, ctrl = self._drive, self._ctrl
         qpos = self._qpos
         x, y = self._milestone
         pushes, acting = self._pushes, self._pushes.acting
 
         def before(now_ns: int) -> None:
-            if due(now_ns):
-                ctrl[:] = drive.step()
+            if now_ns >= drive.due_ns:
+                ctrl[:] = drive.step(now_ns)
             if acting:
                 pushes.apply(now_ns, self.pose[2])
 

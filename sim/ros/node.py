@@ -36,7 +36,6 @@ from sim.ros.topics import (
     REQUESTS,
     CommandType,
     RobotPublishers,
-    wanted,
 )
 from sim.ros.world_messages import occupancy_grid, zone_markers
 from sim.simulation import Fleet, Simulation
@@ -185,7 +184,7 @@ class SimNode(Node):
     def publish_clock(self) -> None:
         """Say what time it is, where somebody listens."""
         set_ns(self._stamp, self.clock_ns)
-        if wanted(self._time_out):
+        if self._time_out.get_subscription_count():
             self._time_out.publish(self._time)
 
     def set_clock_back(self) -> None:

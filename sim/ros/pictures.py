@@ -14,7 +14,7 @@ from sim.robot import frames
 from sim.robot.robot import SimulatedRobot
 from sim.ros import message_fields
 from sim.ros.schedule import Schedule
-from sim.ros.topics import RELIABLE, wanted
+from sim.ros.topics import RELIABLE
 from sim.sensors.camera import Camera, RaycastCamera
 from sim.sensors.canvas import NoCameraError
 from sim.sensors.noise import PictureDistortion, PictureNoise
@@ -54,9 +54,9 @@ class CameraTopics:
             if index == 0:  # the start, or a reset
                 self._has_drawn = False
             faults = robot.faults.camera
-            if wanted(infos) and not faults.dead:
+            if infos.get_subscription_count() and not faults.dead:
                 infos.publish(info)
-            if wanted(images) and not faults.dead:
+            if images.get_subscription_count() and not faults.dead:
                 if not (faults.frozen and self._has_drawn):
                     draw(index)
                 images.publish(message)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import attrgetter
 
 from bt_mission.core.errors import BtMissionError
 from sim.physics.names import STEP_NS
@@ -23,6 +24,9 @@ class _Entry:
     period_ns: int
     due_ns: int
     index: int = 0
+
+
+_DUE_NS = attrgetter("due_ns")
 
 
 class Schedule:
@@ -61,7 +65,7 @@ class Schedule:
         for entry in self._entries:
             if entry.period_ns != _NEVER:
                 entry.index, entry.due_ns = 0, time_ns
-        self.next_due_ns = min(entry.due_ns for entry in self._entries)
+        self.next_due_ns = min(map(_DUE_NS, self._entries))
 
     def run(self, time_ns: int) -> None:
         """Run everything due at `time_ns`, the present due instant."""
@@ -70,7 +74,7 @@ class Schedule:
                 entry.action(entry.index)
                 entry.index += 1
                 entry.due_ns += entry.period_ns
-        self.next_due_ns = min(entry.due_ns for entry in self._entries)
+        self.next_due_ns = min(map(_DUE_NS, self._entries))
 
 
 def period_of(rate_hz: float, what: str) -> int:

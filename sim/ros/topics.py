@@ -230,19 +230,19 @@ class RobotPublishers:
             reading = robot.read_odometry()
             here = (reading.x, reading.y, reading.yaw)
             faults = robot.faults
-            if wanted(wheels_out) and not faults.joints.dead:
+            if wheels_out.get_subscription_count() and not faults.joints.dead:
                 angles, speeds = robot.wheels
                 wheels_out.publish(wheels.packed(*angles, *speeds))
-            if wanted(odometry_out) and not faults.odometry.dead:
+            if odometry_out.get_subscription_count() and not faults.odometry.dead:
                 motion = reading.linear, reading.angular
                 odometry_out.publish(odometry.packed(*message_fields.planar(*here), *motion))
             to_odom = robot.localization.map_to_odom(robot.pose, here, robot.physics.time_ns)
-            if wanted(moving_out) and not faults.odometry.dead:
+            if moving_out.get_subscription_count() and not faults.odometry.dead:
                 places: tuple[float, ...] = message_fields.planar(*here)
                 if localises:
                     places = (*message_fields.planar(*to_odom), *places)
                 moving_out.publish(moving.packed(*places))
-            if wanted(truth_out):
+            if truth_out.get_subscription_count():
                 place = message_fields.planar(*robot.pose)
                 truth_out.publish(truth.packed(*place, *robot.velocity))
 
@@ -256,7 +256,7 @@ class RobotPublishers:
         publisher = self._publisher(Imu, "imu")
 
         def publish(index: int) -> None:
-            if wanted(publisher) and not self._robot.faults.imu.dead:
+            if publisher.get_subscription_count() and not self._robot.faults.imu.dead:
                 reading = self._robot.inertial(index)
                 publisher.publish(packed.packed(*message_fields.inertial(reading)))
 
@@ -271,7 +271,7 @@ class RobotPublishers:
         publisher = self._publisher(LaserScan, "scan", SENSOR_DATA)
 
         def publish(index: int) -> None:
-            if wanted(publisher) and not self._robot.faults.lidar.dead:
+            if publisher.get_subscription_count() and not self._robot.faults.lidar.dead:
                 if varies:
                     message_fields.scan_of(message, self._robot.scan(index))
                     publisher.publish(message)
@@ -287,7 +287,7 @@ class RobotPublishers:
         publisher = self._publisher(BatteryState, "battery_state")
 
         def publish(_: int) -> None:
-            if wanted(publisher):
+            if publisher.get_subscription_count():
                 publisher.publish(packed.packed(*message_fields.charge(self._robot.battery)))
 
         self._schedule.every(BATTERY_RATE, "battery", publish)
@@ -307,8 +307,3 @@ class RobotPublishers:
         self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", lambda _: tell())
         name = self._name("motor_power")
         self._node.create_service(SetBool, name, self._on_motor_power, qos_profile=REQUESTS)
-
-
-def wanted(publisher: Publisher) -> bool:
-    """Whether anybody subscribes to it."""
-    return publisher.get_subscription_count() > 0

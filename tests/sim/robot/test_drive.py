@@ -1,5 +1,7 @@
 """The base's own control: limits, ramp, and the stop when commands stop coming."""
 
+import math
+
 import pytest
 
 from bt_mission.core.robot.model import load_robot
@@ -17,13 +19,14 @@ def drive() -> DifferentialDrive:
 def run(drive: DifferentialDrive, steps: int, time_ns: int = 0) -> None:
     """Let so many steps of 5 ms pass."""
     for step in range(steps):
-        if drive.due(time_ns + step * 5_000_000):
-            drive.step()
+        now_ns = time_ns + step * 5_000_000
+        if now_ns >= drive.due_ns:
+            drive.step(now_ns)
 
 
 def test_nothing_is_due_before_the_first_command():
     """At rest the wheels need not be told anything."""
-    assert not drive().due(0)
+    assert drive().due_ns == math.inf
 
 
 def test_speed_is_ramped_at_the_limit_of_the_model():
@@ -34,7 +37,7 @@ def test_speed_is_ramped_at_the_limit_of_the_model():
     assert base.linear == pytest.approx(0.195)
     run(base, 1)
     assert base.linear == 0.2
-    assert not base.due(200_000_000)
+    assert base.due_ns == 2_000_000_000
 
 
 def test_turning_is_ramped_too():
@@ -72,8 +75,9 @@ def test_a_command_holds_for_the_command_timeout_exactly(patience):
     base.command(0.2, 0.0, 1_000_000_000)
     run(base, 40 * patience, 1_000_000_000)
     assert base.linear == 0.2
-    assert base.due(1_000_000_000 + patience * 200_000_000)
-    base.step()
+    end_ns = 1_000_000_000 + patience * 200_000_000
+    assert base.due_ns == end_ns
+    base.step(end_ns)
     assert base.linear == pytest.approx(0.195)
 
 
@@ -83,7 +87,7 @@ def test_it_comes_to_rest_and_stays_there():
     base.command(0.2, 1.0, 0)
     run(base, 600)
     assert (base.linear, base.angular) == (0.0, 0.0)
-    assert not base.due(10_000_000_000)
+    assert base.due_ns == math.inf
 
 
 def test_wheels_turn_at_the_speed_of_their_rims():
@@ -91,8 +95,8 @@ def test_wheels_turn_at_the_speed_of_their_rims():
     base = drive()
     base.command(0.2, 0.0, 0)
     run(base, 39)
-    assert base.step() == pytest.approx((0.2 / 0.033, 0.2 / 0.033))
+    assert base.step(0) == pytest.approx((0.2 / 0.033, 0.2 / 0.033))
     base.command(0.0, 1.0, 0)
     for _ in range(100):
-        left, right = base.step()
+        left, right = base.step(0)
     assert (left, right) == pytest.approx((-0.1435 / 0.033, 0.1435 / 0.033))
