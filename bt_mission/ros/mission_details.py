@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import reprlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from typing import Any
 
@@ -54,6 +55,19 @@ class MissionRun:
         """The mission's time, ns."""
         return self.clock_ns()
 
+    @cached_property
+    def _subtrees(self) -> list[Subtree]:
+        return [node for node in self.executive.nodes if isinstance(node, Subtree)]
+
+    def variables(self) -> dict[str, Any]:
+        """Return the variables, and those of each subtree with its name before them."""
+        values = dict(self.scope.values)
+        for subtree in self._subtrees:
+            values |= {
+                f"{subtree.name}.{name}": value for name, value in subtree.inner.values.items()
+            }
+        return values
+
 
 class MissionDetailsBuilder:
     """Describes what one mission is doing, for one subscriber.
@@ -65,7 +79,6 @@ class MissionDetailsBuilder:
     def __init__(self, run: MissionRun) -> None:
         self._run = run
         self._state = run.executive.mission_state
-        self._subtrees = [node for node in run.executive.nodes if isinstance(node, Subtree)]
         self._goals: dict[str, GoalChanged] = {}
         self._values: dict[str, str] = {}
         self._turn = 0
@@ -136,19 +149,11 @@ class MissionDetailsBuilder:
             )
 
     def _variables(self, *, complete: bool) -> Iterator[Variable]:
-        for name, value in variables_of(self._run, self._subtrees).items():
+        for name, value in self._run.variables().items():
             text = as_json(value)
             if complete or self._values.get(name) != text:
                 self._values[name] = text
                 yield Variable(name=name, value=text)
-
-
-def variables_of(mission: MissionRun, subtrees: Iterable[Subtree]) -> dict[str, Any]:
-    """Return the variables of a mission, and those of its subtrees with their names before them."""
-    values = dict(mission.scope.values)
-    for subtree in subtrees:
-        values |= {f"{subtree.name}.{name}": one for name, one in subtree.inner.values.items()}
-    return values
 
 
 def as_json(value: Any) -> str:
