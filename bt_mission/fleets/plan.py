@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from bt_mission.core.text import counted, escape_control
@@ -40,11 +39,6 @@ class FleetPlan:
         """Name, world and number of robots, for people."""
         robots = counted(len(self.robots), "robot")
         return escape_control(f"{self.name} in {self.world.name} ({robots}, seed {self.seed})")
-
-    @property
-    def facts(self) -> Mapping[str, str]:
-        """What a recording says of it."""
-        return {"fleet": self.name, "fleet_file": self.file.rpartition("/")[2]}
 
     @property
     def stage_options(self) -> StageOptions:

@@ -10,6 +10,7 @@ import secrets
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from bt_mission.core.listeners import Stream
 from bt_mission.core.stamps import NS
 from bt_mission.goals.attempt import SERVER_CHECK_NS
 from bt_mission.goals.goal import Goal, GoalClient, GoalStatus, Phase
@@ -222,7 +223,7 @@ class GoalSender:
         self._server_s = server_s
         self._limit_s = limit_s
         logs = ServerLogs(session.node)
-        self._client = RosGoalClient(session.node, action, type_name, logs.listen)
+        self._client = RosGoalClient(session.node, action, type_name, logs.listen, Stream())
         self._why_rejected = logs.listen(self._client.name)
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:

@@ -223,7 +223,7 @@ class RunRecorder(Onlooker):
         for one in self._missions:
             one.close()
         for run in self._session.runs:
-            run.runner.exchange_listeners.remove(self._on_exchange)
+            run.runner.exchanges.unsubscribe(self._on_exchange)
         self._topics.close()
         self._session.detach(self)
         self.guarded(self._hand_over_last)()
@@ -252,7 +252,7 @@ class RunRecorder(Onlooker):
         self._topics.look_around()
         for run, one in zip(session.runs, self._missions, strict=True):
             one.begin()
-            run.runner.exchange_listeners.append(self._on_exchange)
+            run.runner.exchanges.subscribe(self._on_exchange)
         session.attach(self)
         self.guarded(self._hand_over)()
         self.file.flush()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 from unique_identifier_msgs.msg import UUID
 
+from bt_mission.core.listeners import Stream
 from bt_mission.executors.serving import ServingExecutor
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.ros.clients import RosClient
@@ -40,10 +41,6 @@ class Exchange:
     goal_id: bytes
     request: Any
     answer: Any = None
-
-
-ExchangeListener = Callable[[Exchange], None]
-"""Told of each request when it is sent, and once more when it is answered."""
 
 
 class _Client(ActionClient):
@@ -80,7 +77,7 @@ class RosGoalClient(RosClient):
         type_name: Such as ``bt_mission_interfaces/action/Turn``.
         listen: Given the resolved name when a goal is sent; returns what tells why it was
             rejected, empty where nobody knows.
-        listeners: Told of what passes between client and server.
+        exchanges: Emits each request when it is sent, and once more when it is answered.
 
     Raises:
         BtMissionError: When the type is not installed, or the action has another one.
@@ -92,10 +89,10 @@ class RosGoalClient(RosClient):
         name: str,
         type_name: str,
         listen: Callable[[str], Callable[[], str]],
-        listeners: Sequence[ExchangeListener] = (),
+        exchanges: Stream[Exchange],
     ) -> None:
         self._listen = listen
-        self._listeners = listeners
+        self._exchanges = exchanges
         self._type, full = action_type(type_name), node.resolve_topic_name(name)
         super().__init__(node, full, type_name, self._type.Goal, get_action_names_and_types(node))
         self._client: ActionClient = _Client(node, self._type, full)
@@ -120,7 +117,7 @@ class RosGoalClient(RosClient):
         goal_id = _uuid(goal)
         goal.refusal = self._listen(self.name)
         service = self._type.Impl.SendGoalService
-        asked = service.Request(goal_id=goal_id, goal=request) if self._listeners else None
+        asked = service.Request(goal_id=goal_id, goal=request) if self._exchanges else None
 
         def on_answer(future: Future) -> None:
             handle = future.result()
@@ -170,7 +167,7 @@ class RosGoalClient(RosClient):
     def ask_result(self, goal: Goal) -> None:
         """Ask for the result; it arrives when the server has ended the goal."""
         service = self._type.Impl.GetResultService
-        asked = service.Request(goal_id=_uuid(goal)) if self._listeners else None
+        asked = service.Request(goal_id=_uuid(goal)) if self._exchanges else None
 
         def on_result(future: Future) -> None:
             response = future.result()
@@ -233,10 +230,10 @@ class RosGoalClient(RosClient):
             goal.on(Event.CANCEL_REFUSED)
 
     def _tell(self, service: str, goal: Goal, request: Any, answer: Any = None) -> None:
-        if self._listeners:
-            told = Exchange(self.name, self.type_name, service, goal.id, request, answer)
-            for listener in self._listeners:
-                listener(told)
+        if self._exchanges:
+            self._exchanges.emit(
+                Exchange(self.name, self.type_name, service, goal.id, request, answer)
+            )
 
 
 def _uuid(goal: Goal) -> UUID:

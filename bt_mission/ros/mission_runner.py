@@ -27,6 +27,7 @@ from bt_mission.behaviours.builder import build_tree, node_details
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.dds.liveliness import ASSURED_S, TOPIC
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.listeners import Stream
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import NS, clock_ns
 from bt_mission.core.text import seconds
@@ -41,7 +42,7 @@ from bt_mission.goals.ledger import Ledger
 from bt_mission.language.mission import Mission
 from bt_mission.ros.clients import RosServiceClient, TopicPublisher
 from bt_mission.ros.control_services import ControlServices
-from bt_mission.ros.goal_client import ExchangeListener, RosGoalClient
+from bt_mission.ros.goal_client import Exchange, RosGoalClient
 from bt_mission.ros.mission_details import MissionRun
 from bt_mission.ros.requirement_watch import RequirementWatch
 from bt_mission.ros.run_ending import see_to_the_end
@@ -80,7 +81,6 @@ class RunnerOptions:
         has_presence: Let servers notice when this process dies. They end its goals then.
         why_rejected: Returns why an action, by its resolved name, rejected its last goal; None
             takes what its server warns of on ``/rosout`` meanwhile.
-        on_mission_started: Takes the mission and its executive before the first tick.
         signals: Gives the signals of requirements; None takes them from topics.
     """
 
@@ -90,7 +90,6 @@ class RunnerOptions:
     has_controls: bool = True
     has_presence: bool = True
     why_rejected: Callable[[str], str] | None = None
-    on_mission_started: Callable[[Mission, Executive], None] = lambda *_: None
     signals: Callable[[Any], LiveSignals] | None = None
 
 
@@ -112,16 +111,16 @@ class MissionRunner:
             or when a mission with topics for tools runs on this node already.
     """
 
-    started_listeners: ClassVar[list[Callable[[Mission, Executive], None]]] = []
-    """Of all missions of this process: given each with its executive before the first tick."""
+    created: ClassVar[Stream[MissionRunner]] = Stream()
+    """Emits every runner of this process before its first tick."""
 
     def __init__(self, node: Node, mission: Mission, options: RunnerOptions | None = None) -> None:
         options = options or RunnerOptions()
         self.node = node
         self.domain_id: int = node.context.get_domain_id()
         self.mission = mission
-        self.exchange_listeners: list[ExchangeListener] = []
-        """Told of every request to an action, and of every answer."""
+        self.exchanges: Stream[Exchange] = Stream()
+        """Emits every request to an action, and every answer."""
         self._say = options.say or self._log_line
         self._time = MissionTime(self._on_clock_jump)
         self._tick_ns: int | None = None
@@ -155,8 +154,9 @@ class MissionRunner:
                 mission.name,
                 node_details(mission),
             )
-            for tell in (*self.started_listeners, options.on_mission_started):
-                tell(mission, self.executive)
+            self.created.emit(self)
+            while self.created.raised:
+                self.executive.events.raised.append(self.created.raised.pop())
             if options.has_controls:
                 self.show_waypoints()
                 made.callback(ControlServices(node, lambda: self.executive).close)
@@ -265,9 +265,7 @@ class MissionRunner:
     def goal_client(self, action: str, type_name: str) -> RosGoalClient:
         """The client of an action; one for each name and type."""
         full = self.node.resolve_topic_name(action)
-        return self._client(
-            RosGoalClient, full, action, type_name, self._listen, self.exchange_listeners
-        )
+        return self._client(RosGoalClient, full, action, type_name, self._listen, self.exchanges)
 
     def service_client(self, service: str, type_name: str) -> RosServiceClient:
         """The client of a service; one for each name and type."""

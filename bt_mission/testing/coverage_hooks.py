@@ -29,7 +29,6 @@ from bt_mission.sessions.load import load
 if TYPE_CHECKING:
     from _pytest.terminal import TerminalReporter
 
-    from bt_mission.executive.executive import Executive
     from bt_mission.language.mission import Mission
 
 SENT = "bt_mission_coverage"
@@ -63,11 +62,11 @@ class CoverageHooks:
                 raise pytest.UsageError(
                     f"--mission-cov-report: the name of {path} ends in none of {', '.join(WRITERS)}"
                 )
-        MissionRunner.started_listeners.append(self._on_mission_started)
+        MissionRunner.created.subscribe(self._watch)
 
     def pytest_unconfigure(self) -> None:
         """Watch no more."""
-        MissionRunner.started_listeners.remove(self._on_mission_started)
+        MissionRunner.created.unsubscribe(self._watch)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
@@ -136,9 +135,9 @@ class CoverageHooks:
 
     # ---- what is seen --------------------------------------------------------------------
 
-    def _on_mission_started(self, mission: Mission, executive: Executive) -> None:
+    def _watch(self, runner: MissionRunner) -> None:
         """Watch a mission that is set up in this process."""
-        CoverageWatch(mission, executive, self._know(mission))
+        CoverageWatch(runner.mission, runner.executive, self._know(runner.mission))
 
     def _know(self, mission: Mission) -> dict[int, CoveragePlace]:
         """Take in what there is to reach in a mission; gives its places by their steps."""

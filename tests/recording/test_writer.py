@@ -326,7 +326,7 @@ def test_a_closed_recorder_leaves_no_trace(record: Callable[..., Any]) -> None:
     before = run.recorder.file.messages
     run.recorder.close()
     assert not len(run.stage.trace.lines)
-    assert not run.stage.runner.exchange_listeners
+    assert not len(run.stage.runner.exchanges)
     while not run.stage.is_done:
         run.stage.step()
     assert run.recorder.file.messages == before

@@ -17,6 +17,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from bt_mission.core.listeners import Stream
 from bt_mission.goals.goal import Goal
 from bt_mission.ros.goal_client import RosGoalClient
 
@@ -90,7 +91,7 @@ class Peer(RosGoalClient):
     """The client of an action; :meth:`deliver` has something come from the other side."""
 
     def __init__(self, name: str, type_name: str) -> None:
-        super().__init__(node(), name, type_name, lambda _: str)
+        super().__init__(node(), name, type_name, lambda _: str, Stream())
         self.types = self._type
         self.requests = _Requests()
         self.tasks = Tasks()
