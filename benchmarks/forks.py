@@ -56,7 +56,7 @@ def fork_once(recording: Path, draw: Callable[[int], int]) -> str:
         with forked_stage(source, ForkChange(), step_ns) as (stage, finish):
             while not stage.is_done:
                 stage.step()
-            result = finish(stage.report(1.0))
+            result = finish(stage.reports(1.0))
     except BtMissionError as error:
         return str(error)
     return "" if result.difference is None else str(result.difference)

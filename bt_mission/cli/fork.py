@@ -17,7 +17,16 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.cli import recording
 from bt_mission.cli.argument_types import count, input_file
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import AT, FAULT, JSON, RECORDING, REQUIRE, SET, announce
+from bt_mission.cli.options import (
+    AT,
+    FAULT,
+    JSON,
+    RECORDING,
+    REQUIRE,
+    SET,
+    announce,
+    recorded_robot,
+)
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
@@ -39,6 +48,7 @@ examples:
   bt-mission fork run.mcap --sweep-at --set speed=0.1   how late would slower have been enough?
   bt-mission fork run.mcap --at 12.3 --fault 'at 13: drop scan lasting 2'
   bt-mission fork run.mcap --at 12.3                    does the same happen again?
+  bt-mission fork two.mcap --at 5 --robot burger1 --set speed=0.1    one robot of a fleet
 
 exit codes: 0 the forked mission succeeded and no requirement is violated (without a change: the
 same happened again; with --sweep-at: an instant was found), 1 it did not, 2 bad input, or not the
@@ -63,9 +73,18 @@ def fork(options: argparse.Namespace) -> int:
     from bt_mission.views.terminal.forks import told
 
     permissions = ANYTHING if options.import_python else NO_PYTHON
-    source = read_source(options.file, permissions)
+    source = read_source(options.file, permissions, options.robot)
+    has_change = options.set or options.mission or options.fault or options.require
+    if source.others and has_change and not options.robot:
+        raise BtMissionError(
+            f"{options.file}: say with --robot whose run is changed: {', '.join(source.names)}"
+        )
     for line in source.differences:
         print(f"{options.file}: {line}", file=sys.stderr)
+    if source.others and options.video:
+        raise BtMissionError(
+            f"--video does not apply to fleets: {recording.VIDEO.not_for['fleet']}"
+        )
     change = ForkChange()
     if options.mission is not None:
         change = edited(source, options.mission, permissions)
@@ -80,7 +99,7 @@ def fork(options: argparse.Namespace) -> int:
         print("\n".join([*told(result, options.at), *recording.told(kept)]))
     if result.report.status == "interrupted":
         return INTERRUPTED
-    is_well = result.difference is None if change.is_none else result.is_success
+    is_well = result.is_identical if change.is_none else result.is_success
     return SUCCESS if is_well else MISSION_FAILED
 
 
@@ -144,6 +163,7 @@ def run_fork(
     Raises:
         BtMissionError: Where it is not the same up to the fork, or a file cannot be written.
     """
+    from bt_mission.fleets.run import fleet_report
     from bt_mission.recording.forks.stage import forked_stage
     from bt_mission.sessions.drive import drive
 
@@ -154,8 +174,13 @@ def run_fork(
         ),
         recording.recorder_for(options, stage) as keeping,
     ):
-        result = finish(*drive(stage))
-        return result, keeping.finish(result.report)
+        reports = drive(stage)
+        result = finish(reports)
+        if not source.others:
+            return result, keeping.finish(result.report)
+        ends = {one.source.name: one.report for one in (result, *result.others)}
+        whole = fleet_report(source.fleet, stage, tuple(ends[name] for name in source.names))
+        return result, keeping.finish(whole)
 
 
 def fork_shown(
@@ -235,6 +260,7 @@ COMMANDS = {
                 "import the mission's Python leaves and nodes from this folder, which runs their "
                 "code",
             ),
+            recorded_robot("the first; a change needs the name of the robot that it is for"),
             JSON,
             *recording.RECORDING_OPTIONS,
         ),

@@ -35,6 +35,21 @@ def _check_encoder() -> None:
     load_encoder()
 
 
+VIDEO = Option(
+    "--video FILE.mp4",
+    "save a video of the simulated run, from above and by the camera (docs/how-to/recording.md)",
+    FileType("output", (".mp4",), "videos are MP4 files", takes_devices=False),
+    excludes=each(
+        "attach",
+        why="it shows a simulation in this process; record the camera (--record FILE.mcap "
+        "--record-camera) and look at it in Foxglove, or make a page (--report FILE.html)",
+    ),
+    not_for=each(
+        "fleet",
+        why="videos are of one robot; record the fleet (--record FILE.mcap) and replay it",
+    ),
+    check=_check_encoder,
+)
 RECORDING_OPTIONS = (
     Option("--trace FILE.jsonl", "write what happens to this file, as JSON lines", output_file),
     Option(
@@ -62,22 +77,7 @@ RECORDING_OPTIONS = (
         "mcap-ros2-support and rosbags refuse",
         needs=each("record"),
     ),
-    Option(
-        "--video FILE.mp4",
-        "save a video of the simulated run, from above and by the camera "
-        "(docs/how-to/recording.md)",
-        FileType("output", (".mp4",), "videos are MP4 files", takes_devices=False),
-        excludes=each(
-            "attach",
-            why="it shows a simulation in this process; record the camera (--record FILE.mcap "
-            "--record-camera) and look at it in Foxglove, or make a page (--report FILE.html)",
-        ),
-        not_for=each(
-            "fleet",
-            why="videos are of one robot; record the fleet (--record FILE.mcap) and replay it",
-        ),
-        check=_check_encoder,
-    ),
+    VIDEO,
     FORCE,
 )
 """Where a run is kept, and what of it."""

@@ -101,7 +101,10 @@ def _fork_offer(film: Timeline) -> ForkOffer:
     from bt_mission.views.web.replay import ForkOffer
 
     command = shlex.join(["bt-mission", "fork", str(film.path), "--at"])
-    return ForkOffer(command, refusal(film.path, RunFacts(film.notes), film.why_cut))
+    why_not = refusal(film.path, RunFacts(film.notes), film.why_cut)
+    if not why_not and len(film.robots) > 1:
+        why_not = f"of a fleet, the robot is named: bt-mission fork {film.path} --robot NAME --at S"
+    return ForkOffer(command, why_not)
 
 
 def _print_once(options: argparse.Namespace, film: Timeline) -> int:

@@ -126,10 +126,11 @@ class FleetRunPlan:
 
     def preparing(self, session: Any) -> AbstractContextManager[Summarize]:
         """Have the faults begin at their times."""
+        session.facts["fleet"] = self.fleet.name
         from bt_mission.fleets.run import fleet_report
 
         return _with_faults(
-            session, self.faults, lambda reports: fleet_report(self.fleet, session, reports)
+            session, self.faults, lambda reports: fleet_report(self.fleet.name, session, reports)
         )
 
     def judge(self, _summary: Summary) -> None:

@@ -32,7 +32,7 @@ def run_fleet(fleet: str | Path | FleetPlan, *, seed: int | None = None) -> Flee
     elif seed is not None:
         plan = load_fleet(plan.document, FleetChanges(seed=seed))
     with fleet_stage(plan) as stage:
-        return fleet_report(plan, stage, drive(stage))
+        return fleet_report(plan.name, stage, drive(stage))
 
 
 @contextmanager
@@ -42,15 +42,16 @@ def fleet_stage(plan: FleetPlan) -> Iterator[Stage]:
         TemporaryDirectory(prefix="bt_mission_") as images,
         Stage(robots=plan.robots, image_folder=Path(images), options=plan.stage_options) as stage,
     ):
+        stage.facts["fleet"] = plan.name
         yield stage
 
 
-def fleet_report(plan: FleetPlan, stage: Stage, reports: Reports) -> FleetReport:
+def fleet_report(name: str, stage: Stage, reports: Reports) -> FleetReport:
     """Return the report of a fleet, from those of its missions."""
     return FleetReport(
-        fleet=plan.name,
-        world=plan.world.name,
-        seed=plan.seed,
+        fleet=name,
+        world=stage.world,
+        seed=stage.seed,
         virtual_s=max(report.virtual_s for report in reports),
         wall_s=max(report.wall_s for report in reports),
         robots=tuple(

@@ -42,17 +42,23 @@ def _with_nature(written: dict[str, Any]) -> dict[str, Any]:
     return written
 
 
+class StageRobot(TypedDict):
+    """A robot of a simulation; without a name, it is alone."""
+
+    name: str
+    start: Three | None
+    nature: Annotated[dict[str, Any], AfterValidator(_with_nature)]
+
+
 class Stage(TypedDict):
     """The options of a simulation, on which a run depends."""
 
     sensor_seed: Count
-    start: Three | None
-    nature: Annotated[dict[str, Any], AfterValidator(_with_nature)]
     props: Count
     without: list[Any]
     has_tools: bool
     is_visible: bool
-    robots: list[Any]
+    robots: Annotated[list[StageRobot], Field(min_length=1)]
     nodes: list[Two]
 
 

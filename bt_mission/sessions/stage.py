@@ -129,9 +129,9 @@ class Stage(Session):
             for node in (*servers, *own.nodes, *executives):
                 self.clock.add_node(node)
             self._exit = made.pop_all()
-        self.world = world.name
+        self.world: str = world.name
         self.facts["world"] = world.name
-        self.facts |= stage_facts(members, self._options, self.runs[0].nature)
+        self.facts |= stage_facts(members, self._options, self._natures)
         self.files = files.texts
         self.is_stepping = False
         self._raised = 0
@@ -210,6 +210,11 @@ class Stage(Session):
     def __getitem__(self, name: str) -> StageRun:
         """Return the robot of that name. Raises KeyError."""
         return {run.name: run for run in self.runs}[name]
+
+    @property
+    def seed(self) -> int:
+        """Of all sensor noise."""
+        return self._seed
 
     @property
     def servers(self) -> ServersNode:
@@ -330,7 +335,7 @@ def _members(mission: Mission | None, robots: Sequence[FleetRobot]) -> Sequence[
     if mission is not None:
         return (FleetRobot("", mission),)
     for one in robots:
-        if not one.name:
+        if not one.name and len(robots) > 1:
             raise StageError("expected a name for each robot: its names lie in that namespace")
         if one.mission.map == "unknown":
             raise StageError(f"{one.name}: a fleet has no mapper, so 'map: unknown' cannot run")

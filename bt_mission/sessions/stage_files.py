@@ -40,7 +40,7 @@ class StageFiles:
                 world = read(find("worlds", world, first.file))
             text, world = world, load_world(world)
         robots = (
-            options.robot or read(find("robots", one.mission.robot, one.mission.file))
+            one.model or read(find("robots", one.mission.robot, one.mission.file))
             for one in members
         )
         return cls(world, text, tuple(robots))
@@ -53,19 +53,24 @@ class StageFiles:
 
 
 def stage_facts(
-    members: Sequence[FleetRobot], options: StageOptions, nature: Mapping[str, float]
+    members: Sequence[FleetRobot], options: StageOptions, natures: Sequence[Mapping[str, float]]
 ) -> Mapping[str, str]:
     """Return what else of a stage a run depends on, as JSON, for those who run it again."""
     seed = members[0].mission.seed if options.seed is None else options.seed
     known = {
         "sensor_seed": seed,
-        "start": options.start,
-        "nature": nature,
         "props": options.props,
         "without": sorted(options.without),
         "has_tools": options.has_tools,
         "is_visible": options.visible,
-        "robots": [one.name for one in members],
+        "robots": [
+            {
+                "name": one.name,
+                "start": (one.x, one.y, one.yaw) if one.name else options.start,
+                "nature": nature,
+            }
+            for one, nature in zip(members, natures, strict=True)
+        ],
         "nodes": [*_further_nodes(members[0].mission, options)],
     }
     return {"stage": json.dumps(known)}

@@ -39,7 +39,6 @@ class StageOptions:
 
     Attributes:
         world: The world, its name, path or text; None is that of the first mission.
-        robot: Text of the robot's model, for all robots; None is that of each mission.
         start: Where a robot alone starts: x m, y m, yaw degrees; None is where the world says.
         nature: What differs from run to run; None is as the mission says, or else the world.
         default_nature: Where neither these options nor mission nor world say it.
@@ -57,7 +56,6 @@ class StageOptions:
     """
 
     world: str | Path | Document | World | None = None
-    robot: Document | None = None
     start: tuple[float, float, float] | None = None
     nature: Nature | None = None
     default_nature: Nature = NO_NATURE
@@ -98,6 +96,7 @@ class FleetRobot:
         mission: It says which model of robot it is for.
         x: Where it starts on the map, m; y likewise.
         yaw: Its heading there, degrees.
+        model: The text of its model; None is that of the mission.
     """
 
     name: str
@@ -105,6 +104,7 @@ class FleetRobot:
     x: float = 0.0
     y: float = 0.0
     yaw: float = 0.0
+    model: Document | None = None
 
 
 class StageRun(Run):

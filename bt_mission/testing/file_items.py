@@ -152,7 +152,7 @@ class FleetItem(FileItem):
         with fleet_stage(plan) as stage:
             if what_to_record(self.config) != "off":
                 recording = FailureRecording(stage, self.folder / "recording.mcap")
-            report = fleet_report(plan, stage, drive(stage))
+            report = fleet_report(plan.name, stage, drive(stage))
             if recording is not None:
                 recording.finish(report.as_dict())
         return report, recording

@@ -48,7 +48,7 @@ def test_the_same_draw_gives_the_same_run(tmp_path):
 def test_what_was_drawn_repeats_the_run_as_numbers(tmp_path):
     """As a recording and the scenario of a failed test hold it."""
     first = ran(tmp_path, Nature("usual"))
-    assert json.loads(first.facts["stage"])["nature"] == first.runs[0].nature
+    assert json.loads(first.facts["stage"])["robots"][0]["nature"] == first.runs[0].nature
     assert ran(tmp_path, Nature("none", first.runs[0].nature)).trace.sha256 == first.trace.sha256
 
 

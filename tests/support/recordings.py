@@ -68,12 +68,25 @@ def edited(path: Path, keep: Callable[[Channel, int], bool]) -> Path:
     return path
 
 
-def with_facts(path: Path, changes: Mapping[str, str | None]) -> Path:
-    """The recording with other facts of its run; None leaves one out."""
-    source, copy = RecordedFile(recording()), McapFile(path, "bt-mission")
+def with_facts(
+    path: Path,
+    changes: Mapping[str, str | None],
+    of: Path | None = None,
+    note: str = "bt_mission",
+) -> Path:
+    """The recording with other facts of its run; None leaves one out.
+
+    Args:
+        of: Another recording.
+        note: The record of the facts.
+    """
+    source, copy = RecordedFile(of or recording()), McapFile(path, "bt-mission")
     messages = list(source.messages())
-    facts = {**source.notes["bt_mission"], **changes}
-    copy.note("bt_mission", {name: text for name, text in facts.items() if text is not None})
+    facts = {**source.notes[note], **changes}
+    for name, texts in source.notes.items() if of else ():
+        if name != note:
+            copy.note(name, dict(texts))
+    copy.note(note, {name: text for name, text in facts.items() if text is not None})
     for one in source.attached:
         copy.attach(one.name, one.media_type, one.data, one.time_ns)
     numbers: dict[Channel, int] = {}

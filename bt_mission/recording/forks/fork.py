@@ -18,6 +18,7 @@ from bt_mission.recording.forks.source import ForkError, ForkSource
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
     from bt_mission.sessions.stage import Stage
+    from bt_mission.sessions.stage_robot import StageRun
 
 REQUIREMENT = '"event": "requirement"'
 
@@ -31,6 +32,7 @@ class ForkResult:
         report: Of the forked run.
         difference: The first one from the recorded run; None where they are the same.
         same_events: How many events before the fork were compared, and are the same.
+        others: Of the other robots of a fleet, in which nothing is changed.
     """
 
     source: ForkSource
@@ -39,6 +41,12 @@ class ForkResult:
     report: Report
     difference: Difference | None
     same_events: int
+    others: tuple[ForkResult, ...] = ()
+
+    @property
+    def is_identical(self) -> bool:
+        """Is the whole run the same, that of the other robots included?"""
+        return self.difference is None and all(one.difference is None for one in self.others)
 
     @property
     def is_success(self) -> bool:
@@ -53,7 +61,10 @@ class ForkResult:
     def as_dict(self) -> dict[str, Any]:
         """What programs are told."""
         status, reason = self.source.outcome
+        robot = {"robot": self.source.name} if self.source.name else {}
+        others = [one.as_dict() for one in self.others]
         return {
+            **robot,
             "recording": str(self.source.path),
             "forked_at": self.at_s,
             "change": self.change.as_dict(),
@@ -68,6 +79,7 @@ class ForkResult:
             "forked": self.report.as_dict(),
             "first_difference": self.difference and asdict(self.difference),
             "other_versions": list(self.source.differences),
+            **({"others": others} if others else {}),
         }
 
 
@@ -80,11 +92,19 @@ class ForkedRun:
         step_ns: The control step of the fork.
         mission: What runs. What is told of requirements that only one of the two has is not
             compared.
+        parted: Takes the name of the robot when its run is another one before the fork. All runs
+            then end, so only the first is the cause.
     """
 
     def __init__(
-        self, source: ForkSource, change: ForkChange, step_ns: int, mission: Mission
+        self,
+        source: ForkSource,
+        change: ForkChange,
+        step_ns: int,
+        mission: Mission,
+        parted: list[str],
     ) -> None:
+        self._parted_robots = parted
         self._source = source
         self._change = change
         self._step_ns = step_ns
@@ -103,6 +123,7 @@ class ForkedRun:
         self._is_telling = False
         """Is the change written down? That is no difference of its own."""
         self._stage: Stage
+        self._run: StageRun
 
     @property
     def facts(self) -> dict[str, str]:
@@ -120,9 +141,10 @@ class ForkedRun:
             limit_s: Virtual seconds after which the run is interrupted; None is none.
         """
         self._stage = stage
-        for line in stage.trace.newest:
+        self._run = run = stage[self._source.name]
+        for line in run.trace.newest:
             self._take(line)
-        stage.trace.lines.subscribe(self._take)
+        run.trace.lines.subscribe(self._take)
         if self._change.is_applied:
             stage.clock.call_at(self._step_ns, self._apply)
         if limit_s is not None:
@@ -148,21 +170,23 @@ class ForkedRun:
 
     def _apply(self) -> None:
         try:
-            self._change.apply(self._stage.runner.scope)
+            self._change.apply(self._run.runner.scope)
         except BtMissionError as error:
             self._fault = error
             self._leave()
             return
         self._is_telling = True
-        self._stage.runner.log(f"forked here: {self._change}")
+        self._run.runner.log(f"forked here: {self._change}")
         self._is_telling = False
 
     def _leave(self) -> None:
-        self._stage.executive.abandon("the fork has ended")
+        for run in self._stage.runs:
+            run.executive.abandon("the fork has ended")
 
     def _interrupt(self) -> None:
         at_s = self._source.seconds(self._stage.now_ns)
-        self._stage.executive.interrupt(f"it had not ended after {at_s:.0f} s")
+        for run in self._stage.runs:
+            run.executive.interrupt(f"it had not ended after {at_s:.0f} s")
 
     def _take(self, line: str) -> None:
         if self._is_telling:
@@ -178,6 +202,7 @@ class ForkedRun:
         if self._parted is None and not is_same:
             self._parted = number
             if number < self._same:  # the run is another one: it need not go on
+                self._parted_robots.append(self._source.name)
                 self._stage.clock.call_at(self._stage.now_ns, self._leave)
 
     def _is_compared(self, line: str) -> bool:
@@ -197,9 +222,10 @@ class ForkedRun:
         self._lines = self._lines[: self._parted + 1]
         difference = self._difference(self._recorded[: self._parted + 1])
         at_s = source.seconds(self._step_ns)
+        whose = f"{source.name}: " if source.name else ""
         what = f"run again, it is not the same up to {seconds(at_s)}, so it cannot be forked there"
         lines = [
-            f"{source.path}: {what} (< recorded, > run again)",
+            f"{source.path}: {whose}{what} (< recorded, > run again)",
             str(difference),
             *source.differences,
         ]

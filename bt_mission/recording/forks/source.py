@@ -24,12 +24,12 @@ from bt_mission.language.loader import read_mission, required
 from bt_mission.language.mission import Mission, NodeFactory, node_factories
 from bt_mission.language.permissions import Permissions
 from bt_mission.language.places import zones_in
-from bt_mission.recording.facts import RunFacts
+from bt_mission.recording.facts import RunFacts, robot_of
 from bt_mission.recording.happenings import RecordedMessage, TraceLine, fold
 from bt_mission.recording.reading import RecordedFile
 from bt_mission.recording.signal_samples import requirements_in
 from bt_mission.sessions.load import XML
-from bt_mission.sessions.stage_robot import StageOptions
+from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 
 ROUNDING_NS = 1_000
 """Times are told in seconds with decimals; so much is no other instant, ns."""
@@ -53,6 +53,7 @@ class ForkSource:
 
     Args:
         path: Of the recording.
+        name: Of the robot; empty where it is alone.
         mission: As it was recorded, whatever stands on the disk now.
         written: The same as its file has it, without what was overridden for the run.
         world: The text of the world; likewise of the robot.
@@ -65,9 +66,12 @@ class ForkSource:
         summary: What the run came to; empty where the recording was cut.
         why_cut: Why the recording ends before its end; empty where it does not.
         differences: What is of another version here, a line each.
+        fleet: The name of the recorded fleet; empty of a robot alone.
+        others: The other robots of the fleet.
     """
 
     path: Path
+    name: str
     mission: Mission
     written: Mission
     world: Document
@@ -81,6 +85,8 @@ class ForkSource:
     summary: Mapping[str, Any]
     why_cut: str
     differences: tuple[str, ...]
+    fleet: str = ""
+    others: tuple[ForkSource, ...] = ()
 
     @property
     def end_s(self) -> float:
@@ -134,29 +140,66 @@ class ForkSource:
         Args:
             props: So many obstacles can appear, at least.
         """
-        start = self.stage["start"]
+        start = None if self.name else self._recorded["start"]
         return StageOptions(
             world=self.world,
-            robot=self.robot,
-            nature=read_nature(self.stage["nature"]),
             seed=self.stage["sensor_seed"],
             start=None if start is None else (start[0], start[1], start[2]),
             props=max(props, self.stage["props"]),
             watched=self.stage["has_tools"],
         )
 
+    def member(self, mission: Mission) -> FleetRobot:
+        """The robot for a stage, with what nature has drawn for it.
 
-def read_source(path: Path, permissions: Permissions = NO_PYTHON) -> ForkSource:
+        Args:
+            mission: That it runs.
+        """
+        x, y, yaw = self._recorded["start"] or (0.0, 0.0, 0.0)
+        nature = read_nature(self._recorded["nature"])
+        return FleetRobot(self.name, replace(mission, nature=nature), x, y, yaw, self.robot)
+
+    @property
+    def _recorded(self) -> Mapping[str, Any]:
+        found: Mapping[str, Any] = self.stage["robots"][self.names.index(self.name)]
+        return found
+
+    @property
+    def names(self) -> list[str]:
+        """The robots of the fleet, in order."""
+        return [one["name"] for one in self.stage["robots"]]
+
+
+def read_source(
+    path: Path, permissions: Permissions = NO_PYTHON, robot: str | None = None
+) -> ForkSource:
     """Read a recording, to run it again.
+
+    Args:
+        robot: Of a fleet, whose run it is; None is the first. The others are among its `others`.
+
+    Raises:
+        RecordingError: For a file that is none, or that cannot be opened, and for a robot that is
+            not in it.
+        ForkError: For a run that cannot run again, with what is missing.
+        InputError: For a mission, world or robot in it that this version cannot read.
+    """
+    source = _read(path, permissions, robot)
+    others = (_read(path, permissions, one) for one in source.names if one != source.name)
+    return replace(source, others=tuple(others))
+
+
+def _read(path: Path, permissions: Permissions, robot: str | None) -> ForkSource:
+    """Read what a recording has of one robot.
 
     Raises:
         RecordingError: For a file that is none, or that cannot be opened.
         ForkError: For a run that cannot run again, with what is missing.
         InputError: For a mission, world or robot in it that this version cannot read.
     """
-    file = RecordedFile(path)
+    file = RecordedFile(path, robot)
     lines = _trace_of(file)
-    facts = RunFacts(file.notes)
+    facts = file.facts
     stage = _stage_of(path, facts, file.why_cut)
     if not lines:
         raise ForkError(f"{path}: no trace of the run is in it{_cut(file.why_cut)}")
@@ -176,10 +219,11 @@ def read_source(path: Path, permissions: Permissions = NO_PYTHON) -> ForkSource:
     written, mission = _missions_of(file, facts, permissions)
     return ForkSource(
         path=path,
+        name=robot_of(facts.node),
         mission=mission,
         written=written,
         world=_text_of(file, "world", "worlds/"),
-        robot=_text_of(file, "robot", "robots/"),
+        robot=_text_of(file, "robot", f"robots/{Path(mission.robot).stem}."),
         stage=stage,
         faults=facts.faults,
         trace=lines,
@@ -189,6 +233,7 @@ def read_source(path: Path, permissions: Permissions = NO_PYTHON) -> ForkSource:
         summary=facts.summary,
         why_cut=file.why_cut,
         differences=tuple(_other_versions(facts.versions)),
+        fleet=facts.texts.get("fleet", ""),
     )
 
 
@@ -244,8 +289,8 @@ def _stage_of(path: Path, facts: RunFacts, why_cut: str) -> Mapping[str, Any]:
             f"{path}: it lacks the files of world and robot, and the options of the simulation: "
             f"recorded by an older bt-mission ({by}); record the run again"
         )
-    if stage["robots"] != [""]:
-        raise ForkError(f"{path}: it is of one robot of several, which cannot run again alone")
+    if facts.texts.get("namespace", "/").strip("/") not in [one["name"] for one in stage["robots"]]:
+        raise ForkError(f"{path}: its robots are not those of its simulation")
     if stage["without"]:
         names = ", ".join(map(str, stage["without"]))
         raise ForkError(f"{path}: a test played the servers of {names}, which are not in it")
@@ -274,8 +319,10 @@ def _missions_of(
     is_xml = Path(name).suffix == XML
     text = texts[name]
     document = document_of(text, name, texts) if is_xml else read_text(text, name)
+    if isinstance(document.data, dict) and "fleet" in document.data:
+        document = document.under("robots").under(robot_of(facts.node))
     if isinstance(document.data, dict) and isinstance(document.data.get("mission"), dict):
-        document = document.under("mission")  # it was written in a scenario
+        document = document.under("mission")  # it was written in a scenario or a fleet
     seed = facts.texts.get("seed", "")
     if not seed.isdecimal():
         raise ForkError(f"{file.path}: it has no seed")

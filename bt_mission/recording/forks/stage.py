@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from bt_mission.executive.report import Report
 from bt_mission.faults.located import faults_in_texts, planned_on
 from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.checks.requirements import with_requirements
 from bt_mission.recording.forks.change import ForkChange, refuse_earlier
 from bt_mission.recording.forks.fork import ForkedRun, ForkResult
 from bt_mission.recording.forks.source import ForkSource
+from bt_mission.sessions.drive import Reports
 from bt_mission.sessions.stage import Stage
 
-Finish = Callable[[Report], ForkResult]
-"""Gives what a fork came to, of the report of its run."""
+Finish = Callable[[Reports], ForkResult]
+"""Returns the result of a fork, of the reports of its runs."""
 
 
 @contextmanager
@@ -34,7 +35,7 @@ def forked_stage(
     Its pictures are made in a folder that goes with it.
 
     Args:
-        source: The recorded run.
+        source: The recorded run; of a fleet, that of the robot with the change.
         change: Takes effect at the fork.
         step_ns: The control step of the fork.
         require: Files of further requirements.
@@ -45,15 +46,39 @@ def forked_stage(
             is not the same up to the fork.
     """
     mission = with_requirements(change.mission_of(source.mission), require)
-    forked = ForkedRun(source, change, step_ns, mission)
-    faults = faults_in_texts([*source.faults, *change.faults])
-    refuse_earlier(faults[len(source.faults) :], source.seconds(step_ns))
-    options = source.options(props=MOST_OBSTACLES if faults else 0)
+    parted: list[str] = []
+    forked = {source.name: ForkedRun(source, change, step_ns, mission, parted)}
+    members = {source.name: source.member(mission)}
+    more = faults_in_texts(change.faults)
+    refuse_earlier(more, source.seconds(step_ns))
+    faults = [replace(one, robot=source.name) for one in (*faults_in_texts(source.faults), *more)]
+    for other in source.others:
+        forked[other.name] = ForkedRun(other, ForkChange(), step_ns, other.mission, parted)
+        members[other.name] = other.member(other.mission)
+        faults += [replace(one, robot=other.name) for one in faults_in_texts(other.faults)]
     with (
         TemporaryDirectory() as folder,
-        Stage(mission, image_folder=Path(folder), say=lambda _: None, options=options) as stage,
+        Stage(
+            robots=[members[name] for name in source.names],
+            image_folder=Path(folder),
+            say=lambda _: None,
+            options=source.options(props=MOST_OBSTACLES if faults else 0),
+        ) as stage,
         planned_on(stage, faults) as with_outcomes,
     ):
-        forked.follow(stage, limit_s)
-        stage.facts |= forked.facts
-        yield stage, lambda report: forked.result(with_outcomes(report))
+        for one in forked.values():
+            one.follow(stage, limit_s)
+        if source.fleet:
+            stage.facts["fleet"] = source.fleet
+        stage[source.name].facts |= forked[source.name].facts
+
+        def finish(reports: Reports) -> ForkResult:
+            by_name = {run.name: report for run, report in zip(stage.runs, reports, strict=True)}
+            results = {
+                name: forked[name].result(with_outcomes(by_name[name], name))
+                for name in (*parted, *forked)
+            }
+            others = tuple(results[other.name] for other in source.others)
+            return replace(results[source.name], others=others)
+
+        yield stage, finish

@@ -36,6 +36,10 @@ def told(result: ForkResult, asked_s: float) -> list[str]:
         for one in report.requirements
     ]
     lines += _difference(result)
+    if result.source.name:
+        lines = [f"{result.source.name}: {lines[0]}", *lines[1:]]
+    for other in result.others:
+        lines += told(other, result.at_s)
     return [escape_control(line) for line in lines]
 
 

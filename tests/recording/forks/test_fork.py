@@ -38,7 +38,7 @@ def test_the_same_happens_again_wherever_it_is_forked(
         with forked_stage(source, ForkChange(), step_ns) as (again, finish):
             while not again.is_done:
                 again.step()
-            result = finish(again.report(1.0))
+            result = finish(again.reports(1.0))
             assert result.difference is None
             assert result.report.trace_sha256 == stage.trace.sha256
             assert again.trace.sha256 == source.summary["trace_sha256"]
@@ -61,5 +61,5 @@ def test_a_run_that_takes_too_long_is_interrupted(tmp_path: Path) -> None:
     ):
         while not again.is_done:
             again.step()
-        report = finish(again.report(1.0)).report
+        report = finish(again.reports(1.0)).report
     assert (report.status, report.reason) == ("interrupted", "it had not ended after 5 s")
