@@ -82,7 +82,7 @@ def test_the_run_of_one_robot_is_changed(run: str, capsys: pytest.CaptureFixture
     assert lines[0].startswith("two: recorded: success at ")
     assert lines[1].startswith("forked at 0.50 s with speed=0.2: success at ")
     (at,) = (number for number, line in enumerate(lines) if line.startswith("one: recorded: "))
-    assert lines[at + 1].startswith("forked at 0.50 s without a change: success at ")
+    assert lines[at + 1].startswith("forked at 0.50 s with two: speed=0.2: success at ")
     fault = forked(
         capsys, run, "--robot", "two", "--at", "1", "--fault", "at 2: lidar_dead", code=1
     )

@@ -16,12 +16,17 @@ SHOWN_S = 0.0005
 """A time that is rounded by less than this is shown as it was asked for, s."""
 
 
-def told(result: ForkResult, asked_s: float) -> list[str]:
-    """Tell what was recorded, what has become of it, and where the two part."""
+def told(result: ForkResult, asked_s: float, changed: str = "") -> list[str]:
+    """Tell what was recorded, what has become of it, and where the two part.
+
+    Args:
+        changed: Of a fleet, the other robot whose run was changed, with the change.
+    """
     source, report = result.source, result.report
     rounded = abs(result.at_s - asked_s) > SHOWN_S
     step = f" (the control step after {asked_s:g} s)" if rounded else ""
     what = "without a change" if result.change.is_none else f"with {result.change}"
+    what = changed or what
     then = _outcome(*source.outcome, source.summary.get("virtual_s", source.end_s))
     now = _outcome(report.status, report.reason, report.virtual_s)
     lines = [
@@ -38,8 +43,9 @@ def told(result: ForkResult, asked_s: float) -> list[str]:
     lines += _difference(result)
     if result.source.name:
         lines = [f"{result.source.name}: {lines[0]}", *lines[1:]]
+    changed = "" if result.change.is_none else f"with {result.source.name}: {result.change}"
     for other in result.others:
-        lines += told(other, result.at_s)
+        lines += told(other, result.at_s, changed)
     return [escape_control(line) for line in lines]
 
 
