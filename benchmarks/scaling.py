@@ -110,8 +110,9 @@ def of_obstacles(count: int, folder: Path) -> Stage:
 
 def of_rays(count: int, folder: Path) -> Stage:
     """A stage whose robot has so many rays."""
-    options = StageOptions(world="dqn_stage4", robot=robot_with(count))
-    return Stage(load(TURNS), image_folder=folder, options=options)
+    member = FleetRobot("", load(TURNS), model=robot_with(count))
+    options = StageOptions(world="dqn_stage4")
+    return Stage(robots=[member], image_folder=folder, options=options)
 
 
 def of_nodes(count: int, folder: Path) -> Stage:
