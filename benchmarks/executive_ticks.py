@@ -133,7 +133,9 @@ class HeldMission(MissionRunner):
     def goal_client(self, action: str, type_name: str) -> RosGoalClient:
         """A courier that keeps its goals."""
         full = self.node.resolve_topic_name(action)
-        return self._client(HeldCourier, full, action, type_name, lambda _: "")
+        return self._client(
+            HeldCourier, full, action, type_name, lambda _: lambda: "", self.exchanges
+        )
 
 
 class Ticked:
