@@ -24,8 +24,9 @@ from bt_mission.btcpp.table import FORMAT, REGISTERED, REQUIREMENT, SUBTREE, TRE
 from bt_mission.btcpp.yaml_text import yaml_text
 from bt_mission.core.diagnostics import InputError, did_you_mean, in_order, listed, quoted
 from bt_mission.core.errors import HintedError
-from bt_mission.core.yaml.composer import MAX_DEPTH, MAX_VALUES, At, Place
+from bt_mission.core.yaml.composer import MAX_VALUES, At, Place
 from bt_mission.core.yaml.document import Document, read_source
+from bt_mission.core.yaml.parser_messages import MAX_DEPTH
 from bt_mission.language.loader import read_mission, required
 from bt_mission.language.trees import MOST_FILES
 

@@ -15,10 +15,7 @@ from typing import Any
 import yaml  # type: ignore[import-untyped]
 
 from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, InputError, fault_at, quoted
-from bt_mission.core.yaml.parser_messages import translate
-
-MAX_DEPTH = 200
-"""Levels of nesting, aliases followed. A tree node takes two to three levels."""
+from bt_mission.core.yaml.parser_messages import MAX_DEPTH, TOO_DEEP, translate
 
 MAX_VALUES = 100_000
 """Values in a document, aliases followed: what an alias bomb runs into."""
@@ -203,8 +200,7 @@ class _EventReader:
             self.fail("expected a name as key, got a list or a mapping", self.begin(event))
         self.stack.append(new)
         if len(self.stack) > MAX_DEPTH:
-            message = f"nested too deeply; at most {MAX_DEPTH} levels are read"
-            self.fail(message, (new.place.line, new.place.column))
+            self.fail(TOO_DEEP, (new.place.line, new.place.column))
         if new.anchor is not None:
             self.anchors[new.anchor] = new
 
@@ -253,7 +249,7 @@ class _EventReader:
         if top is not None and isinstance(top.data, dict) and top.key is None:
             self.fail("expected a name as key, got an alias", at)
         if len(self.stack) + target.height > MAX_DEPTH:
-            self.fail(f"nested too deeply; at most {MAX_DEPTH} levels are read", at)
+            self.fail(TOO_DEEP, at)
         self.add(target.data, target.place, target.size, target.height, at)
 
     def add(self, data: Any, place: Place, size: int, height: int, at: At | None = None) -> None:

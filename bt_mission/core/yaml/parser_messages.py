@@ -22,6 +22,11 @@ _SECOND_COLON = re.compile(
     (?P<text>[^\s'"{\[|>&*!][^\#]*?:(?:[ ][^\#]*?)?)(?:[ ]+\#.*|[ ]*)""",
     re.VERBOSE,
 )
+MAX_DEPTH = 200
+"""Levels of nesting, aliases followed. A tree node takes two to three levels."""
+
+TOO_DEEP = f"nested too deeply; at most {MAX_DEPTH} levels are read"
+
 _TAB = "a tab; YAML is indented with spaces"
 _PROBLEMS = {
     "mapping values are not allowed in this context": (
@@ -34,6 +39,8 @@ _PROBLEMS = {
         "an unknown escape in a double-quoted text; write '\\\\' for a backslash"
     ),
     "found undefined tag handle": "a tag; tags are not used here",
+    # libyaml 0.2.6 has a limit of its own: 1,000 levels, counted before it gives an event.
+    "exceeded maximum nesting depth": TOO_DEEP,
 }
 
 
