@@ -64,6 +64,8 @@ class MissionState:
         """The newest state of the newest goals, in the order sent."""
         self.goals_changed_ns: dict[str, int] = {}
         """When each goal got its state, ns."""
+        self._ended_goals: dict[str, None] = {}
+        """The goals in `goals` that have ended, in the order of their ends."""
         self.variables: dict[str, str] = {}
         self.breakpoints: tuple[str, ...] = ()
         self._requirements: dict[str, RequirementChanged] = {}
@@ -243,7 +245,7 @@ class MissionState:
             if index:
                 self.is_leaf[node.parent] = False
         self.running, self.progress, self.goals, self.variables = {}, {}, {}, {}
-        self.goals_changed_ns, self._requirements = {}, {}
+        self.goals_changed_ns, self._ended_goals, self._requirements = {}, {}, {}
         self.ticks = self.goals_sent = None
         self.robot.trail.clear()
         return True
@@ -314,16 +316,16 @@ class MissionState:
         elif not event.change:
             return False
         self.goals[event.id] = event
-        if known is None and len(self.goals) > MOST_GOALS:
-            self._drop_goal()
+        if event.is_ended:
+            self._ended_goals[event.id] = None
+        if known is None and len(self.goals) > MOST_GOALS and self._ended_goals:
+            self._drop_goal(next(iter(self._ended_goals)))
         self._see(event.time_ns)
         return True
 
-    def _drop_goal(self) -> None:
-        """Drop the oldest goal that has ended; those that are open are bounded by the tree."""
-        oldest = next((one.id for one in self.goals.values() if one.is_ended), None)
-        if oldest is not None:
-            del self.goals[oldest], self.goals_changed_ns[oldest]
+    def _drop_goal(self, goal: str) -> None:
+        """Forget a goal that has ended; those that are open are bounded by the tree."""
+        del self._ended_goals[goal], self.goals[goal], self.goals_changed_ns[goal]
 
     def _variable(self, event: happened.VariableChanged) -> bool:
         self._see(event.time_ns)
