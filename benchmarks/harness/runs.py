@@ -134,8 +134,8 @@ ON_THE_STAGE = (
     Benchmark(
         "determinism",
         "drawn scenarios, each twice in unlike processes: do traces differ?",
-        ("determinism.py",),
-        ("determinism.py --count 1",),
+        ("../campaigns/determinism.py",),
+        ("../campaigns/determinism.py --count 1",),
         (Figure("traces that differ", NOTHING),),
         takes="ten minutes",
     ),
@@ -207,8 +207,8 @@ RECORDINGS = (
     Benchmark(
         "requirements-attached",
         "the same requirements on the stage and attached: do verdicts differ?",
-        ("requirements_attached.py",),
-        ("requirements_attached.py short",),
+        ("../campaigns/requirements_attached.py",),
+        ("../campaigns/requirements_attached.py short",),
         (Figure("verdicts that differ", NOTHING),),
         takes="five minutes",
     ),
@@ -232,8 +232,8 @@ RECORDINGS = (
     Benchmark(
         "forks",
         "forks without a change at random instants: byte-identical? And against a run",
-        ("forks.py",),
-        ("forks.py --count 1 --missions square",),
+        ("../campaigns/forks.py",),
+        ("../campaigns/forks.py --count 1 --missions square",),
         (
             Figure("*: share that is byte-identical", Target(Aim.AT_LEAST, must=1)),
             Figure("*: fork to run, CPU", Target(Aim.AT_MOST, must=1.5)),

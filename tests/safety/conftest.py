@@ -1,4 +1,4 @@
-"""The trials of benchmarks/safety.py, for tests that run a few of them."""
+"""The trials of campaigns/safety.py, for tests that run a few of them."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import pytest
 
 from tests.support.project import ROOT
 
-BENCHMARKS = ROOT / "benchmarks"
+CAMPAIGNS = ROOT / "campaigns"
 
 
 @pytest.fixture
 def benchmark(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Import a module of the benchmark: ``benchmark("safety_trials")``."""
-    monkeypatch.setattr(sys, "path", [str(BENCHMARKS), *sys.path])
+    """Import a module of the campaign: ``benchmark("safety_trials")``."""
+    monkeypatch.setattr(sys, "path", [str(CAMPAIGNS), *sys.path])
     return importlib.import_module

@@ -22,7 +22,7 @@ def test_the_base_is_told_to_stand_and_stays(
     """With the arbiter before it, as on a real robot.
 
     How soon after the last command holds under any load; how soon after the kill is measured by
-    benchmarks/safety.py.
+    campaigns/safety.py.
     """
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     kills = benchmark("safety_kills")

@@ -10,7 +10,8 @@ from benchmarks.harness.catalogue import CATALOGUE
 from tests.support.project import ROOT
 
 SCRIPTS = ROOT / "benchmarks"
-CLIENTS = {"floods_client.py", "__main__.py"}
+CAMPAIGNS = "../campaigns/"
+CLIENTS = {"../campaigns/floods_client.py", "__main__.py"}
 """Started by benchmarks, and by Python."""
 COVERED = {"executive.py"}
 """Its parts are benchmarks of their own."""
@@ -24,8 +25,9 @@ def scripts_of(benchmark):
 def test_every_script_that_starts_by_itself_is_a_benchmark():
     """So the smoke runs it: none breaks without anybody noticing."""
     startable = {
-        path.name
-        for path in SCRIPTS.glob("*.py")
+        folder + path.name
+        for folder in ("", CAMPAIGNS)
+        for path in (SCRIPTS / folder).glob("*.py")
         if '__name__ == "__main__"' in path.read_text(encoding="utf-8")
     }
     assert startable - CLIENTS == {name for one in CATALOGUE for name in scripts_of(one)}
@@ -56,9 +58,9 @@ def test_a_smoke_writes_no_results_beside_the_sources(benchmark):
         for option in ("--results", "--runs"):
             if option in words:
                 assert words[words.index(option) + 1].startswith("{folder}/")
-        if words[0] == "safety.py":
+        if words[0] == CAMPAIGNS + "safety.py":
             assert "--no-page" in words
-        if words[0] in ("campaign.py", "attached_campaign.py"):
+        if words[0] in (CAMPAIGNS + "campaign.py", CAMPAIGNS + "attached_campaign.py"):
             assert "--results" in words
         if words[0] == "coverage.py":
             assert {"--only-runs", "--runs"} <= set(words)

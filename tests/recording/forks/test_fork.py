@@ -24,7 +24,7 @@ from bt_mission.sessions.stage_robot import StageOptions
 def test_the_same_happens_again_wherever_it_is_forked(
     name: str, profile: Profile, tmp_path: Path
 ) -> None:
-    """Byte for byte, to the end; benchmarks/forks.py does it a thousand times."""
+    """Byte for byte, to the end; campaigns/forks.py does it a thousand times."""
     path = tmp_path / "run.mcap"
     mission = load(find("missions", name))
     options = StageOptions(nature=Nature(profile))

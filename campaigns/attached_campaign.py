@@ -1,6 +1,6 @@
 """Attached missions whose processes are killed, stopped and restarted at random instants.
 
-Run it as: python benchmarks/attached_campaign.py [--count 200] [--results attached.jsonl]
+Run it as: python campaigns/attached_campaign.py [--count 200] [--results attached.jsonl]
 
 Trial N follows from the number N alone: a mission, whether an arbiter is in front of the base,
 whether the executive is `run` or `serve`, and one or two of kill (for good), stop (SIGSTOP, then
@@ -38,8 +38,8 @@ from typing import Any
 from attached_plan import plan
 from attached_trial import Trial, carry_out
 from campaign import pending
-from measuring import figure, table
 
+from benchmarks.measuring import figure, table
 from bt_mission.testing.live_graph import LOCAL, own_domain
 
 _DOMAIN = ExitStack()

@@ -24,7 +24,6 @@ from typing import Any
 import rclpy
 from bt_mission_interfaces.action import Turn
 from geometry_msgs.msg import TwistStamped
-from measuring import figure, table
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
@@ -34,6 +33,7 @@ from safety_kills import process
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
 
+from benchmarks.measuring import figure, table
 from bt_mission.core.stamps import to_ns
 from bt_mission.core.wall_clock import Stopwatch
 

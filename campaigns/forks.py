@@ -1,6 +1,6 @@
 """Forks without a change, at random instants of the shipped missions: are they byte-identical?
 
-Run it as: python benchmarks/forks.py [--count 1000] [--seed 0] [--missions explore,patrol]
+Run it as: python campaigns/forks.py [--count 1000] [--seed 0] [--missions explore,patrol]
 
 Each mission runs and is recorded once; then runs and forks take turns, in this process. Told are
 how many forks were the same, and how long a fork takes compared with the run: reading the
@@ -18,8 +18,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from measuring import CpuWatch, figure, ratios, spread, table
-
+from benchmarks.measuring import CpuWatch, figure, ratios, spread, table
 from bt_mission.core.dds.middleware import prepare_middleware
 
 MISSIONS = ("explore", "patrol", "square", "sweep", "explore_random", "explore_frontiers")

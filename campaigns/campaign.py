@@ -1,6 +1,6 @@
 """Thousands of faulted missions on the stage: what goes wrong is found, and can be repeated.
 
-Run it as: python benchmarks/campaign.py [--count 10000] [--results campaign.jsonl] [--jobs 2]
+Run it as: python campaigns/campaign.py [--count 10000] [--results campaign.jsonl] [--jobs 2]
 
 Scenario N follows from the number N alone: a drawn or a shipped mission, a drawn or a shipped
 world, a seed, and up to five of all faults of the test fixture. Each scenario is one line of the
@@ -30,8 +30,8 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from action_msgs.msg import GoalStatus
-from measuring import CpuWatch, figure
 
+from benchmarks.measuring import CpuWatch, figure
 from bt_mission.core.files import names
 from bt_mission.faults import PlannedFault
 from bt_mission.testing import ScenarioError

@@ -1,4 +1,4 @@
-"""The trials of `benchmarks/safety.py` that run on the virtual clock, each with a true figure.
+"""The trials of `campaigns/safety.py` that run on the virtual clock, each with a true figure.
 
 Seeded: the same seed gives the same poses, the same noise and the same figures.
 """

@@ -1,6 +1,6 @@
 """Do the same inputs give the same trace? Drawn missions, worlds and faults, each run twice.
 
-Run it as: python benchmarks/determinism.py [--count 500] [--python PATH]
+Run it as: python campaigns/determinism.py [--count 500] [--python PATH]
 
 The two runs of a scenario are in different processes, with another hash seed of Python, another
 environment and another folder, and something else on the second core while the second runs.
@@ -21,7 +21,7 @@ from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 
-from measuring import figure
+from benchmarks.measuring import figure
 
 BATCH = 25
 """Scenarios that one process runs."""

@@ -1,15 +1,15 @@
 """Runs until `bt-mission falsify` finds a planted defect, for each strategy: a resumable campaign.
 
 60 defects: 14 of the shipped scenarios and of rare moments that do not show at once
-(`tests/support/planted_defects.py`, `benchmarks/rare_defects.py`), 16 in short missions
-(`benchmarks/mission_defects.py`), and 30 by mutation, of missions and of the servers' methods
-(`benchmarks/mutants.py`). A find counts only where the mission without the defect stands the same
+(`tests/support/planted_defects.py`, `campaigns/rare_defects.py`), 16 in short missions
+(`campaigns/mission_defects.py`), and 30 by mutation, of missions and of the servers' methods
+(`campaigns/mutants.py`). A find counts only where the mission without the defect stands the same
 scenario, as with `--reference`. Mutants that break as they are are passed over; some of the others
 may do the same as the original in every scenario, so no search can find all.
 
 What is done is in the file, so a campaign that was ended goes on where it was.
 
-Run it as: python benchmarks/search.py [--seeds N] [--budget N] [--minutes N] [--only TEXT]
+Run it as: python campaigns/search.py [--seeds N] [--budget N] [--minutes N] [--only TEXT]
 [--table] FILE.jsonl
 """
 
@@ -28,12 +28,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from measuring import figure
 from mission_defects import BASES
 from mission_defects import DEFECTS as MISSION_DEFECTS
 from mutants import mission_mutants, server_mutants
 from rare_defects import RARE
 
+from benchmarks.measuring import figure
 from bt_mission.core.dds.middleware import prepare_middleware
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import read, read_text

@@ -1,6 +1,6 @@
 """A mission killed (kill -9) at random instants and resumed from its journal.
 
-Run it as: python benchmarks/resume.py [--count 200] [--results resume.jsonl]
+Run it as: python campaigns/resume.py [--count 200] [--results resume.jsonl]
 
 Simulator and servers are processes of their own that run all the time. The instant of trial N
 follows from the number N: it is uniform over the time that the mission takes, from the moment that
@@ -25,8 +25,8 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from campaign import pending
-from measuring import NOT_SOUND, figure
 
+from benchmarks.measuring import NOT_SOUND, figure
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.testing.live_graph import LiveGraph, Process, own_domain

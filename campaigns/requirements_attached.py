@@ -4,7 +4,7 @@ The mission runs once on the stage, and once by `bt-mission run --attach` agains
 servers in processes of their own, on a clock that goes as fast as the machine lets it with
 `--speed`. Exit code 1 where a verdict differs though both know the signals.
 
-    python benchmarks/requirements_attached.py [--speed 2] [explore patrol]
+    python campaigns/requirements_attached.py [--speed 2] [explore patrol]
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from measuring import figure
-
+from benchmarks.measuring import figure
 from bt_mission.testing.live_graph import LiveGraph, command, own_domain
 
 REQUIREMENTS = """\

@@ -1,7 +1,7 @@
 """How safely the base stops: the figures of docs/explanation/safety.md, which this command writes.
 
 All but the killed processes runs on the virtual clock, seeded, and is the same on every run.
-Run it as: python benchmarks/safety.py [--poses N] [--only drives|movers|stops|kills|alarms]
+Run it as: python campaigns/safety.py [--poses N] [--only drives|movers|stops|kills|alarms]
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from itertools import chain, product
 from multiprocessing import get_context
 from pathlib import Path
 
-from measuring import figure
 from safety_alarms import BUSY, Attached, alarms
 from safety_kills import Kill, kill
 from safety_movers import DURATION_S, Outing, outing
@@ -24,6 +23,8 @@ from safety_movers import SPEEDS as MOVER_SPEEDS
 from safety_movers import WORLDS as MOVING_WORLDS
 from safety_stops import GOALS, by_lost_scan, by_service
 from safety_trials import SPEEDS, WORLDS, Drive, Stop, drives
+
+from benchmarks.measuring import figure
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "explanation" / "safety.md"
 WAYS = {"arbiter": True, "nothing": False}

@@ -1,4 +1,4 @@
-"""The processes of a trial of `benchmarks/attached_campaign.py`, and the truth about the base."""
+"""The processes of a trial of `campaigns/attached_campaign.py`, and the truth about the base."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is done in a trial of `benchmarks/attached_campaign.py`; it follows from a number."""
+"""What is done in a trial of `campaigns/attached_campaign.py`; it follows from a number."""
 
 from __future__ import annotations
 
