@@ -41,7 +41,7 @@ test: $(installed) ## run all tests, on all processors
 fuzz: $(installed) ## mutate what comes from outside for a minute, and look for what is not caught
 	@$(bin)/python tools/fuzz.py $(FUZZ_ARGS)
 
-benchmarks: $(installed) ## a tiny run of each benchmark: do they work? For figures: .venv/bin/python -m benchmarks
+benchmarks: $(installed) ## a tiny run of each benchmark and campaign: do they work? For figures: .venv/bin/python -m benchmarks
 	@$(bin)/python -m benchmarks all --smoke
 
 lint: $(installed) ## check style and banned calls

@@ -1,6 +1,6 @@
 """How long it takes to load and check a mission, against its size: medians, and memory a node.
 
-Run it as: python benchmarks/loading.py [--rounds N]
+Run it as: python benchmarks/loading.py [--rounds N] [--nodes N]
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def mission_of(nodes: int) -> str:
     raise AssertionError
 
 
-def measure(rounds: int, sizes: tuple[int, ...] = SIZES) -> None:
+def measure(rounds: int, sizes: tuple[int, ...]) -> None:
     """Print what loading and checking costs, by size."""
     print("### Loading and checking\n")
     examine(mission_of(10))  # the ROS types are imported once
@@ -125,7 +125,9 @@ def main() -> None:
     """Measure, and print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounds", type=int, default=7)
-    measure(parser.parse_args().rounds)
+    parser.add_argument("--nodes", type=int, default=SIZES[-1], help="of the largest mission")
+    options = parser.parse_args()
+    measure(options.rounds, tuple(one for one in SIZES if one <= options.nodes))
 
 
 if __name__ == "__main__":

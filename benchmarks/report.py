@@ -1,37 +1,36 @@
-"""What a report costs: reading a recording, generating the page, and the size of the page.
+"""What a recording costs to read: generating its page, and going to any instant of it.
 
-Runs `patrol.yaml` for so many rounds that it takes ten minutes of virtual time, recorded, and then
-makes its page. Processor time is told, because the wall clock shows what else the machine does.
-Run it as: python benchmarks/report.py [--rounds N]
+Runs `patrol.yaml` for so many rounds that it takes ten minutes of virtual time, recorded. Processor
+time is measured, because the wall clock shows what else the machine does.
+Run it as: python benchmarks/report.py [--rounds N] [--seeks N]
 """
 
 from __future__ import annotations
 
 import argparse
-import statistics
+import random
 import tempfile
 import time
 from pathlib import Path
 
-from measuring import figure
+from measuring import figure, spread, table
 
+from bt_mission.recording.replay.player import TimelineSeeker
+from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.views.web.report.page import page_of, robot_runs
 
-PATROL = "missions/patrol.yaml"
+PATROL = Path("missions/patrol.yaml")
 FURTHER_ROUNDS = 6
 """Of the patrol, 90 s each."""
 
 
-def record(path: Path, images: Path, file: Path | None = None) -> float:
-    """Record a mission, without one ten minutes of patrol; gives the virtual seconds."""
-    if file is None:
-        mission = load(Path(PATROL), set={"further_rounds": FURTHER_ROUNDS})
-    else:
-        mission = load(file)
-    with Stage(mission, image_folder=images, say=lambda _: None) as stage:
+def record(path: Path, file: Path) -> float:
+    """Record a mission, the patrol with further rounds; gives the virtual seconds."""
+    mission = load(file, set={"further_rounds": FURTHER_ROUNDS} if file == PATROL else {})
+    with Stage(mission, image_folder=path.parent, say=lambda _: None) as stage:
         recorder = RunRecorder(stage, path)
         while not stage.is_done:
             stage.step()
@@ -40,32 +39,56 @@ def record(path: Path, images: Path, file: Path | None = None) -> float:
     return report.virtual_s
 
 
-def main() -> None:
-    """Measure, and print medians."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--mission", type=Path, help="instead of the patrol")
-    options = parser.parse_args()
+def pages(path: Path, rounds: int) -> tuple[list[float], list[float], float]:
+    """Read a recording and generate its page; gives the seconds of both, and the page's MB."""
     reading, making, length = [], [], 0
+    for _ in range(rounds):
+        begin = time.process_time()
+        runs = list(robot_runs(path))
+        read = time.process_time()
+        length = len(page_of(runs).encode())
+        reading.append(read - begin)
+        making.append(time.process_time() - read)
+    return reading, making, length / 1e6
+
+
+def seeks(path: Path, count: int) -> list[float]:
+    """Return the seconds of going to drawn instants, once the recording was played to its end."""
+    timeline = read_timeline(path)
+    seeker, draw, seconds = TimelineSeeker(timeline), random.Random(1), []
+    seeker.seek(timeline.end_ns)
+    for _ in range(count):
+        time_ns = draw.randint(timeline.start_ns, timeline.end_ns)
+        begin = time.process_time()
+        seeker.seek(time_ns)
+        seconds.append(time.process_time() - begin)
+    return seconds
+
+
+def main() -> None:
+    """Measure, and print a table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--seeks", type=int, default=1000)
+    parser.add_argument("--mission", type=Path, default=PATROL)
+    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.mcap"
-        virtual_s = record(path, Path(folder), options.mission)
-        for _ in range(options.rounds):
-            begin = time.process_time()
-            runs = list(robot_runs(path))
-            read = time.process_time()
-            length = len(page_of(runs).encode())
-            reading.append(read - begin)
-            making.append(time.process_time() - read)
-        size = path.stat().st_size
+        virtual_s = record(path, options.mission)
+        reading, making, page_mb = pages(path, options.rounds)
+        seeking_ms = [1000 * one for one in seeks(path, options.seeks)]
+        size_mb = path.stat().st_size / 1e6
     figure("read a recording, CPU", reading, "s")
     figure("make the page, CPU", making, "s")
-    figure("size of the page", length / 1e6, "MB")
-    name = (options.mission or Path(PATROL)).name
-    print(f"{name}, {virtual_s:.1f} s virtual, recording of {size / 1e6:.1f} MB")
-    print(f"  read it: median {statistics.median(reading):.2f} s")
-    print(f"  make the page: median {statistics.median(making):.2f} s")
-    print(f"  the page: {length / 1e6:.2f} MB")
+    figure("size of the page", page_mb, "MB")
+    figure("go to any instant, CPU", seeking_ms, "ms")
+    rows = [
+        ("read it", spread(reading, 2, "s")),
+        ("generate the page", spread(making, 2, "s")),
+        ("the page", f"{page_mb:.2f} MB"),
+        ("go to any instant", spread(seeking_ms, 1, "ms")),
+    ]
+    table((f"{options.mission.name}, {virtual_s:.1f} s virtual, {size_mb:.1f} MB", "CPU"), rows)
 
 
 if __name__ == "__main__":

@@ -1,1 +1,1 @@
-"""The entry point of the benchmarks: what there is, how it is run, compared and written down."""
+"""The entry point of benchmarks and campaigns: lists, runs and compares them."""

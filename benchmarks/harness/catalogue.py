@@ -1,8 +1,79 @@
-"""All benchmarks: how each is started, what its figures are called, and what they must come to."""
+"""Benchmarks and campaigns: how each is started, and what its figures must reach."""
 
 from __future__ import annotations
 
-from benchmarks.harness.campaigns import CAMPAIGNS, COMMANDS, SAFETY
-from benchmarks.harness.runs import EXECUTIVE, ON_THE_STAGE, RECORDINGS
+import shlex
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
 
-CATALOGUE = (*ON_THE_STAGE, *COMMANDS, *EXECUTIVE, *RECORDINGS, *CAMPAIGNS, *SAFETY)
+ROUNDS, FOLDER = "{rounds}", "{folder}"
+FILE = Path(__file__).with_name("catalogue.toml")
+
+
+@dataclass(frozen=True)
+class Target:
+    """What a figure must reach: `at_least` or `at_most`; with `of_old`, its ratio to a commit."""
+
+    at_least: float | None = None
+    at_most: float | None = None
+    of_old: bool = False
+    aim: float | None = None
+
+    def __str__(self) -> str:
+        bound = (
+            f"at most {self.at_most:g}" if self.at_least is None else f"at least {self.at_least:g}"
+        )
+        aim = "" if self.aim is None else f" (aim: {self.aim:g})"
+        return f"{bound}{' x old' if self.of_old else ''}{aim}"
+
+    def is_met(self, value: float) -> bool:
+        """Return whether a value, or with `of_old` a ratio, reaches the bound."""
+        if self.at_least is not None:
+            return value >= self.at_least
+        return self.at_most is None or value <= self.at_most
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    """A script, or a part of one; see catalogue.toml for its fields."""
+
+    name: str
+    line: str
+    run: tuple[str, ...]
+    smoke: tuple[str, ...]
+    rounds: int = 1
+    takes: str = "a minute"
+    in_table: bool = False
+    may_give_none: bool = False
+    targets: Mapping[str, Target] = field(default_factory=dict)
+
+    def commands(self, rounds: int, folder: Path, *, smoke: bool) -> list[list[str]]:
+        """Return the processes that are started: a script with its arguments each."""
+        repeats = any(ROUNDS in text for text in self.run)
+        texts = self.smoke if smoke else self.run if repeats else self.run * rounds
+        return [
+            [
+                word.replace(ROUNDS, str(rounds)).replace(FOLDER, str(folder))
+                for word in shlex.split(text)
+            ]
+            for text in texts
+        ]
+
+    def target(self, figure: str) -> Target | None:
+        """Return the target of a figure; the first where several patterns match its name."""
+        return next((one for name, one in self.targets.items() if fnmatchcase(figure, name)), None)
+
+
+def _benchmark(name: str, entry: dict[str, Any]) -> Benchmark:
+    targets = {key: Target(**value) for key, value in entry.pop("targets", {}).items()}
+    run, smoke = (tuple(entry.pop(key)) for key in ("run", "smoke"))
+    return Benchmark(name, run=run, smoke=smoke, targets=targets, **entry)
+
+
+CATALOGUE: Sequence[Benchmark] = [
+    _benchmark(name, entry) for name, entry in tomllib.loads(FILE.read_text("utf-8")).items()
+]

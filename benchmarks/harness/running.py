@@ -1,42 +1,45 @@
-"""Benchmarks one after another, with a line of progress each; or two commits in turns."""
+"""Runs benchmarks one after another, with a line of progress each; or two commits in turns."""
 
 from __future__ import annotations
 
 import asyncio
-import subprocess
+import json
+import os
+import signal
+import statistics
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
+import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from benchmarks.harness.benchmark import Benchmark
-from benchmarks.harness.measurement import Given, Measurement
-from benchmarks.harness.processes import FailedError, NotSoundError, Round, run_round
-from benchmarks.harness.starting import ForkStarter, Starter
+from benchmarks.harness.catalogue import Benchmark
 from benchmarks.harness.tree import Tree
+from benchmarks.measuring import FIGURES_FILE, NOT_SOUND
 from bt_mission.core.wall_clock import Stopwatch
-
-SMOKE_LIMIT_S = 120.0
-"""Wall time after which a process of the smoke has failed; a second or ten on a quiet machine."""
 
 AGAINST_ROUNDS = 5
 """Rounds of a comparison: each is a process of both commits."""
+SMOKE_LIMIT_S = 120.0
+"""Wall time after which a process of the smoke has failed."""
+LAST_LINES = 12
+"""Lines of its output that are shown of a process that has failed."""
+DOMAINS = 102
+"""DDS domain ids below the ephemeral ports of Linux."""
 
-BUSY = "while True: sum(range(10_000))"
+
+class FailedError(Exception):
+    """A process has failed; the message has the end of its output."""
+
+
+class NotSoundError(FailedError):
+    """A campaign ran and has findings."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """How the benchmarks are run.
-
-    Args:
-        new: The software of this checkout.
-        old: Another commit, to be measured in turns with it.
-        rounds: Of each benchmark; None leaves it to the benchmark.
-        smoke: Only see whether they work.
-        jobs: How many at a time; more than one spoils all figures.
-    """
+    """How benchmarks are run: `old` is measured in turns with `new`; `rounds` None is their own."""
 
     new: Tree
     old: Tree | None = None
@@ -45,26 +48,54 @@ class Plan:
     jobs: int = 1
 
     def rounds_of(self, benchmark: Benchmark) -> int:
-        """Return how many rounds of a benchmark there are."""
+        """Return the number of rounds of a benchmark."""
         if self.smoke:
             return 1
         return self.rounds or (AGAINST_ROUNDS if self.old else benchmark.rounds)
 
 
+@dataclass
+class Figure:
+    """The values of one figure, round by round; `ratios` are new to old, of the same round."""
+
+    unit: str
+    new: list[float] = field(default_factory=list)
+    old: list[float] = field(default_factory=list)
+    ratios: list[float] = field(default_factory=list)
+
+
+@dataclass
+class Measurement:
+    """What a benchmark has given, why it has failed, and what is to be said of the other commit."""
+
+    benchmark: Benchmark
+    figures: dict[str, Figure] = field(default_factory=dict)
+    failures: list[str] = field(default_factory=list)
+    remark: str = ""
+
+    def add(self, new: dict[str, Figure], old: dict[str, Figure] | None = None) -> None:
+        """Add the figures of a round; `old` are those of the other commit, measured beside it."""
+        for name, given in {**(old or {}), **new}.items():
+            figure = self.figures.setdefault(name, Figure(given.unit))
+            here = new[name].new if name in new else []
+            there = old[name].new if old and name in old else []
+            figure.new += here
+            figure.old += there
+            if here and there and statistics.median(there):
+                figure.ratios.append(statistics.median(here) / statistics.median(there))
+
+
 class Runner:
-    """Runs benchmarks by a plan, and tells of it on standard error."""
+    """Runs benchmarks by a plan; progress goes to standard error."""
 
     def __init__(self, plan: Plan, benchmarks: Sequence[Benchmark]) -> None:
         self._plan = plan
         self._benchmarks = benchmarks
-        self._scripts = plan.new.root / "benchmarks"
-        self.done: list[Measurement] = []
-        """What has been measured so far."""
         self._slots = list(range(plan.jobs))
-        self._starter = _starter(plan)
+        self.done: list[Measurement] = []
 
     async def run(self) -> None:
-        """Run all; what has failed is told in its measurement, and the others run."""
+        """Run all; a failure is noted in its measurement, and the others run."""
         free = asyncio.Semaphore(self._plan.jobs)
 
         async def one(benchmark: Benchmark) -> None:
@@ -75,134 +106,169 @@ class Runner:
                 finally:
                     self._slots.append(slot)
 
-        try:
-            async with asyncio.TaskGroup() as group:
-                for each in self._benchmarks:
-                    group.create_task(one(each))
-        finally:
-            await self._starter.close()
+        async with asyncio.TaskGroup() as group:
+            for each in self._benchmarks:
+                group.create_task(one(each))
 
     async def _run_one(self, benchmark: Benchmark, slot: int) -> None:
         measurement, watch = Measurement(benchmark), Stopwatch()
         if self._plan.jobs == 1:
-            self._tell(f"{benchmark.name}: {self._extent(benchmark)}")
+            both = " of both commits" if self._plan.old else ""
+            rounds = self._plan.rounds_of(benchmark)
+            self._report(f"{benchmark.name}: rounds{both}: {rounds}; usually {benchmark.takes}")
         try:
-            await self._measure(measurement, slot)
+            if self._plan.old is None:
+                await self._measure(measurement, slot)
+            else:
+                await self._compare(measurement, self._plan.old)
+        except FailedError as error:
+            measurement.failures.append(str(error))
         except asyncio.CancelledError:
-            if measurement.figures:  # rounds that are whole
+            if measurement.figures:  # of whole rounds
                 measurement.failures.append("interrupted")
                 self.done.append(measurement)
             raise
-        measurement.seconds = watch.elapsed_s
         self.done.append(measurement)
         failed = "".join(f"\n    {one}" for one in measurement.failures)
         state = "FAILED" if failed else "done"
-        self._tell(f"{benchmark.name}: {state} in {measurement.seconds:.1f} s{failed}")
+        self._report(f"{benchmark.name}: {state} in {watch.elapsed_s:.1f} s{failed}")
 
-    def _extent(self, benchmark: Benchmark) -> str:
-        if self._plan.smoke:
-            return "a tiny run"
-        rounds = self._plan.rounds_of(benchmark)
-        times = f"{rounds} round{'s' * (rounds > 1)}"
-        return f"{times} of both commits" if self._plan.old else f"{times}, {benchmark.takes}"
-
-    def _tell(self, text: str) -> None:
+    def _report(self, text: str) -> None:
         print(f"[{len(self.done)} of {len(self._benchmarks)}] {text}", file=sys.stderr, flush=True)
 
     async def _measure(self, into: Measurement, slot: int) -> None:
-        if self._plan.old is not None:
-            await self._compare(into, self._plan.old, slot)
-            return
-        how = Round(
-            self._plan.rounds_of(into.benchmark),
-            smoke=self._plan.smoke,
-            quiet=self._plan.smoke,
-            limit_s=SMOKE_LIMIT_S if self._plan.smoke else None,
-            slot=slot,
-        )
+        plan, benchmark = self._plan, into.benchmark
         try:
-            found = await self._round(into, how, self._plan.new, self._scripts)
-        except FailedError as error:
-            if self._plan.smoke and isinstance(error, NotSoundError):
-                self._tell(
-                    f"{into.benchmark.name} works; what it found means nothing here: {error}"
-                )
-            else:
-                into.failures.append(str(error))
+            into.add(await self._round(benchmark, plan.new, slot=slot))
+        except NotSoundError as error:
+            if not plan.smoke:
+                raise
+            # What it found may be the load of the machine; that it works is seen all the same.
+            self._report(f"{benchmark.name} works; its findings mean nothing here: {error}")
             return
-        into.add(found)
-        into.failures += into.benchmark.complaints(found)
+        if not (into.figures or benchmark.may_give_none):
+            into.failures.append("it has given no figure")
 
-    async def _round(
-        self, into: Measurement, how: Round, tree: Tree, scripts: Path
-    ) -> dict[str, Given]:
-        starter = self._starter
-        return await run_round(into.benchmark, how, tree, scripts=scripts, starter=starter)
-
-    async def _compare(self, into: Measurement, old: Tree, slot: int) -> None:
-        """Measure both commits in turns; who comes first changes from round to round."""
-        how = Round(
-            smoke=self._plan.smoke,
-            limit_s=SMOKE_LIMIT_S if self._plan.smoke else None,
-            slot=slot,
-        )
+    async def _compare(self, into: Measurement, old: Tree) -> None:
+        """Measure both commits in turns; which is first alternates."""
         rounds = self._plan.rounds_of(into.benchmark)
         for number in range(rounds):
-            given: dict[str, Given] | None = None
-            if number % 2:
-                given = await self._old_round(into, how, old)
-            try:
-                found = await self._round(into, how, self._plan.new, self._scripts)
-            except FailedError as error:
-                into.failures.append(str(error))
-                return
-            if not number % 2:
-                given = await self._old_round(into, how, old)
-            into.add(found, given)
-            self._tell(f"{into.benchmark.name}: round {number + 1} of {rounds}")
-        given_here = [name for name, one in into.figures.items() if one.new]
-        into.failures += into.benchmark.complaints(given_here)
+            before = await self._old_round(into, old) if number % 2 else None
+            new = await self._round(into.benchmark, self._plan.new, rounds=1)
+            into.add(new, before if number % 2 else await self._old_round(into, old))
+            self._report(f"{into.benchmark.name}: round {number + 1} of {rounds}")
 
-    async def _old_round(self, into: Measurement, how: Round, old: Tree) -> dict[str, Given] | None:
-        """Measure the other commit with the script of this one; where that fails, with its own."""
-        if into.old_lacks:
-            return None
-        script = old.root / "benchmarks"
-        if not into.old_script:
+    async def _old_round(self, into: Measurement, old: Tree) -> dict[str, Figure] | None:
+        """Measure the other commit with the scripts of this one; where they fail, with its own."""
+        scripts = [self._plan.new.root, old.root]
+        own = f"the script of {old.commit} has measured it"
+        if into.remark:
+            scripts = [old.root] if into.remark == own else []
+        for root in scripts:
             try:
-                return await self._round(into, how, old, self._scripts)
+                figures = await self._round(into.benchmark, old, rounds=1, scripts=root)
             except FailedError as error:
                 reason = str(error).strip().splitlines()[-1].strip()
-        try:
-            found = await self._round(into, how, old, script)
-        except FailedError as error:
-            found, reason = {}, str(error).strip().splitlines()[-1].strip()
-        if found:
-            into.old_script = True
-            return found
-        into.old_lacks = f"{old.commit} lacks it: {reason}"
-        self._tell(f"{into.benchmark.name}: {into.old_lacks}")
+                continue
+            into.remark = own if root == old.root else ""
+            return figures
+        if scripts:
+            into.remark = f"{old.commit} lacks it: {reason}"
         return None
 
+    async def _round(
+        self,
+        benchmark: Benchmark,
+        tree: Tree,
+        *,
+        rounds: int = 0,
+        scripts: Path | None = None,
+        slot: int = 0,
+    ) -> dict[str, Figure]:
+        """Start the processes of a benchmark one after another; gives their figures.
 
-def _starter(plan: Plan) -> Starter | ForkStarter:
-    """Figures are those of processes of their own; a smoke need not import everything each time."""
-    if plan.smoke and plan.old is None:
-        return ForkStarter(plan.new.environment())
-    return Starter()
+        Raises:
+            FailedError: Where one ends with an error, takes too long or measures something else.
+        """
+        plan = self._plan
+        with tempfile.TemporaryDirectory(prefix="benchmark_") as name:
+            folder = Path(name)
+            file, is_quiet = folder / "figures.jsonl", plan.smoke or plan.old is not None
+            output = folder / "output" if is_quiet else None
+            environment = _environment(tree, slot) | {FIGURES_FILE: str(file)}
+            rounds = rounds or plan.rounds_of(benchmark)
+            for script, *arguments in benchmark.commands(rounds, folder, smoke=plan.smoke):
+                command = [str((scripts or plan.new.root) / script), *arguments]
+                try:
+                    async with asyncio.timeout(SMOKE_LIMIT_S if plan.smoke else None):
+                        code = await _run(command, tree.root, environment, output)
+                except TimeoutError:
+                    end = _end_of(output)
+                    raise FailedError(f"{script}: not done in {SMOKE_LIMIT_S:g} s{end}") from None
+                if code:
+                    ended = f"exit code {code}" if code > 0 else f"signal {-code}"
+                    kind = NotSoundError if code == NOT_SOUND else FailedError
+                    raise kind(f"{script} ended with {ended}{_end_of(output)}")
+            return read_figures(file, tree.root)
 
 
-@contextmanager
-def busy(count: int) -> Iterator[None]:
-    """Keep so many processes computing beside the benchmarks."""
-    started: list[subprocess.Popen[bytes]] = []
+def _environment(tree: Tree, slot: int) -> dict[str, str]:
+    variables = tree.environment() | {"PYTHONUNBUFFERED": "1"}
+    variables.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    if slot:  # of those that run at the same time, each has its own ROS domain
+        domain = int(variables.get("ROS_DOMAIN_ID") or 0) + slot
+        variables["ROS_DOMAIN_ID"] = str(domain % DOMAINS)
+    return variables
+
+
+async def _run(
+    command: list[str], folder: Path, environment: dict[str, str], output: Path | None
+) -> int:
+    """Run a script to its end, and kill what it has started and left, however this ends."""
+    with (output or Path(os.devnull)).open("wb") as file:
+        process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            *command,
+            cwd=folder,
+            env=environment,
+            stdin=asyncio.subprocess.DEVNULL,
+            stdout=file if output else None,
+            stderr=file if output else None,
+            start_new_session=True,
+        )
     try:
-        started += [
-            subprocess.Popen([sys.executable, "-S", "-c", BUSY])  # noqa: S603 - ourselves
-            for _ in range(count)
-        ]
-        yield
+        return await process.wait()
     finally:
-        for one in started:
-            one.kill()
-            one.wait()
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        await process.wait()
+
+
+def _end_of(output: Path | None) -> str:
+    """Return the last lines that a process has printed, each indented."""
+    if output is None:
+        return ""
+    lines = output.read_text(encoding="utf-8", errors="replace").splitlines()[-LAST_LINES:]
+    return "".join(f"\n    {line}" for line in lines)
+
+
+def read_figures(path: Path, code: Path) -> dict[str, Figure]:
+    """Read the figures that processes have written.
+
+    Args:
+        path: The file that they wrote to.
+        code: The tree whose software was to be measured.
+
+    Raises:
+        FailedError: Where they imported another one.
+    """
+    figures: dict[str, Figure] = {}
+    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else []:
+        record = json.loads(line)
+        if Path(record["code"]) != code / "bt_mission":
+            raise FailedError(
+                f"expected to measure {code / 'bt_mission'}, got {record['code'] or 'none'}: "
+                "this Python has another copy installed; use the environment of this checkout"
+            )
+        figures.setdefault(record["figure"], Figure(record["unit"])).new.extend(record["values"])
+    return figures

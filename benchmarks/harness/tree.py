@@ -1,4 +1,4 @@
-"""Copies of the software: this one, and another commit of it in a folder for a while."""
+"""Copies of the software: this one, and another commit of it in a temporary folder."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ sys.meta_path[:] = [
 
 
 class TreeError(Exception):
-    """A commit cannot be had."""
+    """A commit is not available."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Tree:
 
     Args:
         root: Its folder.
-        commit: What git calls it, with ``-dirty`` where files have been changed since.
+        commit: What git calls it, with ``-dirty`` where files have changed since.
         path: Folders that come first on the path of Python.
     """
 
@@ -63,12 +63,18 @@ def this_tree() -> Tree:
 
 @contextmanager
 def checked_out(revision: str) -> Iterator[Tree]:
-    """Check another commit out into a temporary folder, which is gone afterwards.
+    """Check another commit out into a temporary folder, which is removed afterwards.
 
     Raises:
         TreeError: Where git does not know it.
     """
-    commit = _git("rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}", about=revision)
+    try:
+        commit = _git("rev-parse", "--verify", "--quiet", f"{revision}^{{commit}}")
+    except TreeError as error:
+        raise TreeError(
+            f"git knows no commit '{revision}' here; name a commit, a tag or a branch, such as "
+            "HEAD~1 (git log --oneline lists some)"
+        ) from error
     with tempfile.TemporaryDirectory(prefix="benchmarks_") as name:
         root, first = Path(name).resolve() / "tree", Path(name).resolve() / "path"
         try:
@@ -77,30 +83,31 @@ def checked_out(revision: str) -> Iterator[Tree]:
             (first / "sitecustomize.py").write_text(WITHOUT_EDITABLE, encoding="utf-8")
             yield Tree(root, _git("describe", "--always", commit), (first, root))
         finally:
-            _remove(root)
+            # A second Ctrl-C must not leave half of it.
+            ignored = {
+                one: signal.signal(one, signal.SIG_IGN) for one in (signal.SIGINT, signal.SIGTERM)
+            }
+            command = [
+                "git",
+                "-C",
+                str(ROOT),
+                "worktree",
+                "remove",
+                "--force",
+                "--force",
+                str(root),
+            ]
+            subprocess.run(command, capture_output=True, check=False, start_new_session=True)  # noqa: S603 - git with our own folder
+            for one, handler in ignored.items():
+                signal.signal(one, handler)
 
 
-def _remove(root: Path) -> None:
-    """Take a worktree away, as far as it was made."""
-    command = ["git", "-C", str(ROOT), "worktree", "remove", "--force", "--force", str(root)]
-    # A second Ctrl-C must not leave half of it: nothing interrupts this, nor git by the terminal.
-    before = {one: signal.signal(one, signal.SIG_IGN) for one in (signal.SIGINT, signal.SIGTERM)}
-    subprocess.run(command, capture_output=True, check=False, start_new_session=True)  # noqa: S603 - git with our own folder
-    for one, handler in before.items():
-        signal.signal(one, handler)
-
-
-def _git(*arguments: str, about: str = "") -> str:
+def _git(*arguments: str) -> str:
     command = ["git", "-C", str(ROOT), *arguments]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - git
     except FileNotFoundError as error:
         raise TreeError("git is not installed; --against needs it") from error
-    if done.returncode == 0:
-        return done.stdout.strip()
-    if about:
-        raise TreeError(
-            f"git knows no commit '{about}' here; name a commit, a tag or a branch, such as HEAD~1 "
-            "(git log --oneline lists some)"
-        )
-    raise TreeError(f"git {arguments[0]}: {done.stderr.strip() or 'failed'}")
+    if done.returncode:
+        raise TreeError(f"git {arguments[0]}: {done.stderr.strip() or 'failed'}")
+    return done.stdout.strip()

@@ -4,10 +4,12 @@ Ours is a mission as it runs: its node, trace, ledger and status topics with a s
 goal under way in each action leaf that runs. The goals do not cross the wire, since ten thousand
 of them would take minutes to accept; while a goal runs, nothing but feedback crosses it anyway.
 Whether the servers are still there is asked of the real graph.
+Run it as: python benchmarks/ticks.py [--rounds N] [--nodes N]
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import tempfile
 from collections.abc import Callable, Iterator
@@ -30,6 +32,7 @@ from rclpy.node import Node
 from rclpy.time import Time
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.core.dds.discovery import isolate
 from bt_mission.goals.goal import Event, Goal
 from bt_mission.language.nodes.action import GoalNode
 from bt_mission.ros.goal_client import RosGoalClient
@@ -44,11 +47,10 @@ from bt_mission.virtual_time.discovery import wait_for_matching
 WIDTH = 10
 """Children of a composite."""
 
+SIZES = (100, 1000, 10_000)
 TICK_NS = 50_000_000
 TICKS = 20
 """Ticks of one measurement: a second of ROS time, so that what is done at times is in it."""
-
-FLUSHES = 1000
 
 LEAVES: tuple[dict[str, Any], ...] = (
     {"turn": {"angle": 90}, "timeout": 3600},
@@ -164,18 +166,6 @@ class Ticked:
         """Seconds of one tick of py_trees' ``BehaviourTree``, without visitors or handlers."""
         return self._timed(self._bare.tick)
 
-    def root_alone(self) -> float:
-        """Seconds of one tick of py_trees' root behaviour, with nothing around it."""
-        return self._timed(self._bare.root.tick_once)
-
-    def flush(self) -> float:
-        """Seconds of what status publishing adds to a tick."""
-        publish = self.runner.status_publisher.publish_if_changed
-        watch = CpuWatch()
-        for _ in range(FLUSHES):
-            publish()
-        return watch.elapsed_s / FLUSHES
-
     def _timed(self, tick: Callable[[], object]) -> float:
         spent_s = 0.0
         for _ in range(TICKS):
@@ -229,15 +219,12 @@ def compare(rounds: int, sizes: tuple[int, ...]) -> None:
     """Print what a tick costs, by shape and size."""
     print("### One tick in which nothing changes\n")
     head = ("tree", "nodes", "ours, us a node", "py_trees, us a node", "ours to py_trees")
-    head += ("to its root alone", "status publishing, us", "share of our tick")
     table(head, (_row(shape, size, rounds) for shape in SHAPES for size in sizes))
 
 
 def _row(shape: Shape, nodes: int, rounds: int) -> list[object]:
     with ticked(shape, nodes) as tree:
-        ours, theirs, root, flush = in_turns(
-            rounds, tree.ours, tree.theirs, tree.root_alone, tree.flush
-        )
+        ours, theirs = in_turns(rounds, tree.ours, tree.theirs)
         size = tree.size
     figure(f"{shape.title}, {nodes}: a node", (1e6 * one / size for one in ours), "us")
     figure(f"{shape.title}, {nodes}: to py_trees", ratios(ours, theirs))
@@ -247,9 +234,6 @@ def _row(shape: Shape, nodes: int, rounds: int) -> list[object]:
         spread((1e6 * one / size for one in ours), 2),
         spread((1e6 * one / size for one in theirs), 2),
         spread(ratios(ours, theirs), 2),
-        spread(ratios(ours, root), 2),
-        spread((1e6 * one for one in flush), 2),
-        spread((100 * one for one in ratios(flush, ours)), 2, "%"),
     ]
 
 
@@ -275,3 +259,18 @@ def compare_extras(rounds: int, nodes: int) -> None:
                 ]
             )
     table(("", "us a node", "to py_trees"), rows)
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--nodes", type=int, default=10_000, help="of the largest tree")
+    options = parser.parse_args()
+    isolate(visible=False)
+    compare(options.rounds, tuple(one for one in SIZES if one <= options.nodes) or SIZES[:1])
+    compare_extras(options.rounds, min(options.nodes, 1000))
+
+
+if __name__ == "__main__":
+    main()

@@ -3,10 +3,12 @@
 Each side has a lock-step executor of its own with two nodes: the client's, and a scripted server
 that accepts at once and ends the goal at once. Both look at the goal in a timer of 20 Hz, and send
 the next one at the tick after its end.
+Run it as: python benchmarks/goals.py [--rounds N] [--only goals|halts]
 """
 
 from __future__ import annotations
 
+import argparse
 import statistics
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -21,6 +23,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from bt_mission.core.dds.discovery import isolate
 from bt_mission.events.events import Event, GoalChanged
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
@@ -228,3 +231,20 @@ def compare_halts(rounds: int) -> None:
     head = ("goals", "a tick before, ms", "the halting tick, ms", "us a goal")
     head += ("cancel requests at the server at the instant of that tick",)
     table(head, (_halting(goals, rounds) for goals in (1, 10, 100)))
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=15)
+    parts = {"goals": compare, "halts": compare_halts}
+    parser.add_argument("--only", choices=parts)
+    options = parser.parse_args()
+    isolate(visible=False)
+    for name, part in parts.items():
+        if options.only in (None, name):
+            part(options.rounds)
+
+
+if __name__ == "__main__":
+    main()
