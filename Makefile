@@ -62,10 +62,7 @@ docs: $(installed) ## build the documentation site, build/site; REFS="v1 main" a
 	@$(bin)/python tools/build_site.py $(REFS)
 
 generated: $(installed) ## write what docs/ takes from the code: the tables of faults, nature and keys, the picture of the packages
-	@$(bin)/python tools/make_fault_table.py
-	@$(bin)/python tools/make_nature_table.py
-	@$(bin)/python tools/make_key_tables.py
-	@$(bin)/python tools/draw_layers.py
+	@$(bin)/python tools/make_generated.py
 
 doctor: $(runs) ## say what this machine lacks
 	@$(bin)/bt-mission doctor

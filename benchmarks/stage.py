@@ -1,20 +1,18 @@
 """What a stage costs besides its physics: to set up, to step, to keep, to run by the hundred.
 
-Run it as: python benchmarks/stage.py [--only fresh|step|memory|scenarios|pytest] [--hours 2]
-[--count 99]. The 1,000 scenarios of half a minute each: --only pytest --count 1000
+Run it as: python benchmarks/stage.py [--only fresh|step|memory|scenarios] [--hours 2]
+[--count 99]
 """
 
 from __future__ import annotations
 
 import argparse
 import resource
-import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import pytest
 import rclpy
 from measuring import CpuWatch, figure, in_turns, ratios, spread, table
 from rclpy.context import Context
@@ -35,16 +33,6 @@ from bt_mission.virtual_time import VirtualTimeExecutor
 
 LEAN: dict[str, Any] = {"enable_rosout": False, "start_parameter_services": False}
 STEPS = 500
-WORKERS = 2
-SCENARIOS = """\
-import pytest
-
-@pytest.mark.scenario(seeds=range({count}))
-def test_explore(stage, seed):
-    run = stage.run("explore", seed=seed, inputs={{"legs": 3}})
-    run.until_done(within=200)
-    assert run.check("never collisions > 0")
-"""
 WAITS = "mission: waits\ntree: {wait: 10000000}\n"
 
 
@@ -215,67 +203,26 @@ def scenarios(count: int) -> None:
     table((f"{count} drawn scenarios, one core", "mean"), rows)
 
 
-class Figures:
-    """A plugin of pytest that gathers what each test tells."""
-
-    def __init__(self) -> None:
-        self.virtual_s: list[float] = []
-        self.wall_s: list[float] = []
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Look at a report, of whatever worker."""
-        told: dict[str, Any] = dict(report.user_properties)
-        if report.when == "teardown":
-            self.virtual_s.append(told["virtual_s"])
-            self.wall_s.append(told["wall_s"])
-
-
-def under_pytest(count: int, workers: int) -> None:
-    """A test of `explore.yaml` with so many seeds, under pytest, in so many processes."""
-    watch, figures = Stopwatch(), Figures()
-    with tempfile.TemporaryDirectory() as folder:
-        test = Path(folder) / "test_explore.py"
-        test.write_text(SCENARIOS.format(count=count), encoding="utf-8")
-        code = pytest.main(["-q", f"-n{workers}", f"--rootdir={folder}", str(test)], [figures])
-    if code:
-        raise SystemExit(code)
-    wall_s = watch.elapsed_s
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    figure("wall time of a test", figures.wall_s, "s")
-    figure("virtual seconds a second", sum(figures.virtual_s) / wall_s)
-    rows = [
-        ("virtual seconds, each", spread(figures.virtual_s, 1)),
-        ("wall seconds of a test", spread(figures.wall_s, 2)),
-        ("wall seconds of all, from the start of pytest", f"{wall_s:.1f}"),
-        ("the processor's seconds of all", f"{used.ru_utime + used.ru_stime:.1f}"),
-        ("virtual seconds a second", f"{sum(figures.virtual_s) / wall_s:.0f}"),
-    ]
-    table((f"{count} seeds of explore.yaml with three legs, pytest -n {workers}", ""), rows)
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
+def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--only", choices=("fresh", "step", "memory", "scenarios", "pytest"))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", choices=("fresh", "step", "memory", "scenarios"))
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--hours", type=float, default=2.0, help="virtual, for the memory")
     parser.add_argument("--settle", type=float, default=300, help="virtual seconds before them")
     parser.add_argument("--count", type=int, default=100, help="of scenarios")
-    parser.add_argument("--workers", type=int, default=WORKERS, help="of pytest; 0 is none")
-    options = parser.parse_args(arguments)
+    options = parser.parse_args()
     isolate(visible=False)
     parts: dict[str, Callable[[], None]] = {
         "fresh": lambda: fresh(3 * options.rounds),
         "step": lambda: stepping(options.rounds),
         "memory": lambda: memory(options.hours, options.settle),
         "scenarios": lambda: scenarios(options.count),
-        "pytest": lambda: under_pytest(options.count, options.workers),
     }
     for name, part in parts.items():
         if options.only in (None, name):
             part()
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -6,9 +6,10 @@ import ast
 import inspect
 import random
 import re
-import textwrap
 from collections.abc import Callable, Iterator
 from copy import deepcopy
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -18,6 +19,9 @@ from action_servers.driving import drive, explore_forward, straight, turn
 from bt_mission.core.yaml.document import read_text
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.goals import attempt
+from tools.mutations import Place, places_of
+
+ROOT = Path(__file__).resolve().parent.parent
 
 DROPPED = ("timeout", "feedback_timeout", "acceptance_timeout", "cancel_when", "on_cancel")
 FLIPS = {">=": "<", "<=": ">", ">": "<=", "<": ">=", " and ": " or "}
@@ -100,76 +104,31 @@ def _others(value: Any) -> Iterator[Any]:
                 yield value[: found.start()] + half + value[found.end() :]
 
 
-class _Mutation(ast.NodeTransformer):
-    """Changes the node of a number, and counts all that can be changed."""
-
-    def __init__(self, number: int) -> None:
-        self.number = number
-        self.count = 0
-        self.what = ""
-
-    def visit(self, node: ast.AST) -> Any:
-        changed = _changed(node)
-        if changed is not None:
-            self.count += 1
-            if self.count - 1 == self.number:
-                self.what = f"{ast.unparse(node)} -> {ast.unparse(changed)}"
-                return ast.copy_location(changed, node)
-        return self.generic_visit(node)
-
-
-_OPPOSITES: dict[type[ast.AST], Any] = {
-    ast.Lt: ast.GtE,
-    ast.GtE: ast.Lt,
-    ast.Gt: ast.LtE,
-    ast.LtE: ast.Gt,
-    ast.Is: ast.IsNot,
-    ast.IsNot: ast.Is,
-    ast.And: ast.Or,
-    ast.Or: ast.And,
-    ast.Add: ast.Sub,
-    ast.Sub: ast.Add,
-    ast.Mult: ast.Div,
-}
-
-
-def _changed(node: ast.AST) -> Any:
-    match node:
-        case ast.Compare(left=left, ops=[op], comparators=parts) if type(op) in _OPPOSITES:
-            return ast.Compare(left, [_OPPOSITES[type(op)]()], parts)
-        case ast.BoolOp(op=op, values=values):
-            return ast.BoolOp(_OPPOSITES[type(op)](), values)
-        case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPPOSITES:
-            return ast.BinOp(left, _OPPOSITES[type(op)](), right)
-        case ast.UnaryOp(op=ast.Not() | ast.USub(), operand=operand):
-            return operand
-        case ast.Constant(value=float() as value) if value:
-            return ast.Constant(2 * value)
-    return None
-
-
 Plant = Callable[[pytest.MonkeyPatch], object]
 
 
 def server_mutants(seed: int) -> Iterator[tuple[str, Plant]]:
     """Yield what was changed in a method, and what plants it, in a drawn order."""
-    found: list[tuple[Any, str, int]] = []
+    found: list[tuple[Any, Any, Place]] = []
     for owner, names in METHODS:
-        for name in names:
-            if hasattr(owner, name):
-                counter = _Mutation(-1)
-                counter.visit(_tree(owner, name))
-                found += [(owner, name, number) for number in range(counter.count)]
+        module = owner if inspect.ismodule(owner) else inspect.getmodule(owner)
+        prefix = "" if owner is module else f"{owner.__name__}."
+        wanted = {prefix + name for name in names}
+        every = places_of(Path(str(module.__file__)), ROOT)
+        found += [(owner, module, place) for place in every if place.function in wanted]
     random.Random(seed).shuffle(found)
-    for owner, name, number in found:
-        mutation = _Mutation(number)
-        tree = ast.fix_missing_locations(mutation.visit(_tree(owner, name)))
-        module = inspect.getmodule(getattr(owner, name))
+    for owner, module, place in found:
+        body: list[Any] = ast.parse(place.planted(Path(module.__file__).read_bytes())).body
+        method: Any = None
+        for name in place.function.split("."):
+            method = next(one for one in body if getattr(one, "name", "") == name)
+            body = method.body
         space: dict[str, Any] = {}
-        exec(compile(tree, "<mutant>", "exec"), vars(module), space)  # noqa: S102 - our own code
-        what = f"{getattr(owner, '__name__', owner)}.{name}: {mutation.what}"
-        yield what, lambda patch, o=owner, n=name, m=space[name]: patch.setattr(o, n, m)
+        code = compile(ast.Module([method], []), "<mutant>", "exec")
+        exec(code, vars(module), space)  # noqa: S102 - our own code
+        what = f"{place.function}: {place.before} -> {place.after}"
+        yield what, partial(_plant, owner, method.name, space[method.name])
 
 
-def _tree(owner: Any, name: str) -> ast.Module:
-    return ast.parse(textwrap.dedent(inspect.getsource(getattr(owner, name))))
+def _plant(owner: Any, name: str, mutant: Any, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(owner, name, mutant)

@@ -2,7 +2,7 @@
 
 60 defects: 14 of the shipped scenarios and of rare moments that do not show at once
 (`tests/support/planted_defects.py`, `campaigns/rare_defects.py`), 16 in short missions
-(`campaigns/mission_defects.py`), and 30 by mutation, of missions and of the servers' methods
+(`campaigns/mission_defects.yaml`), and 30 by mutation, of missions and of the servers' methods
 (`campaigns/mutants.py`). A find counts only where the mission without the defect stands the same
 scenario, as with `--reference`. Mutants that break as they are are passed over; some of the others
 may do the same as the original in every scenario, so no search can find all.
@@ -28,8 +28,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from mission_defects import BASES
-from mission_defects import DEFECTS as MISSION_DEFECTS
+import yaml
 from mutants import mission_mutants, server_mutants
 from rare_defects import RARE
 
@@ -52,6 +51,10 @@ from bt_mission.sweeps.work import ScenarioWorker
 from tests.support.planted_defects import DEFECTS
 from tests.support.planting import Plant
 
+MISSIONS: dict[str, Any] = yaml.safe_load(
+    Path(__file__).with_name("mission_defects.yaml").read_text(encoding="utf-8")
+)
+BASES: dict[str, str] = MISSIONS["missions"]
 SHIPPED = Path("missions/scenarios").resolve()
 NO_CAMERA = Path("benchmarks/explore_no_camera.yaml").resolve()
 LIMIT = "limit: 40\n"
@@ -101,9 +104,10 @@ class Case:
 
 def cases() -> Iterator[Case]:
     """Yield all defects; those by mutation may be others than are tried in the end."""
-    for one in MISSION_DEFECTS:
-        good = BASES[one.base]
-        yield Case("missions", one.what, good.replace(one.good, one.bad), good, ranges=LIMIT)
+    for written in MISSIONS["defects"]:
+        good = BASES[written["mission"]]
+        bad = good.replace(written["good"], written["bad"])
+        yield Case("missions", written["what"], bad, good, ranges=LIMIT)
     for one in RARE:
         yield Case("rare moments", one.what, one.scenario, one.scenario, one.plant, one.ranges)
     for one in DEFECTS:

@@ -1,21 +1,14 @@
-#!/usr/bin/env python3
 """Draw the packages and their imports: docs/images/layers.svg.
 
-A line is an import that no longer path of imports implies. A test compares the file with what
-this script draws, so the picture is that of the code.
+A line is an import that no longer path of imports implies. tools/make_generated.py writes the file.
 """
 
 from __future__ import annotations
 
-import sys
 from html import escape
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from tools.check_layers import LAYERS, PARTS, all_imports, is_in
 
-PICTURE = Path(__file__).resolve().parent.parent / "docs" / "images" / "layers.svg"
 WIDTH, ROW, TOP, BOX, GAP = 1000, 62, 44, (116, 30), 12
 LEFT = {"bt_mission": 110, "action_servers": 480, "sim": 790}
 COLOURS = {"bt_mission": "#dbeafe", "action_servers": "#dcfce7", "sim": "#fef3c7"}
@@ -98,14 +91,3 @@ def draw() -> str:
             f'<text y="4" text-anchor="middle">{escape(name.partition(".")[2])}</text></g>',
         ]
     return "\n".join([*lines, "</g>", "</svg>"]) + "\n"
-
-
-def main() -> int:
-    """Write the picture."""
-    PICTURE.write_text(draw(), encoding="utf-8")
-    print(PICTURE)
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,25 +1,87 @@
 #!/usr/bin/env python3
-"""Write docs/reference/files.md: every key of each kind of file but missions.
+"""Write what docs/ takes from the code: tables of faults, nature and keys, the picture of packages.
 
-The tables are taken from the models that read the files. A test compares the page with what this
-gives; `make generated` writes it.
+A test compares each file with the result; `make generated` writes them.
 """
 
 from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from bt_mission.fleets.file import fleet_schema
-from bt_mission.scenarios.file import ScenarioFile
-from bt_mission.sessions.file_checks import requirements_schema, robot_schema, world_schema
-from bt_mission.sweeps.ranges import ranges_schema
-
 ROOT = Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs" / "reference" / "files.md"
+sys.path.insert(0, str(ROOT))
+
+from bt_mission.core.nature import QUANTITIES, Quantity  # noqa: E402 - from the root
+from bt_mission.faults import FAULTS, Faults  # noqa: E402
+from bt_mission.faults.table import FaultKind  # noqa: E402
+from bt_mission.fleets.file import fleet_schema  # noqa: E402
+from bt_mission.scenarios.file import ScenarioFile  # noqa: E402
+from bt_mission.sessions.file_checks import (  # noqa: E402
+    requirements_schema,
+    robot_schema,
+    world_schema,
+)
+from bt_mission.sweeps.ranges import ranges_schema  # noqa: E402
+from tools.draw_layers import draw  # noqa: E402
+
+DOCS = ROOT / "docs"
+
+
+# ---- the tables of faults and of nature's quantities -------------------------------------------
+
+
+def fault_table() -> str:
+    """Return a table for each area of faults."""
+    lines = []
+    for area in Faults.__mro__:
+        kinds = [FAULTS[name] for name in vars(area) if name in FAULTS]
+        if kinds:
+            title = (area.__doc__ or "").partition(".")[0]
+            lines += ["", f"**{title}**", "", "| fault | what happens |", "|---|---|"]
+            lines += [f"| {_code(one.usage)} | {_effect(one)} |" for one in kinds]
+    return "\n".join(lines).removeprefix("\n")
+
+
+def _code(usage: str) -> str:
+    return f"`{usage}`".replace("|", "\\|")
+
+
+def _effect(kind: FaultKind) -> str:
+    arguments = [
+        f"`{one.name}`: {one.text[:1].lower()}{one.text[1:]}"
+        for one in kind.parameters.values()
+        if one.text
+    ]
+    return " ".join([kind.text, *arguments]).replace("``", "`").replace("|", "\\|")
+
+
+def nature_table() -> str:
+    """Return the table of nature's quantities."""
+    head = "| quantity | unit | mild | usual | harsh | drawn | what it is | source |"
+    return "\n".join([head, "|---" * 8 + "|", *map(_quantity, QUANTITIES)])
+
+
+def _quantity(one: Quantity) -> str:
+    values = " | ".join(f"{value:g}" for value in (one.mild, one.usual, one.harsh))
+    cells = (f"`{one.name}`", one.unit, values, one.shape, one.text, one.source)
+    return f"| {' | '.join(cells)} |"
+
+
+def between(name: str, table: str, page: str) -> str:
+    """Return a page with a table between the comments ``begin NAME`` and ``end NAME``."""
+    begin, end = f"<!-- begin {name} -->", f"<!-- end {name} -->"
+    before, _, rest = page.partition(begin)
+    _, found, after = rest.partition(end)
+    if not found:
+        raise SystemExit(f"expected '{begin}' and '{end}' in the page")
+    return f"{before}{begin}\n\n{table}\n\n{end}{after}"
+
+
+# ---- the page of keys --------------------------------------------------------------------------
 
 HEAD = """# Keys of files
 
@@ -43,8 +105,8 @@ KINDS: Mapping[str, tuple[str, Any]] = {
 """The kinds of file: how each is called, and what gives its schema."""
 
 
-def page() -> str:
-    """Return the whole page."""
+def keys_page() -> str:
+    """Return the page of the keys of files, from the models that read them."""
     parts = [HEAD]
     seen: set[str] = set()
     for kind, (title, schema) in KINDS.items():
@@ -151,12 +213,23 @@ _KINDS = {
 }
 
 
-def main() -> int:
-    """Write the page."""
-    PAGE.write_text(page(), encoding="utf-8")
-    print(PAGE)
-    return 0
+# ---- the files ---------------------------------------------------------------------------------
+
+GENERATED: Mapping[Path, Callable[[str], str]] = {
+    DOCS / "reference" / "scenarios.md": lambda page: between("faults", fault_table(), page),
+    DOCS / "reference" / "nature.md": lambda page: between("quantities", nature_table(), page),
+    DOCS / "reference" / "files.md": lambda _: keys_page(),
+    DOCS / "images" / "layers.svg": lambda _: draw(),
+}
+"""Each file, and what its text becomes."""
+
+
+def main() -> None:
+    """Write the files."""
+    for path, text in GENERATED.items():
+        path.write_text(text(path.read_text(encoding="utf-8")), encoding="utf-8")
+        print(path)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

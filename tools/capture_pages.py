@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""Take pictures of pages for docs/images, in a headless Chromium: web.png and sweep.png.
+
+Runs and records explore.yaml, and sweeps it with 200 scenarios (some minutes), unless a recording
+or the results of a sweep are named: ``tools/capture_pages.py [web [FILE.mcap] | sweep [RESULTS]]``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from PIL import Image
+
+from bt_mission.recording.replay.player import Player
+from bt_mission.recording.replay.timeline import read_timeline
+from bt_mission.sweeps.report.page import write_sweep_page
+from bt_mission.sweeps.store import ResultStore
+from bt_mission.views.web.replay import ReplayedMission
+from bt_mission.views.web.server import WebOptions, WebServer
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+from tests.support.browser import Page, browser  # noqa: E402 - found by the line above
+
+VARIED = ("speed=0.06,0.1,0.15,0.2,0.26", "stopping_distance=0.3,0.5,0.7,0.9")
+AT_S = 42.0
+READY = "document.querySelectorAll('.row').length > 3 && document.querySelector('#log li')"
+OPEN_MAP = "document.getElementById('map-toggle').click()"
+OPEN_CHART = "[...document.querySelectorAll('#variables button')].at(-1).click()"
+DRAWN = (
+    "document.querySelector('#chart-drawing polyline') "
+    "&& document.getElementById('map-title').textContent.includes('x ')"
+)
+
+
+def command(*words: str) -> None:
+    """Run a command of bt-mission."""
+    subprocess.run([sys.executable, "-m", "bt_mission", *words], check=True)  # noqa: S603 - ourselves
+
+
+def capture_sweep(page: Page, results: Path | None, folder: Path) -> None:
+    """Capture the page of a sweep."""
+    if results is None:
+        results = folder / "results"
+        vary = [word for one in VARIED for word in ("--vary", one)]
+        command("sweep", "explore", *vary, "--seeds", "10", "-o", str(results))
+    with ResultStore.read(results) as store:
+        file = write_sweep_page(store, folder / "sweep.html")
+    page.open(file, width=1180, height=1150)
+
+
+def capture_web(page: Page, recording: Path | None, folder: Path) -> None:
+    """Capture the page of a recording, with its map and a chart."""
+    if recording is None:
+        recording = folder / "explore.mcap"
+        command("run", "explore", "--plain", "--record", str(recording))
+    shown = ReplayedMission(Player(read_timeline(recording), at_s=AT_S))
+
+    def look(link: str) -> None:
+        page.visit(link, width=1180, height=900)
+        page.until(READY)
+        page.look(OPEN_MAP)
+        page.look(OPEN_CHART)
+        page.until(DRAWN)
+        page.screenshot(folder / "web.png")
+
+    async def serve() -> None:
+        with closing(WebServer(shown, WebOptions(port=0))) as server:
+            is_over = False
+            serving = asyncio.create_task(server.serve(lambda: is_over))
+            try:
+                await asyncio.to_thread(look, server.link)
+            finally:
+                is_over = True
+                await serving
+
+    asyncio.run(serve())
+
+
+def main() -> None:
+    """Capture both, or one."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    captures = {"web": capture_web, "sweep": capture_sweep}
+    parser.add_argument("name", nargs="?", choices=captures)
+    parser.add_argument("source", nargs="?", type=Path)
+    options = parser.parse_args()
+    for name in [options.name] if options.name else captures:
+        with TemporaryDirectory(ignore_cleanup_errors=True) as temporary:
+            folder = Path(temporary)
+            with browser(folder / "profile") as page:
+                page.prefer("light")
+                captures[name](page, options.source, folder)
+                if name == "sweep":
+                    page.screenshot(folder / "sweep.png")
+            picture = ROOT / "docs" / "images" / f"{name}.png"
+            with Image.open(folder / f"{name}.png") as image:
+                colours = 64 if name == "sweep" else 96
+                image.convert("RGB").quantize(colours).save(picture, optimize=True)
+        print(picture, f"{picture.stat().st_size / 1e3:.0f} kB")
+
+
+if __name__ == "__main__":
+    main()
