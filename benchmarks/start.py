@@ -22,10 +22,9 @@ import subprocess
 import sys
 import tempfile
 import termios
-from collections.abc import Callable
 from compileall import compile_dir
+from functools import partial
 from importlib.util import find_spec
-from pathlib import Path
 
 from measuring import figure, in_turns, spread, table
 
@@ -91,85 +90,67 @@ def until(pattern: re.Pattern[bytes], *arguments: str) -> float:
 
 
 class SquareRun:
-    """Runs `run square.yaml --json`; each measure is of the whole process."""
+    """Runs `run square.yaml --json`: the wall time that is not the mission's own, and the CPU's."""
 
     def __init__(self) -> None:
         self.cpu_s: list[float] = []
-        self.besides_s: list[float] = []
 
     def __call__(self) -> float:
-        """Seconds of the process that are not the mission's own, on the wall."""
-        wall_s, cpu_s, printed = to_end("run", str(Path("missions/square.yaml")), "--json")
+        """Run it once."""
+        wall_s, cpu_s, printed = to_end("run", "missions/square.yaml", "--json")
         self.cpu_s.append(cpu_s)
-        self.besides_s.append(wall_s - float(json.loads(printed)["wall_s"]))
-        return self.besides_s[-1]
+        return wall_s - float(json.loads(printed)["wall_s"])
 
 
-def whole(rounds: int) -> None:
-    """Print what a process costs besides the mission that it runs."""
+def of_json(rounds: int) -> dict[str, list[float]]:
+    """Return what a process costs besides the mission that it runs."""
     square = SquareRun()
-    in_turns(rounds, square)
-    figure("square.yaml --json less its virtual work", square.besides_s, "s")
-    figure("square.yaml --json, whole process, CPU", square.cpu_s, "s")
-    rows = [
-        ("whole process less its virtual work, wall", spread(square.besides_s, 2, "s")),
-        ("whole process, CPU", spread(square.cpu_s, 2, "s")),
-    ]
-    table(("bt-mission run square.yaml --json", ""), rows)
+    (besides_s,) = in_turns(rounds, square)
+    return {
+        "square.yaml --json less its virtual work": besides_s,
+        "square.yaml --json, whole process, CPU": square.cpu_s,
+    }
 
 
-def on_terminal(rounds: int) -> None:
-    """Print how soon something is seen, and how soon the robot moves."""
-    mission = str(Path("missions/explore.yaml"))
-    first, named, step = in_turns(
-        rounds,
-        lambda: until(LINE, "run", mission),
-        lambda: until(NAMED, "run", mission),
-        lambda: until(STEP, "run", mission, "--plain"),
-    )
-    figure("first line on a terminal", first, "s")
-    figure("mission and world are named", named, "s")
-    figure("first step", step, "s")
-    rows = [
-        ("first line on a terminal", spread(first, 2, "s")),
-        ("mission and world are named", spread(named, 2, "s")),
-        ("first step", spread(step, 2, "s")),
-    ]
-    table(("bt-mission run explore.yaml", "wall"), rows)
+def of_terminal(rounds: int) -> dict[str, list[float]]:
+    """Return how soon something is seen of `run explore.yaml`, and how soon the robot moves."""
+    run = ("run", "missions/explore.yaml")
+    works = {
+        "first line on a terminal": partial(until, LINE, *run),
+        "mission and world are named": partial(until, NAMED, *run),
+        "first step": partial(until, STEP, *run, "--plain"),
+    }
+    return dict(zip(works, in_turns(rounds, *works.values()), strict=True))
 
 
-def helping(rounds: int) -> None:
-    """Print how long help and completion take, to the end of the process."""
-    works: dict[str, tuple[str, ...]] = {
+def of_help(rounds: int) -> dict[str, list[float]]:
+    """Return how long help and completion take, to the end of the process."""
+    works = {
         "--help": ("--help",),
         "run --help": ("run", "--help"),
         "completion of a mission's name": ("completion", "--names", "runs"),
         "completion script": ("completion", "bash"),
     }
-
-    def timed(arguments: tuple[str, ...]) -> Callable[[], float]:
-        return lambda: to_end(*arguments)[0]
-
-    found = in_turns(rounds, *map(timed, works.values()))
-    for name, seconds in zip(works, found, strict=True):
-        figure(name, seconds, "s")
-    rows = [(name, spread(s, 3, "s")) for name, s in zip(works, found, strict=True)]
-    table(("bt-mission", "wall"), rows)
+    walls = in_turns(rounds, *(lambda words=words: to_end(*words)[0] for words in works.values()))
+    return dict(zip(works, walls, strict=True))
 
 
 def main() -> None:
-    """Print the tables."""
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--only", choices=("json", "terminal", "help"))
+    parts = {"json": of_json, "terminal": of_terminal, "help": of_help}
+    parser.add_argument("--only", choices=parts)
     options = parser.parse_args()
     # A run is not to meet another one of this machine, and the first writes caches.
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     compile_modules()
-    parts = {"json": whole, "terminal": on_terminal, "help": helping}
-    for name, part in parts.items():
-        if options.only in (None, name):
-            part(options.rounds)
+    rows = []
+    for part in [options.only] if options.only else parts:
+        for name, seconds in parts[part](options.rounds).items():
+            figure(name, seconds, "s")
+            rows.append((name, spread(seconds, 3, "s")))
+    table(("bt-mission", "wall"), rows)
 
 
 if __name__ == "__main__":

@@ -5,17 +5,15 @@ from __future__ import annotations
 import argparse
 import asyncio
 import difflib
-import json
 import os
 import signal
 import subprocess
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
-from pathlib import Path
 
 from benchmarks.harness.catalogue import CATALOGUE, Benchmark
-from benchmarks.harness.report import as_json, machine_line, markdown
+from benchmarks.harness.report import machine_line, markdown
 from benchmarks.harness.running import Plan, Runner
 from benchmarks.harness.tree import TreeError, checked_out, this_tree
 
@@ -66,7 +64,6 @@ def parser() -> argparse.ArgumentParser:
     add("--smoke", action="store_true", help="a tiny run of each, several at a time: do they work?")
     add("--against", metavar="REV", help="measure another commit, too, in turns with this checkout")
     add("--busy", type=_count, default=0, metavar="N", help="N processes that compute beside it")
-    add("--json", type=Path, metavar="FILE", help="write all values as JSON")
     return made
 
 
@@ -79,10 +76,12 @@ def _count(text: str) -> int:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """List or run benchmarks; gives the exit code."""
-    options = parser().parse_args(arguments)
+    command_line = parser()
+    options = command_line.parse_args(arguments)
+    if not options.names and (options.smoke or options.against or options.rounds):
+        command_line.error(f"name what to run, or '{ALL}'; python -m benchmarks lists them")
     try:
         chosen = choose(options.names)
-        _check(options)
         if chosen:
             return run(options, chosen)
         print(listing())
@@ -93,15 +92,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("interrupted", file=sys.stderr)
         return INTERRUPTED
     return DONE
-
-
-def _check(options: argparse.Namespace) -> None:
-    """Refuse what would be ignored, or would fail after hours."""
-    others = (options.smoke, options.against, options.rounds, options.json)
-    if not options.names and any(others):
-        raise UsageError(f"name what to run, or '{ALL}'; python -m benchmarks lists them")
-    if options.json and not options.json.absolute().parent.is_dir():
-        raise UsageError(f"there is no folder '{options.json.absolute().parent}' for --json")
 
 
 def listing() -> str:
@@ -156,7 +146,4 @@ def run(options: argparse.Namespace, chosen: Sequence[Benchmark]) -> int:
         machine = machine_line(plan, load_before, options.busy)
         if done and not plan.smoke:
             print("\n" + markdown(done, plan, machine, with_target=TABLE in options.names))
-        if options.json:
-            text = json.dumps(as_json(done, plan, machine), indent=1)
-            options.json.write_text(text + "\n", encoding="utf-8")
     return code or (FAILED if any(one.failures for one in done) else DONE)

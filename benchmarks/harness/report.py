@@ -1,15 +1,13 @@
-"""What was measured, as a table in Markdown and as JSON."""
+"""What was measured, as a table in Markdown."""
 
 from __future__ import annotations
 
-import math
 import os
 import platform
 import statistics
 from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import Any
 
 from benchmarks.harness.catalogue import Target
 from benchmarks.harness.running import Figure, Measurement, Plan
@@ -63,41 +61,6 @@ def markdown(
         ]
     table = [f"| {' | '.join(row)} |" for row in rows]
     return "\n".join([machine, "", *table, "", *remarks]).rstrip("\n") + "\n"
-
-
-def as_json(measurements: Sequence[Measurement], plan: Plan, machine: str) -> dict[str, Any]:
-    """Return all values, for a file of JSON."""
-    return {
-        "commit": plan.new.commit,
-        "against": plan.old.commit if plan.old else None,
-        "smoke": plan.smoke,
-        "machine": machine,
-        "benchmarks": [
-            {
-                "name": one.benchmark.name,
-                "failures": one.failures,
-                "remark": one.remark,
-                "figures": [_figure(one, name, figure) for name, figure in one.figures.items()],
-            }
-            for one in measurements
-        ],
-    }
-
-
-def _figure(measurement: Measurement, name: str, figure: Figure) -> dict[str, Any]:
-    target = measurement.benchmark.target(name)
-    values = {"new": figure.new, "old": figure.old, "ratios": figure.ratios}
-    return {
-        "name": name,
-        "unit": figure.unit,
-        # A base that never stands does so after infinity, which JSON cannot hold.
-        **{
-            key: [one if math.isfinite(one) else None for one in given]
-            for key, given in values.items()
-        },
-        "target": str(target or ""),
-        "is_reached": is_reached(figure, target),
-    }
 
 
 def machine_line(plan: Plan, load_before: float, busy: int) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.harness.catalogue import Target
-from benchmarks.harness.report import as_json, machine_line, markdown, spread
+from benchmarks.harness.report import machine_line, markdown, spread
 from benchmarks.harness.running import Figure, Measurement, Plan, Runner
 from benchmarks.harness.tree import ROOT, Tree
 
@@ -192,24 +192,6 @@ def test_the_table_has_a_row_for_each_figure(cost):
     of_targets = markdown([measured], plan, "on a machine", with_target=True).splitlines()
     assert sorted(every) == sorted([*head, *rows, *end])
     assert sorted(of_targets) == sorted([*head, *rows[:2], *end])
-
-
-def test_json_has_all_values(cost):
-    """Infinity, which JSON cannot hold, as null."""
-    measured = Measurement(cost)
-    measured.add({"cost": Figure("s", [1.0, float("inf")])}, {"cost": Figure("s", [2.0])})
-    plan = Plan(Tree(ROOT, "abc", ()))
-    assert as_json([measured], plan, "here")["benchmarks"][0]["figures"] == [
-        {
-            "name": "cost",
-            "unit": "s",
-            "new": [1.0, None],
-            "old": [2.0],
-            "ratios": [None],
-            "target": "",
-            "is_reached": None,
-        }
-    ]
 
 
 def test_the_machine_is_described_with_its_load():
