@@ -10,15 +10,14 @@ Run it as: python benchmarks/live.py [--seconds 20] [--rounds N]
 from __future__ import annotations
 
 import argparse
-import os
 import select
 import tempfile
 from pathlib import Path
 
-from measuring import NOT_SOUND, figure, spread, table
+from measuring import NOT_SOUND, figure, process_usage, spread, table
 
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.testing.live_graph import LiveGraph, Process, own_domain
+from bt_mission.testing.live_graph import LiveGraph, own_domain
 
 MISSION = """\
 mission: to and fro
@@ -40,13 +39,6 @@ OUTPUT_SHOWN = 2000
 """Characters of what a process has said last, where it has ended too early."""
 
 
-def used_s(process: Process) -> float:
-    """Processor time of a process and its threads so far, s."""
-    text = Path(f"/proc/{process.pid}/stat").read_text(encoding="ascii")
-    fields = text.rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
 def pause(seconds: float) -> None:
     """Let the others run."""
     select.select([], [], [], seconds)
@@ -65,12 +57,14 @@ def measure(seconds: float, rounds: int, settle_s: float) -> dict[str, list[floa
             processes = {"sim": simulator, "servers": servers, "executive": executive}
             for _ in range(rounds):
                 watch = Stopwatch()
-                before = {each: used_s(process) for each, process in processes.items()}
+                before = {
+                    each: process_usage(process.pid)[0] for each, process in processes.items()
+                }
                 pause(seconds)
                 wall_s = watch.elapsed_s
                 for each, process in processes.items():
-                    share = 100 * (used_s(process) - before[each]) / wall_s
-                    shares.setdefault(each, []).append(share)
+                    used_s = process_usage(process.pid)[0] - before[each]
+                    shares.setdefault(each, []).append(100 * used_s / wall_s)
             ended = {each: one for each, one in processes.items() if one.code is not None}
             if ended:
                 for each, process in ended.items():

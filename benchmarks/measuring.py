@@ -37,6 +37,13 @@ class CpuWatch:
         return time.thread_time() - self._start
 
 
+def process_usage(pid: int) -> tuple[float, int]:
+    """Return the processor time of a process and its threads, s, and its memory now, bytes."""
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    ticks = int(fields[11]) + int(fields[12])
+    return ticks / os.sysconf("SC_CLK_TCK"), int(fields[21]) * os.sysconf("SC_PAGE_SIZE")
+
+
 Work = Callable[[], float]
 """Does something once, and gives the seconds that counted."""
 

@@ -19,6 +19,7 @@ from pathlib import Path
 
 from measuring import figure
 
+from bt_mission.language.mission import Mission
 from bt_mission.recording.writer import RunRecorder
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
@@ -37,9 +38,8 @@ class Run:
     bytes: int = 0
 
 
-def run(mission_file: Path, *, records: bool) -> Run:
+def run(mission: Mission, *, records: bool = False) -> Run:
     """Run a mission, recorded or not."""
-    mission = load(mission_file)
     with (
         tempfile.TemporaryDirectory() as folder,
         Stage(mission, image_folder=Path(folder), say=lambda _: None) as stage,
@@ -70,11 +70,12 @@ def quietest(runs: list[Run]) -> float:
 
 def measure(mission_file: Path, rounds: int) -> None:
     """Measure one mission, and print what it came to."""
-    run(mission_file, records=True)  # the first run imports and compiles
+    mission = load(mission_file)
+    run(mission, records=True)  # the first run imports and compiles
     bare, recorded = [], []
     for _ in range(rounds):
-        bare.append(run(mission_file, records=False))
-        recorded.append(run(mission_file, records=True))
+        bare.append(run(mission))
+        recorded.append(run(mission, records=True))
     if len({one.trace for one in bare + recorded}) > 1:
         raise SystemExit(f"{mission_file}: recording has changed the run")
     ratios = [sum(b.seconds) / sum(a.seconds) for a, b in zip(bare, recorded, strict=True)]

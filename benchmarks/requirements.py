@@ -1,27 +1,21 @@
 """What requirements cost: the processor time of a run with none, with twenty, and of one more.
 
-Each round runs a mission on the stage in every way, in one process, one after another. A run
-repeats exactly, so each second of its virtual time is compared with itself: the time of the
-quietest round counts, since everything else that a busy machine does only adds to it.
+Each round runs a mission on the stage in every way, in one process, one after another; the second
+by second quietest of all rounds counts, as in recording.py.
 Run it as: python benchmarks/requirements.py [MISSION ...] [--rounds N]
 """
 
 from __future__ import annotations
 
 import argparse
-import dataclasses
-import statistics
-import tempfile
-import time
-from itertools import pairwise
+from dataclasses import replace
 from pathlib import Path
 
-from measuring import figure
+from measuring import figure, ratios, spread, table
+from recording import Run, quietest, run
 
-from bt_mission.language.mission import Mission
 from bt_mission.language.requirements.formula import Formula, Requirement
 from bt_mission.sessions.load import load
-from bt_mission.sessions.stage import Stage
 
 MISSIONS = ("missions/explore.yaml", "missions/patrol.yaml")
 SOME = (
@@ -39,46 +33,28 @@ WAYS = {
 }
 
 
-def seconds(mission: Mission, texts: tuple[str, ...]) -> list[float]:
-    """Return the processor time of each second of virtual time."""
-    requirements = tuple(
+def measure(mission_file: Path, rounds: int) -> None:
+    """Measure one mission, and print the ratios."""
+    mission = load(mission_file)
+    missions = {name: replace(mission, requirements=_parsed(texts)) for name, texts in WAYS.items()}
+    runs: dict[str, list[Run]] = {name: [] for name in WAYS}
+    run(missions["twenty and clearance"])  # the first run imports and compiles
+    for _ in range(rounds):
+        for name, found in runs.items():
+            found.append(run(missions[name]))
+    bare = runs.pop("none")
+    rows = []
+    for name, found in runs.items():
+        totals = [[sum(one.seconds) for one in some] for some in (found, bare)]
+        figure(f"{mission_file.stem}: {name} to without", ratios(*totals))
+        rows.append((name, f"{quietest(found) / quietest(bare):.4f}", spread(ratios(*totals), 4)))
+    table((f"{mission_file}: {quietest(bare):.2f} s without", "quietest", "rounds"), rows)
+
+
+def _parsed(texts: tuple[str, ...]) -> tuple[Requirement, ...]:
+    return tuple(
         Requirement(f"{number}", text, Formula(text).root) for number, text in enumerate(texts)
     )
-    mission = dataclasses.replace(mission, requirements=requirements)
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        Stage(mission, image_folder=Path(folder), say=lambda _: None) as stage,
-    ):
-        marks = [time.thread_time()]
-        next_ns = stage.start_ns
-        while not stage.is_done:
-            stage.step()
-            if stage.now_ns >= next_ns:
-                next_ns += 1_000_000_000
-                marks.append(time.thread_time())
-        marks.append(time.thread_time())
-    return [after - before for before, after in pairwise(marks)]
-
-
-def measure(mission_file: Path, rounds: int) -> None:
-    """Measure one mission, and print what it came to."""
-    mission = load(mission_file)
-    runs: dict[str, list[list[float]]] = {name: [] for name in WAYS}
-    seconds(mission, WAYS["twenty and clearance"])  # the first run imports and compiles
-    for _ in range(rounds):
-        for name, texts in WAYS.items():
-            runs[name].append(seconds(mission, texts))
-    quietest = {name: sum(map(min, zip(*found, strict=True))) for name, found in runs.items()}
-    print(f"{mission_file}: {quietest['none']:.2f} s of processor time without requirements")
-    for name in list(WAYS)[1:]:
-        ratios = [
-            sum(found) / sum(bare) - 1 for found, bare in zip(runs[name], runs["none"], strict=True)
-        ]
-        figure(f"{mission_file.stem}: {name} to without", [1 + one for one in ratios])
-        print(
-            f"  {name:21} {quietest[name] / quietest['none'] - 1:+7.2%}   rounds: median "
-            f"{statistics.median(ratios):+.2%}, {min(ratios):+.2%} to {max(ratios):+.2%}"
-        )
 
 
 def main() -> None:

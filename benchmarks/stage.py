@@ -7,14 +7,14 @@ Run it as: python benchmarks/stage.py [--only fresh|step|memory|scenarios] [--ho
 from __future__ import annotations
 
 import argparse
-import resource
+import os
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import rclpy
-from measuring import CpuWatch, figure, in_turns, ratios, spread, table
+from measuring import CpuWatch, figure, in_turns, process_usage, ratios, spread, table
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -153,9 +153,8 @@ def stepping(rounds: int) -> None:
 
 
 def resident_mib() -> float:
-    """Memory of this process now, MiB."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return pages * resource.getpagesize() / 2**20
+    """Return the memory of this process now, MiB."""
+    return process_usage(os.getpid())[1] / 2**20
 
 
 def memory(hours: float, settle_s: float) -> None:

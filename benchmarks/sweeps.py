@@ -17,7 +17,7 @@ from collections.abc import Iterable
 from itertools import islice
 from pathlib import Path
 
-from measuring import figure, spread, table
+from measuring import figure, process_usage, spread, table
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.scenarios.runner import ScenarioProcess, prepare_process
@@ -84,22 +84,16 @@ async def memory(options: argparse.Namespace) -> None:
                 async for row in pool.rows(plan.scenarios()):
                     store.add(row)
                     done += 1
-                    last[row.worker] = _memory_mb(int(row.worker.rpartition(":")[2]))
-                    last["client"] = _memory_mb(os.getpid())
+                    for name, pid in (
+                        (row.worker, row.worker.rpartition(":")[2]),
+                        ("client", os.getpid()),
+                    ):
+                        last[name] = process_usage(int(pid))[1] / 1e6
                     if done == options.after:
                         first = dict(last)
     figure("growth of memory", (last[name] / before for name, before in first.items()))
     rows = [(name, f"{mb:.1f} MB", f"{last[name]:.1f} MB") for name, mb in first.items()]
     table(("process", f"after {options.after} scenarios", "at the end"), rows)
-
-
-def _memory_mb(pid: int) -> float:
-    """Return the resident memory of a process, MB."""
-    try:
-        pages = int(Path(f"/proc/{pid}/statm").read_text(encoding="ascii").split()[1])
-    except OSError:
-        return 0.0
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 def main() -> None:

@@ -11,7 +11,6 @@ import argparse
 import json
 import math
 import os
-import resource
 import subprocess
 import sys
 import tempfile
@@ -33,7 +32,7 @@ from safety_kills import process
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
 
-from benchmarks.measuring import figure, table
+from benchmarks.measuring import figure, process_usage, table
 from bt_mission.core.stamps import to_ns
 from bt_mission.core.wall_clock import Stopwatch
 
@@ -176,7 +175,7 @@ def watched(
     robot: Robot, target: subprocess.Popen[bytes], kind: str, name: str, count: int
 ) -> Flooded:
     """Flood a process from another one, and see what becomes of it."""
-    cpu_s, resident = _used(target.pid)
+    cpu_s, resident = process_usage(target.pid)
     first = len(robot.stamps_s)
     client = subprocess.Popen(  # noqa: S603 - starts our own program
         [sys.executable, str(CLIENT), kind, name, str(count)], stdout=subprocess.PIPE
@@ -186,11 +185,11 @@ def watched(
         robot.spin(0.1)
         if target.poll() is not None:
             raise RuntimeError(f"{kind}: the process has ended with {target.returncode}")
-        most = max(most, _used(target.pid)[1])
+        most = max(most, process_usage(target.pid)[1])
     robot.rest(WAITS_S)
     assert client.stdout is not None
     found = Flooded(**json.loads(client.stdout.read()))
-    cpu_after_s, resident_after = _used(target.pid)
+    cpu_after_s, resident_after = process_usage(target.pid)
     found.cpu_s = cpu_after_s - cpu_s
     found.grown_mib = (max(most, resident_after) - resident) / 2**20
     found.late_s = _lateness(robot.stamps_s[first:])
@@ -199,10 +198,10 @@ def watched(
 
 def calm(robot: Robot, target: subprocess.Popen[bytes]) -> Flooded:
     """Watch the control step without a flood."""
-    cpu_s, resident = _used(target.pid)
+    cpu_s, resident = process_usage(target.pid)
     first = len(robot.stamps_s)
     seconds = robot.rest(CALM_S)
-    cpu_after_s, after = _used(target.pid)
+    cpu_after_s, after = process_usage(target.pid)
     late_s = _lateness(robot.stamps_s[first:])
     grown_mib = (after - resident) / 2**20
     return Flooded(seconds=seconds, cpu_s=cpu_after_s - cpu_s, grown_mib=grown_mib, late_s=late_s)
@@ -213,18 +212,11 @@ def settle(robot: Robot, target: subprocess.Popen[bytes]) -> None:
     before, now = -1, 0
     while before != now:
         robot.rest(START_S)
-        before, now = now, _used(target.pid)[1] >> 20
+        before, now = now, process_usage(target.pid)[1] >> 20
 
 
 def _lateness(stamps_s: list[float]) -> list[float]:
     return [after - before - PERIOD_S for before, after in pairwise(stamps_s)]
-
-
-def _used(pid: int) -> tuple[float, int]:
-    """Return seconds of CPU and bytes of memory that a process has used."""
-    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-    ticks = int(fields[11]) + int(fields[12])
-    return ticks / os.sysconf("SC_CLK_TCK"), int(fields[21]) * resource.getpagesize()
 
 
 KINDS = ("waits", "cancels", "scans", "turns", "stops", "clock", "velocities", "missions")
