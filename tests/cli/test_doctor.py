@@ -23,43 +23,42 @@ def _finds(state, found, remedy=""):
     return lambda: CheckResult(state, found, remedy)
 
 
-def test_all_well_ends_with_0():
-    """One line a check, and a verdict."""
-    code, text = _report(DoctorCheck("Python", _finds("ok", "3.11")))
-    assert (code, text) == (0, "ok      Python: 3.11\nEverything needed is there.\n")
-
-
-def test_something_missing_ends_with_1_and_says_what_to_do():
-    """The remedy stands below the finding, on a line that is not broken by a narrow terminal."""
-    code, text = _report(
-        DoctorCheck(
-            "ROS 2", _finds("missing", "No module named 'rclpy'", "pip install [this] and that")
-        )
-    )
-    assert code == 1
-    assert text == (
-        "missing ROS 2: No module named 'rclpy'\n"
-        "        pip install [this] and that\n"
-        "Missing: ROS 2.\n"
-    )
-
-
-def test_a_warning_is_not_missing():
-    """What is optional never fails the doctor."""
-    code, text = _report(DoctorCheck("EGL", _finds("warning", "absent", "apt install libegl1")))
-    assert code == 0
-    assert text.startswith("warning EGL: absent\n        apt install libegl1\n")
-
-
-def test_what_needs_something_missing_is_skipped():
-    """One cause is reported once, and not again by everything that builds on it."""
-    code, text = _report(
-        DoctorCheck("ROS 2", _finds("missing", "absent")),
-        DoctorCheck("DDS", lambda: pytest.fail("was tried"), needs=("ROS 2",)),
-        DoctorCheck("Python", _finds("ok", "3.12")),
-    )
-    assert code == 1
-    assert "skipped DDS: not tried without ROS 2\nok      Python: 3.12\nMissing: ROS 2.\n" in text
+@pytest.mark.parametrize(
+    ("checks", "code", "text"),
+    [
+        (
+            [DoctorCheck("Python", _finds("ok", "3.11"))],
+            0,
+            "ok      Python: 3.11\nEverything needed is there.\n",
+        ),
+        (
+            [DoctorCheck("ROS 2", _finds("missing", "No 'rclpy'", "pip install [this] and that"))],
+            1,
+            "missing ROS 2: No 'rclpy'\n        pip install [this] and that\nMissing: ROS 2.\n",
+        ),
+        (
+            [DoctorCheck("EGL", _finds("warning", "absent", "apt install libegl1"))],
+            0,
+            "warning EGL: absent\n        apt install libegl1\nEverything needed is there.\n",
+        ),
+        (
+            [
+                DoctorCheck("ROS 2", _finds("missing", "absent")),
+                DoctorCheck("DDS", lambda: pytest.fail("was tried"), needs=("ROS 2",)),
+                DoctorCheck("Python", _finds("ok", "3.12")),
+            ],
+            1,
+            (
+                "missing ROS 2: absent\nskipped DDS: not tried without ROS 2\n"
+                "ok      Python: 3.12\nMissing: ROS 2.\n"
+            ),
+        ),
+    ],
+    ids=["all well", "missing", "a warning is not missing", "what needs something missing"],
+)
+def test_each_check_has_a_line_and_its_remedy_stands_below(checks, code, text):
+    """A narrow terminal does not break the remedy. One cause is reported once."""
+    assert _report(*checks) == (code, text)
 
 
 @pytest.mark.parametrize("version", [(3, 11), (3, 12), (3, 13)])

@@ -12,301 +12,534 @@ import pytest
 from bt_mission.cli import main
 from bt_mission.cli.fork import fork_shown
 from bt_mission.executive.stored_trace import read_trace
-from tests.support.forks import MISSION, WAYS, forked, record_mission, refused
-from tests.support.recordings import recording
+from tests.support.command_line import CommandLine
+from tests.support.project import ROOT
+from tests.support.recordings import edited, recording, with_facts
+
+MISSION = """\
+mission: to the wall and back
+world: empty_arena
+seed: 3
+inputs: {speed: 0.2, angle: 90}
+include: [parts/ways.yaml]
+requirements:
+  has power: always battery > 20
+tree:
+  sequence:
+    - set: {way: 0.3}
+    - tree: {name: drive, inputs: {speed: $speed, way: $way}}
+    - turn: {angle: $angle}
+      timeout: 30
+      name: turn away
+    - tree: {name: drive, inputs: {speed: $speed, way: $way}}
+"""
+WAYS = """\
+trees:
+  drive:
+    needs: {speed: number, way: number}
+    do:
+      explore_forward: {fwd_velocity: $speed, stopping_distance: 0.3}
+      name: drive
+      cancel_when: current_distance_travelled >= $way
+      on_cancel: success
+      timeout: 30
+"""
+LATE = """\
+mission: up to the wall
+world: wet_arena
+inputs: {speed: 0.26}
+requirements:
+  keeps its distance: always clearance > 0.31
+tree:
+  sequence:
+    - wait: 0.5
+    - set: {pace: $speed}
+    - explore_forward: {fwd_velocity: $pace, stopping_distance: 0.3}
+      timeout: 60
+"""
+FLEET = """\
+fleet: pair
+world: dqn_stage1
+seed: 3
+robots:
+  one:
+    mission:
+      mission: turns
+      inputs: {angle: 90}
+      requirements: {is slow: always speed < 1}
+      tree:
+        sequence:
+          - {turn: {angle: $angle}, name: turn, timeout: 20}
+          - {turn: {angle: $angle}, name: again, timeout: 20}
+    inputs: {angle: 60}
+    start: {x: -1}
+  two:
+    mission: drives.yaml
+    robot: burger
+    start: {x: 1, yaw: 90}
+"""
+DRIVES = """\
+mission: drives
+inputs: {speed: 0.1}
+tree:
+  sequence:
+    - {wait: 1, name: a while}
+    - explore_forward: {fwd_velocity: $speed, stopping_distance: 0.3}
+      name: drive
+      cancel_when: current_distance_travelled >= 0.2
+      on_cancel: success
+      timeout: 20
+"""
+
+
+def recorded(folder: Path, *words: str, code: int = 0, **files: str) -> Path:
+    """Record a run of the first of the files; returns the recording, which is alone then."""
+    for name, text in files.items():
+        path = folder / f"{name.replace('__', '/')}.yaml"
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    outputs = ("--record", str(folder / "run.mcap"), "--trace", str(folder / "run.jsonl"))
+    first = str(folder / f"{next(iter(files))}.yaml")
+    assert main(["run", first, "--json", *outputs, *words]) == code
+    for path in folder.rglob("*.yaml"):
+        path.unlink()
+    return folder / "run.mcap"
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A recorded run."""
-    return str(record_mission(tmp_path_factory.mktemp("fork")))
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recorded run; where its mission was is another one now."""
+    folder = tmp_path_factory.mktemp("fork")
+    path = recorded(folder, mission=MISSION, parts__ways=WAYS)
+    (folder / "mission.yaml").write_text("mission: another\ntree: {wait: 1}\n", encoding="utf-8")
+    return path
 
 
-def test_without_a_change_the_same_happens_again(
-    run: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+@pytest.fixture(scope="module")
+def late(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run that comes too near to a wall, since it was too fast on a wet floor."""
+    world = (ROOT / "worlds" / "empty_arena.yaml").read_text(encoding="utf-8")
+    world = world.replace("name: empty_arena", "name: wet_arena")
+    wet = "slippery:\n  - {name: puddle, x: 1.2, y: 0, radius: 0.5, friction: 0.03}\n"
+    folder = tmp_path_factory.mktemp("late")
+    return recorded(folder, code=1, late=LATE, wet_arena=world + wet)
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recorded fleet with nature and a fault, the files of which are gone."""
+    fault = ["--fault", "one: at 0.5: drop imu lasting 0.5"]
+    words = [*fault, "--nature", "usual", "--set", "angle=70"]
+    return recorded(tmp_path_factory.mktemp("fleet"), *words, it=FLEET, drives=DRIVES)
+
+
+def test_without_a_change_the_same_happens_again(run: Path, cli: CommandLine) -> None:
     """From the recording alone: the files on the disk are others by now, or gone."""
-    folder = Path(run).parent
-    trace = folder / "again.jsonl"
-    told = forked(capsys, run, "--at", "2", "--trace", str(trace))
-    assert (told["is_identical"], told["first_difference"]) == (True, None)
-    assert trace.read_bytes() == (folder / "run.jsonl").read_bytes()
-    assert told["forked"]["requirements"] == told["recorded"]["requirements"]
-    assert told["forked"]["trace_sha256"] == read_trace(folder / "run.jsonl").sha256
+    fork = cli.json(f"fork {run} --at 2 --trace again.jsonl")
+    assert (fork["is_identical"], fork["first_difference"]) == (True, None)
+    assert Path("again.jsonl").read_bytes() == run.with_name("run.jsonl").read_bytes()
+    assert fork["forked"]["requirements"] == fork["recorded"]["requirements"]
+    assert fork["forked"]["trace_sha256"] == read_trace(run.with_name("run.jsonl")).sha256
 
 
-def test_a_variable_has_another_value_from_the_instant_on(
-    run: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """The drive that is under way keeps its speed, the next one is slower."""
-    told = forked(capsys, run, "--at", "1", "--set", "speed=0.1")
-    leaves = {one["path"]: one["running_s"] for one in told["forked"]["leaves"]}
-    recorded = forked(capsys, run, "--at", "1")["forked"]
-    before = {one["path"]: one["running_s"] for one in recorded["leaves"]}
-    assert leaves["0.1.0"] == before["0.1.0"]
-    assert leaves["0.3.0"] > 1.5 * before["0.3.0"]
-    assert told["change"] == {
-        "set": {"speed": 0.1},
-        "mission": None,
-        "from_start": False,
-        "faults": [],
-    }
-    assert told["first_difference"]["time_s"] > 1
+def running_s(fork: Any) -> dict[str, float]:
+    """Return how long each leaf of a fork ran, by its place."""
+    return {leaf["path"]: leaf["running_s"] for leaf in fork["forked"]["leaves"]}
 
 
-def test_people_are_told_both_outcomes(run: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """And the control step, where the instant lies between two."""
-    assert main(["fork", run, "--at", "1.01", "--set", "angle=-45"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_a_variable_has_another_value_from_the_instant_on(run: Path, cli: CommandLine) -> None:
+    """The current drive keeps its speed, the next one is slower."""
+    fork = cli.json(f"fork {run} --at 1 --set speed=0.1")
+    after, before = running_s(fork), running_s(cli.json(f"fork {run} --at 1"))
+    assert after["0.1.0"] == before["0.1.0"]
+    assert after["0.3.0"] > 1.5 * before["0.3.0"]
+    change = {"set": {"speed": 0.1}, "mission": None, "from_start": False, "faults": []}
+    assert fork["change"] == change
+    assert fork["first_difference"]["time_s"] > 1
+
+
+def test_people_get_both_outcomes(run: Path, cli: CommandLine) -> None:
+    """With the control step, where the instant lies between two, and what made no difference."""
+    lines = cli.lines(f"fork {run} --at 1.01 --set angle=-45")
     assert lines[0].startswith("recorded: success at ")
-    assert lines[1].startswith(
-        "forked at 1.05 s (the control step after 1.01 s) with angle=-45: success at "
-    )
+    forked = "forked at 1.05 s (the control step after 1.01 s) with angle=-45: success at "
+    assert lines[1].startswith(forked)
     assert "requirement has power: holds by 79.9" in lines[3]
     assert "(recorded: holds by 79.9" in lines[3]
     assert "first difference (< recorded, > forked):" in lines[4]
+    last = cli.lines(f"fork {run} --at 4 --set angle=10")[-1]
+    assert last.startswith("  the change makes no difference: all ")
 
 
-def test_a_variable_that_is_no_input_is_set_too(
-    run: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_variable_that_is_no_input_is_set_too(run: Path, cli: CommandLine) -> None:
     """As long as it holds a value of that type."""
-    told = forked(capsys, run, "--at", "1", "--set", "way=0.1")
-    assert told["forked"]["distance_travelled_m"] < 0.5
-    assert "'way' is a number at that instant" in refused(
-        capsys, run, "--at", "1", "--set", "way=far"
-    )
+    fork = cli.json(f"fork {run} --at 1 --set way=0.1")
+    assert fork["forked"]["distance_travelled_m"] < 0.5
+    error = cli.refused(f"fork {run} --at 1 --set way=far")
+    assert "'way' is a number at that instant" in error
 
 
-def test_a_fork_is_recorded_as_one(
-    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """With the change in its log; it says itself that it is no run that can be forked."""
-    path = tmp_path / "fork.mcap"
-    forked(capsys, run, "--at", "1", "--set", "speed=0.1", "--record", str(path))
-    assert main(["replay", str(path), "--plain"]) == 0
-    assert "forked here: speed=0.1" in capsys.readouterr().out
-    error = refused(capsys, str(path), "--at", "1")
+def test_a_fork_is_recorded_as_one(run: Path, cli: CommandLine) -> None:
+    """Its log has the change. It cannot be forked itself, unless nothing was changed."""
+    cli(f"fork {run} --at 1 --set speed=0.1 --record fork.mcap")
+    assert "forked here: speed=0.1" in cli("replay fork.mcap --plain")
+    error = cli.refused("fork fork.mcap --at 1")
     assert "it is itself a fork, of the run in run.mcap: fork that one" in error
+    cli(f"fork {run} --at 1 --record again.mcap")
+    assert cli.json("fork again.mcap --at 3")["is_identical"]
 
 
-def test_the_same_run_again_can_be_forked(
-    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """A recording of a fork without a change is as good as the first."""
-    path = tmp_path / "again.mcap"
-    forked(capsys, run, "--at", "1", "--record", str(path))
-    assert forked(capsys, str(path), "--at", "3")["is_identical"]
-
-
-def test_a_requirement_is_added(
-    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """What is told of it is no difference; one that is violated decides the exit code."""
-    path = tmp_path / "slow.yaml"
-    path.write_text("requirements:\n  is slow: always speed < 0.15\n", encoding="utf-8")
-    told = forked(capsys, run, "--at", "3", "--require", str(path))
-    verdicts = {one["name"]: one["verdict"] for one in told["forked"]["requirements"]}
+def test_a_requirement_is_added(run: Path, cli: CommandLine) -> None:
+    """Its verdict is no difference; a violated one decides the exit code."""
+    cli.write("slow.yaml", "requirements:\n  is slow: always speed < 0.15\n")
+    fork = cli.json(f"fork {run} --at 3 --require slow.yaml")
+    verdicts = {each["name"]: each["verdict"] for each in fork["forked"]["requirements"]}
     assert verdicts == {"has power": "holds", "is slow": "violated"}
-    assert told["is_identical"]
-    words = ("--at", "3", "--set", "speed=0.1", "--require", str(path))
-    assert forked(capsys, run, *words, code=1)["forked"]["status"] == "success"
+    assert fork["is_identical"]
+    fork = cli.json(f"fork {run} --at 3 --set speed=0.1 --require slow.yaml", 1)
+    assert fork["forked"]["status"] == "success"
 
 
-def edit(folder: Path, old: str, new: str, ways: str = WAYS) -> str:
-    """The recorded mission's file with something in it replaced."""
+def edit(cli: CommandLine, old: str, new: str, ways: str = WAYS) -> str:
+    """Write the recorded mission with something in it replaced."""
     assert old in MISSION
-    (folder / "parts").mkdir(exist_ok=True)
-    (folder / "parts" / "ways.yaml").write_text(ways, encoding="utf-8")
-    path = folder / "edited.yaml"
-    path.write_text(MISSION.replace(old, new), encoding="utf-8")
-    return str(path)
+    cli.write("parts/ways.yaml", ways)
+    return cli.write("edited.yaml", MISSION.replace(old, new))
 
 
-def running_s(told: Any) -> dict[str, float]:
-    """How long each leaf of a fork ran, by its name and place."""
-    leaves = told["forked"]["leaves"]
-    return {f"{one['name']} {one['path']}": one["running_s"] for one in leaves}
-
-
-def test_an_edited_mission_goes_on_from_the_instant(
-    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_edited_mission_continues_from_the_instant(run: Path, cli: CommandLine) -> None:
     """What runs there ends as it began; what begins later begins as edited, in all trees."""
-    before = running_s(forked(capsys, run, "--at", "1"))
+    before = running_s(cli.json(f"fork {run} --at 1"))
     slow = WAYS.replace("fwd_velocity: $speed", "fwd_velocity: 0.1")
-    path = edit(tmp_path, "angle: $angle}", "angle: 45}", slow)
-    told = forked(capsys, run, "--at", "1", "--mission", path)
-    assert told["change"] == {"set": {}, "mission": path, "from_start": False, "faults": []}
-    after = running_s(told)
-    assert after["drive 0.1.0"] == before["drive 0.1.0"]
-    assert after["turn away 0.2"] < 0.7 * before["turn away 0.2"]
-    assert after["drive 0.3.0"] > 1.5 * before["drive 0.3.0"]
+    path = edit(cli, "angle: $angle}", "angle: 45}", slow)
+    fork = cli.json(f"fork {run} --at 1 --mission {path}")
+    assert fork["change"] == {"set": {}, "mission": path, "from_start": False, "faults": []}
+    after = running_s(fork)
+    assert after["0.1.0"] == before["0.1.0"]
+    assert after["0.2"] < 0.7 * before["0.2"]
+    assert after["0.3.0"] > 1.5 * before["0.3.0"]
 
 
-def test_an_edited_input_has_its_value_from_the_instant_on(
-    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_edited_input_has_its_value_from_the_instant_on(run: Path, cli: CommandLine) -> None:
     """As with --set."""
-    path = edit(tmp_path, "angle: 90}", "angle: 45}")
-    told = forked(capsys, run, "--at", "1", "--mission", path)
-    assert told["change"]["set"] == {"angle": 45}
-    assert not forked(capsys, run, "--at", "1", "--set", "angle=45")["is_identical"]
-    sha = {
-        forked(capsys, run, "--at", "1", *words)["forked"]["distance_travelled_m"]
-        for words in (["--mission", path], ["--set", "angle=45"])
-    }
-    assert len(sha) == 1
+    path = edit(cli, "angle: 90}", "angle: 45}")
+    edited_, set_ = (
+        cli.json(f"fork {run} --at 1 {words}") for words in (f"--mission {path}", "--set angle=45")
+    )
+    assert edited_["change"]["set"] == {"angle": 45}
+    assert not set_["is_identical"]
+    assert len({fork["forked"]["distance_travelled_m"] for fork in (edited_, set_)}) == 1
 
 
-def test_a_mission_with_more_nodes_runs_from_the_start(
-    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Where it does the same up to the fork; else the first difference is told."""
+def test_a_mission_with_more_nodes_runs_from_the_start(run: Path, cli: CommandLine) -> None:
+    """Where it does the same up to the fork; else the first difference is the reason."""
     more = "    - wait: 1\n    - turn: {angle: $angle}"
-    path = edit(tmp_path, "    - turn: {angle: $angle}", more)
-    told = forked(capsys, run, "--at", "1", "--mission", path)
-    assert told["change"]["from_start"]
-    assert told["forked"]["virtual_s"] > told["recorded"]["virtual_s"] + 0.9
-    error = refused(capsys, run, "--at", "4", "--mission", path)
+    path = edit(cli, "    - turn: {angle: $angle}", more)
+    fork = cli.json(f"fork {run} --at 1 --mission {path}")
+    assert fork["change"]["from_start"]
+    assert fork["forked"]["virtual_s"] > fork["recorded"]["virtual_s"] + 0.9
+    error = cli.refused(f"fork {run} --at 4 --mission {path}")
     assert "it is not the same up to 4.00 s" in error
     assert f"the edited mission has another tree: {path}:12:7: " in error
 
 
-def test_a_change_that_nothing_reads(run: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """Is said to make no difference."""
-    assert main(["fork", run, "--at", "4", "--set", "angle=10"]) == 0
-    last = capsys.readouterr().out.splitlines()[-1]
-    assert last.startswith("  the change makes no difference: all ")
+def test_an_edited_requirement_is_evaluated_from_the_start(run: Path, cli: CommandLine) -> None:
+    """What was recorded of the first one is not compared."""
+    path = edit(cli, "always battery > 20", "always speed < 0.15")
+    fork = cli.json(f"fork {run} --at 4 --mission {path}", 1)
+    assert fork["forked"]["requirements"][0]["verdict"] == "violated"
+    assert fork["recorded"]["requirements"][0]["verdict"] == "holds"
+    assert fork["is_identical"]
+
+
+@pytest.mark.parametrize(
+    ("new", "expected"),
+    [
+        ("seed: 4", "edited.yaml:3:7: error: 'seed' is settled when a run begins: it was 3, and"),
+        ("sed: 3", "edited.yaml:3:1: error: unknown key 'sed'"),
+    ],
+)
+def test_a_mission_that_begins_otherwise_is_refused(
+    run: Path, cli: CommandLine, new: str, expected: str
+) -> None:
+    """World, robot, seed and map are settled by then; errors are those of a check."""
+    error = cli.refused(f"fork {run} --at 1 --mission {edit(cli, 'seed: 3', new)}")
+    assert expected in error
 
 
 @pytest.mark.process
 def test_a_shown_recording_is_forked_beside_it(
-    run: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    run: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """By a command that is shown; a file that is there already is left alone."""
+    """By a command that is shown; a file that exists is kept."""
     monkeypatch.setattr("builtins.input", lambda _: "")
-    first = Path(run).with_name("run_fork_1.mcap")
+    first = run.with_name("run_fork_1.mcap")
     first.touch()
-    path = fork_shown(Path(run), 1.0, ["speed=0.1", "--fault", "at 2: drop scan"], nullcontext)
-    assert path == Path(run).with_name("run_fork_2.mcap")
-    said = capfd.readouterr().out
-    assert "--at 1.000 --set speed=0.1 --fault 'at 2: drop scan' --record " in said
-    assert "recorded: success at " in said
-    assert fork_shown(Path(run), 1.0, ["sped=0.1"], nullcontext) is None
+    path = fork_shown(run, 1.0, ["speed=0.1", "--fault", "at 2: drop scan"], nullcontext)
+    assert path == run.with_name("run_fork_2.mcap")
+    out = capfd.readouterr().out
+    assert "--at 1.000 --set speed=0.1 --fault 'at 2: drop scan' --record " in out
+    assert "recorded: success at " in out
+    assert fork_shown(run, 1.0, ["sped=0.1"], nullcontext) is None
     assert first.stat().st_size == 0
 
 
-def test_a_fault_begins_after_the_fork(
-    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Its recording holds the fault, so that it runs again by itself."""
-    path = tmp_path / "fault.mcap"
-    words = ("--at", "1", "--fault", "at 1.5: spawn_box ahead 0.45", "--record", str(path))
-    told = forked(capsys, run, *words)
-    assert told["forked"]["faults"][0]["began"] == 1.5
-    assert told["first_difference"]["time_s"] >= 1.5
-    again = forked(capsys, str(path), "--at", "2")
+def test_a_fault_begins_after_the_fork(run: Path, cli: CommandLine) -> None:
+    """The recording of the fork holds the fault, so that it runs again alone."""
+    fault = "--fault 'at 1.5: spawn_box ahead 0.45'"
+    fork = cli.json(f"fork {run} --at 1 {fault} --record fault.mcap")
+    assert fork["forked"]["faults"][0]["began"] == 1.5
+    assert fork["first_difference"]["time_s"] >= 1.5
+    again = cli.json("fork fault.mcap --at 2")
     assert again["is_identical"]
-    assert again["forked"]["faults"] == told["forked"]["faults"]
+    assert again["forked"]["faults"] == fork["forked"]["faults"]
 
 
-def test_a_fault_before_the_fork_is_refused(run: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """By its time, or by the difference that it makes; one that cannot be read by its place."""
-    error = refused(capsys, run, "--at", "2", "--fault", "at 1.5: drop scan")
-    assert "--fault:1:4: error: it begins before the fork, whose control step is at 2.00" in error
-    error = refused(capsys, run, "--at", "2", "--fault", "when speed > 0.1: drop scan")
-    assert "it is not the same up to 2.00 s" in error
-    assert "did you mean 'drop'?" in refused(capsys, run, "--at", "2", "--fault", "at 3: drp scan")
-
-
-def test_a_mission_that_begins_otherwise_is_refused(
-    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("--at 1 --set sped=1", "no variable 'sped' (the mission's: speed, angle, way)"),
+        ("--at 1 --set sped=1", "did you mean 'speed'?"),
+        ("--at 1 --set speed=fast", "input 'speed' expects a number, got string 'fast'"),
+        ("--at 999", "--at 999: the run ends at "),
+        ("--sweep-at --set speed=0.1", "there is nothing to save"),
+        (
+            "--at 2 --fault 'at 1.5: drop scan'",
+            "--fault:1:4: error: it begins before the fork, whose control step is at 2.00",
+        ),
+        (
+            "--at 2 --fault 'when speed > 0.1: drop scan'",
+            "it is not the same up to 2.00 s",
+        ),
+        ("--at 2 --fault 'at 3: drp scan'", "did you mean 'drop'?"),
+    ],
+)
+def test_a_change_that_does_not_fit_is_refused(
+    run: Path, cli: CommandLine, words: str, expected: str
 ) -> None:
-    """World, robot, seed and map are settled by then; faults are told as in a check."""
-    path = edit(tmp_path, "seed: 3", "seed: 4")
-    error = refused(capsys, run, "--at", "1", "--mission", path)
-    assert f"{path}:3:7: error: 'seed' is settled when a run begins: it was 3, and is 4" in error
-    path = edit(tmp_path, "seed: 3", "sed: 3")
-    assert "sed" in refused(capsys, run, "--at", "1", "--mission", path)
+    """With its place, and what to do."""
+    assert expected in cli.refused(f"fork {run} {words}")
 
 
-def test_an_edited_requirement_is_watched_from_the_start(
-    run: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """What was recorded of the first one is not compared."""
-    path = edit(tmp_path, "always battery > 20", "always speed < 0.15")
-    told = forked(capsys, run, "--at", "4", "--mission", path, code=1)
-    assert told["forked"]["requirements"][0]["verdict"] == "violated"
-    assert told["recorded"]["requirements"][0]["verdict"] == "holds"
-    assert told["is_identical"]
-
-
-def test_the_shipped_files_are_not_used(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """A world and a robot of one's own are in the recording."""
-    monkeypatch.chdir(tmp_path)
-    source = Path(__file__).parents[2]
+def test_the_shipped_files_are_not_used(cli: CommandLine) -> None:
+    """The user's own world and robot are in the recording."""
     for kind, name in (("worlds", "empty_arena"), ("robots", "waffle")):
         Path(kind).mkdir()
-        shutil.copy(source / kind / f"{name}.yaml", f"{kind}/mine.yaml")
-    Path("m.yaml").write_text("mission: m\nworld: mine\nrobot: mine\ntree: {turn: {angle: 9}}\n")
-    assert main(["run", "m.yaml", "--json", "--record", "run.mcap"]) == 0
+        shutil.copy(ROOT / kind / f"{name}.yaml", f"{kind}/mine.yaml")
+    cli.write("m.yaml", "mission: m\nworld: mine\nrobot: mine\ntree: {turn: {angle: 9}}\n")
+    cli("run m.yaml --json --record run.mcap")
     shutil.rmtree("worlds")
     shutil.rmtree("robots")
-    assert forked(capsys, "run.mcap", "--at", "0.5")["is_identical"]
+    assert cli.json("fork run.mcap --at 0.5")["is_identical"]
 
 
 def test_a_recording_of_another_place_fails_alike(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    cli: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Failures name the mission's file as on every machine, so the traces are the same."""
-    path = tmp_path / "m.yaml"
-    path.write_text("mission: m\ntree:\n  sequence: [{set: {a: 0}}, {wait: 1 / a}]\n")
-    run = tmp_path / "run.mcap"
-    assert main(["run", str(path), "--json", "--record", str(run)]) == 1
-    (tmp_path / "elsewhere").mkdir()
-    monkeypatch.chdir(tmp_path / "elsewhere")
-    told = forked(capsys, str(run), "--at", "0")
-    assert told["is_identical"]
-    assert told["recorded"]["reason"].startswith("m.yaml:3:")
+    cli.write("m.yaml", "mission: m\ntree:\n  sequence: [{set: {a: 0}}, {wait: 1 / a}]\n")
+    cli(f"run {cli.folder}/m.yaml --json --record run.mcap", 1)
+    Path("elsewhere").mkdir()
+    monkeypatch.chdir("elsewhere")
+    fork = cli.json("fork ../run.mcap --at 0")
+    assert fork["is_identical"]
+    assert fork["recorded"]["reason"].startswith("m.yaml:3:")
 
 
-def test_the_recording_of_tests_can_be_forked(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_recording_of_tests_can_be_forked(cli: CommandLine) -> None:
     """It is one like others."""
-    assert forked(capsys, str(recording()), "--at", "2.5")["is_identical"]
+    assert cli.json(f"fork {recording()} --at 2.5")["is_identical"]
 
 
-def test_a_run_of_a_scenario_is_forked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_run_of_a_scenario_is_forked(cli: CommandLine) -> None:
     """With its place, its start, its faults and its requirements."""
-    path = tmp_path / "s.scenario.yaml"
-    path.write_text(
+    cli.write(
+        "s.yaml",
         "scenario: s\nmission: square\nworld: nav_arena\nseed: 5\n"
         "start: {x: 0.2, y: 0.1, yaw: 90}\ninputs: {side: 0.3}\n"
         "faults: ['at 2.0: drop odom lasting 0.5']\n"
         "requirements: {has power: always battery > 20}\n",
-        encoding="utf-8",
     )
-    run = tmp_path / "s.mcap"
-    assert main(["run", str(path), "--json", "--record", str(run)]) == 0
-    told = forked(capsys, str(run), "--at", "3")
-    assert told["is_identical"]
-    assert told["forked"]["faults"][0]["began"] == 2
-    assert told["forked"]["requirements"] == told["recorded"]["requirements"]
+    cli("run s.yaml --json --record s.mcap")
+    fork = cli.json("fork s.mcap --at 3")
+    assert fork["is_identical"]
+    assert fork["forked"]["faults"][0]["began"] == 2
+    assert fork["forked"]["requirements"] == fork["recorded"]["requirements"]
 
 
-def test_places_of_a_fork_are_those_of_the_recorded_world(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_places_of_a_fork_are_those_of_the_recorded_world(cli: CommandLine) -> None:
     """Also where the world stands in a scenario, and is in no file."""
-    scenario, path = tmp_path / "z.yaml", tmp_path / "z.mcap"
-    scenario.write_text(
+    cli.write(
+        "z.yaml",
         "scenario: z\nworld: {name: w, size: [4, 4], zones: [{name: Z, x: 0.3, y: 0}]}\n"
         "mission:\n  mission: m\n  world: nav_arena\n"
         "  tree: {navigate_to_pose: {pose: Z}, timeout: 60 s}\n",
-        encoding="utf-8",
     )
-    assert main(["run", str(scenario), "--record", str(path)]) == 0
-    assert main(["fork", str(path), "--at", "1.0"]) == 0
-    assert "identical" in capsys.readouterr().out
+    cli("run z.yaml --record z.mcap")
+    assert "identical" in cli("fork z.mcap --at 1.0")
+
+
+def test_a_recording_that_was_cut_is_forked_before_its_end(run: Path, cli: CommandLine) -> None:
+    """How the recorded run ended is unknown then."""
+    data = run.read_bytes()
+    Path("cut.mcap").write_bytes(data[: len(data) // 2])
+    error = cli.refused("fork cut.mcap --at 99")
+    end_s = float(error.rpartition("the recording ends at ")[2].split()[0])
+    fork = cli.json(f"fork cut.mcap --at {end_s} --set speed=0.1")
+    assert fork["recorded"]["status"] == "unknown"
+    assert "the file was cut" in fork["recorded"]["reason"]
+    assert fork["forked"]["status"] == "success"
+    lines = cli.lines("fork cut.mcap --at 1")
+    assert lines[3].endswith("(recorded: not known)")
+    assert lines[4].endswith(" events of the trace that were recorded, byte by byte")
+
+
+def test_files_that_hold_no_run(cli: CommandLine) -> None:
+    """Empty, of another kind, of another recorder, and none at all."""
+    Path("empty.mcap").touch()
+    cli.write("text", "no recording")
+    edited(Path("foreign.mcap"), lambda *_: True)
+    for name, expected in (
+        ("empty.mcap", "the file is empty"),
+        ("text", "not an MCAP file"),
+        ("foreign.mcap", "no run of bt-mission is in it"),
+        ("none.mcap", "cannot read it: No such file"),
+    ):
+        assert expected in cli.refused(f"fork {name} --at 1")
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"world": None, "stage": None}, "it has no seed: it was recorded against the servers"),
+        ({"stage": None}, "it lacks the files of world and robot"),
+        ({"stage": "{}"}, "it lacks the files of world and robot"),
+        ({"file": "gone.yaml"}, "it lacks the mission's file 'gone.yaml'"),
+        ({"seed": "-"}, "it has no seed"),
+        (
+            {"requirements": '[{"name": "a", "formula": "always"}]'},
+            "its requirement 'a' cannot be read here",
+        ),
+    ],
+)
+def test_a_recording_that_lacks_something(
+    changes: dict[str, str | None], expected: str, cli: CommandLine
+) -> None:
+    """The error names what it lacks."""
+    with_facts(Path("lacking.mcap"), changes)
+    assert expected in cli.refused("fork lacking.mcap --at 1")
+
+
+def test_a_run_that_cannot_be_repeated_is_refused(cli: CommandLine) -> None:
+    """With the first event that differs, and with what is of another version."""
+    changes = {"inputs": '{"reach": 0.3}', "versions": '{"mujoco": "1.0"}'}
+    with_facts(Path("other.mcap"), changes)
+    error = cli.refused("fork other.mcap --at 99999")
+    assert "recorded with mujoco 1.0, here it is " in error
+    error = cli.refused("fork other.mcap --at 7")
+    assert "run again, it is not the same up to 7.00 s, so it cannot be forked there" in error
+    assert "they part at " in error
+    assert error.count("recorded with mujoco 1.0, here it is ") == 2
+
+
+def test_the_code_of_python_leaves_is_not_run_unasked(cli: CommandLine) -> None:
+    """A recording may be anybody's."""
+    cli.write("leaf.py", "from py_trees.behaviours import Success\n\nLeaf = Success\n")
+    cli.write("m.yaml", "mission: m\ntree: {python: 'leaf.py:Leaf'}\n")
+    cli("run m.yaml --json --record run.mcap")
+    error = cli.refused("fork run.mcap --at 0")
+    assert "the Python leaf 'leaf.py:Leaf' is refused" in error
+    assert "--import-python" in error
+    assert cli.json("fork run.mcap --at 0 --import-python")["is_identical"]
+
+
+def test_the_last_instant_that_saves_a_mission(late: Path, cli: CommandLine) -> None:
+    """The variable is read when the drive begins: not a control step later."""
+    sweep = cli.json(f"fork {late} --sweep-at --set speed=0.1 --record saved.mcap")
+    assert (sweep["last"]["status"], sweep["last"]["is_saved"]) == ("success", True)
+    assert sweep["next"]["at_s"] == pytest.approx(sweep["last"]["at_s"] + 0.05)
+    assert sweep["next"]["reason"].startswith("keeps its distance: violated by ")
+    assert len(sweep["tries"]) == len(cli.err.splitlines())
+    fork = cli.json(f"fork {late} --at {sweep['last']['at_s']} --set speed=0.1")
+    assert fork["forked"]["requirements"][0]["verdict"] == "holds"
+    assert Path("saved.mcap").exists()
+
+
+def test_a_sweep_says_what_it_has_tried(late: Path, cli: CommandLine) -> None:
+    """A value that is overwritten before it is read saves nothing."""
+    lines = cli.lines(f"fork {late} --sweep-at --set pace=0.1 --tries 2", 1)
+    assert lines[1].startswith("  requirement keeps its distance: violated by ")
+    assert lines[2] == "with pace=0.1: saved at none of the instants that were tried"
+    assert lines[3].startswith("  2 of ")
+    assert "such instants were left out (--tries). Nothing is known of the others" in lines[3]
+
+
+def test_without_a_change_the_same_happens_again_to_every_robot(
+    fleet: Path, cli: CommandLine
+) -> None:
+    """From the recording alone: with starts, models, nature, inputs and faults of each robot."""
+    fork = cli.json(f"fork {fleet} --at 2 --trace again.jsonl")
+    assert (fork["robot"], fork["is_identical"]) == ("one", True)
+    assert [(each["robot"], each["is_identical"]) for each in fork["others"]] == [("two", True)]
+    assert fork["forked"]["faults"][0]["ended"] == 1.0
+    for robot in ("one", "two"):
+        again = Path(f"again.{robot}.jsonl").read_bytes()
+        assert again == fleet.with_name(f"run.{robot}.jsonl").read_bytes()
+
+
+def test_the_run_of_one_robot_is_changed(fleet: Path, cli: CommandLine) -> None:
+    """It is shown first, then those of the others."""
+    lines = cli.lines(f"fork {fleet} --robot two --at 0.5 --set speed=0.2")
+    assert lines[0].startswith("two: recorded: success at ")
+    assert lines[1].startswith("forked at 0.50 s with speed=0.2: success at ")
+    (at,) = (number for number, line in enumerate(lines) if line.startswith("one: recorded: "))
+    assert lines[at + 1].startswith("forked at 0.50 s with two: speed=0.2: success at ")
+    fork = cli.json(f"fork {fleet} --robot two --at 1 --fault 'at 2: lidar_dead'", 1)
+    assert [each["fault"] for each in fork["forked"]["faults"]] == ["at 2.0: lidar_dead"]
+    assert fork["others"][0]["forked"]["status"] == "success"
+
+
+def test_another_version_of_a_mission_and_the_last_instant(fleet: Path, cli: CommandLine) -> None:
+    """Both are those of the robot that is named."""
+    cli.write("edited.yaml", DRIVES.replace("0.1", "0.2"))
+    fork = cli.json(f"fork {fleet} --robot two --at 0.5 --mission edited.yaml")
+    assert fork["change"]["set"] == {"speed": 0.2}
+    cli.write("slow.yaml", "requirements: {goes: eventually speed > 0.15}\n")
+    words = "--sweep-at --set speed=0.2 --require slow.yaml"
+    sweep = cli.json(f"fork {fleet} --robot two {words}")
+    assert 0.9 < sweep["last"]["at_s"] < sweep["next"]["at_s"] < 1.2
+
+
+def test_a_fork_of_a_fleet_is_a_recording_of_all_robots(fleet: Path, cli: CommandLine) -> None:
+    """It names its fleet, and cannot be forked itself."""
+    words = "--robot two --at 0.5 --set speed=0.2 --record forked.mcap"
+    assert cli.json(f"fork {fleet} {words}")["recording"] == "forked.mcap"
+    assert [each["robot"] for each in cli.json("verify forked.mcap")["robots"]] == ["one"]
+    error = cli.refused("fork forked.mcap --at 1")
+    assert "it is itself a fork, of the run in run.mcap" in error
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--at 1 --set speed=0.2", "say with --robot whose run is changed: one, two"),
+        ("--at 1 --robot tow", "no mission of a robot 'tow' is in it (robots: one, two)"),
+        ("--at 99 --robot one", "--at 99: the run ends at"),
+        ("--at 1 --robot one --set speed=1", "no variable 'speed'"),
+        ("--at 1 --video x.mp4", "--video does not apply to fleets: "),
+    ],
+)
+def test_a_change_that_does_not_fit_a_fleet_is_refused(
+    fleet: Path, words: str, message: str, cli: CommandLine
+) -> None:
+    """Before anything runs."""
+    assert message in cli.refused(f"fork {fleet} {words}")
+
+
+def test_the_robot_that_cannot_be_repeated_is_named(fleet: Path, cli: CommandLine) -> None:
+    """With its first difference, although the other robot ends with it."""
+    changes: dict[str, Any] = {"inputs": '{"speed": 0.2}'}
+    with_facts(Path("other.mcap"), changes, fleet, "bt_mission /two/bt_mission")
+    error = cli.refused("fork other.mcap --at 2")
+    assert "two: run again, it is not the same up to 2.00 s" in error
+    assert "they part at" in error

@@ -1,132 +1,137 @@
-"""Help fits the terminal, and an error says what was probably meant."""
+"""The parser: its help, its rules for options, and the ROS arguments that launch files append."""
 
 from __future__ import annotations
 
+import argparse
 import shlex
-from pathlib import Path
+from collections.abc import Iterator
+from typing import get_args
 
 import pytest
 
-from bt_mission.cli import main
+from bt_mission.cli.commands import load_commands
+from bt_mission.cli.completion import KINDS
 from bt_mission.cli.main import make_parser
+from bt_mission.cli.parser import Option, Parser
+from bt_mission.cli.ros_arguments import RosArgumentsError, checked, of_node, split
+from bt_mission.core.files import FileKind
+from tests.support.command_line import CommandLine
+
+HELP = ["", "run", "watch", "convert", "serve", "actions", "actions send", "services", "replay"]
 
 
-def error_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[str, str]:
-    """The first words of the usage, and the error, of a command line that is refused."""
-    with pytest.raises(SystemExit) as left:
-        main(arguments)
-    assert left.value.code == 2
-    (said,) = capsys.readouterr().err.splitlines()
-    return said.partition(": error: ")[0], said
-
-
-@pytest.mark.parametrize(
-    ("arguments", "command", "hint"),
-    [
-        (["rnu"], "bt-mission", "'rnu'; did you mean 'run'? (choose from run, watch,"),
-        (["actions", "lst"], "bt-mission actions", "did you mean 'list'?"),
-        (["run", "square", "--sped", "1"], "bt-mission run", "did you mean '--speed'?"),
-        (["run", "square", "--wrold=x"], "bt-mission run", "did you mean '--world'?"),
-        (["actions", "list", "--jsno"], "bt-mission actions list", "mean '--json'?"),
-        (["serve", "--on-new-goal", "relpace"], "bt-mission serve", "mean 'replace'?"),
-    ],
-)
-def test_a_word_that_is_nearly_right_gets_the_right_one(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], command: str, hint: str
-) -> None:
-    """On one line, with the command whose help says more."""
-    shown, error = error_of(capsys, *arguments)
-    assert shown == command
-    assert error.endswith(f"; see '{shown} --help'")
-    assert hint in error
-
-
-def test_a_word_too_many_gets_no_hint(capsys: pytest.CaptureFixture[str]) -> None:
-    """Nothing is near it."""
-    _, error = error_of(capsys, "run", "square", "circle")
-    assert error == (
-        "bt-mission run: error: unrecognized arguments: circle; see 'bt-mission run --help'"
-    )
-
-
-HELP = [
-    [],
-    ["run"],
-    ["watch"],
-    ["convert"],
-    ["serve"],
-    ["actions"],
-    ["actions", "send"],
-    ["services"],
-    ["replay"],
-]
-
-
-@pytest.mark.parametrize("command", HELP, ids=" ".join)
-def test_help_is_wrapped(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, command: list[str]
-) -> None:
+@pytest.mark.parametrize("command", HELP)
+def test_help_is_wrapped(cli: CommandLine, monkeypatch: pytest.MonkeyPatch, command: str) -> None:
     """Only a command of an example, which is to be copied, may be longer than the line."""
     monkeypatch.setenv("COLUMNS", "80")
-    with pytest.raises(SystemExit):
-        main([*command, "--help"])
-    lines = capsys.readouterr().out.splitlines()
-    long = [line for line in lines if len(line) > 80]
+    long = [line for line in cli.lines(f"{command} --help") if len(line) > 80]
     assert [line for line in long if not line.startswith("  bt-mission ") or "   " in line] == []
 
 
-def test_the_main_command_teaches_by_examples(capsys: pytest.CaptureFixture[str]) -> None:
-    """Each of them is one that is understood."""
-    with pytest.raises(SystemExit):
-        main(["run", "--help"])
-    said = capsys.readouterr().out.partition("\nexamples:\n")[2].splitlines()
-    examples = [line.split("  ")[1] for line in said if line.startswith("  bt-mission run ")]
+def test_the_main_command_teaches_by_examples(cli: CommandLine) -> None:
+    """The parser accepts each of them."""
+    lines = cli("run --help").partition("\nexamples:\n")[2].splitlines()
+    examples = [line.split("  ")[1] for line in lines if line.startswith("  bt-mission run ")]
     assert len(examples) >= 5
     for example in examples:
-        parsed = make_parser().parse_args(shlex.split(example)[1:])
-        assert parsed.file.name
+        assert make_parser().parse_args(shlex.split(example)[1:]).file.name
 
 
 def test_a_paragraph_of_help_is_filled_as_a_whole(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    cli: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """However its lines are broken in the source."""
     monkeypatch.setenv("COLUMNS", "80")
-    with pytest.raises(SystemExit):
-        main(["--help"])
-    assert capsys.readouterr().out.splitlines()[-3:] == [
+    assert cli.lines("--help")[-3:] == [
         "exit codes: 0 success, 1 mission failed, 2 bad input or an output that cannot",
         "be written, 130 interrupted; those of actions and services are in their own",
         "help",
     ]
 
 
-@pytest.mark.parametrize(("words", "shown"), [([], "  run "), (["actions"], "  send ")])
+@pytest.mark.parametrize(("command", "shown"), [("", "  run "), ("actions", "  send ")])
 def test_without_a_command_the_commands_are_shown(
-    capsys: pytest.CaptureFixture[str], words: list[str], shown: str
+    cli: CommandLine, command: str, shown: str
 ) -> None:
     """As help, which is also an error."""
-    with pytest.raises(SystemExit) as left:
-        main(words)
-    assert left.value.code == 2
-    assert any(shown in line for line in capsys.readouterr().err.splitlines())
+    assert shown in cli.refused(command)
 
 
-def test_an_unknown_option_without_a_command_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    """Rather than the command that is missing."""
-    _, error = error_of(capsys, "--verson")
-    hint = "unrecognized arguments: --verson; did you mean '--version'?"
-    assert error == f"bt-mission: error: {hint}; see 'bt-mission --help'"
-
-
-def test_a_file_with_the_other_suffix_is_suggested(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("command", "lines"),
+    [
+        (
+            "run",
+            [
+                "--port N with --web: listen on this port",
+                "--resume with --journal: continue where a mission was",
+                "--record-camera [{compressed,raw}] with --record or --report: the camera's",
+                "as fast as it goes) (not with --attach)",
+            ],
+        ),
+        ("watch", ["one JSON object a line (not with --once)", "--web, EXECUTIVE, --wait)"]),
+        ("check", ["--network find processes"]),
+    ],
+)
+def test_help_names_what_an_option_needs_and_excludes(
+    cli: CommandLine, monkeypatch: pytest.MonkeyPatch, command: str, lines: list[str]
 ) -> None:
-    """Of shipped missions, and of files that lie there."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine.yaml").write_text("mission: m\ntree: {wait: 1}\n", encoding="utf-8")
-    for name, other in (("explore.yml", "explore.yaml"), ("mine.yml", "mine.yaml")):
-        assert main(["run", name]) == 2
-        assert f"no such file; did you mean '{other}'?" in capsys.readouterr().err
-    assert main(["sweep", "square", "--vary", "speed=0.1:0.2"]) == 2
-    assert "write 'speed=0.1..0.2'" in capsys.readouterr().err
+    """Of the options that the command has."""
+    monkeypatch.setenv("COLUMNS", "200")
+    help_ = " ".join(cli(f"{command} --help").split())
+    assert [line for line in lines if line not in help_] == []
+
+
+def _declared(action: argparse.Action) -> Iterator[tuple[Parser, Option]]:
+    """Yield all options of the commands below an argument, each with the parser that has it."""
+    if isinstance(action.choices, dict):
+        for parser in action.choices.values():
+            yield from ((parser, option) for option in parser.options)
+            for inner in parser._actions:
+                yield from _declared(inner)
+
+
+def test_rules_name_options_kinds_and_names_that_exist() -> None:
+    """A rule with a wrong name would never apply; nor would one whose option no command has."""
+    declared = list(_declared(load_commands(make_parser())))
+    assert len(declared) > 250
+    known = {option.attribute for _, option in declared}
+    kinds = {*get_args(FileKind), "trace"}
+    for parser, option in declared:
+        assert {*option.needs, *option.excludes} <= known, option.form
+        assert {*option.not_for} <= kinds, option.form
+        assert option.completes in {"", "folders", *KINDS}, option.form
+        names = {each.attribute for each in parser.options}
+        assert not option.needs or names & {*option.needs}, (parser.prog, option.form)
+
+
+def test_ros_arguments_are_taken_out_of_the_command_line() -> None:
+    """Wherever they stand, up to a double dash."""
+    line = shlex.split("sim --ros-args -p speed:=2.0 -- --seed 3 --ros-args -r a:=b")
+    assert split(line) == (["sim", "--seed", "3"], ["-p", "speed:=2.0", "-r", "a:=b"])
+
+
+@pytest.mark.parametrize("command", ["sim", "servers", "mapper", "arbiter", "serve"])
+def test_commands_that_run_a_node_take_ros_arguments(command: str) -> None:
+    """Their help says so."""
+    assert make_parser().parse_args([command]).takes_ros_args
+
+
+@pytest.mark.parametrize(
+    ("wrong", "reason"),
+    [(["-p"], "trailing -p"), (["-r", "x"], "'-r x'"), (["--bogus"], "--bogus")],
+)
+def test_ros_arguments_that_ros_cannot_read_are_refused(wrong: list[str], reason: str) -> None:
+    """With its own reason, without a place in its sources."""
+    with pytest.raises(RosArgumentsError) as caught:
+        checked(wrong)
+    assert reason in str(caught.value)
+    assert "/src/" not in str(caught.value)
+
+
+def test_ros_arguments_that_ros_can_read_stay_as_they_are() -> None:
+    """A new name is for the node that the command is about; a namespace is for all."""
+    given = ["-r", "scan:=laser", "-p", "a:=1", "--log-level", "info"]
+    assert checked(given) == tuple(given)
+    given = ["-r", "__node:=executive", "-r", "__ns:=/r1"]
+    assert of_node(given, "bt_mission") == ("-r", "bt_mission:__node:=executive", "-r", "__ns:=/r1")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import resource
 import subprocess
 import sys
@@ -11,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from bt_mission.cli import main
 from bt_mission.recording.reader import read_run
 from bt_mission.testing.live_graph import LOCAL
+from tests.support.command_line import CommandLine
 from tests.support.processes import PATIENCE_S, read_until, started
 from tests.support.recorded_runs import heard_by_others
 
@@ -30,72 +29,42 @@ tree:
 
 
 @pytest.fixture
-def mission(tmp_path: Path) -> str:
-    """A mission file."""
-    path = tmp_path / "mission.yaml"
-    path.write_text(WAIT, encoding="utf-8")
-    return str(path)
+def mission(cli: CommandLine) -> CommandLine:
+    """A folder with a short mission."""
+    cli.write("m.yaml", WAIT)
+    return cli
 
 
-def test_a_run_says_where_it_was_recorded(
-    mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """In the last line, and the file is there."""
-    path = tmp_path / "run.mcap"
-    assert main(["run", mission, "--record", str(path)]) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == f"  recorded to {path}"
-    run = read_run(path)
+def test_a_run_says_where_it_was_recorded(mission: CommandLine) -> None:
+    """In the last line, and in two fields for programs; the file exists."""
+    assert mission.lines("run m.yaml --record run.mcap")[-1] == "  recorded to run.mcap"
+    run = read_run(Path("run.mcap"))
     assert (run.mission, run.status, run.missing) == ("short", "success", "")
-
-
-def test_programs_are_told_too(
-    mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Two more fields."""
-    path = tmp_path / "run.mcap"
-    assert main(["run", mission, "--json", "--record", str(path)]) == 0
-    report = json.loads(capsys.readouterr().out)
-    assert (report["recording"], report["recording_lacks"]) == (str(path), "")
-
-
-def test_a_file_that_cannot_be_made_is_bad_input(
-    mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Nothing has moved."""
-    assert main(["run", mission, "--record", str(tmp_path / "no" / "run.mcap")]) == 2
-    assert "run.mcap: there is no folder " in capsys.readouterr().err
-
-
-def test_the_camera_alone_is_not_recorded(mission: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """It needs a file."""
-    assert main(["run", mission, "--record-camera"]) == 2
-    assert "--record FILE.mcap" in capsys.readouterr().err
+    report = mission.json("run m.yaml --record other.mcap")
+    assert (report["recording"], report["recording_lacks"]) == ("other.mcap", "")
 
 
 def test_a_report_that_fails_hides_no_outcome(
-    mission: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    mission: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whatever goes wrong in it, the run has ended by then."""
+    """Whatever fails in it, the run has ended by then."""
 
     def broken(_: object) -> str:
         raise ZeroDivisionError("a defect")
 
     monkeypatch.setattr("bt_mission.views.web.report.page.page_of", broken)
-    assert main(["run", mission, "--json", "--report", str(tmp_path / "run.html")]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["status"] == "success"
-    assert told["report_lacks"].startswith("ZeroDivisionError: a defect (test_recording.py:")
+    report = mission.json("run m.yaml --report run.html")
+    assert report["status"] == "success"
+    assert report["report_lacks"].startswith("ZeroDivisionError: a defect (test_recording.py:")
 
 
 @pytest.mark.process
-def test_a_full_disk_is_told_at_the_end(mission: str, tmp_path: Path) -> None:
+def test_a_full_disk_is_reported_at_the_end(mission: CommandLine, tmp_path: Path) -> None:
     """The mission itself succeeds."""
+    assert mission.folder == tmp_path
     path = tmp_path / "run.mcap"
     done = subprocess.run(
-        [sys.executable, "-m", "bt_mission", "run", mission, "--record", str(path)],
+        [sys.executable, "-m", "bt_mission", "run", "m.yaml", "--record", str(path)],
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (8000, 8000)),
         capture_output=True,
         text=True,
@@ -148,49 +117,32 @@ def test_an_attached_run_records_the_whole_graph(tmp_path: Path) -> None:
     assert known.start_ns < 60_000_000_000, "the times are those of the simulation"
 
 
-def test_a_page_is_made_of_a_recording(
-    mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_page_is_made_of_a_recording(mission: CommandLine) -> None:
     """Beside it, or where it is wanted."""
-    path = tmp_path / "run.mcap"
-    assert main(["run", mission, "--json", "--record", str(path)]) == 0
-    capsys.readouterr()
-    assert main(["report", str(path)]) == 0
-    assert capsys.readouterr().out == f"{tmp_path / 'run.html'}\n"
-    assert "<title>short success · bt-mission</title>" in (tmp_path / "run.html").read_text()
-    assert main(["report", str(path), "-o", str(tmp_path / "other.html")]) == 0
-    assert (tmp_path / "other.html").exists()
+    mission("run m.yaml --json --record run.mcap")
+    assert mission("report run.mcap") == "run.html\n"
+    assert "<title>short success · bt-mission</title>" in Path("run.html").read_text("utf-8")
+    mission("report run.mcap -o other.html")
+    assert Path("other.html").exists()
 
 
 @pytest.mark.parametrize("option", ["--report=run.html", "--video=run.mp4"])
 def test_a_folder_that_takes_no_file_is_refused_before_the_run(
-    mission: str,
-    option: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    mission: CommandLine, option: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Pages and films are written after it."""
-    monkeypatch.chdir(tmp_path)
+    """Pages and videos are written after it."""
     monkeypatch.setattr("os.access", lambda _path, _mode: False)  # a superuser may write anywhere
-    assert main(["run", mission, option]) == 2
+    error = mission.refused(f"run m.yaml {option}")
     name = option.partition("=")[2]
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert f"{name}: the folder {tmp_path} cannot be written to" in said.err
+    assert f"{name}: the folder {mission.folder} cannot be written to" in error
 
 
-def test_a_run_can_have_a_page_without_a_recording(
-    mission: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_can_have_a_page_without_a_recording(mission: CommandLine) -> None:
     """Only the page is left."""
-    page = tmp_path / "out" / "run.html"
-    assert main(["run", mission, "--report", str(page)]) == 2
-    assert "there is no folder" in capsys.readouterr().err
-    page.parent.mkdir()
-    assert main(["run", mission, "--report", str(page)]) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == f"  report: {page}"
-    assert [one.name for one in page.parent.iterdir()] == ["run.html"]
+    assert "there is no folder" in mission.refused("run m.yaml --report out/run.html")
+    Path("out").mkdir()
+    assert mission.lines("run m.yaml --report out/run.html")[-1] == "  report: out/run.html"
+    assert [path.name for path in Path("out").iterdir()] == ["run.html"]
 
 
 @pytest.mark.parametrize(
@@ -203,12 +155,10 @@ def test_a_run_can_have_a_page_without_a_recording(
     ],
 )
 def test_a_page_of_something_else_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], data: bytes | None, what: str
+    cli: CommandLine, data: bytes | None, what: str
 ) -> None:
     """With the file's name; no page is made."""
-    path = tmp_path / "run.mcap"
     if data is not None:
-        path.write_bytes(data)
-    assert main(["report", str(path)]) == 2
-    assert f"{path}: {what}" in capsys.readouterr().err
-    assert not (tmp_path / "run.html").exists()
+        Path("run.mcap").write_bytes(data)
+    assert f"run.mcap: {what}" in cli.refused("report run.mcap")
+    assert not Path("run.html").exists()

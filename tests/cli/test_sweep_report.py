@@ -107,23 +107,6 @@ def test_a_scenario_as_a_file(tmp_path, capsys):
     assert "holds no files of its mission" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("words", "told"),
-    [
-        (("--json", "--csv", "-"), "both print"),
-        (("--worst", "0"), "expected an integer from 1"),
-    ],
-)
-def test_what_does_not_go_together(folder, capsys, words, told):
-    """Is refused before anything is written."""
-    try:
-        code = report(folder, *words)
-    except SystemExit as left:
-        code = left.code
-    assert code == 2
-    assert told in capsys.readouterr().err
-
-
 def test_a_folder_without_results(tmp_path, capsys):
     """Is told with its name."""
     assert report(tmp_path) == 2

@@ -15,7 +15,6 @@ from bt_mission.core.units import UNITS, converted, in_base, near_unit
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.expressions.expression import Expression, Text
 from bt_mission.language.expressions.units import Measured
-from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.inputs import overridden
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import load
@@ -28,65 +27,10 @@ def node(text: str, head: str = "") -> Any:
     return load(f"mission: m\n{head}tree:\n  {text}\n").tree
 
 
-def computed(text: str, unit: str) -> Any:
-    """Return an expression's value for a field in a unit."""
-    return Expression(text).in_unit(unit).evaluate({"x": 2.0}, RNG)
-
-
 def problems(text: str, head: str = "") -> list[str]:
     """Return everything that is said of a mission of one node."""
     _, faults = examine(f"mission: m\n{head}tree:\n  {text}\n")
     return [f"{fault.line}:{fault.column} {fault.message}; {fault.hint}" for fault in faults]
-
-
-@pytest.mark.parametrize(
-    ("text", "unit", "value"),
-    [
-        ("90 deg", "deg", 90.0),
-        ("90 deg", "rad", pytest.approx(1.5707963)),
-        ("-1 rad", "deg", pytest.approx(-57.29578)),
-        ("10 cm", "m", 0.1),
-        ("57 cm", "m", 0.57),
-        ("57cm", "mm", pytest.approx(570.0)),
-        ("500 ms", "s", 0.5),
-        ("2 min", "s", 120.0),
-        ("0.5 m/s", "m/s", 0.5),
-        ("50 cm/s", "m/s", 0.5),
-        ("90 deg/s", "deg/s", 90.0),
-        ("1 rad/s", "deg/s", pytest.approx(57.29578)),
-        ("$x + 10 deg", "deg", 12.0),
-        ("min(90 deg, 1 rad)", "deg", pytest.approx(57.29578)),
-        ("2 m / (0.5 m/s)", "s", 4.0),
-        ("0.5 m/s * 2 s", "m", 1.0),
-        ("180 deg / 3", "deg", 60.0),
-        ("sin(30 deg) * 2 m", "m", pytest.approx(1.0)),
-        ("10 cm if $x > 1 else 20 cm", "m", 0.1),
-        ("min(3, 5)", "m", 3),
-        ("30 deg", "SI", pytest.approx(0.5235988)),
-        ("30 cm", "", 0.3),
-    ],
-)
-def test_a_quantity_is_a_number_in_the_unit_of_the_field(text: str, unit: str, value: Any) -> None:
-    """A number without a unit is in that unit already."""
-    assert computed(text, unit) == value
-
-
-@pytest.mark.parametrize(
-    ("text", "unit", "message"),
-    [
-        ("10 cm", "s", "the field is in s (s, ms, min), got m"),
-        ("3 s", "deg", "the field is in deg (rad, deg), got s"),
-        ("10 cm + 3 s", "m", "units do not fit: m and s"),
-        ("10 cm / 5 cm", "m", "the field is in m (m, cm, mm), got a number without a unit"),
-        ("12 m", "V", "the field is in V, got 12 m"),
-        ("90 deg", "", "90 deg: nothing here says whether the number is in degrees or in radians"),
-    ],
-)
-def test_a_unit_of_another_kind_is_refused(text: str, unit: str, message: str) -> None:
-    """With the units that fit."""
-    with pytest.raises(ExpressionError) as caught:
-        computed(text, unit)
-    assert caught.value.message == message
 
 
 def test_every_unit_is_converted_there_and_back() -> None:

@@ -1,7 +1,8 @@
-"""Expressions, templates, and texts that may be either."""
+"""Expressions, templates, and texts that may be either; see also transcripts/."""
 
+import math
 import random
-from typing import Any
+from contextlib import nullcontext
 
 import pytest
 
@@ -13,7 +14,18 @@ from bt_mission.language.expressions.expression import (
     names_in,
     resolve,
 )
-from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.expressions.functions import FUNCTIONS
+from bt_mission.language.expressions.outcomes import evaluate_constants
+from bt_mission.language.expressions.parser import MAX_DEPTH, MAX_LENGTH, RESERVED, parse
+from bt_mission.language.expressions.values import (
+    ExpressionError,
+    LooseText,
+    bounded,
+    fits,
+    mismatch,
+    show,
+    type_of,
+)
 
 
 def value_of(text, seed=0, fields=None, **names):
@@ -66,44 +78,6 @@ def test_equal_texts_are_equal_expressions():
     """Steps can be compared."""
     assert Expression("1 + 1") == Expression("1 + 1")
     assert hash(Template("$x")) == hash(Template("$x"))
-
-
-@pytest.mark.parametrize(
-    ("text", "shown"),
-    [
-        ("plain", "plain"),
-        ("", ""),
-        ("at $x m", "at 0.5 m"),
-        ("$x.", "0.5."),
-        ("${x * 2 + 1} and $n", "2 and 3"),
-        ("$$5", "$5"),
-        ("${'}'}", "}"),
-        ("${1 / 3}", "0.333333"),
-        ("${x > 1}", "false"),
-        ("$all", "1, 2, x"),
-        ("$word", "hello"),
-    ],
-)
-def test_templates_are_filled(text, shown):
-    """Numbers with six digits, truth in words, lists with commas."""
-    names: dict[str, Any] = {"x": 0.5, "n": 3, "all": [1, 2.0, "x"], "word": "hello"}
-    assert Template(text).evaluate(names, random.Random(0)) == shown
-
-
-@pytest.mark.parametrize(
-    ("text", "column", "message"),
-    [
-        ("costs $ 5", 7, "expected a name or '{' after '$'"),
-        ("a ${x", 3, "this '${' is never closed with '}'"),
-        ("a ${1 +} b", 8, "expected a number, a name or a '(', got the end"),
-        ("a ${} b", 5, "the expression is empty"),
-    ],
-)
-def test_templates_that_cannot_be_read(text, column, message):
-    """The column counts in the whole text."""
-    with pytest.raises(ExpressionError) as caught:
-        Template(text)
-    assert (caught.value.column, caught.value.message) == (column, message)
 
 
 def test_the_length_of_a_template_is_bounded():
@@ -166,3 +140,155 @@ def test_names_in_a_text_are_those_of_either_reading():
     """Which one it will be is not known yet."""
     assert names_in([Text("x + $y"), {"k": Text("a word $z")}]) == {"x", "y", "z"}
     assert names_in(None) == frozenset()
+
+
+@pytest.mark.parametrize("levels", [MAX_DEPTH - 1, MAX_DEPTH])
+@pytest.mark.parametrize("opening", ["(", "-", "not ", "abs("])
+def test_nesting_is_bounded(opening, levels):
+    """One level less than the limit is read, the limit is not passed."""
+    closing = ")" if "(" in opening else ""
+    inner = "true" if "not" in opening else "1"
+    text = opening * levels + inner + closing * levels
+    if levels < MAX_DEPTH:
+        parse(text)
+    else:
+        with pytest.raises(ExpressionError, match="nested too deeply"):
+            parse(text)
+
+
+def test_length_is_bounded():
+    """A thousand characters are a program, not an expression."""
+    with pytest.raises(ExpressionError, match="has 1,001 characters; at most 1,000 are read"):
+        parse(" " * MAX_LENGTH + "1")
+
+
+def test_an_error_is_as_new_each_time():
+    """It is remembered, and neither its traceback nor a change of it is."""
+    errors = []
+    for _ in range(2):
+        with pytest.raises(ExpressionError) as caught:
+            parse("1 +")
+        errors.append(caught.value)
+    first, second = errors
+    assert first is not second
+    assert str(first) == str(second)
+    with pytest.raises(LooseText):
+        parse("two words")
+
+
+def test_reserved_words_are_those_the_grammar_takes():
+    """They cannot be variables."""
+    assert {"true", "false", "pi", "and", "or", "not", "sin", "uniform"} <= RESERVED
+
+
+def draws(text, count=2000):
+    """Evaluate an expression many times with one generator."""
+    rng = random.Random(1)
+    expression = Expression(text)
+    return [expression.evaluate({}, rng) for _ in range(count)]
+
+
+def test_uniform_stays_between_its_limits():
+    """In either order."""
+    assert all(60 <= x < 120 for x in draws("uniform(60, 120)"))
+    assert all(-1 < x <= 1 for x in draws("uniform(1, -1)"))
+
+
+def test_choice_takes_every_value():
+    """And no other; the values may come as one list."""
+    assert set(draws("choice('a', 'b', 'c')")) == {"a", "b", "c"}
+    assert {value_of("choice(items)", seed, items=[1, 2]) for seed in range(20)} == {1, 2}
+
+
+def test_levy_is_heavy_tailed_within_its_limits():
+    """With density falling as 1/x^2, half of the steps are shorter than twice the shortest."""
+    steps = draws("levy(0.1, 1000)", 4000)
+    assert all(0.1 <= x <= 1000 for x in steps)
+    assert math.isclose(sum(x < 0.2 for x in steps) / 4000, 0.5, abs_tol=0.03)
+    assert math.isclose(sum(x > 1.0 for x in steps) / 4000, 0.1, abs_tol=0.02)
+
+
+def test_every_function_says_how_it_is_used():
+    """Messages and documentation show the usage, which begins with the name."""
+    for name, function in FUNCTIONS.items():
+        assert function.usage.startswith(f"{name}(")
+        assert 1 <= function.least <= function.most
+
+
+@pytest.mark.parametrize(
+    ("value", "kind"),
+    [
+        (True, "bool"),
+        (1, "integer"),
+        (1.0, "number"),
+        ("", "text"),
+        ([], "list"),
+        ((), "list"),
+        ({}, None),
+        (None, None),
+    ],
+)
+def test_types_of_values(value, kind):
+    """Truth is no number; a mapping has no type."""
+    assert type_of(value) == kind
+
+
+def test_an_integer_fits_where_a_number_is_wanted_and_not_the_reverse():
+    """And what is not known fits anywhere."""
+    assert fits("integer", "number")
+    assert not fits("number", "integer")
+    assert not fits("bool", "number")
+    assert fits(None, "text")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(True, "true"), (2, "2"), (1 / 3, "0.333333"), ([1, "a"], "1, a"), (2.0, "2"), ("x", "x")],
+)
+def test_values_are_shown_briefly(value, text):
+    """As a log line wants them."""
+    assert show(value) == text
+
+
+def test_only_results_of_finite_numbers_must_be_finite():
+    """Infinity goes through where it came in."""
+    assert bounded(math.inf, 1, was_finite=False) == math.inf
+    with pytest.raises(ExpressionError, match="too large"):
+        bounded(math.inf, 1, was_finite=True)
+    with pytest.raises(ExpressionError, match="not a number"):
+        bounded(math.nan, 1, was_finite=True)
+
+
+def test_a_mismatch_says_what_was_there():
+    """The value itself where it is short, its kind where it is not."""
+    assert mismatch(True, "number", 3).message == "expected a number, got true"
+    assert mismatch("x", "number", 3).message == "expected a number, got string 'x'"
+    assert mismatch([1, 2], "bool", 3).message == "expected a boolean, got a list of 2"
+    assert mismatch({"a": 1}, "text", 3).message == "expected a string, got a value"
+
+
+def test_an_error_prints_with_hint_and_column():
+    """Where it is not located in a file."""
+    assert str(ExpressionError("wrong", 4, "write 'x'")) == "wrong; write 'x' (column 4)"
+
+
+def test_the_second_side_is_evaluated_only_where_it_matters():
+    """As in Python, so that a guard can stand before a division."""
+    expression = Expression("n != 0 and 1 / n > 0.1")
+    assert expression.evaluate({"n": 0}, random.Random(0)) is False
+
+
+@pytest.mark.parametrize(
+    ("text", "is_refused"),
+    [
+        ("1 / 0 if n > 9 else 7", False),
+        ("1 / 0 if n < 9 else 7", True),
+        ("1 / 0 if later else 7", False),
+        ("list[9] + later", True),
+    ],
+)
+def test_what_is_not_selected_is_not_evaluated_before_the_run_either(text, is_refused):
+    """Nor both values where the condition is not known yet."""
+    names = {"n": 2, "list": [1]}
+    with pytest.raises(ExpressionError) if is_refused else nullcontext():
+        evaluate_constants(Expression(text).root, names, lambda name: name.name in names)

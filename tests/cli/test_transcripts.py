@@ -1,0 +1,35 @@
+"""Commands with all that they print: `transcripts/*.txt`.
+
+A transcript begins with the files of the folder. The output of a command is its standard output,
+then its standard error, then its exit code if that is not 0.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import CommandLine
+from tests.support.project import ROOT
+from tests.support.transcripts import assert_transcript, head_of, transcripts_of
+
+WALL_TIME = re.compile(r"in [\d.]+ s of wall time \([\d.]+ x real time\)")
+
+
+@pytest.mark.parametrize("path", transcripts_of(__file__), ids=lambda path: path.stem)
+def test_every_command_prints_what_its_transcript_says(path: Path, cli: CommandLine) -> None:
+    """Bad input changes no file."""
+    _, *files = re.split(r"^-- (.+) --\n", head_of(path), flags=re.MULTILINE)
+    for name, text in zip(files[::2], files[1::2], strict=True):
+        cli.write(name, text)
+
+    def output_of(line: str) -> str:
+        before = cli.files()
+        code = cli.call(line)
+        output = WALL_TIME.sub("in W s of wall time (R x real time)", cli.out + cli.err)
+        assert code != 2 or cli.files() == before, line
+        return output.replace(str(ROOT), "SHIPPED") + (f"[{code}]\n" if code else "")
+
+    assert_transcript(path, output_of)
