@@ -19,7 +19,6 @@ pytest_plugins = [
     "pytester",
     "tests.support.checkout",
     "tests.support.no_skips",
-    "tests.support.node_graph",
     "tests.support.recorded_runs",
 ]
 

@@ -24,38 +24,6 @@ def feedback(current: float, remaining: float = 0.0) -> Any:
     return Turn.Feedback(current_angle=current, remaining_angle=remaining)
 
 
-def test_sequence_ticks_the_next_child_in_the_same_tick(play: Any) -> None:
-    """Children that end at once do not cost a tick each."""
-    story = play("  sequence: [{log: one}, {log: two}, {wait: 0.1}]")
-    assert story.tick() == "RSSR"
-    assert story.said == ["one", "two"]
-    assert story.tick(2) == "SSSS"
-    assert story.status == "success"
-
-
-def test_sequence_with_memory_does_not_ask_done_children_again(play: Any) -> None:
-    """The default: what has succeeded is not run again while a later child runs."""
-    story = play("  sequence: [{log: once}, {wait: 0.2}]")
-    story.tick(3)
-    assert story.said == ["once"]
-
-
-def test_sequence_without_memory_starts_over_each_tick(play: Any) -> None:
-    """``memory: false`` is the reactive sequence."""
-    story = play("  sequence: [{log: each tick}, {wait: 0.2}]\n  memory: false")
-    story.tick(3)
-    assert story.said == ["each tick"] * 3
-
-
-def test_fallback_goes_on_after_a_failure(play: Any) -> None:
-    """The second child gets its turn when the first has failed."""
-    story = play("  fallback: [{turn: {angle: 90}, timeout: 9}, {log: plan B}]")
-    assert story.tick() == "RRI"
-    story.turn.reject()
-    assert story.tick() == "SFS"
-    assert story.said == ["plan B"]
-
-
 def test_wait_ends_at_its_exact_time(play: Any) -> None:
     """A wait entered at a tick runs for its seconds of ROS time."""
     story = play("  wait: 1.0")
@@ -79,61 +47,6 @@ def test_repeat_reads_a_random_count_once(play: Any) -> None:
     story = play(tree)
     story.tick(20)
     assert f"{len(story.said)} of {len(story.said)}" == story.root.feedback_message
-
-
-def test_repeat_fails_with_its_child(play: Any) -> None:
-    """The first failure ends the repeat."""
-    story = play("  repeat: {count: 3}\n  do: {turn: {angle: 90}, timeout: 9}")
-    story.tick()
-    story.turn.reject()
-    assert story.tick() == "FF"
-
-
-def test_retry_pauses_between_attempts(play: Any) -> None:
-    """A failed attempt is followed by a pause of ROS time, then by the next."""
-    story = play("  retry: {attempts: 2, pause: 0.2}\n  do: {turn: {angle: 90}, timeout: 9}")
-    story.tick()
-    story.turn.reject()
-    assert story.tick() == "RF"
-    assert len(story.turn.goals) == 1
-    story.tick(3)
-    assert len(story.turn.goals) == 1
-    assert story.tick() == "RR"
-    assert len(story.turn.goals) == 2
-    story.turn.reject()
-    assert story.tick() == "FF"
-
-
-def test_parallel_of_all_waits_for_the_last(play: Any) -> None:
-    """Children that have succeeded are not ticked again while others run."""
-    story = play("  parallel: [{log: once}, {wait: 0.1}]")
-    assert story.tick() == "RSR"
-    assert story.tick(2) == "SSS"
-    assert story.said == ["once"]
-
-
-def test_parallel_of_any_halts_the_rest(play: Any) -> None:
-    """The first success ends it; the goal of a child still running is cancelled in that tick."""
-    story = play("  parallel: [{turn: {angle: 90}, timeout: 9}, {wait: 0.1}]\n  succeed_when: any")
-    story.tick()
-    story.turn.accept()
-    story.tick()
-    assert story.turn.cancels == []
-    assert story.tick() == "SIS"
-    assert story.turn.cancels == [story.turn.goal]
-    assert story.status == "ending"
-    story.turn.cancel(result())
-    story.tick()
-    assert story.status == "success"
-    assert story.executive.goals_left_behind == ()
-
-
-def test_parallel_fails_with_the_first_failure(play: Any) -> None:
-    """One failing child halts its siblings."""
-    story = play("  parallel: [{turn: {angle: 90}, timeout: 9}, {wait: 5}]")
-    story.tick()
-    story.turn.reject()
-    assert story.tick() == "FFI"
 
 
 def test_log_fills_in_variables(play: Any) -> None:

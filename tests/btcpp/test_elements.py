@@ -30,40 +30,6 @@ def test_names_and_values_know_their_places():
     assert (two.value, two.at, two.value_at) == ("<x>", (4, 6), (4, 10))
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("", (1, 1, "the text ends before the first element", None)),
-        ("<a>", (1, 4, "<a> of line 1 is not closed here", "expected '</a>'")),
-        ("<a>\n <b></a>", (2, 7, "<b> of line 2 is not closed here", "expected '</b>'")),
-        ("<a/><b/>", (1, 5, "more behind the end of the root element", None)),
-        ("<a b='1' b='2'/>", (1, 10, "this is no valid XML: duplicate attribute", None)),
-        ("<a>&nbsp;</a>", (1, 4, "an entity that XML does not have", None)),
-        (
-            "<a b='é' c='<'/>",
-            (
-                1,
-                13,
-                "this is no valid XML",
-                "within texts write '&amp;' for '&' and '&lt;' for '<'",
-            ),
-        ),
-        (
-            "<?xml version='1.0' encoding='latin-1'?><a/>",
-            (
-                1,
-                1,
-                "expected text in UTF-8, got the encoding 'latin-1'",
-                "save the file as UTF-8",
-            ),
-        ),
-    ],
-)
-def test_what_is_no_xml_is_refused_at_its_place(text, expected):
-    """In words that say what to do."""
-    assert fault_of(text) == expected
-
-
 def test_a_document_type_is_refused_before_any_entity_is_read():
     """So no entity can explode, and none can read a file."""
     bomb = "<!DOCTYPE a [<!ENTITY x 'ha'><!ENTITY y '&x;&x;&x;'>]>\n<a>&y;</a>"

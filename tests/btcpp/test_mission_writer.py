@@ -21,12 +21,6 @@ def in_mission(node):
     return head + "".join(f"  {line}\n" for line in node.splitlines())
 
 
-def body(xml):
-    """Return the elements of the main tree."""
-    inside = xml.partition('<BehaviorTree ID="m">\n')[2].partition("  </BehaviorTree>")[0]
-    return "".join(line.removeprefix("    ") for line in inside.splitlines(keepends=True))
-
-
 def test_a_short_mission_is_xml_that_groot_shows():
     """The head, the tree, and the models of the trees and leaves in use."""
     text = (
@@ -59,117 +53,6 @@ def test_a_short_mission_is_xml_that_groot_shows():
         "  </TreeNodesModel>\n"
         "</root>\n"
     )
-
-
-@pytest.mark.parametrize(
-    ("node", "xml"),
-    [
-        ("wait: 1.5", '<Sleep msec="1500"/>\n'),
-        ("wait: $x", '<wait seconds="{x}"/>\n'),
-        ("wait: $x / 1000", '<Sleep msec="{x}"/>\n'),
-        ("wait: 0.0001", '<wait seconds="0.0001"/>\n'),
-        (
-            "check: x > 1 and not (x == 3)",
-            '<ScriptCondition code="x &gt; 1 &amp;&amp; !(x == 3)"/>\n',
-        ),
-        ("check: $x > 1", '<check condition="$x &gt; 1"/>\n'),
-        ("check: true", "<AlwaysSuccess/>\n"),
-        ("set: {a: 1, b: a * 2}", '<Script code="a := 1; b := a * 2"/>\n'),
-        ("set: {a: $x, b: '1'}", '<set set_a="{x}" set_b="&quot;1&quot;"/>\n'),
-        ("log: '{x}'", '<log message="&quot;{x}&quot;"/>\n'),
-        (
-            "guard: x > 1\ndo: {log: a}",
-            (
-                '<WhileDoElse>\n  <ScriptCondition code="x &gt; 1"/>\n'
-                '  <log message="a"/>\n</WhileDoElse>\n'
-            ),
-        ),
-        ("turn: {angle: x, name: 90}\nname: t", '<turn name="t" angle="x" goal__name="90"/>\n'),
-        ("invert: {log: a}\nname: no", '<Inverter name="no">\n  <log message="a"/>\n</Inverter>\n'),
-        (
-            "when: x > 1\ndo: {log: a}",
-            '<Precondition if="x &gt; 1" else="SUCCESS">\n  <log message="a"/>\n</Precondition>\n',
-        ),
-        (
-            "when: $x > 1\ndo: {log: a}",
-            (
-                '<IfThenElse>\n  <check condition="$x &gt; 1"/>\n  <log message="a"/>\n'
-                "  <AlwaysSuccess/>\n</IfThenElse>\n"
-            ),
-        ),
-        (
-            "navigate_to_pose: {pose: {header: {frame_id: odom}, pose: {position: {x: $x}}}}",
-            '<navigate_to_pose pose__header__frame_id="odom" pose__pose__position__x="{x}"/>\n',
-        ),
-    ],
-)
-def test_a_node_becomes_the_element_that_says_the_same(node, xml):
-    """One of BehaviorTree.CPP where it means exactly that, else a leaf of ours."""
-    assert body(xml_of(in_mission(node))) == xml
-
-
-@pytest.mark.parametrize(
-    ("node", "place", "message", "hint"),
-    [
-        (
-            "for_each: {p: $places}\ndo: {log: a}",
-            (4, 3),
-            "'for_each': XML has no counterpart",
-            "write its nodes one by one, or keep the mission in YAML",
-        ),
-        (
-            "retry: {attempts: 2, pause: 1}\ndo: {log: a}",
-            (4, 24),
-            "a pause between attempts: XML has no counterpart",
-            "leave it out, or put a 'wait' before what is tried",
-        ),
-        (
-            "repeat: {count: x + 1}\ndo: {log: a}",
-            (4, 19),
-            "an expression for how often: XML has no counterpart",
-            "'set' a variable to it first, and give its name",
-        ),
-        (
-            "timeout: $x\ndo: {log: a}",
-            (4, 12),
-            "a limit that is no number of milliseconds: XML has no counterpart",
-            "write a number of seconds with at most three decimals, or '$NAME / 1000'",
-        ),
-        (
-            "parallel: [{log: a, name: b}]\nsucceed_when: [b]",
-            (5, 17),
-            "children that count, by name: XML has no counterpart",
-            "write 'all' or 'any', or put those that count into a parallel of their own",
-        ),
-        (
-            "parallel: [{log: a}]\nsucceed_when: any\nrest: finish",
-            (6, 3),
-            (
-                "'succeed_when: any', 'fail_when: any' and 'rest: finish' together: "
-                "XML has no counterpart"
-            ),
-            "let the rest halt; or with 'rest: finish' write all and any, or any and impossible",
-        ),
-        (
-            "turn: {Angle: 1}",
-            (4, 17),
-            "'Angle': no field of a ROS type has such a name: XML has no counterpart",
-            "see 'bt-mission check'",
-        ),
-        (
-            "navigate_to_pose: {pose: {}}",
-            (4, 28),
-            "an empty message: XML has no counterpart",
-            "leave it out: it means the same",
-        ),
-    ],
-)
-def test_what_xml_cannot_say_is_an_error_at_its_place(node, place, message, hint):
-    """With what to write instead."""
-    with pytest.raises(InputError) as caught:
-        xml_of(in_mission(node))
-    (fault,) = caught.value.faults
-    assert ((fault.line, fault.column), fault.message, fault.hint) == (place, message, hint)
 
 
 def test_all_that_cannot_be_said_is_found_at_once():

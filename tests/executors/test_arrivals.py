@@ -33,7 +33,7 @@ def test_messages_are_counted_until_they_are_taken(rig: Any, arrivals: Arrivals)
     node = rig.node("a")
     publisher = node.create_publisher(Int64, "count", 10)
     heard = node.create_subscription(Int64, "count", lambda _: None, 10)
-    rig.executor.remove_node(node)
+    rig.clock.remove_node(node)
     publisher.publish(Int64(data=1))
     assert arrivals.watch([heard]) == []
     publisher.publish(Int64(data=2))
@@ -50,7 +50,7 @@ def test_what_a_queue_has_dropped_is_not_waited_for(rig: Any, arrivals: Arrivals
     node = rig.node("a")
     publisher = node.create_publisher(Int64, "count", 10)
     heard = node.create_subscription(Int64, "count", lambda _: None, QoSProfile(depth=1))
-    rig.executor.remove_node(node)
+    rig.clock.remove_node(node)
     arrivals.watch([heard])
     for number in range(3):
         publisher.publish(Int64(data=number))
@@ -65,7 +65,7 @@ def test_they_come_in_the_order_in_which_they_are_watched(rig: Any, arrivals: Ar
     node = rig.node("a")
     heard = [node.create_subscription(Int64, name, lambda _: None, 10) for name in "xyz"]
     sent = [node.create_publisher(Int64, name, 10) for name in "xyz"]
-    rig.executor.remove_node(node)
+    rig.clock.remove_node(node)
     arrivals.watch([heard[2], heard[0], heard[1]])
     for publisher in sent:
         publisher.publish(Int64())
@@ -77,7 +77,7 @@ def test_no_file_stays_open(rig: Any, how: str) -> None:
     """And none is written to afterwards, whoever has its number by then."""
     node = rig.node("a")
     publisher = node.create_publisher(Int64, "count", 10)
-    rig.executor.remove_node(node)
+    rig.clock.remove_node(node)
     before = open_files()
     arrivals: Arrivals | None = Arrivals()
     assert arrivals is not None
@@ -120,9 +120,9 @@ def test_without_the_middlewares_help_a_wait_set_is_asked(
 
     a.create_service(Trigger, "ask", answer)
     client = b.create_client(Trigger, "ask")
-    rig.executor.run_until_quiet()
+    rig.clock.run_until_quiet()
     publisher.publish(Int64(data=7))
     answered = client.call_async(Trigger.Request())
-    rig.executor.run_until_quiet()
+    rig.clock.run_until_quiet()
     assert heard == [7]
     assert answered.done()

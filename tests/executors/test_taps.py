@@ -57,7 +57,7 @@ def test_a_tap_drops_delays_repeats_and_changes_for_one_receiver(numbers: Any) -
         }
         return fates[passing.message.data]
 
-    numbers.executor.taps.add("/numbers", Side.MESSAGE, tap)
+    numbers.clock.taps.add("/numbers", Side.MESSAGE, tap)
     numbers.steps_until(5 * S)
     assert numbers.heard["a"] == [(4, 2), (4, 2), (4.25, 1), (5, 99)]
     assert numbers.heard["b"] == [(2, 0), (3, 1), (4, 2), (5, 3)]
@@ -74,8 +74,8 @@ def test_taps_of_one_name_follow_each_other(numbers: Any) -> None:
         seen.append(passing.time_ns / S)
         return [Delivery(Int32(data=passing.message.data + 10))]
 
-    remove = numbers.executor.taps.add("/numbers", Side.MESSAGE, late)
-    numbers.executor.taps.add("/numbers", Side.MESSAGE, plus_ten)
+    remove = numbers.clock.taps.add("/numbers", Side.MESSAGE, late)
+    numbers.clock.taps.add("/numbers", Side.MESSAGE, plus_ten)
     numbers.steps_until(2 * S)
     remove()
     remove()
@@ -86,12 +86,12 @@ def test_taps_of_one_name_follow_each_other(numbers: Any) -> None:
 
 def test_what_is_delayed_beyond_the_life_of_its_receiver_is_lost(numbers: Any) -> None:
     """A callback of a node that was destroyed is not called."""
-    numbers.executor.taps.add(
+    numbers.clock.taps.add(
         "/numbers", Side.MESSAGE, lambda p: [Delivery(p.message, after_ns=3 * S // 2)]
     )
     numbers.steps_until(2 * S)
     node = numbers.nodes[1]
-    numbers.executor.remove_node(node)
+    numbers.clock.remove_node(node)
     numbers.steps_until(4 * S)
     assert numbers.heard == {"a": [], "b": [(3.5, 0)]}
 
@@ -107,7 +107,7 @@ def test_raw_subscriptions_are_tapped_too(numbers: Any) -> None:
         data = passing.message.data
         return [] if data == 0 else [Delivery(Int32(data=10 * data))]
 
-    numbers.executor.taps.add("/numbers", Side.MESSAGE, tap)
+    numbers.clock.taps.add("/numbers", Side.MESSAGE, tap)
     numbers.steps_until(4 * S)
     assert raw == [10, 20]
     assert numbers.heard["a"] == [(3, 10), (4, 20)]
@@ -122,10 +122,10 @@ def test_a_gate_holds_back_until_it_is_opened(numbers: Any) -> None:
         seen.append(passing.time_ns / S)
         return [Delivery(passing.message)]
 
-    numbers.executor.taps.add("/numbers", Side.MESSAGE, lambda p: [Delivery(p.message, gate=gate)])
-    numbers.executor.taps.add("/numbers", Side.MESSAGE, behind)
-    numbers.executor.call_at(7 * S // 2, lambda: gate.open(15 * S // 4))
-    numbers.executor.call_at(4 * S, lambda: gate.open(9 * S))
+    numbers.clock.taps.add("/numbers", Side.MESSAGE, lambda p: [Delivery(p.message, gate=gate)])
+    numbers.clock.taps.add("/numbers", Side.MESSAGE, behind)
+    numbers.clock.call_at(7 * S // 2, lambda: gate.open(15 * S // 4))
+    numbers.clock.call_at(4 * S, lambda: gate.open(9 * S))
     numbers.steps_until(4 * S)
     assert numbers.heard["a"] == [(3.75, 0), (3.75, 1), (4, 2)]
     assert seen == [3.75] * 4 + [4] * 2
@@ -154,14 +154,14 @@ def test_a_service_is_tapped_in_both_directions(rig: Any) -> None:
         passing.message.success = True
         return [Delivery(passing.message)] * 2  # the second finds nobody waiting
 
-    rig.executor.taps.add("/switch", Side.REQUEST, on_request)
-    rig.executor.taps.add("/switch", Side.RESPONSE, on_response)
+    rig.clock.taps.add("/switch", Side.REQUEST, on_request)
+    rig.clock.taps.add("/switch", Side.RESPONSE, on_response)
     answered = client.call_async(SetBool.Request(data=True))
     held = client.call_async(SetBool.Request(data=False))
     times: list[float] = []
     for future in (answered, held):
-        future.add_done_callback(lambda _: times.append(rig.executor.now_ns / S))
-    rig.executor.run_until_quiet()
+        future.add_done_callback(lambda _: times.append(rig.clock.now_ns / S))
+    rig.clock.run_until_quiet()
     rig.steps_until(4 * S)
     assert (answered.result().message, answered.result().success) == ("from the tap", True)
     assert (held.result().message, held.result().success) == ("from the server", True)
@@ -173,10 +173,10 @@ def test_a_response_cannot_be_answered(rig: Any) -> None:
     """That is a mistake of the tap's author."""
     rig.node("server").create_service(SetBool, "switch", lambda _, response: response)
     client = rig.node("client").create_client(SetBool, "switch")
-    rig.executor.taps.add("/switch", Side.RESPONSE, lambda p: [Answer(p.message)])
+    rig.clock.taps.add("/switch", Side.RESPONSE, lambda p: [Answer(p.message)])
     client.call_async(SetBool.Request())
     with pytest.raises(TypeError, match="a response of /switch cannot be answered"):
-        rig.executor.run_until_quiet()
+        rig.clock.run_until_quiet()
 
 
 @pytest.mark.parametrize("part", ["goal", "cancel", "result"])
@@ -187,17 +187,17 @@ def test_each_service_of_an_action_is_tapped(rig: Any, part: str) -> None:
     node.create_timer(0.25, lambda: None)
     client = ActionClient(node, Turn, "turn")
     name = {"goal": "send_goal", "cancel": "cancel_goal", "result": "get_result"}[part]
-    rig.executor.taps.add(
+    rig.clock.taps.add(
         f"/turn/_action/{name}", Side.RESPONSE, lambda p: [Delivery(p.message, after_ns=S)]
     )
     times: dict[str, float] = {}
 
     def pass_until_done(what: str, future: Any) -> Any:
-        rig.executor.run_until_quiet()
-        begin_ns = rig.executor.now_ns
+        rig.clock.run_until_quiet()
+        begin_ns = rig.clock.now_ns
         while not future.done():
-            rig.executor.step()
-        times[what] = (rig.executor.now_ns - begin_ns) / S
+            rig.clock.step()
+        times[what] = (rig.clock.now_ns - begin_ns) / S
         return future.result()
 
     handle = pass_until_done("goal", client.send_goal_async(Turn.Goal(angle=9.0)))
@@ -215,16 +215,16 @@ def test_feedback_of_an_action_is_tapped(rig: Any) -> None:
     sent = client.send_goal_async(
         Turn.Goal(angle=9.0), feedback_callback=lambda m: heard.append(m.feedback.current_angle)
     )
-    rig.executor.run_until_quiet()
+    rig.clock.run_until_quiet()
     assert sent.done()
-    rig.executor.taps.add(
+    rig.clock.taps.add(
         "/turn/_action/feedback",
         Side.MESSAGE,
         lambda p: [Delivery(p.message)] if p.message.feedback.current_angle > 1 else [],
     )
     for angle in (1.0, 2.0):
         server.goal.feed(current_angle=angle)
-        rig.executor.run_until_quiet()
+        rig.clock.run_until_quiet()
     assert heard == [2.0]
 
 
@@ -233,14 +233,14 @@ def test_an_action_server_is_answered_for(rig: Any) -> None:
     server = ScriptedServer(rig.node("other"), "bt_mission_interfaces/action/Turn", "turn")
     client = ActionClient(rig.node("client"), Turn, "turn")
     response = Turn.Impl.SendGoalService.Response(accepted=False)
-    remove = rig.executor.taps.add(
+    remove = rig.clock.taps.add(
         "/turn/_action/send_goal", Side.REQUEST, lambda _: [Answer(response)]
     )
     first = client.send_goal_async(Turn.Goal())
-    rig.executor.run_until_quiet()
+    rig.clock.run_until_quiet()
     remove()
     second = client.send_goal_async(Turn.Goal())
-    rig.executor.run_until_quiet()
+    rig.clock.run_until_quiet()
     assert (first.result().accepted, second.result().accepted) == (False, True)
     assert len(server.goals) == 1
 
@@ -260,7 +260,7 @@ def test_an_action_server_of_rclpy_is_answered_for(rig: Any) -> None:
     node = rig.node("client")
     node.create_timer(0.25, lambda: None)
     client = ActionClient(node, Turn, "turn")
-    rig.executor.taps.add(
+    rig.clock.taps.add(
         "/turn/_action/send_goal",
         Side.REQUEST,
         lambda p: (
@@ -270,22 +270,22 @@ def test_an_action_server_of_rclpy_is_answered_for(rig: Any) -> None:
         ),
     )
     rejected, late = (client.send_goal_async(Turn.Goal(angle=angle)) for angle in (1.0, 9.0))
-    rig.executor.run_until_quiet()
+    rig.clock.run_until_quiet()
     assert (rejected.result().accepted, late.done()) == (False, False)
-    begin_ns = rig.executor.now_ns
+    begin_ns = rig.clock.now_ns
     while not late.done():
-        rig.executor.step()
-    assert (late.result().accepted, rig.executor.now_ns - begin_ns) == (True, S)
+        rig.clock.step()
+    assert (late.result().accepted, rig.clock.now_ns - begin_ns) == (True, S)
 
 
 def test_actions_of_one_type_on_one_node_cannot_be_tapped(rig: Any) -> None:
     """Which one a request is for is not known; without taps they work."""
     own_server(rig, rig.node("server"), "turn", "turn_back")
     client = ActionClient(rig.node("client"), Turn, "turn")
-    rig.executor.taps.add("/scan", Side.MESSAGE, lambda _: [])
+    rig.clock.taps.add("/scan", Side.MESSAGE, lambda _: [])
     client.send_goal_async(Turn.Goal())
-    rig.executor.run_until_quiet()
-    rig.executor.taps.add("/turn_back/_action/send_goal", Side.REQUEST, lambda _: [])
+    rig.clock.run_until_quiet()
+    rig.clock.taps.add("/turn_back/_action/send_goal", Side.REQUEST, lambda _: [])
     client.send_goal_async(Turn.Goal())
     with pytest.raises(BtMissionError, match="/turn and /turn_back are of one type and offered by"):
-        rig.executor.run_until_quiet()
+        rig.clock.run_until_quiet()

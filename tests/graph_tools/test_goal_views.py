@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 
-import pytest
 from bt_mission_interfaces.action import CameraSweep, ExecuteMission
 from rich.console import Console
 
@@ -19,11 +18,8 @@ from bt_mission.graph_tools.goal_events import (
     ServerAwaited,
 )
 from bt_mission.graph_tools.goal_views import (
-    GoalLines,
-    GoalObjects,
     GoalPicture,
     event_lines,
-    goal_view_for,
 )
 from bt_mission.graph_tools.interface_description import describe_interface
 
@@ -83,25 +79,6 @@ def test_the_end_stays_on_the_screen() -> None:
         "  error_code   0  (NONE)",
         "  error_msg    ''",
     ]
-
-
-def test_what_is_drawn_fits_the_output(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Lines in a pipe and on a dumb terminal, a picture on one that can, objects for programs."""
-    goal = CameraSweep.Goal()
-    pipe = io.StringIO()
-    assert isinstance(goal_view_for(pipe, SWEEP, goal, json=True, plain=False), GoalObjects)
-    assert isinstance(goal_view_for(pipe, SWEEP, goal, json=False, plain=False), GoalLines)
-
-    class Terminal(io.StringIO):
-        def isatty(self) -> bool:
-            return True
-
-    monkeypatch.setenv("TERM", "xterm")
-    view = goal_view_for(Terminal(), SWEEP, goal, json=False, plain=False)
-    assert isinstance(view, GoalPicture)
-    monkeypatch.setenv("TERM", "dumb")
-    view = goal_view_for(Terminal(), SWEEP, goal, json=False, plain=False)
-    assert isinstance(view, GoalLines)
 
 
 def test_a_text_of_several_lines_is_shown_in_as_many() -> None:

@@ -87,14 +87,6 @@ def test_a_link_is_followed_before_its_place_is_judged(tmp_path):
     assert list(load(path).trees) == ["rest"]
 
 
-def test_links_in_a_circle_are_no_file(tmp_path):
-    """The system would follow them for ever."""
-    path = write(tmp_path, mission=mission("a.yaml"))
-    (tmp_path / "a.yaml").symlink_to(tmp_path / "b.yaml")
-    (tmp_path / "b.yaml").symlink_to(tmp_path / "a.yaml")
-    assert refusal(path) == "mission.yaml:2:11: error: the links of 'a.yaml' lead to no file"
-
-
 @pytest.mark.parametrize("entry", ["..", "/etc/passwd", "../mission.yaml", "a\\0b", "x" * 190])
 def test_what_is_no_file_in_the_folder_is_refused(tmp_path, entry):
     """With its place, and no traceback."""

@@ -27,52 +27,52 @@ def serve(node: Any, name: str) -> list[bool]:
     return asked
 
 
-def test_an_answer_is_handed_over_once(graph: Any) -> None:
+def test_an_answer_is_handed_over_once(rig: Any) -> None:
     """When the node's executor serves it, and not within the call."""
-    client, server = graph.node("client"), graph.node("server")
+    client, server = rig.node("client"), rig.node("server")
     caller = RosServiceClient(client, "ask", "std_srvs/srv/SetBool")
     assert caller.name == "/ask"
-    graph.settle()
+    rig.settle()
     assert not caller.is_ready()
     asked = serve(server, "ask")
-    graph.settle(caller.is_ready)
+    rig.settle(caller.is_ready)
     answers: list[Any] = []
     caller.call(caller.prepare({"data": True}), answers.append)
     assert answers == []
-    graph.settle(lambda: len(answers) > 0)
-    graph.settle()
+    rig.settle(lambda: len(answers) > 0)
+    rig.settle()
     assert asked == [True]
     assert [(answer.success, answer.message) for answer in answers] == [(True, "seen")]
 
 
-def test_a_forgotten_call_is_not_heard_of_any_more(graph: Any) -> None:
+def test_a_forgotten_call_is_not_heard_of_any_more(rig: Any) -> None:
     """The server is asked all the same; the next call has its own answer."""
-    client, server = graph.node("client"), graph.node("server")
+    client, server = rig.node("client"), rig.node("server")
     caller = RosServiceClient(client, "ask", "std_srvs/srv/SetBool")
     asked = serve(server, "ask")
-    graph.settle(caller.is_ready)
+    rig.settle(caller.is_ready)
     late: list[Any] = []
     answers: list[Any] = []
     forget = caller.call(caller.prepare({"data": True}), late.append)
     forget()
     caller.call(caller.prepare({"data": False}), answers.append)
-    graph.settle(lambda: len(answers) > 0)
-    graph.settle()
+    rig.settle(lambda: len(answers) > 0)
+    rig.settle()
     assert asked == [True, False]
     assert late == []
     assert [answer.success for answer in answers] == [False]
 
 
-def test_a_service_of_another_type_is_refused(graph: Any) -> None:
+def test_a_service_of_another_type_is_refused(rig: Any) -> None:
     """Its answer would never come."""
-    serve(graph.node("server"), "ask")
+    serve(rig.node("server"), "ask")
     with pytest.raises(BtMissionError, match="/ask is a std_srvs/srv/SetBool, not a std_srvs/srv/"):
-        RosServiceClient(graph.node("client"), "ask", "std_srvs/srv/Trigger")
+        RosServiceClient(rig.node("client"), "ask", "std_srvs/srv/Trigger")
 
 
-def test_what_does_not_fit_is_refused_before_the_call(graph: Any) -> None:
+def test_what_does_not_fit_is_refused_before_the_call(rig: Any) -> None:
     """Values by field, and types by name."""
-    node = graph.node("client")
+    node = rig.node("client")
     with pytest.raises(FillError, match="data: expected a boolean"):
         RosServiceClient(node, "ask", "std_srvs/srv/SetBool").prepare({"data": 1})
     with pytest.raises(UnknownType, match="std_srvs/srv/Sat is not installed"):

@@ -29,78 +29,78 @@ def heard(reader: LatestMessageSubscriber) -> list[int]:
 
 
 @pytest.mark.parametrize("qos", [10, qos_profile_sensor_data, BEST_EFFORT_LATCHED])
-def test_every_publisher_is_heard_once(graph: Any, qos: Any) -> None:
+def test_every_publisher_is_heard_once(rig: Any, qos: Any) -> None:
     """Reliable or not."""
-    publisher = graph.node("talker").create_publisher(Int32, "n", qos)
-    reader = LatestMessageSubscriber(graph.node("listener"), "n", TYPE)
+    publisher = rig.node("talker").create_publisher(Int32, "n", qos)
+    reader = LatestMessageSubscriber(rig.node("listener"), "n", TYPE)
     numbers = heard(reader)
-    graph.settle()
+    rig.settle()
     publisher.publish(Int32(data=7))
-    graph.settle()
+    rig.settle()
     assert (reader.name, numbers) == ("/n", [7])
 
 
-def test_a_latched_message_from_before_is_heard(graph: Any) -> None:
+def test_a_latched_message_from_before_is_heard(rig: Any) -> None:
     """As soon as it has come, and again by whoever listens later."""
-    publisher = graph.node("talker").create_publisher(Int32, "n", LATCHED)
+    publisher = rig.node("talker").create_publisher(Int32, "n", LATCHED)
     publisher.publish(Int32(data=7))
-    reader = LatestMessageSubscriber(graph.node("listener"), "n", TYPE)
+    reader = LatestMessageSubscriber(rig.node("listener"), "n", TYPE)
     first = heard(reader)
-    graph.settle(lambda: first != [])
+    rig.settle(lambda: first != [])
     assert heard(reader) == [7]
 
 
-def test_a_latched_publisher_that_comes_later_is_found(graph: Any) -> None:
+def test_a_latched_publisher_that_comes_later_is_found(rig: Any) -> None:
     """By looking around; the wait for it does so at every tick."""
-    listener = graph.node("listener")
+    listener = rig.node("listener")
     reader = LatestMessageSubscriber(listener, "n", TYPE)
     numbers = heard(reader)
     assert len(list(listener.subscriptions)) == 1
-    publisher = graph.node("talker").create_publisher(Int32, "n", LATCHED)
+    publisher = rig.node("talker").create_publisher(Int32, "n", LATCHED)
     publisher.publish(Int32(data=7))
 
     def found() -> bool:
         reader.look_around()
         return numbers != []
 
-    graph.settle(found)
+    rig.settle(found)
     assert set(numbers) == {7}
     assert len(list(listener.subscriptions)) == 2
 
 
-def test_who_leaves_hears_nothing_more(graph: Any) -> None:
+def test_who_leaves_hears_nothing_more(rig: Any) -> None:
     """Others do."""
-    publisher = graph.node("talker").create_publisher(Int32, "n", 10)
-    reader = LatestMessageSubscriber(graph.node("listener"), "n", TYPE)
+    publisher = rig.node("talker").create_publisher(Int32, "n", 10)
+    reader = LatestMessageSubscriber(rig.node("listener"), "n", TYPE)
     numbers = heard(reader)
     gone: list[Any] = []
     reader.listen(gone.append)
     reader.leave(gone.append)
     reader.leave(gone.append)
-    graph.settle()
+    rig.settle()
     publisher.publish(Int32(data=7))
-    graph.settle()
+    rig.settle()
     assert (numbers, gone) == ([7], [])
 
 
-def test_silence_is_explained(graph: Any) -> None:
+def test_silence_is_explained(rig: Any) -> None:
     """Nobody, or publishers that say nothing."""
-    reader = LatestMessageSubscriber(graph.node("listener"), "n", TYPE)
+    reader = LatestMessageSubscriber(rig.node("listener"), "n", TYPE)
     assert reader.why_silent() == "nobody publishes it"
-    graph.node("talker").create_publisher(Int32, "n", 10)
+    rig.node("talker").create_publisher(Int32, "n", 10)
     assert reader.why_silent() == "its publishers are silent"
 
 
-def test_a_topic_of_another_type_is_refused(graph: Any) -> None:
+def test_a_topic_of_another_type_is_refused(rig: Any) -> None:
     """Its messages would never come."""
-    graph.node("talker").create_publisher(String, "n", 10)
+    rig.node("talker").create_publisher(String, "n", 10)
     with pytest.raises(
         BtMissionError, match=f"/n is published as std_msgs/msg/String, not as {TYPE}"
     ):
-        LatestMessageSubscriber(graph.node("listener"), "n", TYPE)
+        LatestMessageSubscriber(rig.node("listener"), "n", TYPE)
 
 
-def test_a_type_that_is_not_installed_is_refused(graph: Any) -> None:
+def test_a_type_that_is_not_installed_is_refused(rig: Any) -> None:
     """With the nearest one."""
     with pytest.raises(UnknownType, match="did you mean 'std_msgs/msg/Int32'"):
-        LatestMessageSubscriber(graph.node("listener"), "n", "std_msgs/msg/Int31")
+        LatestMessageSubscriber(rig.node("listener"), "n", "std_msgs/msg/Int31")

@@ -14,46 +14,46 @@ from bt_mission.ros.clients import TopicPublisher
 from bt_mission.ros.interface_types import FillError
 
 
-def test_a_message_reaches_whoever_listens(graph: Any) -> None:
+def test_a_message_reaches_whoever_listens(rig: Any) -> None:
     """Readers are counted, and each gets it once."""
-    writer = TopicPublisher(graph.node("mission"), "lamp", "std_msgs/msg/Bool")
+    writer = TopicPublisher(rig.node("mission"), "lamp", "std_msgs/msg/Bool")
     assert (writer.name, writer.count_readers()) == ("/lamp", 0)
     heard: list[Bool] = []
-    graph.node("lamp").create_subscription(Bool, "lamp", heard.append, 10)
-    graph.settle(lambda: writer.count_readers() == 1)
+    rig.node("lamp").create_subscription(Bool, "lamp", heard.append, 10)
+    rig.settle(lambda: writer.count_readers() == 1)
     writer.publish(writer.prepare({"data": True}))
-    graph.settle(lambda: bool(heard))
+    rig.settle(lambda: bool(heard))
     assert [message.data for message in heard] == [True]
 
 
-def test_a_recorder_does_not_count_as_a_reader(graph: Any) -> None:
+def test_a_recorder_does_not_count_as_a_reader(rig: Any) -> None:
     """A mission that waits for somebody to listen waits on while it is recorded."""
-    node = graph.node("mission")
+    node = rig.node("mission")
     writer = TopicPublisher(node, "lamp", "std_msgs/msg/Bool")
     (publisher,) = (one for one in node.publishers if one.topic_name == writer.name)
-    graph.node(RECORDER).create_subscription(Bool, "lamp", lambda _: None, 10)
-    graph.settle(lambda: publisher.get_subscription_count() == 1)
+    rig.node(RECORDER).create_subscription(Bool, "lamp", lambda _: None, 10)
+    rig.settle(lambda: publisher.get_subscription_count() == 1)
     assert writer.count_readers() == 0
 
 
-def test_a_value_that_does_not_fit_is_refused(graph: Any) -> None:
+def test_a_value_that_does_not_fit_is_refused(rig: Any) -> None:
     """Before anything is sent."""
-    writer = TopicPublisher(graph.node("mission"), "lamp", "std_msgs/msg/Bool")
+    writer = TopicPublisher(rig.node("mission"), "lamp", "std_msgs/msg/Bool")
     with pytest.raises(FillError, match="expected a boolean"):
         writer.prepare({"data": 3})
 
 
-def test_a_type_that_is_not_installed_is_refused(graph: Any) -> None:
+def test_a_type_that_is_not_installed_is_refused(rig: Any) -> None:
     """With the nearest that is."""
     with pytest.raises(UnknownType, match="std_msgs/msg/Bool"):
-        TopicPublisher(graph.node("mission"), "lamp", "std_msgs/msg/Boool")
+        TopicPublisher(rig.node("mission"), "lamp", "std_msgs/msg/Boool")
 
 
-def test_a_topic_of_another_type_is_refused(graph: Any) -> None:
+def test_a_topic_of_another_type_is_refused(rig: Any) -> None:
     """DDS would leave the two unmatched without a word."""
-    node = graph.node("lamp")
+    node = rig.node("lamp")
     node.create_subscription(String, "lamp", lambda _: None, 10)
-    other = graph.node("mission")
-    graph.settle(lambda: bool(dict(other.get_topic_names_and_types()).get("/lamp")))
+    other = rig.node("mission")
+    rig.settle(lambda: bool(dict(other.get_topic_names_and_types()).get("/lamp")))
     with pytest.raises(BtMissionError, match=r"/lamp is a std_msgs/msg/String, not a std_msgs"):
         TopicPublisher(other, "lamp", "std_msgs/msg/Bool")

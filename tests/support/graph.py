@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+import pytest
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
@@ -19,19 +20,78 @@ from bt_mission.sessions.mission_server import MissionServer, MissionServerOptio
 from bt_mission.sessions.served_missions import ServedMissions
 from bt_mission.testing.scripted_server import ScriptedServer
 from bt_mission.virtual_time import VirtualTimeExecutor
+from bt_mission.virtual_time.discovery import pause
 
 S = 1_000_000_000
 TURN = "bt_mission_interfaces/action/Turn"
 LEAN: dict[str, Any] = {"enable_rosout": False, "start_parameter_services": False}
 
 
-class Graph:
-    """Nodes on one virtual clock; a beat of 20 Hz keeps time moving."""
+class Rig:
+    """Nodes on one virtual clock, which belong to a context of their own.
+
+    Args:
+        ros_args: For all nodes.
+        clock: For the executor: where time begins, and the world that moves with it.
+    """
+
+    def __init__(self, ros_args: Sequence[str] = (), **clock: Any) -> None:
+        self.context = Context()
+        rclpy.init(context=self.context, args=["--ros-args", *ros_args] if ros_args else None)
+        self.clock = VirtualTimeExecutor(context=self.context, **clock)
+        self.nodes: list[Node] = []
+
+    def close(self) -> None:
+        """Destroy all nodes."""
+        for node in reversed(list(dict.fromkeys([*self.nodes, *self.clock.get_nodes()]))):
+            node.destroy_node()
+            destroy_actions(node)
+        self.clock.shutdown()
+        self.context.shutdown()
+
+    def node(self, name: str) -> Node:
+        """Make a bare node."""
+        node = Node(name, context=self.context, **LEAN)
+        self.nodes.append(node)
+        self.clock.add_node(node)
+        return node
+
+    def now(self, node: Node) -> int:
+        """Return the time of a node's clock, ns."""
+        return int(node.get_clock().now().nanoseconds)
+
+    def step(self) -> None:
+        """Go to the next instant."""
+        self.clock.step()
+
+    def steps_until(self, time_ns: int) -> None:
+        """Go through all instants up to a time."""
+        while self.clock.next_due_ns() <= time_ns:
+            self.step()
+
+    def settle(self, condition: Callable[[], bool] = lambda: True) -> None:
+        """Serve until quiet, and until a condition holds, at this instant."""
+        for _ in range(2000):
+            self.clock.run_until_quiet()
+            if condition():
+                return
+            pause(self.context)  # latched messages come by a thread of the middleware
+        raise AssertionError("it never came")
+
+
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    """Nodes on one virtual clock."""
+    rig = Rig()
+    yield rig
+    rig.close()
+
+
+class Graph(Rig):
+    """A mission and servers; a beat of 20 Hz keeps time moving."""
 
     def __init__(self) -> None:
-        self.context = Context()
-        rclpy.init(context=self.context)
-        self.clock = VirtualTimeExecutor(context=self.context)
+        super().__init__()
         self.client = self.node("client")
         self.client.create_timer(0.05, lambda: None)
         self.start_ns = self.clock.now_ns
@@ -40,21 +100,11 @@ class Graph:
         self.served: MissionServer | None = None
 
     def close(self) -> None:
-        """Take everything down, what waits at this instant first."""
+        """Destroy all nodes, after what waits at this instant."""
         self.clock.run_until_quiet()
-        for node in reversed(self.clock.get_nodes()):
-            node.destroy_node()
-            destroy_actions(node)
-        self.clock.shutdown()
-        self.context.shutdown()
+        super().close()
 
     # ---- who takes part ------------------------------------------------------------------
-
-    def node(self, name: str) -> Node:
-        """A bare node."""
-        node = Node(name, context=self.context, **LEAN)
-        self.clock.add_node(node)
-        return node
 
     def server(self, name: str = "turn", type_name: str = TURN, **habits: Any) -> ScriptedServer:
         """A server of its own node, which the test plays."""
@@ -115,9 +165,7 @@ class Graph:
 
     def run(self, seconds: float) -> None:
         """Let time pass."""
-        end_ns = self.clock.now_ns + round(seconds * S)
-        while self.clock.next_due_ns() <= end_ns:
-            self.step()
+        self.steps_until(self.clock.now_ns + round(seconds * S))
 
     def until(self, done: Callable[[], Any], limit_s: float = 60.0) -> float:
         """Let time pass until something holds; gives the virtual time, s."""

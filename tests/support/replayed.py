@@ -13,6 +13,7 @@ from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.views.terminal.marks import SIGNS, Marks
 from bt_mission.views.tui.replay_app import Fork, ReplayApp
 from tests.support.recordings import recording
+from tests.support.screens import as_test
 
 
 class Replayed:
@@ -74,3 +75,8 @@ def on_replay(
             await play(Replayed(app, pilot))
 
     asyncio.run(scene())
+
+
+def replayed(**options: Any) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
+    """Make a scene on the view of a recording a test."""
+    return as_test(on_replay, options)

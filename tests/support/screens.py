@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 from collections.abc import Awaitable, Callable
+from functools import partial, wraps
 from typing import Any
 
 from textual.pilot import Pilot
@@ -77,3 +79,26 @@ def on_screen(
             await play(screen)
 
     asyncio.run(scene())
+
+
+def as_test(
+    play: Callable[..., None], options: dict[str, Any]
+) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
+    """Return a decorator that plays scenes with options; their other arguments are fixtures."""
+
+    def decorate(scene: Callable[..., Awaitable[None]]) -> Callable[..., None]:
+        @wraps(scene)
+        def test(**fixtures: Any) -> None:
+            play(partial(scene, **fixtures), **options)
+
+        signature = inspect.signature(scene)
+        parameters = tuple(signature.parameters.values())[1:]
+        test.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+        return test
+
+    return decorate
+
+
+def shown(**options: Any) -> Callable[[Callable[..., Awaitable[None]]], Callable[..., None]]:
+    """Make a scene on a screen a test."""
+    return as_test(on_screen, options)

@@ -1,5 +1,5 @@
 """An executor with nodes made on demand."""
 
-from tests.support.rig import rig
+from tests.support.graph import rig
 
 __all__ = ["rig"]

@@ -47,15 +47,15 @@ def test_a_destroyed_node_leaves_nothing_in_the_wait_set(rig: Any, where: str) -
     node, other = rig.node("a"), rig.node("b")
     furnish(node)
     other.create_timer(1.0, lambda: None)
-    rig.executor.step()
+    rig.clock.step()
     if where == "outside":
         node.destroy_node()
     else:
         node.create_timer(0.05, node.destroy_node)
-        rig.executor.step()
-    rig.executor.step()
-    assert left_in(rig.executor) == {"timers": 1}
-    assert rig.executor.get_nodes() == [other]
+        rig.clock.step()
+    rig.clock.step()
+    assert left_in(rig.clock) == {"timers": 1}
+    assert rig.clock.get_nodes() == [other]
     destroy_actions(node)
 
 
@@ -77,13 +77,13 @@ def test_nothing_of_a_destroyed_node_is_kept_alive(rig: Any) -> None:
     other = rig.node("b")
     other.create_timer(1.0, lambda: None)
     node = Node("a", context=rig.context, enable_rosout=False, start_parameter_services=False)
-    rig.executor.add_node(node)
+    rig.clock.add_node(node)
     kept = [weakref.ref(one) for one in (node, *furnish(node))]
-    rig.executor.step()
+    rig.clock.step()
     destroy_actions(node)
     node.destroy_node()
     del node
-    rig.executor.step()
+    rig.clock.step()
     gc.collect()
     assert [one() for one in kept if one() is not None] == []
 
@@ -91,16 +91,16 @@ def test_nothing_of_a_destroyed_node_is_kept_alive(rig: Any) -> None:
 def test_an_executor_that_is_shut_down_lets_go_of_its_nodes(rig: Any) -> None:
     """Its wait set holds nothing of theirs."""
     furnish(rig.node("a"))
-    rig.executor.step()
-    rig.executor.shutdown()
-    assert left_in(rig.executor) == {}
+    rig.clock.step()
+    rig.clock.shutdown()
+    assert left_in(rig.clock) == {}
 
 
 def test_a_node_removed_by_a_timer_fires_no_timer_of_that_instant(rig: Any) -> None:
     """Removal takes effect at once."""
     first, second = rig.node("first"), rig.node("second")
     fired: list[str] = []
-    first.create_timer(0.1, lambda: rig.executor.remove_node(second))
+    first.create_timer(0.1, lambda: rig.clock.remove_node(second))
     second.create_timer(0.1, lambda: fired.append("second"))
-    rig.executor.step()
+    rig.clock.step()
     assert fired == []

@@ -59,7 +59,7 @@ def test_every_node_has_the_same_time_without_a_clock_topic(rig: Any) -> None:
     """Nodes are on virtual time as soon as they are added, with no subscription for it."""
     a, b = rig.node("a"), rig.node("b")
     a.create_timer(0.25, lambda: None)
-    rig.executor.step()
+    rig.clock.step()
     assert rig.now(a) == rig.now(b) == S + 250 * MS
     assert not list(a.subscriptions)
 
@@ -89,8 +89,8 @@ def test_timers_of_one_instant_fire_in_the_order_of_creation_each_seeing_the_las
     first.create_timer(0.1, lambda: publisher.publish(Int64(data=len(log))))
     second.create_subscription(Int64, "count", hear(lambda m: log.append(f"got {m.data}")), 10)
     second.create_timer(0.1, lambda: log.append("timer"))
-    rig.executor.step()
-    rig.executor.step()
+    rig.clock.step()
+    rig.clock.step()
     assert log == ["got 0", "timer", "got 2", "timer"]
 
 
@@ -104,7 +104,7 @@ def test_time_that_cannot_advance_is_reported_with_the_culprit(
     node.create_subscription(Int64, "echo", echo.publish, 10)
     node.create_timer(0.1, lambda: echo.publish(Int64()))
     with pytest.raises(TimeStuckError, match=r"stuck at 1\.100 s.*Subscription /echo"):
-        rig.executor.step()
+        rig.clock.step()
 
 
 def test_a_timer_without_a_period_is_reported(rig: Any) -> None:
@@ -112,12 +112,12 @@ def test_a_timer_without_a_period_is_reported(rig: Any) -> None:
     node = rig.node("a")
     fired: list[str] = []
     node.create_timer(0.1, lambda: fired.append("other"))
-    rig.executor.step()
+    rig.clock.step()
     node.create_timer(0.0, lambda: None)
     with pytest.raises(
         TimeStuckError, match=r"stuck at 1\.100 s: due again .*: timer of /a, every 0"
     ):
-        step_for_ever(rig.executor)
+        step_for_ever(rig.clock)
     assert fired == ["other"]
 
 
@@ -130,9 +130,9 @@ def test_a_world_that_does_not_move_is_reported(rig: Any) -> None:
         def advance_to(self, time_ns: int) -> None:
             pass
 
-    rig.executor.world = Still()
+    rig.clock.world = Still()
     with pytest.raises(TimeStuckError, match=r"stuck at 2\.000 s: due again and again: the world"):
-        step_for_ever(rig.executor)
+        step_for_ever(rig.clock)
 
 
 def test_what_asks_again_for_its_own_instant_is_reported(
@@ -142,18 +142,18 @@ def test_what_asks_again_for_its_own_instant_is_reported(
     monkeypatch.setattr(executor_module, "CALLBACKS_PER_INSTANT", 200)
 
     def again() -> None:
-        rig.executor.call_at(rig.executor.now_ns, again)
+        rig.clock.call_at(rig.clock.now_ns, again)
 
-    rig.executor.call_at(2 * S, again)
+    rig.clock.call_at(2 * S, again)
     with pytest.raises(TimeStuckError, match="asks for it again"):
-        step_for_ever(rig.executor)
+        step_for_ever(rig.clock)
 
 
 def test_without_timers_and_world_time_cannot_move(rig: Any) -> None:
     """There is nothing to jump to, and the message says so."""
     rig.node("a")
     with pytest.raises(NothingDueError, match="no timer is set"):
-        rig.executor.step()
+        rig.clock.step()
 
 
 def test_a_timer_on_another_clock_is_refused(rig: Any) -> None:
@@ -162,7 +162,7 @@ def test_a_timer_on_another_clock_is_refused(rig: Any) -> None:
     wall = rclpy.clock.Clock(clock_type=rclpy.clock.ClockType.STEADY_TIME)
     node.create_timer(0.1, lambda: None, clock=wall)
     with pytest.raises(BtMissionError, match="STEADY_TIME clock cannot run in virtual time"):
-        rig.executor.step()
+        rig.clock.step()
 
 
 def test_the_world_moves_first(rig: Any) -> None:
@@ -179,9 +179,9 @@ def test_the_world_moves_first(rig: Any) -> None:
                 publisher.publish(Int64(data=self.next_due_ns))
                 self.next_due_ns += 70 * MS
 
-    rig.executor.world = World()
+    rig.clock.world = World()
     node.create_subscription(Int64, "scan", hear(lambda m: log.append(f"scan {m.data // MS}")), 10)
     node.create_timer(0.14, lambda: log.append("timer"))
-    rig.executor.step()
-    rig.executor.step()
+    rig.clock.step()
+    rig.clock.step()
     assert log == ["scan 1070", "scan 1140", "timer"]

@@ -7,42 +7,39 @@ import pytest
 from bt_mission.events.source import FoundExecutive
 from bt_mission.views.terminal.marks import ASCII_SIGNS
 from bt_mission.views.tui import app
-from tests.support.screens import Screen, on_screen
+from tests.support.screens import Screen, on_screen, shown
 from tests.support.watched import ScriptedExecutive, goal_in
 
 
-def test_the_whole_picture_at_80_by_24():
+@shown()
+async def test_the_whole_picture_at_80_by_24(screen: Screen) -> None:
     """Header, running path, tree, log, keys."""
-
-    async def play(screen: Screen) -> None:
-        one = screen.executive
-        one.change(explore="running", look_around="running")
-        one.change(8.4, look_around="success: canceled by condition", repeat="running")
-        one.change(drive="running")
-        progress = one.progress("drive", 1.2, 2.0, "travelled 1.20")
-        one.detail(2.5, running=(progress,))
-        await screen.look()
-        assert screen.rows == [
-            "explore  ▶ running  10.90 s",
-            "explore ▸ repeat ▸ drive",
-            "─ tree, following ──────────────────────────────────────────────────────────────",
-            "  ▶ explore  10.90 s",
-            "    ✓ look around  8.40 s  canceled by condition",
-            "    ▶ repeat  2.50 s",
-            "»     ▶ drive  2.50 s  ███████░░░░░ 1.20 of 2  travelled 1.20",
-            "      · turn away",
-            *[""] * 8,
-            "─ log ──────────────────────────────────────────────────────────────────────────",
-            "    0.00    explore  begins",
-            "    0.00    mission running",
-            "    0.00  ▶ look around",
-            "    8.40  ✓ look around  canceled by condition",
-            "    8.40  ▶ drive",
-            "",
-            "p pause  x stop  b break  / search  f follow  Tab goals  ? help  q leave",
-        ]
-
-    on_screen(play)
+    one = screen.executive
+    one.change(explore="running", look_around="running")
+    one.change(8.4, look_around="success: canceled by condition", repeat="running")
+    one.change(drive="running")
+    progress = one.progress("drive", 1.2, 2.0, "travelled 1.20")
+    one.detail(2.5, running=(progress,))
+    await screen.look()
+    assert screen.rows == [
+        "explore  ▶ running  10.90 s",
+        "explore ▸ repeat ▸ drive",
+        "─ tree, following ──────────────────────────────────────────────────────────────",
+        "  ▶ explore  10.90 s",
+        "    ✓ look around  8.40 s  canceled by condition",
+        "    ▶ repeat  2.50 s",
+        "»     ▶ drive  2.50 s  ███████░░░░░ 1.20 of 2  travelled 1.20",
+        "      · turn away",
+        *[""] * 8,
+        "─ log ──────────────────────────────────────────────────────────────────────────",
+        "    0.00    explore  begins",
+        "    0.00    mission running",
+        "    0.00  ▶ look around",
+        "    8.40  ✓ look around  canceled by condition",
+        "    8.40  ▶ drive",
+        "",
+        "p pause  x stop  b break  / search  f follow  Tab goals  ? help  q leave",
+    ]
 
 
 @pytest.mark.parametrize("size", [(20, 6), (20, 24), (40, 10), (80, 24), (140, 45), (300, 80)])
@@ -58,35 +55,29 @@ def test_every_size_has_a_picture(size: tuple[int, int]):
     on_screen(play, size=size)
 
 
-def test_a_terminal_may_change_its_size():
+@shown()
+async def test_a_terminal_may_change_its_size(screen: Screen) -> None:
     """Wide ones show all panels at once."""
-
-    async def play(screen: Screen) -> None:
-        screen.executive.detail(variables=(("legs", "6"),))
-        await screen.look()
-        assert "legs" not in screen.text
-        await screen.pilot.resize_terminal(140, 45)
-        await screen.look()
-        assert "legs 6" in screen.text
-        assert "map" in screen.rows[2]
-        await screen.pilot.resize_terminal(30, 8)
-        await screen.look()
-        assert "explore" in screen.rows[0]
-
-    on_screen(play)
+    screen.executive.detail(variables=(("legs", "6"),))
+    await screen.look()
+    assert "legs" not in screen.text
+    await screen.pilot.resize_terminal(140, 45)
+    await screen.look()
+    assert "legs 6" in screen.text
+    assert "map" in screen.rows[2]
+    await screen.pilot.resize_terminal(30, 8)
+    await screen.look()
+    assert "explore" in screen.rows[0]
 
 
-def test_without_utf_8_every_sign_is_ascii():
+@shown(size=(140, 45), marks=ASCII_SIGNS)
+async def test_without_utf_8_every_sign_is_ascii(screen: Screen) -> None:
     """Also those of rules, bars and maps."""
-
-    async def play(screen: Screen) -> None:
-        screen.executive.change(explore="running", drive="running: größer")
-        await screen.look()
-        assert screen.text.isascii()
-        await screen.press("question_mark")
-        assert screen.text.isascii()
-
-    on_screen(play, size=(140, 45), marks=ASCII_SIGNS)
+    screen.executive.change(explore="running", drive="running: größer")
+    await screen.look()
+    assert screen.text.isascii()
+    await screen.press("question_mark")
+    assert screen.text.isascii()
 
 
 def test_nobody_there_is_said_and_looked_for():
@@ -107,23 +98,20 @@ def test_nobody_there_is_said_and_looked_for():
     on_screen(play, executive)
 
 
-def test_an_executive_that_vanishes_is_waited_for():
+@shown()
+async def test_an_executive_that_vanishes_is_waited_for(screen: Screen) -> None:
     """The last picture stays; what it does when it is back begins a new one."""
-
-    async def play(screen: Screen) -> None:
-        screen.executive.change(explore="running", drive="running")
-        await screen.look()
-        screen.executive.is_there = False
-        await screen.look()
-        assert screen.rows[0].startswith(" disconnected; reconnecting  explore")
-        assert "drive" in screen.text
-        screen.executive.is_there = True
-        screen.executive.begin("another run")
-        await screen.look()
-        assert screen.rows[0].startswith("explore  ▶ running  0.00 s")
-        assert "▶ drive" not in screen.rows[6]
-
-    on_screen(play)
+    screen.executive.change(explore="running", drive="running")
+    await screen.look()
+    screen.executive.is_there = False
+    await screen.look()
+    assert screen.rows[0].startswith(" disconnected; reconnecting  explore")
+    assert "drive" in screen.text
+    screen.executive.is_there = True
+    screen.executive.begin("another run")
+    await screen.look()
+    assert screen.rows[0].startswith("explore  ▶ running  0.00 s")
+    assert "▶ drive" not in screen.rows[6]
 
 
 def test_of_several_one_is_chosen_in_a_list():
@@ -207,52 +195,46 @@ def test_the_running_path_stays_in_view_in_a_long_tree():
     on_screen(play, executive)
 
 
-def test_goals_are_listed_with_those_that_are_open_first():
+@shown()
+async def test_goals_are_listed_with_those_that_are_open_first(screen: Screen) -> None:
     """State, duration, action, node."""
-
-    async def play(screen: Screen) -> None:
-        screen.executive.detail(
-            5.0,
-            goals_sent=2,
-            goals=(
-                goal_in(
-                    "succeeded",
-                    goal_id="ab" * 16,
-                    action="/turn",
-                    owner="turn away",
-                    at_s=4,
-                    sent_s=2,
-                ),
-                goal_in("active", goal_id="cd" * 16, action="/explore_forward", owner="drive"),
+    screen.executive.detail(
+        5.0,
+        goals_sent=2,
+        goals=(
+            goal_in(
+                "succeeded",
+                goal_id="ab" * 16,
+                action="/turn",
+                owner="turn away",
+                at_s=4,
+                sent_s=2,
             ),
-        )
-        await screen.look()
-        await screen.press("tab")
-        assert screen.rows[16:19] == [
-            "─ goals: 2 sent, 1 open ────────────────────────────────────────────────────────",
-            "▶ active     5.00 s  /explore_forward  drive  cdcdcdcd",
-            "✓ succeeded  2.00 s  /turn  turn away  abababab",
-        ]
+            goal_in("active", goal_id="cd" * 16, action="/explore_forward", owner="drive"),
+        ),
+    )
+    await screen.look()
+    await screen.press("tab")
+    assert screen.rows[16:19] == [
+        "─ goals: 2 sent, 1 open ────────────────────────────────────────────────────────",
+        "▶ active     5.00 s  /explore_forward  drive  cdcdcdcd",
+        "✓ succeeded  2.00 s  /turn  turn away  abababab",
+    ]
 
-    on_screen(play)
 
-
-def test_an_executive_that_comes_back_as_another_version_is_left(
-    monkeypatch: pytest.MonkeyPatch,
-):
+@shown()
+async def test_an_executive_that_comes_back_as_another_version_is_left(
+    screen: Screen, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Its messages are read no longer."""
-
-    async def play(screen: Screen) -> None:
-        assert screen.app.source is screen.executive
-        screen.graph.faults["/bt_mission"] = FoundExecutive(
-            "/bt_mission", "its Tree messages are of another version", is_foreign=True
-        )
-        monkeypatch.setattr(app, "CHECK_S", 0.0)
-        await screen.look()
-        assert screen.executive.closed
-        assert screen.rows[-1] == "/bt_mission: its Tree messages are of another version"
-
-    on_screen(play)
+    assert screen.app.source is screen.executive
+    screen.graph.faults["/bt_mission"] = FoundExecutive(
+        "/bt_mission", "its Tree messages are of another version", is_foreign=True
+    )
+    monkeypatch.setattr(app, "CHECK_S", 0.0)
+    await screen.look()
+    assert screen.executive.closed
+    assert screen.rows[-1] == "/bt_mission: its Tree messages are of another version"
 
 
 def test_two_of_one_name_are_told():
@@ -283,32 +265,26 @@ def test_who_does_not_want_to_wait_leaves():
     on_screen(play, executive, wait_s=0.0)
 
 
-def test_the_mouse_selects_and_folds():
+@shown()
+async def test_the_mouse_selects_and_folds(screen: Screen) -> None:
     """A click selects, a second one folds, the wheel moves."""
-
-    async def play(screen: Screen) -> None:
-        await screen.pilot.click("#tree", offset=(8, 3))
-        assert screen.chosen.startswith("· repeat")
-        await screen.pilot.click("#tree", offset=(8, 3), times=2)
-        assert screen.chosen.startswith("· repeat [+2]")
-        screen.app.on_mouse_scroll_up()
-        await screen.pilot.pause()
-        assert screen.chosen.startswith("· look around")
-
-    on_screen(play)
+    await screen.pilot.click("#tree", offset=(8, 3))
+    assert screen.chosen.startswith("· repeat")
+    await screen.pilot.click("#tree", offset=(8, 3), times=2)
+    assert screen.chosen.startswith("· repeat [+2]")
+    screen.app.on_mouse_scroll_up()
+    await screen.pilot.pause()
+    assert screen.chosen.startswith("· look around")
 
 
-def test_who_has_gone_is_not_offered_anything():
+@shown()
+async def test_who_has_gone_is_not_offered_anything(screen: Screen) -> None:
     """Nor is a mission that has ended: nothing of it starts any more."""
-
-    async def play(screen: Screen) -> None:
-        assert screen.rows[-1].startswith("p pause  x stop  b break  / search")
-        screen.executive.is_there = False
-        await screen.look()
-        assert screen.rows[-1].startswith("/ search")
-        screen.executive.is_there = True
-        screen.executive.stand("success")
-        await screen.look()
-        assert screen.rows[-1].startswith("/ search")
-
-    on_screen(play)
+    assert screen.rows[-1].startswith("p pause  x stop  b break  / search")
+    screen.executive.is_there = False
+    await screen.look()
+    assert screen.rows[-1].startswith("/ search")
+    screen.executive.is_there = True
+    screen.executive.stand("success")
+    await screen.look()
+    assert screen.rows[-1].startswith("/ search")

@@ -7,7 +7,7 @@ import pytest
 from bt_mission.events.source import ControlRequest, Verb
 from bt_mission.views.terminal.marks import SIGNS
 from bt_mission.views.tui.keys import KEYS
-from tests.support.screens import Screen, on_screen
+from tests.support.screens import Screen, shown
 
 
 async def running(screen: Screen) -> None:
@@ -29,53 +29,41 @@ async def running(screen: Screen) -> None:
         ("b", ControlRequest(Verb.BREAK, "0.1.0")),
     ],
 )
-def test_wishes_are_passed_on(keys: str, command: ControlRequest):
+@shown()
+async def test_wishes_are_passed_on(screen: Screen, keys: str, command: ControlRequest) -> None:
     """Once each."""
-
-    async def play(screen: Screen) -> None:
-        await running(screen)
-        await screen.press(*keys)
-        assert screen.executive.commands == [command]
-
-    on_screen(play)
+    await running(screen)
+    await screen.press(*keys)
+    assert screen.executive.commands == [command]
 
 
-def test_a_mission_is_not_stopped_by_one_key():
+@shown()
+async def test_a_mission_is_not_stopped_by_one_key(screen: Screen) -> None:
     """Another key in between takes the wish back."""
-
-    async def play(screen: Screen) -> None:
-        await screen.press("x")
-        assert screen.rows[-1] == "x again stops the mission; any other key does not"
-        await screen.press("down", "x")
-        assert screen.executive.commands == []
-
-    on_screen(play)
+    await screen.press("x")
+    assert screen.rows[-1] == "x again stops the mission; any other key does not"
+    await screen.press("down", "x")
+    assert screen.executive.commands == []
 
 
-def test_the_answer_to_a_wish_is_shown():
+@shown()
+async def test_the_answer_to_a_wish_is_shown(screen: Screen) -> None:
     """In the place of the keys."""
-
-    async def play(screen: Screen) -> None:
-        screen.executive.answer("the mission is not paused", is_done=False)
-        await screen.look()
-        assert screen.rows[-1] == "the mission is not paused"
-
-    on_screen(play)
+    screen.executive.answer("the mission is not paused", is_done=False)
+    await screen.look()
+    assert screen.rows[-1] == "the mission is not paused"
 
 
-def test_a_breakpoint_is_removed_by_the_same_key():
+@shown()
+async def test_a_breakpoint_is_removed_by_the_same_key(screen: Screen) -> None:
     """By the name by which it was set."""
-
-    async def play(screen: Screen) -> None:
-        await running(screen)
-        screen.executive.detail(breakpoints=("drive",))
-        await screen.look()
-        assert screen.chosen.startswith("▶ drive")
-        assert any(row.startswith("»●") for row in screen.rows)
-        await screen.press("b")
-        assert screen.executive.commands == [ControlRequest(Verb.UNBREAK, "drive")]
-
-    on_screen(play)
+    await running(screen)
+    screen.executive.detail(breakpoints=("drive",))
+    await screen.look()
+    assert screen.chosen.startswith("▶ drive")
+    assert any(row.startswith("»●") for row in screen.rows)
+    await screen.press("b")
+    assert screen.executive.commands == [ControlRequest(Verb.UNBREAK, "drive")]
 
 
 @pytest.mark.parametrize(
@@ -94,178 +82,142 @@ def test_a_breakpoint_is_removed_by_the_same_key():
         (["left", "left", "left"], "explore"),
     ],
 )
-def test_nodes_are_selected(keys: list[str], name: str):
+@shown()
+async def test_nodes_are_selected(screen: Screen, keys: list[str], name: str) -> None:
     """From the one that runs on; the left key leads to the parent of a leaf."""
-
-    async def play(screen: Screen) -> None:
-        await running(screen)
-        await screen.press(*keys)
-        assert screen.chosen[2:].startswith(name)
-
-    on_screen(play)
+    await running(screen)
+    await screen.press(*keys)
+    assert screen.chosen[2:].startswith(name)
 
 
-def test_nodes_are_folded_and_unfolded():
+@shown()
+async def test_nodes_are_folded_and_unfolded(screen: Screen) -> None:
     """By arrows, Enter and the star."""
-
-    async def play(screen: Screen) -> None:
-        await running(screen)
-        await screen.press("up", "left")
-        assert screen.chosen.startswith("▶ repeat [+2]")
-        assert "turn away" not in screen.text
-        await screen.press("right")
-        assert "turn away" in screen.text
-        await screen.press("enter")
-        assert "turn away" not in screen.text
-        await screen.press("space")
-        assert "turn away" in screen.text
-        await screen.press("asterisk")
-        assert "turn away" not in screen.text
-        await screen.press("asterisk")
-        assert "turn away" in screen.text
-
-    on_screen(play)
+    await running(screen)
+    await screen.press("up", "left")
+    assert screen.chosen.startswith("▶ repeat [+2]")
+    assert "turn away" not in screen.text
+    await screen.press("right")
+    assert "turn away" in screen.text
+    await screen.press("enter")
+    assert "turn away" not in screen.text
+    await screen.press("space")
+    assert "turn away" in screen.text
+    await screen.press("asterisk")
+    assert "turn away" not in screen.text
+    await screen.press("asterisk")
+    assert "turn away" in screen.text
 
 
-def test_following_selects_what_runs():
+@shown()
+async def test_following_selects_what_runs(screen: Screen) -> None:
     """A move by hand ends it, the key begins it anew."""
-
-    async def play(screen: Screen) -> None:
-        await running(screen)
-        assert "tree, following" in screen.rows[2]
-        await screen.press("home")
-        assert "following" not in screen.rows[2]
-        screen.executive.change(drive="success", turn_away="running")
-        await screen.look()
-        assert screen.chosen.startswith("▶ explore")
-        await screen.press("f")
-        assert screen.chosen.startswith("▶ turn away")
-
-    on_screen(play)
+    await running(screen)
+    assert "tree, following" in screen.rows[2]
+    await screen.press("home")
+    assert "following" not in screen.rows[2]
+    screen.executive.change(drive="success", turn_away="running")
+    await screen.look()
+    assert screen.chosen.startswith("▶ explore")
+    await screen.press("f")
+    assert screen.chosen.startswith("▶ turn away")
 
 
-def test_following_shows_the_folded_node_that_hides_what_runs():
+@shown()
+async def test_following_shows_the_folded_node_that_hides_what_runs(screen: Screen) -> None:
     """What somebody has folded stays folded."""
-
-    async def play(screen: Screen) -> None:
-        await running(screen)
-        await screen.press("up", "left", "f")
-        assert screen.chosen.startswith("▶ repeat [+2]")
-        assert screen.rows[1] == "explore ▸ repeat ▸ drive"
-
-    on_screen(play)
+    await running(screen)
+    await screen.press("up", "left", "f")
+    assert screen.chosen.startswith("▶ repeat [+2]")
+    assert screen.rows[1] == "explore ▸ repeat ▸ drive"
 
 
-def test_a_search_finds_while_it_is_typed():
+@shown()
+async def test_a_search_finds_while_it_is_typed(screen: Screen) -> None:
     """Enter stays there; n and N go on. Keys that are typed are no commands."""
-
-    async def play(screen: Screen) -> None:
-        await running(screen)
-        await screen.press("slash", "r", "e", "p")
-        assert screen.chosen.startswith("▶ repeat")
-        await screen.press("enter")
-        assert "search" in screen.rows[-1], "the keys are back"
-        await screen.press("slash", "a", "enter")
-        first = screen.chosen
-        await screen.press("n")
-        assert screen.chosen != first
-        await screen.press("N")
-        assert screen.chosen == first
-        assert screen.executive.commands == []
-
-    on_screen(play)
+    await running(screen)
+    await screen.press("slash", "r", "e", "p")
+    assert screen.chosen.startswith("▶ repeat")
+    await screen.press("enter")
+    assert "search" in screen.rows[-1], "the keys are back"
+    await screen.press("slash", "a", "enter")
+    first = screen.chosen
+    await screen.press("n")
+    assert screen.chosen != first
+    await screen.press("N")
+    assert screen.chosen == first
+    assert screen.executive.commands == []
 
 
-def test_a_search_that_is_left_changes_nothing():
+@shown()
+async def test_a_search_that_is_left_changes_nothing(screen: Screen) -> None:
     """Escape goes back to where it began."""
-
-    async def play(screen: Screen) -> None:
-        await running(screen)
-        await screen.press("home", "slash", "t", "u", "escape")
-        assert screen.chosen.startswith("▶ explore")
-
-    on_screen(play)
+    await running(screen)
+    await screen.press("home", "slash", "t", "u", "escape")
+    assert screen.chosen.startswith("▶ explore")
 
 
-def test_what_is_not_there_is_said():
+@shown()
+async def test_what_is_not_there_is_said(screen: Screen) -> None:
     """And so is a repetition without a search."""
-
-    async def play(screen: Screen) -> None:
-        await screen.press("n")
-        assert screen.rows[-1] == "nothing was searched for yet: / does"
-        await screen.press("slash", "z", "z", "enter")
-        assert screen.rows[-1] == "'zz' is nowhere in the tree"
-
-    on_screen(play)
+    await screen.press("n")
+    assert screen.rows[-1] == "nothing was searched for yet: / does"
+    await screen.press("slash", "z", "z", "enter")
+    assert screen.rows[-1] == "'zz' is nowhere in the tree"
 
 
-def test_tab_goes_through_the_panels():
+@shown()
+async def test_tab_goes_through_the_panels(screen: Screen) -> None:
     """And back; z gives one the whole screen."""
-
-    async def play(screen: Screen) -> None:
-        titles = []
-        for _ in range(6):
-            titles.append(next(row for row in screen.rows[4:] if row.startswith("─ ")).split()[1])
-            await screen.press("tab")
-        assert titles == ["log", "goals", "variables", "map", "selected", "log"]
-        await screen.press("shift+tab", "z")
-        assert screen.rows[2].startswith("─ log ─")
-        assert "tree" not in screen.rows[2]
-        await screen.press("z")
-        assert screen.rows[2].startswith("─ tree")
-
-    on_screen(play)
+    titles = []
+    for _ in range(6):
+        titles.append(next(row for row in screen.rows[4:] if row.startswith("─ ")).split()[1])
+        await screen.press("tab")
+    assert titles == ["log", "goals", "variables", "map", "selected", "log"]
+    await screen.press("shift+tab", "z")
+    assert screen.rows[2].startswith("─ log ─")
+    assert "tree" not in screen.rows[2]
+    await screen.press("z")
+    assert screen.rows[2].startswith("─ tree")
 
 
-def test_an_enlarged_log_scrolls():
+@shown()
+async def test_an_enlarged_log_scrolls(screen: Screen) -> None:
     """Upwards into the past."""
-
-    async def play(screen: Screen) -> None:
-        for number in range(40):
-            screen.executive.say(f"line {number}")
-        await screen.look()
-        await screen.press("z")
-        assert screen.rows[-2].endswith("line 39")
-        await screen.press("up", "up")
-        assert screen.rows[-2].endswith("line 37")
-        await screen.press("down", "down", "down")
-        assert screen.rows[-2].endswith("line 39")
-
-    on_screen(play)
+    for number in range(40):
+        screen.executive.say(f"line {number}")
+    await screen.look()
+    await screen.press("z")
+    assert screen.rows[-2].endswith("line 39")
+    await screen.press("up", "up")
+    assert screen.rows[-2].endswith("line 37")
+    await screen.press("down", "down", "down")
+    assert screen.rows[-2].endswith("line 39")
 
 
-def test_the_help_names_every_key():
+@shown(size=(80, 30))
+async def test_the_help_names_every_key(screen: Screen) -> None:
     """Any key closes it."""
-
-    async def play(screen: Screen) -> None:
-        await screen.press("question_mark")
-        for key in KEYS:
-            assert not key.help or key.shown in screen.text
-        await screen.press("p")
-        assert screen.executive.commands == []
-        assert "tree" in screen.rows[2]
-        await screen.press("f1")
-        assert "this help" in screen.text
-
-    on_screen(play, size=(80, 30))
+    await screen.press("question_mark")
+    for key in KEYS:
+        assert not key.help or key.shown in screen.text
+    await screen.press("p")
+    assert screen.executive.commands == []
+    assert "tree" in screen.rows[2]
+    await screen.press("f1")
+    assert "this help" in screen.text
 
 
 @pytest.mark.parametrize("key", ["q", "ctrl+c", "ctrl+q"])
-def test_leaving_leaves_the_mission_alone(key: str):
+@shown()
+async def test_leaving_leaves_the_mission_alone(screen: Screen, key: str) -> None:
     """Nothing is sent."""
-
-    async def play(screen: Screen) -> None:
-        await screen.press(key)
-        assert not screen.app.is_running or screen.app._exit
-        assert screen.executive.commands == []
-
-    on_screen(play)
+    await screen.press(key)
+    assert not screen.app.is_running or screen.app._exit
+    assert screen.executive.commands == []
 
 
-def test_signs_of_the_cursor_are_there_without_colour():
+@shown()
+async def test_signs_of_the_cursor_are_there_without_colour(screen: Screen) -> None:
     """The selected row begins with a sign of its own."""
-
-    async def play(screen: Screen) -> None:
-        assert [row for row in screen.rows if row.startswith(SIGNS.cursor)] != []
-
-    on_screen(play)
+    assert [row for row in screen.rows if row.startswith(SIGNS.cursor)] != []

@@ -10,49 +10,43 @@ from bt_mission.views.terminal.marks import ASCII_SIGNS
 from bt_mission.views.tui.keys import REPLAY_KEYS
 from bt_mission.views.tui.replay_app import Suspend
 from tests.support.recordings import recording
-from tests.support.replayed import Replayed, on_replay
+from tests.support.replayed import Replayed, on_replay, replayed
 
 
-def test_the_whole_picture_at_80_by_24() -> None:
+@replayed()
+async def test_the_whole_picture_at_80_by_24(screen: Replayed) -> None:
     """Header, running path, tree, log, time, keys."""
-
-    async def play(screen: Replayed) -> None:
-        await screen.show(1.0)
-        duration = f"{screen.player.duration_s:.2f} s"
-        rows = screen.rows
-        assert rows[0] == "replay  there and back  ▶ running  1.00 s  battery 100 %"
-        assert rows[1] == "there and back ▸ repeat ▸ sequence ▸ drive"
-        assert rows[7].startswith("»       ▶ drive  0.95 s  ██")
-        assert "of 0.4" in rows[7]
-        assert "    0.05    off we go" in rows
-        assert rows[-2].startswith("1.00 ███")
-        assert rows[-2].endswith(f"{duration}  paused          1 x")
-        assert rows[-1] == (
-            "p play  s/S step  r reverse  +/- speed  t time  Tab goals  ? help  q leave"
-        )
-
-    on_replay(play)
+    await screen.show(1.0)
+    duration = f"{screen.player.duration_s:.2f} s"
+    rows = screen.rows
+    assert rows[0] == "replay  there and back  ▶ running  1.00 s  battery 100 %"
+    assert rows[1] == "there and back ▸ repeat ▸ sequence ▸ drive"
+    assert rows[7].startswith("»       ▶ drive  0.95 s  ██")
+    assert "of 0.4" in rows[7]
+    assert "    0.05    off we go" in rows
+    assert rows[-2].startswith("1.00 ███")
+    assert rows[-2].endswith(f"{duration}  paused          1 x")
+    assert rows[-1] == (
+        "p play  s/S step  r reverse  +/- speed  t time  Tab goals  ? help  q leave"
+    )
 
 
-def test_all_panels_at_140_by_45() -> None:
+@replayed(size=(140, 45))
+async def test_all_panels_at_140_by_45(screen: Replayed) -> None:
     """Map, goals, variables, the selected node: as they were."""
-
-    async def play(screen: Replayed) -> None:
-        await screen.show(1.0)
-        assert "goals: 1 sent, 1 open" in screen.text
-        assert "room  1.6" not in screen.text  # the variable, not the output it is written by
-        assert "map: x" in screen.text
-        early = [row for row in screen.rows if "map: x" in row]
-        await screen.show(screen.player.duration_s)
-        assert "goals: 4 sent, 0 open" in screen.text
-        assert "room  1.6" in screen.text
-        assert [row for row in screen.rows if "map: x" in row] != early
-        await screen.show(1.0)
-        assert "goals: 1 sent, 1 open" in screen.text
-        assert "room  1.6" not in screen.text
-        assert [row for row in screen.rows if "map: x" in row] == early
-
-    on_replay(play, size=(140, 45))
+    await screen.show(1.0)
+    assert "goals: 1 sent, 1 open" in screen.text
+    assert "room  1.6" not in screen.text  # the variable, not the output it is written by
+    assert "map: x" in screen.text
+    early = [row for row in screen.rows if "map: x" in row]
+    await screen.show(screen.player.duration_s)
+    assert "goals: 4 sent, 0 open" in screen.text
+    assert "room  1.6" in screen.text
+    assert [row for row in screen.rows if "map: x" in row] != early
+    await screen.show(1.0)
+    assert "goals: 1 sent, 1 open" in screen.text
+    assert "room  1.6" not in screen.text
+    assert [row for row in screen.rows if "map: x" in row] == early
 
 
 @pytest.mark.parametrize("size", [(20, 3), (20, 6), (40, 10), (80, 24), (300, 80)])
@@ -67,161 +61,134 @@ def test_every_size_has_a_picture(size: tuple[int, int]) -> None:
     on_replay(play, size=size)
 
 
-def test_without_utf_8_every_sign_is_ascii() -> None:
+@replayed(marks=ASCII_SIGNS)
+async def test_without_utf_8_every_sign_is_ascii(screen: Replayed) -> None:
     """Also those of the line of time."""
-
-    async def play(screen: Replayed) -> None:
-        await screen.show(1.0)
-        assert screen.text.isascii()
-        await screen.press("question_mark")
-        assert screen.text.isascii()
-
-    on_replay(play, marks=ASCII_SIGNS)
+    await screen.show(1.0)
+    assert screen.text.isascii()
+    await screen.press("question_mark")
+    assert screen.text.isascii()
 
 
-def test_p_plays_and_pauses() -> None:
+@replayed(speed=0.1)
+async def test_p_plays_and_pauses(screen: Replayed) -> None:
     """And plays from the start once it is at the end."""
-
-    async def play(screen: Replayed) -> None:
-        await screen.press("p")
-        assert "playing" in screen.rows[-2]
-        assert screen.rows[-1].startswith("p pause")
-        await screen.press("p")
-        assert "playing" not in screen.rows[-2]
-        assert screen.rows[-1].startswith("p play")
-        await screen.press("G")
-        assert "at the end" in screen.rows[-2]
-        await screen.press("p")
-        assert "playing" in screen.rows[-2]
-        assert screen.player.at_s < screen.player.duration_s
-
-    on_replay(play, speed=0.1)
+    await screen.press("p")
+    assert "playing" in screen.rows[-2]
+    assert screen.rows[-1].startswith("p pause")
+    await screen.press("p")
+    assert "playing" not in screen.rows[-2]
+    assert screen.rows[-1].startswith("p play")
+    await screen.press("G")
+    assert "at the end" in screen.rows[-2]
+    await screen.press("p")
+    assert "playing" in screen.rows[-2]
+    assert screen.player.at_s < screen.player.duration_s
 
 
-def test_r_plays_the_other_way() -> None:
+@replayed(speed=0.1)
+async def test_r_plays_the_other_way(screen: Replayed) -> None:
     """And once more forwards."""
-
-    async def play(screen: Replayed) -> None:
-        await screen.show(3.0)
-        await screen.press("r")
-        assert "backwards" in screen.rows[-2]
-        await screen.press("r")
-        assert "playing" in screen.rows[-2]
-
-    on_replay(play, speed=0.1)
+    await screen.show(3.0)
+    await screen.press("r")
+    assert "backwards" in screen.rows[-2]
+    await screen.press("r")
+    assert "playing" in screen.rows[-2]
 
 
-def test_plus_and_minus_are_faster_and_slower() -> None:
+@replayed()
+async def test_plus_and_minus_are_faster_and_slower(screen: Replayed) -> None:
     """Twice, and half; it goes on standing still."""
-
-    async def play(screen: Replayed) -> None:
-        await screen.press("plus", "plus")
-        assert screen.rows[-2].endswith("at the start    4 x")
-        await screen.press("equals_sign")
-        assert screen.rows[-2].endswith("8 x")
-        await screen.press("minus", "minus", "minus", "minus")
-        assert screen.rows[-2].endswith(" 0.5 x")
-        assert not screen.player.is_playing
-
-    on_replay(play)
+    await screen.press("plus", "plus")
+    assert screen.rows[-2].endswith("at the start    4 x")
+    await screen.press("equals_sign")
+    assert screen.rows[-2].endswith("8 x")
+    await screen.press("minus", "minus", "minus", "minus")
+    assert screen.rows[-2].endswith(" 0.5 x")
+    assert not screen.player.is_playing
 
 
-def test_s_steps_from_change_to_change() -> None:
+@replayed()
+async def test_s_steps_from_change_to_change(screen: Replayed) -> None:
     """Forwards and backwards, to the ends."""
-
-    async def play(screen: Replayed) -> None:
-        await screen.press("s")
-        first = screen.player.at_s
-        await screen.press("s")
-        assert screen.player.at_s > first
-        await screen.press("S")
-        assert screen.player.at_s == first
-        await screen.press("G", "s")
-        assert screen.rows[-1] == "the tree does not change after this"
-        await screen.press("g", "S")
-        assert screen.rows[-1] == "nothing before this"
-
-    on_replay(play)
+    await screen.press("s")
+    first = screen.player.at_s
+    await screen.press("s")
+    assert screen.player.at_s > first
+    await screen.press("S")
+    assert screen.player.at_s == first
+    await screen.press("G", "s")
+    assert screen.rows[-1] == "the tree does not change after this"
+    await screen.press("g", "S")
+    assert screen.rows[-1] == "nothing before this"
 
 
-def test_b_goes_to_the_starts_of_the_selected_node() -> None:
+@replayed()
+async def test_b_goes_to_the_starts_of_the_selected_node(screen: Replayed) -> None:
     """The next, the one before; else it says that there is none."""
-
-    async def play(screen: Replayed) -> None:
-        await screen.press("slash")
-        await screen.type("turn")
-        await screen.press("b")
-        first = screen.player.at_s
-        assert any(row.startswith("»       ▶ turn away  0.00 s") for row in screen.rows)
-        await screen.press("b")
-        second = screen.player.at_s
-        assert second > first > 0
-        await screen.press("b")
-        assert screen.rows[-1] == "'turn away' does not start later"
-        await screen.press("B")
-        assert screen.player.at_s == first
-        await screen.press("B")
-        assert screen.rows[-1] == "'turn away' does not start before this"
-
-    on_replay(play)
+    await screen.press("slash")
+    await screen.type("turn")
+    await screen.press("b")
+    first = screen.player.at_s
+    assert any(row.startswith("»       ▶ turn away  0.00 s") for row in screen.rows)
+    await screen.press("b")
+    second = screen.player.at_s
+    assert second > first > 0
+    await screen.press("b")
+    assert screen.rows[-1] == "'turn away' does not start later"
+    await screen.press("B")
+    assert screen.player.at_s == first
+    await screen.press("B")
+    assert screen.rows[-1] == "'turn away' does not start before this"
 
 
-def test_leaps() -> None:
+@replayed()
+async def test_leaps(screen: Replayed) -> None:
     """Ten seconds on and back, to the start, to the end."""
-
-    async def play(screen: Replayed) -> None:
-        end = screen.player.duration_s
-        await screen.press("G")
-        assert screen.player.at_s == end
-        await screen.press("less_than_sign")
-        assert screen.player.at_s == max(end - 10, 0)
-        await screen.press("greater_than_sign")
-        assert screen.player.at_s == end
-        await screen.press("g")
-        assert screen.player.at_s == 0
-        assert "at the start" in screen.rows[-2]
-
-    on_replay(play)
+    end = screen.player.duration_s
+    await screen.press("G")
+    assert screen.player.at_s == end
+    await screen.press("less_than_sign")
+    assert screen.player.at_s == max(end - 10, 0)
+    await screen.press("greater_than_sign")
+    assert screen.player.at_s == end
+    await screen.press("g")
+    assert screen.player.at_s == 0
+    assert "at the start" in screen.rows[-2]
 
 
-def test_t_asks_for_a_time() -> None:
+@replayed()
+async def test_t_asks_for_a_time(screen: Replayed) -> None:
     """What is none is said; Esc leaves everything as it was."""
-
-    async def play(screen: Replayed) -> None:
-        await screen.press("t")
-        assert screen.rows[-1].startswith("seconds since the start")
-        await screen.type("2.5")
-        assert screen.player.at_s == 2.5
-        assert screen.rows[-2].startswith("2.50 ")
-        await screen.press("t")
-        await screen.type("nan")
-        assert screen.rows[-1] == "'nan' is no time: expected seconds, such as 12.5"
-        await screen.press("t", "7", "escape", "t", "escape")
-        assert screen.player.at_s == 2.5
-        await screen.press("t")
-        await screen.type("99")
-        assert screen.player.is_at_end
-
-    on_replay(play)
+    await screen.press("t")
+    assert screen.rows[-1].startswith("seconds since the start")
+    await screen.type("2.5")
+    assert screen.player.at_s == 2.5
+    assert screen.rows[-2].startswith("2.50 ")
+    await screen.press("t")
+    await screen.type("nan")
+    assert screen.rows[-1] == "'nan' is no time: expected seconds, such as 12.5"
+    await screen.press("t", "7", "escape", "t", "escape")
+    assert screen.player.at_s == 2.5
+    await screen.press("t")
+    await screen.type("99")
+    assert screen.player.is_at_end
 
 
-def test_looking_works_as_it_does_at_a_running_mission() -> None:
+@replayed()
+async def test_looking_works_as_it_does_at_a_running_mission(screen: Replayed) -> None:
     """Selection, folding, panels; it outlasts a leap backwards."""
-
-    async def play(screen: Replayed) -> None:
-        await screen.show(3.0)
-        await screen.press("home", "down", "down", "left")
-        assert "»   ▶ repeat" in screen.text
-        assert "[+3]" in screen.text
-        await screen.press("tab", "g")
-        assert "[+3]" in screen.text
-        assert "goals: 0 sent" not in screen.text
-        assert "─ goals" in screen.text
-        await screen.press("right", "f")
-        await screen.show(3.0)
-        assert screen.app.outlook.is_following
-
-    on_replay(play)
+    await screen.show(3.0)
+    await screen.press("home", "down", "down", "left")
+    assert "»   ▶ repeat" in screen.text
+    assert "[+3]" in screen.text
+    await screen.press("tab", "g")
+    assert "[+3]" in screen.text
+    assert "goals: 0 sent" not in screen.text
+    assert "─ goals" in screen.text
+    await screen.press("right", "f")
+    await screen.show(3.0)
+    assert screen.app.outlook.is_following
 
 
 def test_a_recording_that_was_cut_says_so_where_it_ends() -> None:
@@ -244,29 +211,23 @@ def test_a_recording_that_was_cut_says_so_where_it_ends() -> None:
     on_replay(play, path=Path(path))
 
 
-def test_the_help_names_every_key() -> None:
+@replayed()
+async def test_the_help_names_every_key(screen: Replayed) -> None:
     """And none that would ask a mission for something."""
-
-    async def play(screen: Replayed) -> None:
-        await screen.press("question_mark")
-        for key in REPLAY_KEYS:
-            assert not key.help or key.shown in screen.text
-        assert "stop the mission" not in screen.text
-        await screen.press("x")
-        assert "tree" in screen.rows[2]
-
-    on_replay(play)
+    await screen.press("question_mark")
+    for key in REPLAY_KEYS:
+        assert not key.help or key.shown in screen.text
+    assert "stop the mission" not in screen.text
+    await screen.press("x")
+    assert "tree" in screen.rows[2]
 
 
 @pytest.mark.parametrize("key", ["q", "ctrl+c", "ctrl+q"])
-def test_leaving(key: str) -> None:
+@replayed()
+async def test_leaving(screen: Replayed, key: str) -> None:
     """At once."""
-
-    async def play(screen: Replayed) -> None:
-        await screen.press(key)
-        assert screen.app._exit
-
-    on_replay(play)
+    await screen.press(key)
+    assert screen.app._exit
 
 
 def test_a_fork_at_the_shown_instant_is_shown_instead(tmp_path: Path) -> None:
@@ -302,11 +263,8 @@ def test_a_fork_at_the_shown_instant_is_shown_instead(tmp_path: Path) -> None:
     assert 1.0 <= forks[0][1] < 2.0
 
 
-def test_where_forks_are_not_offered_the_key_says_so() -> None:
+@replayed()
+async def test_where_forks_are_not_offered_the_key_says_so(screen: Replayed) -> None:
     """Such as in a view of other programs."""
-
-    async def play(screen: Replayed) -> None:
-        await screen.press("F")
-        assert "forks are not offered here" in screen.text
-
-    on_replay(play)
+    await screen.press("F")
+    assert "forks are not offered here" in screen.text

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from websockets.exceptions import InvalidStatus
 
-from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import WebServer
-from tests.support.web_pages import fetch, live, serve
+from tests.support.web_pages import fetch, live
+from tests.support.web_scenes import served
 
 
 def refused(error: pytest.ExceptionInfo[InvalidStatus]) -> int:
@@ -17,101 +17,80 @@ def refused(error: pytest.ExceptionInfo[InvalidStatus]) -> int:
     return error.value.response.status_code
 
 
-def test_the_page_and_its_files_come_with_the_token_in_their_path(shown: LiveMission):
+@served
+async def test_the_page_and_its_files_come_with_the_token_in_their_path(server: WebServer) -> None:
     """Each with a policy that allows nothing from elsewhere and no script but files."""
-
-    async def scene(server: WebServer) -> None:
-        for name, kind in (
-            ("", "text/html"),
-            ("app.js", "text/javascript"),
-            ("style.css", "text/css"),
-        ):
-            status, headers, body = await fetch(server, f"/{server.token}/{name}")
-            assert (status, headers["content-type"]) == (200, f"{kind}; charset=utf-8")
-            policy = headers["content-security-policy"]
-            assert policy.startswith("default-src 'none'; script-src 'self'; style-src 'self';")
-            assert "unsafe" not in policy
-            assert headers["referrer-policy"] == "no-referrer"
-            assert headers["cache-control"] == "no-store"
-            assert "<script>" not in body
-            assert " style=" not in body
-            assert " onclick" not in body
-
-    serve(shown, scene)
+    for name, kind in (
+        ("", "text/html"),
+        ("app.js", "text/javascript"),
+        ("style.css", "text/css"),
+    ):
+        status, headers, body = await fetch(server, f"/{server.token}/{name}")
+        assert (status, headers["content-type"]) == (200, f"{kind}; charset=utf-8")
+        policy = headers["content-security-policy"]
+        assert policy.startswith("default-src 'none'; script-src 'self'; style-src 'self';")
+        assert "unsafe" not in policy
+        assert headers["referrer-policy"] == "no-referrer"
+        assert headers["cache-control"] == "no-store"
+        assert "<script>" not in body
+        assert " style=" not in body
+        assert " onclick" not in body
 
 
 @pytest.mark.parametrize("path", ["/", "/app.js", "/wrong/", "/wrong/app.js", "//", "/%C3%A9/"])
-def test_without_the_token_there_is_nothing(shown: LiveMission, path: str):
+@served
+async def test_without_the_token_there_is_nothing(server: WebServer, path: str) -> None:
     """But a word on what to do."""
-
-    async def scene(server: WebServer) -> None:
-        status, _, body = await fetch(server, path)
-        assert status == 403
-        assert "open the one that the command has printed" in body
-
-    serve(shown, scene)
+    status, _, body = await fetch(server, path)
+    assert status == 403
+    assert "open the one that the command has printed" in body
 
 
 @pytest.mark.parametrize(
     "name", ["../server.py", "..%2fserver.py", "%2e%2e/server.py", "x.js", "app.py", ".."]
 )
-def test_no_other_file_is_served(shown: LiveMission, name: str):
+@served
+async def test_no_other_file_is_served(server: WebServer, name: str) -> None:
     """Whatever is tried in its name."""
-
-    async def scene(server: WebServer) -> None:
-        status, _, body = await fetch(server, f"/{server.token}/{name}")
-        assert (status, "import" in body) == (404, False)
-
-    serve(shown, scene)
+    status, _, body = await fetch(server, f"/{server.token}/{name}")
+    assert (status, "import" in body) == (404, False)
 
 
 @pytest.mark.parametrize(
     "host", ["evil.example", "evil.example:80", "10.0.0.1", "", "a b", "127.0.0.1;x"]
 )
-def test_a_name_that_was_made_to_point_here_is_refused(shown: LiveMission, host: str):
+@served
+async def test_a_name_that_was_made_to_point_here_is_refused(server: WebServer, host: str) -> None:
     """DNS rebinding: the browser names somebody else's server, and reaches this one."""
-
-    async def scene(server: WebServer) -> None:
-        status, _, body = await fetch(server, f"/{server.token}/", Host=host)
-        assert status in (400, 403)
-        assert "<html" not in body
-
-    serve(shown, scene)
+    status, _, body = await fetch(server, f"/{server.token}/", Host=host)
+    assert status in (400, 403)
+    assert "<html" not in body
 
 
 @pytest.mark.parametrize("host", ["localhost:9000", "127.0.0.1:1", "[::1]:8080"])
-def test_a_tunnel_may_have_another_port(shown: LiveMission, host: str):
+@served
+async def test_a_tunnel_may_have_another_port(server: WebServer, host: str) -> None:
     """Addresses of this machine cannot be made to point elsewhere."""
-
-    async def scene(server: WebServer) -> None:
-        status, headers, _ = await fetch(server, f"/{server.token}/", Host=host)
-        assert status == 200
-        assert f"ws://{host};" in headers["content-security-policy"]
-
-    serve(shown, scene)
+    status, headers, _ = await fetch(server, f"/{server.token}/", Host=host)
+    assert status == 200
+    assert f"ws://{host};" in headers["content-security-policy"]
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "null", None, "https://127.0.0.1"])
-def test_pages_of_others_get_no_websocket(shown: LiveMission, origin: Any):
+@served
+async def test_pages_of_others_get_no_websocket(server: WebServer, origin: Any) -> None:
     """Nor does what says of no page that it is one."""
-
-    async def scene(server: WebServer) -> None:
-        with pytest.raises(InvalidStatus) as error:
-            async with live(server, origin=origin):
-                pass
-        assert refused(error) == 403
-
-    serve(shown, scene)
+    with pytest.raises(InvalidStatus) as error:
+        async with live(server, origin=origin):
+            pass
+    assert refused(error) == 403
 
 
-def test_a_wrong_token_gets_no_websocket(shown: LiveMission):
+@served
+async def test_a_wrong_token_gets_no_websocket(server: WebServer) -> None:
     """As of a page that was left open over a restart."""
-
-    async def scene(server: WebServer) -> None:
-        server.link = server.link.replace(server.token, "A" * len(server.token))
-        with pytest.raises(InvalidStatus) as error:
-            async with live(server):
-                pass
-        assert refused(error) == 403
-
-    serve(shown, scene)
+    server.link = server.link.replace(server.token, "A" * len(server.token))
+    with pytest.raises(InvalidStatus) as error:
+        async with live(server):
+            pass
+    assert refused(error) == 403

@@ -17,6 +17,7 @@ from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import WebServer
 from tests.support.watched import ScriptedExecutive
 from tests.support.web_pages import PageModel, fetch, live, serve
+from tests.support.web_scenes import served
 
 
 async def raw(server: WebServer, sent: bytes) -> bytes:
@@ -30,25 +31,22 @@ async def raw(server: WebServer, sent: bytes) -> bytes:
     return answer
 
 
-def test_silent_connections_make_room_for_those_with_the_token(shown: LiveMission):
+@served
+async def test_silent_connections_make_room_for_those_with_the_token(server: WebServer) -> None:
     """The oldest are closed; a page with its WebSocket opens, and stays while more come."""
-
-    async def scene(server: WebServer) -> None:
-        silent = [await asyncio.open_connection("127.0.0.1", server.port) for _ in range(200)]
-        status, _, _ = await fetch(server, f"/{server.token}/")
-        assert status == 200
-        async with live(server) as connection:
-            page = PageModel(connection)
-            silent += [await asyncio.open_connection("127.0.0.1", server.port) for _ in range(200)]
-            await page.until(lambda it: it.nodes)
-            await page.settle()
-        for reader, _ in silent[: 400 - MOST_CONNECTIONS]:
-            with suppress(ConnectionError):
-                assert await reader.read() == b""
-        for _, writer in silent:
-            writer.close()
-
-    serve(shown, scene)
+    silent = [await asyncio.open_connection("127.0.0.1", server.port) for _ in range(200)]
+    status, _, _ = await fetch(server, f"/{server.token}/")
+    assert status == 200
+    async with live(server) as connection:
+        page = PageModel(connection)
+        silent += [await asyncio.open_connection("127.0.0.1", server.port) for _ in range(200)]
+        await page.until(lambda it: it.nodes)
+        await page.settle()
+    for reader, _ in silent[: 400 - MOST_CONNECTIONS]:
+        with suppress(ConnectionError):
+            assert await reader.read() == b""
+    for _, writer in silent:
+        writer.close()
 
 
 def test_no_more_connections_are_open_than_there_is_room_for(
@@ -192,12 +190,9 @@ async def closed(connection: Any) -> tuple[int, str]:
     return connection.close_code, connection.close_reason
 
 
-def test_a_text_that_is_none_closes_the_connection(shown: LiveMission):
+@served
+async def test_a_text_that_is_none_closes_the_connection(server: WebServer) -> None:
     """With the code for it."""
-
-    async def scene(server: WebServer) -> None:
-        async with live(server) as bad:
-            bad.transport.write(Frame(Opcode.TEXT, b"\xff\xfe").serialize(mask=True))
-            assert (await closed(bad))[0] == 1007
-
-    serve(shown, scene)
+    async with live(server) as bad:
+        bad.transport.write(Frame(Opcode.TEXT, b"\xff\xfe").serialize(mask=True))
+        assert (await closed(bad))[0] == 1007

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -13,6 +12,7 @@ from bt_mission.views.web.server import WebOptions, WebServer
 from tests.support.browser import BROWSER, Page, browser
 from tests.support.watched import ScriptedExecutive, ScriptedGraph
 from tests.support.web_pages import serve
+from tests.support.web_scenes import scene_on_page
 from tests.support.web_screen import Screen
 
 pytestmark = [
@@ -21,57 +21,55 @@ pytestmark = [
 ]
 
 
-def test_every_control_of_a_mission(on_page: Any, executive: ScriptedExecutive):
+@scene_on_page()
+async def test_every_control_of_a_mission(screen: Screen, executive: ScriptedExecutive) -> None:
     """Each button and each key sends its wish; stop only when it is asked for twice."""
 
-    async def scene(screen: Screen) -> None:
-        async def sent(verb: Verb, node: str = "") -> None:
-            for _ in range(200):
-                if executive.commands:
-                    break
-                await screen.look("0")
-            assert executive.commands == [ControlRequest(verb, node)]
-            executive.commands.clear()
+    async def sent(verb: Verb, node: str = "") -> None:
+        for _ in range(200):
+            if executive.commands:
+                break
+            await screen.look("0")
+        assert executive.commands == [ControlRequest(verb, node)]
+        executive.commands.clear()
 
-        await screen.click("pause")
-        await sent(Verb.PAUSE)
-        await screen.click("pause_keeping_goals")
-        await sent(Verb.PAUSE_KEEPING_GOALS)
-        await screen.key("p")
-        await sent(Verb.PAUSE)
-        executive.stand("paused", "asked for")
-        await screen.until("document.getElementById('pause').disabled")
-        await screen.shows("status", "paused")
-        await screen.shows("reason", "asked for")
-        await screen.click("resume")
-        await sent(Verb.RESUME)
-        await screen.click("step")
-        await sent(Verb.STEP)
-        await screen.key("s")
-        await sent(Verb.STEP)
-        await screen.click("stop")
-        await screen.shows("notice", "Stop again stops the mission")
-        await screen.look("document.getElementById('tree').click()")
-        await screen.click("stop")
-        await screen.look("document.dispatchEvent(new KeyboardEvent('keydown', {key: 'z'}))")
-        assert executive.commands == [], "anything else does not"
-        await screen.key("x")
-        await screen.key("x")
-        await sent(Verb.STOP)
-        await screen.look("document.getElementById('node-3').click()")
-        await screen.click("breakpoint")
-        await sent(Verb.BREAK, "0.1.0")
-        executive.detail(breakpoints=("0.1.0",))
-        await screen.until("document.querySelector('#node-3 .stop').textContent === '●'")
-        await screen.key("b")
-        await sent(Verb.UNBREAK, "0.1.0")
-        executive.answer("no breakpoint at '0.1.0' any more")
-        await screen.shows("notice", "no breakpoint at 'drive' any more")
-        executive.stand("success", "done")
-        for name in ("pause", "resume", "step", "stop", "breakpoint"):
-            await screen.until(f"document.getElementById({name!r}).disabled")
-
-    on_page(scene)
+    await screen.click("pause")
+    await sent(Verb.PAUSE)
+    await screen.click("pause_keeping_goals")
+    await sent(Verb.PAUSE_KEEPING_GOALS)
+    await screen.key("p")
+    await sent(Verb.PAUSE)
+    executive.stand("paused", "asked for")
+    await screen.until("document.getElementById('pause').disabled")
+    await screen.shows("status", "paused")
+    await screen.shows("reason", "asked for")
+    await screen.click("resume")
+    await sent(Verb.RESUME)
+    await screen.click("step")
+    await sent(Verb.STEP)
+    await screen.key("s")
+    await sent(Verb.STEP)
+    await screen.click("stop")
+    await screen.shows("notice", "Stop again stops the mission")
+    await screen.look("document.getElementById('tree').click()")
+    await screen.click("stop")
+    await screen.look("document.dispatchEvent(new KeyboardEvent('keydown', {key: 'z'}))")
+    assert executive.commands == [], "anything else does not"
+    await screen.key("x")
+    await screen.key("x")
+    await sent(Verb.STOP)
+    await screen.look("document.getElementById('node-3').click()")
+    await screen.click("breakpoint")
+    await sent(Verb.BREAK, "0.1.0")
+    executive.detail(breakpoints=("0.1.0",))
+    await screen.until("document.querySelector('#node-3 .stop').textContent === '●'")
+    await screen.key("b")
+    await sent(Verb.UNBREAK, "0.1.0")
+    executive.answer("no breakpoint at '0.1.0' any more")
+    await screen.shows("notice", "no breakpoint at 'drive' any more")
+    executive.stand("success", "done")
+    for name in ("pause", "resume", "step", "stop", "breakpoint"):
+        await screen.until(f"document.getElementById({name!r}).disabled")
 
 
 def test_of_a_fleet_the_robot_that_is_shown_is_marked(chromium: Page):
@@ -113,62 +111,55 @@ def test_the_page_waits_for_a_mission(chromium: Page):
     chromium.visit("about:blank", width=800, height=600)
 
 
-def test_the_page_says_what_its_keys_do(on_page: Any, executive: ScriptedExecutive):
+@scene_on_page()
+async def test_the_page_says_what_its_keys_do(screen: Screen, executive: ScriptedExecutive) -> None:
     """Those that it has now; no other key does anything meanwhile."""
-
-    async def scene(screen: Screen) -> None:
-        await screen.key("?")
-        await screen.until("document.getElementById('keys').open")
-        said = await screen.look("document.getElementById('keys').innerText")
-        assert "stop the mission" in said
-        assert "play or pause" not in said, "that is of recordings"
-        await screen.key("p")
-        await screen.key("?")
-        await screen.until("!document.getElementById('keys').open")
-        assert executive.commands == []
-        await screen.click("show-keys")
-        await screen.click("close-keys")
-        await screen.until("!document.getElementById('keys').open")
-        titles = await screen.look(
-            "[...document.querySelectorAll('#live-controls button')]"
-            ".map((one) => one.title.endsWith(`(${one.getAttribute('aria-keyshortcuts')})`))"
-        )
-        assert titles == [True] * 6
-
-    on_page(scene)
+    await screen.key("?")
+    await screen.until("document.getElementById('keys').open")
+    said = await screen.look("document.getElementById('keys').innerText")
+    assert "stop the mission" in said
+    assert "play or pause" not in said, "that is of recordings"
+    await screen.key("p")
+    await screen.key("?")
+    await screen.until("!document.getElementById('keys').open")
+    assert executive.commands == []
+    await screen.click("show-keys")
+    await screen.click("close-keys")
+    await screen.until("!document.getElementById('keys').open")
+    titles = await screen.look(
+        "[...document.querySelectorAll('#live-controls button')]"
+        ".map((one) => one.title.endsWith(`(${one.getAttribute('aria-keyshortcuts')})`))"
+    )
+    assert titles == [True] * 6
 
 
-def test_a_read_only_page_has_no_controls(on_page: Any, executive: ScriptedExecutive):
+@scene_on_page(is_read_only=True)
+async def test_a_read_only_page_has_no_controls(
+    screen: Screen, executive: ScriptedExecutive
+) -> None:
     """And its keys do nothing."""
-
-    async def scene(screen: Screen) -> None:
-        await screen.until("document.getElementById('live-controls').hidden")
-        assert await screen.look("document.getElementById('live-keys').hidden")
-        await screen.key("p")
-        await screen.look("document.getElementById('fold').click()")
-        assert executive.commands == []
-
-    on_page(scene, is_read_only=True)
+    await screen.until("document.getElementById('live-controls').hidden")
+    assert await screen.look("document.getElementById('live-keys').hidden")
+    await screen.key("p")
+    await screen.look("document.getElementById('fold').click()")
+    assert executive.commands == []
 
 
-def test_it_follows_what_runs(on_page: Any, executive: ScriptedExecutive):
+@scene_on_page()
+async def test_it_follows_what_runs(screen: Screen, executive: ScriptedExecutive) -> None:
     """Until somebody selects by hand; the panel of the node says all of it."""
-
-    async def scene(screen: Screen) -> None:
-        executive.change(1.0, look_around="running: 3 of 8")
-        selected = "document.querySelector('.row[aria-selected=true]').id"
-        await screen.until(f"{selected} === 'node-1'")
-        await screen.shows("node", "3 of 8")
-        executive.change(2.0, look_around="success: seen", drive="running")
-        await screen.until(f"{selected} === 'node-3'")
-        await screen.look("document.getElementById('node-1').click()")
-        await screen.shows("node", "at 3.00 s, ran 2.0 s")
-        executive.change(1.0, drive="failure: blocked", turn_away="running")
-        await screen.until("document.getElementById('node-3').dataset.status === 'failure'")
-        assert await screen.look(selected) == "node-1"
-        await screen.shows("log", "blocked")
-
-    on_page(scene)
+    executive.change(1.0, look_around="running: 3 of 8")
+    selected = "document.querySelector('.row[aria-selected=true]').id"
+    await screen.until(f"{selected} === 'node-1'")
+    await screen.shows("node", "3 of 8")
+    executive.change(2.0, look_around="success: seen", drive="running")
+    await screen.until(f"{selected} === 'node-3'")
+    await screen.look("document.getElementById('node-1').click()")
+    await screen.shows("node", "at 3.00 s, ran 2.0 s")
+    executive.change(1.0, drive="failure: blocked", turn_away="running")
+    await screen.until("document.getElementById('node-3').dataset.status === 'failure'")
+    assert await screen.look(selected) == "node-1"
+    await screen.shows("log", "blocked")
 
 
 def test_two_browsers_and_one_that_loses_its_connection(

@@ -20,6 +20,7 @@ from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import WebOptions, WebServer
 from tests.support.watched import ScriptedExecutive, ScriptedGraph
 from tests.support.web_pages import PageModel, live, serve
+from tests.support.web_scenes import served
 
 
 def has_said(end: str, page: PageModel) -> bool:
@@ -39,56 +40,52 @@ async def ended(connection: Any) -> tuple[int, str]:
     return connection.close_code, connection.close_reason
 
 
-def test_a_page_is_told_all_and_then_what_changes(executive: ScriptedExecutive, shown: LiveMission):
+@served
+async def test_a_page_is_told_all_and_then_what_changes(
+    server: WebServer, executive: ScriptedExecutive
+) -> None:
     """The tree once, and of the nodes only those that have changed."""
-
-    async def scene(server: WebServer) -> None:
-        async with live(server) as connection:
-            page = PageModel(connection)
-            await page.until(lambda it: len(it.nodes) == 5)
-            names = [node[0] for node in page.parts["tree"]["nodes"]]
-            assert names == ["explore", "look around", "repeat", "drive", "turn away"]
-            assert page.parts["state"]["can"] == [
-                "pause",
-                "pause_keeping_goals",
-                "stop",
-                "breakpoint",
-            ]
-            page.nodes.clear()
-            executive.change(1.5, drive="running: 0.2 m")
-            await page.until(lambda it: it.nodes)
-            assert page.nodes == {3: [3, 1, "0.2 m", 1.5, None, None]}
-            await page.until(lambda it: it.log)
-            assert page.log[-1] == [1.5, 1, "drive", ""]
-
-    serve(shown, scene)
+    async with live(server) as connection:
+        page = PageModel(connection)
+        await page.until(lambda it: len(it.nodes) == 5)
+        names = [node[0] for node in page.parts["tree"]["nodes"]]
+        assert names == ["explore", "look around", "repeat", "drive", "turn away"]
+        assert page.parts["state"]["can"] == [
+            "pause",
+            "pause_keeping_goals",
+            "stop",
+            "breakpoint",
+        ]
+        page.nodes.clear()
+        executive.change(1.5, drive="running: 0.2 m")
+        await page.until(lambda it: it.nodes)
+        assert page.nodes == {3: [3, 1, "0.2 m", 1.5, None, None]}
+        await page.until(lambda it: it.log)
+        assert page.log[-1] == [1.5, 1, "drive", ""]
 
 
-def test_two_pages_see_the_same_and_either_controls(
-    executive: ScriptedExecutive, shown: LiveMission
-):
+@served
+async def test_two_pages_see_the_same_and_either_controls(
+    server: WebServer, executive: ScriptedExecutive
+) -> None:
     """The answer stands on both."""
-
-    async def scene(server: WebServer) -> None:
-        async with live(server) as one, live(server) as other:
-            first, second = PageModel(one), PageModel(other)
-            for page in (first, second):
-                await page.until(lambda it: it.nodes)
-            await first.ask("pause")
-            await second.ask("breakpoint", node=3)
-            await second.ask("breakpoint", node=99)
-            for page in (first, second):
-                await page.settle()
-            assert executive.commands == [
-                ControlRequest(Verb.PAUSE),
-                ControlRequest(Verb.BREAK, "0.1.0"),
-            ]
-            executive.answer("breakpoint at '0.1.0'")
-            for page in (first, second):
-                await page.until(lambda it: "notice" in it.parts)
-                assert page.parts["notice"] == [1, "breakpoint at 'drive'"]
-
-    serve(shown, scene)
+    async with live(server) as one, live(server) as other:
+        first, second = PageModel(one), PageModel(other)
+        for page in (first, second):
+            await page.until(lambda it: it.nodes)
+        await first.ask("pause")
+        await second.ask("breakpoint", node=3)
+        await second.ask("breakpoint", node=99)
+        for page in (first, second):
+            await page.settle()
+        assert executive.commands == [
+            ControlRequest(Verb.PAUSE),
+            ControlRequest(Verb.BREAK, "0.1.0"),
+        ]
+        executive.answer("breakpoint at '0.1.0'")
+        for page in (first, second):
+            await page.until(lambda it: "notice" in it.parts)
+            assert page.parts["notice"] == [1, "breakpoint at 'drive'"]
 
 
 def test_a_read_only_page_controls_nothing(executive: ScriptedExecutive, shown: LiveMission):
@@ -135,53 +132,48 @@ def test_a_read_only_page_controls_nothing(executive: ScriptedExecutive, shown: 
         (b"\x00\xff", "the message is no text"),
     ],
 )
-def test_nonsense_ends_the_connection_with_a_reason(
-    executive: ScriptedExecutive, shown: LiveMission, message: Any, reason: str
-):
+@served
+async def test_nonsense_ends_the_connection_with_a_reason(
+    server: WebServer, executive: ScriptedExecutive, message: Any, reason: str
+) -> None:
     """And nothing else: other pages and the mission go on."""
-
-    async def scene(server: WebServer) -> None:
-        async with live(server) as good:
-            page = PageModel(good)
-            async with live(server) as bad:
-                await bad.send(message)
-                assert await ended(bad) == (1003, reason)
-            executive.change(1.0, drive="running")
-            await page.until(lambda it: it.nodes.get(3, [0, 0])[1] == 1)
-            assert executive.commands == []
-
-    serve(shown, scene)
+    async with live(server) as good:
+        page = PageModel(good)
+        async with live(server) as bad:
+            await bad.send(message)
+            assert await ended(bad) == (1003, reason)
+        executive.change(1.0, drive="running")
+        await page.until(lambda it: it.nodes.get(3, [0, 0])[1] == 1)
+        assert executive.commands == []
 
 
-def test_a_million_messages_are_cut_short(executive: ScriptedExecutive, shown: LiveMission):
+@served
+async def test_a_million_messages_are_cut_short(
+    server: WebServer, executive: ScriptedExecutive
+) -> None:
     """A page that asks more than a hand can is closed; what it has asked until then is little."""
+    async with live(server) as flood:
 
-    async def scene(server: WebServer) -> None:
-        async with live(server) as flood:
+        async def send() -> None:
+            for _ in range(1_000_000):
+                await flood.send('{"do": "step"}')
 
-            async def send() -> None:
-                for _ in range(1_000_000):
-                    await flood.send('{"do": "step"}')
-
-            sending = asyncio.create_task(send())
-            assert await ended(flood) == (1008, "more than 20 messages a second")
-            await asyncio.gather(sending, return_exceptions=True)
-        assert 0 < len(executive.commands) < 200
-
-    serve(shown, scene)
+        sending = asyncio.create_task(send())
+        assert await ended(flood) == (1008, "more than 20 messages a second")
+        await asyncio.gather(sending, return_exceptions=True)
+    assert 0 < len(executive.commands) < 200
 
 
-def test_a_message_without_end_is_cut_short(executive: ScriptedExecutive, shown: LiveMission):
+@served
+async def test_a_message_without_end_is_cut_short(
+    server: WebServer, executive: ScriptedExecutive
+) -> None:
     """Before it fills the memory."""
-
-    async def scene(server: WebServer) -> None:
-        async with live(server) as flood:
-            sending = asyncio.create_task(flood.send("x" * 10_000_000))
-            code, _ = await ended(flood)
-            await asyncio.gather(sending, return_exceptions=True)
-            assert code == 1009
-
-    serve(shown, scene)
+    async with live(server) as flood:
+        sending = asyncio.create_task(flood.send("x" * 10_000_000))
+        code, _ = await ended(flood)
+        await asyncio.gather(sending, return_exceptions=True)
+        assert code == 1009
 
 
 def test_a_page_that_does_not_read_holds_up_nobody(executive: ScriptedExecutive):
@@ -209,24 +201,23 @@ def test_a_page_that_does_not_read_holds_up_nobody(executive: ScriptedExecutive)
     serve(shown, scene)
 
 
-def test_a_page_that_comes_again_catches_up(executive: ScriptedExecutive, shown: LiveMission):
+@served
+async def test_a_page_that_comes_again_catches_up(
+    server: WebServer, executive: ScriptedExecutive
+) -> None:
     """With all that has happened meanwhile."""
-
-    async def scene(server: WebServer) -> None:
-        async with live(server) as connection:
-            await PageModel(connection).until(lambda it: it.nodes)
-        executive.change(1.0, look_around="running")
-        executive.change(1.0, look_around="success: done", drive="running")
-        executive.detail(variables=(("speed", "0.2"),))
-        async with live(server) as connection:
-            page = PageModel(connection)
-            await page.until(lambda it: it.variables)
-            assert page.nodes[1] == [1, 2, "done", 2.0, 1.0, None]
-            assert page.nodes[3][1] == 1
-            assert page.variables == {"speed": "0.2"}
-            assert [line[2] for line in page.log[-3:]] == ["look around", "look around", "drive"]
-
-    serve(shown, scene)
+    async with live(server) as connection:
+        await PageModel(connection).until(lambda it: it.nodes)
+    executive.change(1.0, look_around="running")
+    executive.change(1.0, look_around="success: done", drive="running")
+    executive.detail(variables=(("speed", "0.2"),))
+    async with live(server) as connection:
+        page = PageModel(connection)
+        await page.until(lambda it: it.variables)
+        assert page.nodes[1] == [1, 2, "done", 2.0, 1.0, None]
+        assert page.nodes[3][1] == 1
+        assert page.variables == {"speed": "0.2"}
+        assert [line[2] for line in page.log[-3:]] == ["look around", "look around", "drive"]
 
 
 def test_no_more_pages_than_can_be_served(shown: LiveMission, monkeypatch: pytest.MonkeyPatch):
@@ -258,21 +249,20 @@ def test_the_look_at_the_mission_that_fails_ends_the_server(shown: LiveMission):
         serve(shown, scene)
 
 
-def test_a_page_that_cannot_be_told_is_closed_with_the_reason(shown: LiveMission):
+@served
+async def test_a_page_that_cannot_be_told_is_closed_with_the_reason(
+    server: WebServer, shown: LiveMission
+) -> None:
     """The others, and the server, go on."""
-
-    async def scene(server: WebServer) -> None:
-        async with live(server) as one:
-            await PageModel(one).until(lambda it: it.nodes)
-            shown.board._parts.put("broken", object(), shown.board.revision + 1)
-            shown.board.revision += 1
-            reason = "the server failed: TypeError: Object of type object is not JSON serializable"
-            assert await ended(one) == (1011, reason)
-        shown.board._parts.put("broken", 0, shown.board.revision + 1)
-        async with live(server) as other:
-            await PageModel(other).until(lambda it: it.nodes)
-
-    serve(shown, scene)
+    async with live(server) as one:
+        await PageModel(one).until(lambda it: it.nodes)
+        shown.board._parts.put("broken", object(), shown.board.revision + 1)
+        shown.board.revision += 1
+        reason = "the server failed: TypeError: Object of type object is not JSON serializable"
+        assert await ended(one) == (1011, reason)
+    shown.board._parts.put("broken", 0, shown.board.revision + 1)
+    async with live(server) as other:
+        await PageModel(other).until(lambda it: it.nodes)
 
 
 def test_a_port_that_is_taken_is_said_with_a_free_one():

@@ -1,0 +1,5 @@
+"""Nodes made on demand."""
+
+from tests.support.graph import rig
+
+__all__ = ["rig"]
