@@ -150,7 +150,7 @@ def _textlint(files: list[Path], config: str, node: Path) -> Iterator[Finding]:
     for answer in answers:
         text = Path(answer["filePath"]).read_text("utf-8")
         for message in answer["messages"]:
-            begin, end = message["range"]
+            begin, end = message.get("fix", message)["range"]
             is_phrase = message["ruleId"] == "prh"
             words = " ".join(text[begin:end].split()) if is_phrase else ""
             says = message["message"].splitlines()[0]
