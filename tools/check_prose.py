@@ -54,7 +54,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--node", type=Path, default=ROOT / "build" / "prose", help="folder of textlint"
     )
-    parser.add_argument("--count", action="store_true", help="print only how often each rule applies")
+    parser.add_argument(
+        "--count", action="store_true", help="print only how often each rule applies"
+    )
     options = parser.parse_args(arguments)
     npm = shutil.which("npm")
     if npm is None:
