@@ -12,11 +12,10 @@ import pytest
 from bt_mission.core.yaml.document import read, read_text
 from bt_mission.language.nodes.registry import KINDS
 from bt_mission.language.schema import mission_schema
-from tests.support.project import MISSIONS, ROOT
+from tests.support.project import LANGUAGE_PAGES, MISSIONS
 
 SHIPPED = MISSIONS
-PAGE = (ROOT / "docs" / "reference" / "mission-language.md").read_text(encoding="utf-8")
-EXAMPLES = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
+EXAMPLES = re.findall(r"```yaml\n(.*?)```", LANGUAGE_PAGES, re.DOTALL)
 
 
 @pytest.fixture(scope="module")

@@ -11,3 +11,11 @@ MISSIONS = sorted(
 )
 """Every shipped mission; the scenarios stand beside them."""
 SCENARIOS = sorted((ROOT / "missions").rglob("*.scenario.yaml"))
+LANGUAGE_PAGES = "\n".join(
+    (ROOT / "docs" / "reference" / f"{name}.md").read_text(encoding="utf-8")
+    for name in (
+        *("mission-language", "nodes", "actions", "modifiers"),
+        *("variables", "subtrees", "python", "expressions"),
+    )
+)
+"""The text of the pages of the mission language."""

@@ -22,15 +22,14 @@ from bt_mission.language.nodes.base import Family, NodeModel, Sign
 from bt_mission.language.nodes.fields import Seconds
 from bt_mission.language.nodes.registry import KINDS
 from bt_mission.sessions.load import convert, load
-from tests.support.project import ROOT
+from tests.support.project import LANGUAGE_PAGES, ROOT
 
 CORPUS = ROOT / "tests" / "fuzz" / "corpus" / "every_kind.yaml"
-PAGE = ROOT / "docs" / "reference" / "mission-language.md"
 
 BEHAVIOUR = "a behaviour in bt_mission.behaviours.builder.BEHAVIOURS"
 XML = "a row in bt_mission.btcpp.table"
 EXAMPLE = "a mission with it in tests/fuzz/corpus/every_kind.yaml"
-PARAGRAPH = "a paragraph with an example in docs/reference/mission-language.md"
+PARAGRAPH = "a paragraph with an example in docs/reference/nodes.md"
 
 
 ONLY_YAML = ("choose", "for_each", "finally")
@@ -67,8 +66,7 @@ def corpus(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("key", [key for key in KINDS if key not in SHORT_NODES])
 def test_a_kind_lacks_nothing(key: str, corpus: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its class tells the rest: form, values, variables, ends, label and details."""
-    page = PAGE.read_text(encoding="utf-8")
-    found = list(lacking(key, corpus, page, capsys))
+    found = list(lacking(key, corpus, LANGUAGE_PAGES, capsys))
     assert found == ([XML] if key in ONLY_YAML else []), "\n".join(found)
 
 
@@ -95,11 +93,10 @@ def test_what_a_new_kind_lacks_is_named(
     Its element of XML follows from the class, too.
     """
     monkeypatch.setitem(KINDS, "honk", HonkNode)
-    page = PAGE.read_text(encoding="utf-8")
-    assert list(lacking("honk", corpus, page, capsys)) == [BEHAVIOUR, PARAGRAPH, EXAMPLE]
+    assert list(lacking("honk", corpus, LANGUAGE_PAGES, capsys)) == [BEHAVIOUR, PARAGRAPH, EXAMPLE]
     monkeypatch.setitem(cast("dict[Any, Any]", BEHAVIOURS), HonkNode, leaves.Wait)
-    assert list(lacking("honk", corpus, page, capsys)) == [PARAGRAPH, EXAMPLE]
-    page += "\n    honk: 2\n"
+    assert list(lacking("honk", corpus, LANGUAGE_PAGES, capsys)) == [PARAGRAPH, EXAMPLE]
+    page = f"{LANGUAGE_PAGES}\n    honk: 2\n"
     assert list(lacking("honk", corpus, page, capsys)) == [EXAMPLE]
     corpus.write_text("mission: m\ntree: {honk: 2}\n", encoding="utf-8")
     assert list(lacking("honk", corpus, page, capsys)) == []
