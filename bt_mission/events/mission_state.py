@@ -87,6 +87,11 @@ class MissionState:
         return self.state.status if self.state else ""
 
     @property
+    def explanation(self) -> str:
+        """Why it is paused, with the goals that are still under way; else the reason."""
+        return self.state.explanation if self.state else ""
+
+    @property
     def is_over(self) -> bool:
         """Has the run with this tree ended?"""
         state, tree = self.state, self.tree

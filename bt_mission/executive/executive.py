@@ -139,6 +139,7 @@ class Executive:
         """Have trace and state take the events, and the ledger and the nodes cause them."""
         trace.follow(self.events, self.node_infos)
         self.mission_state.apply(RunStarted(0, self.run, self.mission, self.node_infos))
+        self.mission_state.state = self.state_event()
         self.events.subscribe(self.mission_state.apply)
         self._runtime.ledger.on_event = self._on_goal
         for node in self._nodes:
@@ -251,17 +252,6 @@ class Executive:
     # ---- pausing -------------------------------------------------------------------------
 
     @property
-    def state(self) -> str:
-        """The status in one word for people; ``paused`` is one, too."""
-        is_paused = self.paused is not None and self.status is MissionStatus.RUNNING
-        return "paused" if is_paused else str(self.status)
-
-    @property
-    def explanation(self) -> str:
-        """Why it is paused, with the goals that are still under way; else the reason."""
-        return self.state_event().explanation
-
-    @property
     def nodes(self) -> tuple[Behaviour, ...]:
         """Every node, depth first."""
         return self._nodes
@@ -328,11 +318,12 @@ class Executive:
     def state_event(self) -> StateChanged:
         """Return the present state as an event."""
         is_observing = self.status is MissionStatus.OBSERVING
+        is_paused = self.paused is not None and self.status is MissionStatus.RUNNING
         return StateChanged(
             self._runtime.now_ns,
             self.run,
             self.mission,
-            self.state,
+            "paused" if is_paused else str(self.status),
             self.reason if self.paused is None else self.paused,
             () if self.paused is None else self._runtime.ledger.describe_under_way(),
             self.paused is not None and self._keep_goals,

@@ -87,7 +87,7 @@ class DetailsRecorder:
 
     def __init__(self, mission: MissionRunner, take: Take) -> None:
         self._take = take
-        self._details = MissionDetailsBuilder(mission.run)
+        self._details = MissionDetailsBuilder(mission)
         self.is_due = False
         """Has something happened, to be told of with the next look?"""
         self._told_ns: int | None = None

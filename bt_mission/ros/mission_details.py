@@ -4,22 +4,16 @@ from __future__ import annotations
 
 import json
 import reprlib
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
 from bt_mission_interfaces.msg import MissionDetails, Variable
 
-from bt_mission.behaviours.decorators import Subtree
 from bt_mission.behaviours.leaves import progress_of
-from bt_mission.behaviours.runtime import Scope
 from bt_mission.events.events import GoalChanged, NodeProgressed
-from bt_mission.executive.executive import Executive
-from bt_mission.goals.ledger import Ledger
 from bt_mission.ros import event_messages
-from bt_mission.ros.requirement_watch import RequirementWatch
+from bt_mission.ros.mission_runtime import MissionRuntime
 
 MOST_RUNNING = 50
 """Running nodes in one message; where more run, they take turns."""
@@ -35,40 +29,6 @@ _SHORTENED.maxother = _SHORTENED.maxstring = VALUE_CHARACTERS
 _SHORTENED.maxlist = _SHORTENED.maxtuple = _SHORTENED.maxdict = 20
 
 
-@dataclass(frozen=True)
-class MissionRun:
-    """A mission that runs, for those who describe it.
-
-    Attributes:
-        clock_ns: Returns the mission's time, ns.
-        requirements: Evaluates its requirements.
-    """
-
-    executive: Executive
-    ledger: Ledger
-    scope: Scope
-    clock_ns: Callable[[], int]
-    requirements: RequirementWatch
-
-    @property
-    def now_ns(self) -> int:
-        """The mission's time, ns."""
-        return self.clock_ns()
-
-    @cached_property
-    def _subtrees(self) -> list[Subtree]:
-        return [node for node in self.executive.nodes if isinstance(node, Subtree)]
-
-    def variables(self) -> dict[str, Any]:
-        """Return the variables, and those of each subtree with its name before them."""
-        values = dict(self.scope.values)
-        for subtree in self._subtrees:
-            values |= {
-                f"{subtree.name}.{name}": value for name, value in subtree.inner.values.items()
-            }
-        return values
-
-
 class MissionDetailsBuilder:
     """Describes what one mission is doing, for one subscriber.
 
@@ -76,7 +36,7 @@ class MissionDetailsBuilder:
         run: The mission.
     """
 
-    def __init__(self, run: MissionRun) -> None:
+    def __init__(self, run: MissionRuntime) -> None:
         self._run = run
         self._state = run.executive.mission_state
         self._goals: dict[str, GoalChanged] = {}

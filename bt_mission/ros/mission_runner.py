@@ -1,4 +1,4 @@
-"""Runs one mission on a node: time, clients, the tick timer, and topics for tools.
+"""Runs one mission on a node: the tick timer, requirements, and topics for tools.
 
 The node and its executor are the caller's. Whoever spins them runs the mission::
 
@@ -14,43 +14,34 @@ import secrets
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Self
 from weakref import WeakValueDictionary
 
 from rclpy.duration import Duration
-from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy, QoSProfile
 from std_msgs.msg import Empty
+from typing_extensions import override
 
 from bt_mission.behaviours.builder import build_tree, node_details
-from bt_mission.behaviours.runtime import Scope
 from bt_mission.core.dds.liveliness import ASSURED_S, TOPIC
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.listeners import Stream
-from bt_mission.core.ros_log import log_of
-from bt_mission.core.stamps import NS, clock_ns
-from bt_mission.core.text import seconds
+from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.events import ClockJumped, LogLine
 from bt_mission.executive.executive import Executive
-from bt_mission.executive.mission_time import MissionTime
 from bt_mission.executive.report import Report, report_on
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
-from bt_mission.goals.ledger import Ledger
 from bt_mission.language.mission import Mission
-from bt_mission.ros.clients import RosServiceClient, TopicPublisher
 from bt_mission.ros.control_services import ControlServices
-from bt_mission.ros.goal_client import Exchange, RosGoalClient
-from bt_mission.ros.mission_details import MissionRun
+from bt_mission.ros.mission_runtime import MissionRuntime
 from bt_mission.ros.requirement_watch import RequirementWatch
 from bt_mission.ros.run_ending import see_to_the_end
 from bt_mission.ros.server_logs import ServerLogs
 from bt_mission.ros.signals import LiveSignals
 from bt_mission.ros.snapshot_streams import SnapshotStreams
 from bt_mission.ros.status_publisher import StatusPublisher
-from bt_mission.ros.subscriber import LatestMessageSubscriber, SubscriberKind
 from bt_mission.ros.waypoint_markers import WaypointMarkers
 
 TICK_RATE_HZ = 20.0
@@ -59,10 +50,6 @@ PRESENCE = QoSProfile(
     liveliness=LivelinessPolicy.AUTOMATIC,
     liveliness_lease_duration=Duration(nanoseconds=round(ASSURED_S * 1e9)),
 )
-CANCEL_GRACE_NS = 3_000_000_000
-"""How long a mission waits for goals that it no longer wants (the default cancel limit)."""
-
-_Client = TypeVar("_Client")
 
 _with_controls: WeakValueDictionary[int, MissionRunner] = WeakValueDictionary()
 """The runner that has the topics and services for tools of a node, by the node's `id`."""
@@ -93,8 +80,8 @@ class RunnerOptions:
     signals: Callable[[Any], LiveSignals] | None = None
 
 
-class MissionRunner:
-    """Runs a mission on a node that somebody spins; it is the runtime of the mission's leaves.
+class MissionRunner(MissionRuntime):
+    """Runs a mission on a node that somebody spins.
 
     Call it in the thread that spins the node. As a context manager it halts a mission that still
     runs when the block is left, waits for its goals to end, and closes; also where Ctrl-C or
@@ -116,22 +103,11 @@ class MissionRunner:
 
     def __init__(self, node: Node, mission: Mission, options: RunnerOptions | None = None) -> None:
         options = options or RunnerOptions()
-        self.node = node
-        self.domain_id: int = node.context.get_domain_id()
-        self.mission = mission
-        self.exchanges: Stream[Exchange] = Stream()
-        """Emits every request to an action, and every answer."""
-        self._say = options.say or self._log_line
-        self._time = MissionTime(self._on_clock_jump)
-        self._tick_ns: int | None = None
+        super().__init__(node, mission, options.goal_seed or secrets.token_hex(8), options.say)
+        self.trace = options.trace or Trace()
         self._wall = Stopwatch()
         self._wall_s: float | None = None
-        self._clients: dict[tuple[Callable[..., Any], str, str], Any] = {}
         self._waypoints: WaypointMarkers | None = None
-        self._listen: Callable[[str], Callable[[], str]]
-        self.scope = Scope(dict(mission.inputs), mission.seed)
-        self.trace = options.trace or Trace()
-        self.ledger = Ledger(options.goal_seed or secrets.token_hex(8), CANCEL_GRACE_NS)
         with ExitStack() as made:
             made.callback(self._close_clients)
             if (why := options.why_rejected) is not None:
@@ -163,11 +139,11 @@ class MissionRunner:
             self.requirements = RequirementWatch(self, options.signals or LiveSignals)
             self.status_publisher = StatusPublisher(node, has_topics=options.has_controls)
             made.callback(self.status_publisher.close)
-            self.status_publisher.begin(self.run)
+            self.status_publisher.begin(self, self.requirements)
             if options.has_controls:
                 snapshots = SnapshotStreams(node)
                 made.callback(snapshots.close)
-                snapshots.begin(self.run)
+                snapshots.begin(self)
             self.executive.after_tick.append(self.status_publisher.publish_if_changed)
             made.callback(node.destroy_timer, node.create_timer(1 / TICK_RATE_HZ, self.tick))
             self._exit = made.pop_all()
@@ -183,16 +159,6 @@ class MissionRunner:
                 see_to_the_end(self)
         finally:
             self.close()
-
-    @property
-    def is_done(self) -> bool:
-        """Has the mission ended, with every goal accounted for?
-
-        A mission whose node is destroyed can only end as failed, which it does here.
-        """
-        if not self.executive.is_done and self._is_node_gone:
-            self.executive.abandon("its node was destroyed")
-        return self.executive.is_done
 
     @property
     def status(self) -> MissionStatus:
@@ -224,105 +190,24 @@ class MissionRunner:
             self.status_publisher.publish_if_changed()
         self._exit.close()
 
-    # ---- for leaves and for those who look on --------------------------------------------
-
-    @property
-    def run(self) -> MissionRun:
-        """What publishers and recorders are given."""
-        return MissionRun(
-            self.executive,
-            self.ledger,
-            self.scope,
-            lambda: self.now_ns,
-            self.requirements,
-        )
-
     def show_waypoints(self) -> None:
         """From now on publish the poses that goals name; once is enough."""
         if self._waypoints is None:
             self._waypoints = WaypointMarkers(self.node)
             self.executive.events.subscribe(self._waypoints.take)
 
-    @property
-    def now_ns(self) -> int:
-        """ROS time, ns, as the mission lives it: it never goes back, and stands still in a tick."""
-        if self._tick_ns is not None:
-            return self._tick_ns
-        return self._time.at(self._ros_ns)
-
+    @override
     def tick(self) -> None:
-        """Tick the executive, all of it at one instant."""
-        self._tick_ns = self._time.advance(self._ros_ns)
-        was_observing = self.executive.status is MissionStatus.OBSERVING
         try:
-            self.executive.tick()
-            if self.executive.status is MissionStatus.OBSERVING and not was_observing:
-                self.tell(self.executive.explanation)
+            super().tick()
         finally:
-            self._tick_ns = None
             self._note_end()
-
-    def goal_client(self, action: str, type_name: str) -> RosGoalClient:
-        """The client of an action; one for each name and type."""
-        full = self.node.resolve_topic_name(action)
-        return self._client(RosGoalClient, full, action, type_name, self._listen, self.exchanges)
-
-    def service_client(self, service: str, type_name: str) -> RosServiceClient:
-        """The client of a service; one for each name and type."""
-        full = self.node.resolve_service_name(service)
-        return self._client(RosServiceClient, full, service, type_name)
-
-    def subscriber(
-        self, topic: str, type_name: str, kind: SubscriberKind = LatestMessageSubscriber
-    ) -> LatestMessageSubscriber:
-        """The messages of a topic; one for each kind, name and type."""
-        full = self.node.resolve_topic_name(topic)
-        return self._client(kind, full, topic, type_name)
-
-    def publisher(self, topic: str, type_name: str) -> TopicPublisher:
-        """The publisher of a topic; one for each name and type."""
-        full = self.node.resolve_topic_name(topic)
-        return self._client(TopicPublisher, full, topic, type_name)
-
-    def log(self, text: str) -> None:
-        """Say a line that a leaf says."""
-        self._emit_line(text, is_own=True)
-
-    def tell(self, text: str) -> None:
-        """Say in words, for people, what another event tells."""
-        self._emit_line(text, is_own=False)
-
-    def _emit_line(self, text: str, *, is_own: bool) -> None:
-        self._say(text)
-        self.executive.events.emit(LogLine(self.now_ns, text, is_own))
 
     # ---- inside --------------------------------------------------------------------------
 
-    @property
-    def _ros_ns(self) -> int:
-        return clock_ns(self.node.get_clock())
-
-    @property
-    def _is_node_gone(self) -> bool:
-        try:
-            with self.node.handle:
-                return False
-        except InvalidHandle:
-            return True
-
-    def _client(
-        self, kind: Callable[..., _Client], full: str, name: str, type_name: str, *more: Any
-    ) -> _Client:
-        """Return the client of a resolved name and type; it is made when it is first asked for."""
-        key = (kind, full, type_name)
-        if key not in self._clients:
-            self._clients[key] = kind(self.node, name, type_name, *more)
-        client: _Client = self._clients[key]
-        return client
-
+    @override
     def _close_clients(self) -> None:
-        while self._clients:
-            self._clients.popitem()[1].close()
+        super()._close_clients()
         if self._waypoints is not None:
             self._waypoints.close()
 
@@ -343,18 +228,3 @@ class MissionRunner:
     def _note_end(self) -> None:
         if self._wall_s is None and self.executive.is_done:
             self._wall_s = self._wall.elapsed_s
-
-    def _on_clock_jump(self, jump_s: float) -> None:
-        self.executive.events.emit(ClockJumped(self._time.at(self._ros_ns), jump_s))
-        if jump_s < 0:
-            said = f"was set back by {seconds(-jump_s)}: limits go on with what is left of them"
-        else:
-            said = f"skipped {seconds(jump_s)}: they count as passed"
-        log_of(self.node).warning(f"the ROS clock {said}")
-
-    def warn(self, text: str) -> None:
-        """Write a warning to the node's log; it is in no trace."""
-        log_of(self.node).warning(text)
-
-    def _log_line(self, text: str) -> None:
-        log_of(self.node).info(text)

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Protocol
 
 from bt_mission.core.stamps import NS
 from bt_mission.events.events import RequirementChanged
 from bt_mission.executive.status import MissionStatus
-from bt_mission.language.mission import Mission
 from bt_mission.language.requirements.formula import Requirement
 from bt_mission.requirements import resumption
 from bt_mission.requirements.monitor import Monitors, RequirementResult
-from bt_mission.ros.clients import RosServiceClient
-from bt_mission.ros.signals import LiveSignals, SignalsRun
+from bt_mission.ros.mission_runtime import MissionRuntime
+from bt_mission.ros.signals import LiveSignals
 
 STOP, STOP_TYPE = "stop", "std_srvs/srv/Trigger"
 """Of the action servers; they refuse goals then, until their `release` is called."""
@@ -22,21 +20,6 @@ STOP, STOP_TYPE = "stop", "std_srvs/srv/Trigger"
 
 PERIOD_NS = NS
 """Margins are as new as this, in the mission's time."""
-
-
-class RequirementRun(SignalsRun, Protocol):
-    """The runner of a mission, as far as its requirements act on it."""
-
-    mission: Mission
-
-    def log(self, text: str) -> None:
-        """Say a line to the people who watch, and to the trace."""
-
-    def tell(self, text: str) -> None:
-        """Say a line to the people who watch."""
-
-    def service_client(self, service: str, type_name: str) -> RosServiceClient:
-        """Return the client of a service."""
 
 
 class RequirementWatch:
@@ -48,7 +31,7 @@ class RequirementWatch:
     """
 
     def __init__(
-        self, runner: RequirementRun, make_signals: Callable[[RequirementRun], LiveSignals]
+        self, runner: MissionRuntime, make_signals: Callable[[MissionRuntime], LiveSignals]
     ) -> None:
         self._runner = runner
         self._make_signals = make_signals

@@ -7,7 +7,7 @@ are cancelled, but no answer is heard any more: the goals are then asked for ove
 from __future__ import annotations
 
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -22,32 +22,14 @@ if TYPE_CHECKING:
     from rclpy.executors import Executor
     from rclpy.node import Node
 
-    from bt_mission.executive.executive import Executive
-    from bt_mission.goals.ledger import Ledger
+    from bt_mission.ros.mission_runtime import MissionRuntime
 
 
 FIND_WAIT_S = 3.0
 """How long servers are looked for over another context."""
 
 
-class HaltedRun(Protocol):
-    """A mission that has been halted, with the node that it ran on."""
-
-    node: Node
-    executive: Executive
-    ledger: Ledger
-    domain_id: int
-    """Of the node's context, which does not tell once it is shut down."""
-
-    @property
-    def is_done(self) -> bool:
-        """Has every goal ended?"""
-
-    def tick(self) -> None:
-        """Take in what has come."""
-
-
-def see_to_the_end(runner: HaltedRun) -> None:
+def see_to_the_end(runner: MissionRuntime) -> None:
     """Spin until every goal of a halted mission has ended, within a bound of wall time."""
     watch = Stopwatch()
     with ExitStack() as made:
@@ -78,7 +60,7 @@ def _executor_of(node: Node, made: ExitStack) -> Executor:
     return executor
 
 
-def _spin(runner: HaltedRun, executor: Executor, watch: Stopwatch) -> None:
+def _spin(runner: MissionRuntime, executor: Executor, watch: Stopwatch) -> None:
     """Spin until the mission is done, or the executor's context is shut down.
 
     Clean-ups have their own time besides.
@@ -98,7 +80,7 @@ def _spin(runner: HaltedRun, executor: Executor, watch: Stopwatch) -> None:
             runner.tick()  # also where ROS time, and with it the timer, stands still
 
 
-def _stand_in(runner: HaltedRun, made: ExitStack) -> Node:
+def _stand_in(runner: MissionRuntime, made: ExitStack) -> Node:
     """Make a node in a context of its own, beside one whose context is shut down."""
     node = runner.node
     context = rclpy.Context()
@@ -113,7 +95,7 @@ def _stand_in(runner: HaltedRun, made: ExitStack) -> Node:
     return other
 
 
-def _move_goals(runner: HaltedRun, node: Node, executor: Executor, made: ExitStack) -> bool:
+def _move_goals(runner: MissionRuntime, node: Node, executor: Executor, made: ExitStack) -> bool:
     """Ask for the goals that are open over another node; False where a server does not answer."""
     goals = runner.ledger.open_goals
     clients = {goal.goal_client for goal in goals if isinstance(goal.goal_client, RosGoalClient)}

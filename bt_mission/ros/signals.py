@@ -6,7 +6,7 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -21,37 +21,11 @@ from bt_mission.language.expressions.values import NoValue, Plain
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.requirements.compiler import Reader
+from bt_mission.ros.mission_runtime import MissionRuntime
 from bt_mission.ros.subscriber import (
     LatestMessageSubscriber,
     SerializedSubscriber,
-    SubscriberKind,
 )
-
-if TYPE_CHECKING:
-    from rclpy.node import Node
-
-    from bt_mission.behaviours.runtime import Scope
-    from bt_mission.executive.executive import Executive
-    from bt_mission.goals.ledger import Ledger
-
-
-class SignalsRun(Protocol):
-    """The runner of a mission, as far as signals read it."""
-
-    node: Node
-    executive: Executive
-    ledger: Ledger
-    scope: Scope
-
-    @property
-    def now_ns(self) -> int:
-        """ROS time, ns."""
-
-    def subscriber(
-        self, topic: str, type_name: str, kind: SubscriberKind = ...
-    ) -> LatestMessageSubscriber:
-        """Return the messages of a topic."""
-
 
 SCAN, ODOMETRY, BATTERY = "scan", "odom", "battery_state"
 OF_ODOMETRY: Mapping[str, Callable[[Any], float]] = {
@@ -93,7 +67,7 @@ class TopicSignal:
 
     is_read = False
 
-    def __init__(self, runner: SignalsRun, topic: str) -> None:
+    def __init__(self, runner: MissionRuntime, topic: str) -> None:
         self.message: Any = None
         self.came_ns: int | None = None
         self.problem = ""
@@ -167,7 +141,7 @@ class LiveSignals:
         runner: Whose mission it is.
     """
 
-    def __init__(self, runner: SignalsRun) -> None:
+    def __init__(self, runner: MissionRuntime) -> None:
         self._runner = runner
         self._executive = runner.executive
         self._topics: dict[str, TopicSignal] = {}

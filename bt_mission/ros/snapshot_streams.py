@@ -33,7 +33,8 @@ from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.ros.event_messages import stamp
 from bt_mission.ros.graph import LATCHED, REQUESTS
-from bt_mission.ros.mission_details import MissionRun, as_json
+from bt_mission.ros.mission_details import as_json
+from bt_mission.ros.mission_runtime import MissionRuntime
 
 FOLDER = "~/snapshot_streams"
 MOST_STREAMS = 10
@@ -66,7 +67,7 @@ class SnapshotStreams:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._run: MissionRun | None = None
+        self._run: MissionRuntime | None = None
         self._streams: dict[str, _Stream] = {}
         self._count = 0
         self._nodes: dict[Behaviour, msg.Behaviour] = {}
@@ -82,7 +83,7 @@ class SnapshotStreams:
             for name, answer in answers.items()
         ]
 
-    def begin(self, run: MissionRun) -> None:
+    def begin(self, run: MissionRuntime) -> None:
         """Show a run that starts, in the streams that are open, too."""
         self._publish_due(is_end=True)
         self._run, self._nodes = run, {}
@@ -161,7 +162,7 @@ class SnapshotStreams:
     def _watch(self, walk: Iterator[Behaviour]) -> Iterator[Behaviour]:
         return self._watched(walk, self._run) if self._run and self._streams else walk
 
-    def _watched(self, walk: Iterator[Behaviour], run: MissionRun) -> Iterator[Behaviour]:
+    def _watched(self, walk: Iterator[Behaviour], run: MissionRuntime) -> Iterator[Behaviour]:
         interval_s = 0.0 if self._began_ns is None else (run.now_ns - self._began_ns) / NS
         self._seconds["interval"].append(interval_s)
         self._began_ns, wall = run.now_ns, Stopwatch()
@@ -190,7 +191,7 @@ class SnapshotStreams:
                 tree.changed, stream.sent, stream.since_sent = is_new, statuses, Stopwatch()
                 stream.publisher.publish(tree)
 
-    def _tree(self, run: MissionRun, *, with_variables: bool) -> msg.BehaviourTree:
+    def _tree(self, run: MissionRuntime, *, with_variables: bool) -> msg.BehaviourTree:
         executive = run.executive
         # As py_trees_ros: children before their parents.
         self._nodes = self._nodes or {one: _described(one) for one in executive.root.iterate()}

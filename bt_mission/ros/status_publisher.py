@@ -35,7 +35,9 @@ from bt_mission.events.events import (
 )
 from bt_mission.ros import event_messages
 from bt_mission.ros.graph import LATCHED, REQUESTS
-from bt_mission.ros.mission_details import MissionDetailsBuilder, MissionRun
+from bt_mission.ros.mission_details import MissionDetailsBuilder
+from bt_mission.ros.mission_runtime import MissionRuntime
+from bt_mission.ros.requirement_watch import RequirementWatch
 
 CHANGES = QoSProfile(depth=100)
 DETAILS = QoSProfile(depth=10)
@@ -65,7 +67,8 @@ class StatusPublisher:
         self._listeners: list[MessageListener] = []
         self.sequence = 0
         """Of the newest message of changes; 0 before the first."""
-        self._run: MissionRun | None = None
+        self._run: MissionRuntime | None = None
+        self._watch: RequirementWatch | None = None
         self._has_tree = False
         """Has the tree been sent?"""
         self._pending: list[NodeChanged | NodesReset] = []
@@ -113,7 +116,7 @@ class StatusPublisher:
         if listener in self._listeners:
             self._listeners.remove(listener)
 
-    def begin(self, run: MissionRun) -> None:
+    def begin(self, run: MissionRuntime, requirements: RequirementWatch) -> None:
         """Follow a mission that starts.
 
         Its tree is sent once the executive has emitted that the run has started: a node that has
@@ -121,7 +124,7 @@ class StatusPublisher:
         """
         self._leave()
         had_verdicts = self._run is not None and self._run.executive.mission_state.requirements
-        self.sequence, self._run = 0, run
+        self.sequence, self._run, self._watch = 0, run, requirements
         self._pending, self._has_tree, self._has_verdicts = [], False, False
         executive = run.executive
         self._state, self._has_state = None, False
@@ -177,7 +180,7 @@ class StatusPublisher:
     def _send_changes(self) -> bool:
         """Send tree, changes and state; return whether the state is another one."""
         run = self._run
-        if run is None or not self._listeners:
+        if run is None or self._watch is None or not self._listeners:
             return False
         if not self._has_tree:
             tree = run.executive.mission_state.tree
@@ -191,7 +194,7 @@ class StatusPublisher:
             name = run.executive.run
             message = event_messages.changes(run.now_ns, name, self.sequence, found)
             self._send("changes", message)
-        run.requirements.emit_changes()
+        self._watch.emit_changes()
         if self._has_verdicts:
             self._has_verdicts = False
             self._send_requirements(run)
@@ -201,7 +204,7 @@ class StatusPublisher:
         self._send("state", event_messages.state(self._state))
         return True
 
-    def _send_requirements(self, run: MissionRun) -> None:
+    def _send_requirements(self, run: MissionRuntime) -> None:
         self._send("requirements", self._requirements(run))
 
     def _send(self, what: str, message: Any) -> None:
@@ -230,7 +233,7 @@ class StatusPublisher:
             ]
         return answer
 
-    def _requirements(self, run: MissionRun) -> Requirements:
+    def _requirements(self, run: MissionRuntime) -> Requirements:
         executive = run.executive
         return event_messages.requirements(
             run.now_ns, executive.run, executive.mission_state.requirements

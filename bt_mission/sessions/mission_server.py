@@ -92,7 +92,7 @@ class ServedSession(Session):
         """Send feedback when the state or the tip has changed, and once in a while."""
         executive = self.executive
         tip = executive.root.tip()
-        shown = (executive.state, tip.name if tip else "")
+        shown = (executive.mission_state.status, tip.name if tip else "")
         if shown == self._feedback and self.now_ns - self._feedback_ns < FEEDBACK_NS:
             return
         self._feedback, self._feedback_ns = shown, self.now_ns
@@ -330,8 +330,8 @@ class MissionServer(ValidClock, Node):
         for onlooker in self._make_onlookers(served):
             served.attach(onlooker)
         self._controls.begin(node.runner.executive)
-        self._status_publisher.begin(node.runner.run)
-        self._snapshots.begin(node.runner.run)
+        self._status_publisher.begin(node.runner, node.runner.requirements)
+        self._snapshots.begin(node.runner)
 
     def _refuse_duplicates(self) -> None:
         """Raise BtMissionError where two robots would be taken for one."""

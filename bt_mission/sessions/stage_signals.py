@@ -18,7 +18,8 @@ from typing_extensions import override
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.requirements.compiler import Reader
-from bt_mission.ros.signals import LiveSignals, SignalsRun, SimulationModel
+from bt_mission.ros.mission_runtime import MissionRuntime
+from bt_mission.ros.signals import LiveSignals, SimulationModel
 from sim.physics.clearance import Clearance
 from sim.physics.history import Reviewer, SimulationState
 from sim.robot.robot import SimulatedRobot
@@ -36,7 +37,7 @@ class StageSignals(LiveSignals):
         robot: What moves in the simulation.
     """
 
-    def __init__(self, runner: SignalsRun, robot: SimulatedRobot) -> None:
+    def __init__(self, runner: MissionRuntime, robot: SimulatedRobot) -> None:
         super().__init__(runner)
         self._robot = robot
         self._instant = 0

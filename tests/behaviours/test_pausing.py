@@ -33,7 +33,7 @@ def test_a_tick_goes_on_where_it_stopped(play: Any) -> None:
     assert statuses(run)[1:] == ["a SUCCESS", "b INVALID", "c INVALID"]
     run.executive.resume()
     run.tick()
-    assert (run.executive.state, run.executive.ticks) == ("success", 1)
+    assert (run.executive.mission_state.status, run.executive.ticks) == ("success", 1)
 
 
 def test_a_step_stops_at_the_next_breakpoint(play: Any) -> None:
@@ -47,7 +47,7 @@ def test_a_step_stops_at_the_next_breakpoint(play: Any) -> None:
     assert run.executive.paused == "breakpoint at 'c'"
     run.executive.step()
     run.tick()
-    assert run.executive.state == "success"
+    assert run.executive.mission_state.status == "success"
 
 
 @pytest.mark.parametrize(
@@ -73,7 +73,7 @@ def test_every_parent_passes_a_breakpoint_on(play: Any, tree: str) -> None:
     for _ in range(10):
         run.tick()
         run.executive.resume()
-    assert run.executive.state == "success"
+    assert run.executive.mission_state.status == "success"
     stops = [line for line in run.trace.newest if '"event": "paused"' in line]
     assert len(stops) == (2 if "repeat" in tree or "for_each" in tree else 1)
 
@@ -85,7 +85,7 @@ def test_halted_at_a_breakpoint(play: Any) -> None:
     run.tick()
     run.executive.interrupt("enough")
     run.tick()
-    assert (run.executive.state, run.executive.reason) == ("interrupted", "enough")
+    assert (run.executive.mission_state.status, run.executive.reason) == ("interrupted", "enough")
     assert run.executive.paused is None
 
 
@@ -96,7 +96,7 @@ def test_at_a_breakpoint_goals_beside_it_are_cancelled(play: Any) -> None:
     run.turn.accept()
     run.executive.breakpoints.add("log")
     run.tick(25)
-    assert run.executive.state == "paused"
+    assert run.executive.mission_state.status == "paused"
     assert len(run.turn.cancels) == 1
     run.turn.cancel()
     run.executive.resume()
@@ -133,7 +133,10 @@ def stepped(play: Any, tree: str, node: str = "turn") -> Any:
     run.executive.breakpoints.remove(node)
     run.turn.accept()
     run.tick()
-    assert run.executive.explanation == f"breakpoint at '{node}'; still under way: '{node}'"
+    assert (
+        run.executive.mission_state.explanation
+        == f"breakpoint at '{node}'; still under way: '{node}'"
+    )
     return run
 
 
@@ -146,14 +149,20 @@ def test_a_condition_is_watched_during_a_pause(play: Any) -> None:
     run.turn.feed(message(way=0.31))
     run.tick()
     assert len(run.turn.cancels) == 1
-    assert run.executive.explanation == "breakpoint at 'turn'; still under way: 'turn' (canceling)"
+    assert (
+        run.executive.mission_state.explanation
+        == "breakpoint at 'turn'; still under way: 'turn' (canceling)"
+    )
     run.turn.cancel()
     run.tick(100)
-    assert (run.executive.state, run.executive.explanation) == ("paused", "breakpoint at 'turn'")
+    assert (run.executive.mission_state.status, run.executive.mission_state.explanation) == (
+        "paused",
+        "breakpoint at 'turn'",
+    )
     assert run.executive.root.feedback_message.startswith("canceled by condition: way > 0.3")
     run.executive.resume()
     run.tick()
-    assert (run.executive.state, len(run.turn.goals)) == ("success", 1)
+    assert (run.executive.mission_state.status, len(run.turn.goals)) == ("success", 1)
 
 
 @pytest.mark.parametrize(
@@ -188,10 +197,10 @@ def test_a_limit_is_kept_during_a_pause(
     assert len(run.turn.cancels) == 1
     run.turn.cancel()
     run.tick()
-    assert (run.executive.state, run.ledger.open_goals) == ("paused", ())
+    assert (run.executive.mission_state.status, run.ledger.open_goals) == ("paused", ())
     run.executive.resume()
     run.tick()
-    assert (run.executive.state, len(run.turn.goals)) == ("failure", 1)
+    assert (run.executive.mission_state.status, len(run.turn.goals)) == ("failure", 1)
     assert run.executive.reason == f"'turn' {why}"
 
 
@@ -201,13 +210,13 @@ def test_an_unanswered_goal_is_given_up_during_a_pause(play: Any) -> None:
     run.tick()
     run.executive.pause("by hand", keep_goals=True)
     run.tick(39)
-    assert run.executive.explanation == "by hand; still under way: 'turn'"
+    assert run.executive.mission_state.explanation == "by hand; still under way: 'turn'"
     run.tick()
-    assert run.executive.explanation == "by hand; still under way: 'turn' (canceling)"
+    assert run.executive.mission_state.explanation == "by hand; still under way: 'turn' (canceling)"
     run.turn.accept()
     run.turn.cancel()
     run.tick()
-    assert run.executive.explanation == "by hand"
+    assert run.executive.mission_state.explanation == "by hand"
     run.executive.resume()
     run.tick()
     assert "no answer to the goal" in run.executive.reason
@@ -236,7 +245,7 @@ def test_a_condition_that_cannot_be_evaluated_ends_a_paused_mission(play: Any) -
     assert len(run.turn.cancels) == 1
     run.turn.cancel()
     run.tick()
-    assert run.executive.state == "failure"
+    assert run.executive.mission_state.status == "failure"
     assert "zero" in run.executive.reason
 
 
@@ -271,7 +280,7 @@ def test_goals_side_by_side_keep_limits_of_their_own(play: Any) -> None:
     assert run.turn.cancels == [short]
     short.on_result(5, None)
     run.tick()
-    assert run.executive.explanation == "by hand; still under way: 'long'"
+    assert run.executive.mission_state.explanation == "by hand; still under way: 'long'"
     long.on_result(4, None)
     run.tick(100)
     assert run.turn.cancels == [short]
@@ -306,7 +315,7 @@ def test_a_second_pause_cancels_what_a_step_has_started(play: Any) -> None:
     run.executive.pause("by hand")
     run.executive.resume()
     run.tick()
-    assert (run.executive.state, len(run.turn.goals)) == ("success", 2)
+    assert (run.executive.mission_state.status, len(run.turn.goals)) == ("success", 2)
 
 
 def test_a_stop_during_a_pause_cancels_what_is_under_way(play: Any) -> None:
@@ -314,7 +323,7 @@ def test_a_stop_during_a_pause_cancels_what_is_under_way(play: Any) -> None:
     run = stepped(play, LIMITS)
     run.executive.interrupt("enough")
     run.tick()
-    assert (run.executive.state, len(run.turn.cancels)) == ("ending", 1)
+    assert (run.executive.mission_state.status, len(run.turn.cancels)) == ("ending", 1)
     run.turn.cancel()
     run.tick()
-    assert (run.executive.state, run.executive.reason) == ("interrupted", "enough")
+    assert (run.executive.mission_state.status, run.executive.reason) == ("interrupted", "enough")

@@ -123,7 +123,7 @@ def test_a_goal_that_ends_at_once_is_seen(ros: Any) -> None:
     turn.goal.succeed()
     turn.goal.accept()
     ros.run(0.1)
-    assert node.executive.state == "success"
+    assert node.executive.mission_state.status == "success"
 
 
 def test_each_leaf_has_its_own_time_for_an_answer(ros: Any) -> None:
@@ -183,7 +183,7 @@ def test_halting_never_blocks_a_tick(ros: Any) -> None:
     turn.goal.answer_cancel()
     turn.goal.cancel()
     ros.until(lambda: node.executive.is_done)
-    assert node.executive.state == "success"
+    assert node.executive.mission_state.status == "success"
 
 
 def test_an_aborted_goal_is_no_success(ros: Any) -> None:
@@ -196,7 +196,7 @@ def test_an_aborted_goal_is_no_success(ros: Any) -> None:
         ros.until(lambda goals=goals: len(turn.goals) > goals)
         turn.goal.end(status)
         ros.until(lambda node=node: node.executive.is_done)
-        endings[status] = node.executive.state
+        endings[status] = node.executive.mission_state.status
         ros.drop(node.node)
     assert endings == {0: "failure", 4: "success", 5: "failure", 6: "failure", 77: "failure"}
 
@@ -302,7 +302,11 @@ def test_a_parallel_says_what_becomes_of_the_rest(ros: Any) -> None:
         "  succeed_when: [long enough]\n"
     )
     ros.until(lambda: node.executive.is_done)
-    assert (ros.said, turn.goal.cancels, node.executive.state) == (["once"], 1, "success")
+    assert (ros.said, turn.goal.cancels, node.executive.mission_state.status) == (
+        ["once"],
+        1,
+        "success",
+    )
 
 
 def test_big_trees_cost_what_runs(ros: Any) -> None:

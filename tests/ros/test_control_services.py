@@ -46,12 +46,12 @@ def test_paused_goals_are_cancelled_and_start_anew(ros: Any) -> None:
     assert (answer.success, answer.message) == (True, "paused")
     ros.run(10.0)
     assert (len(turn.goals), turn.goal.cancels) == (1, 1)
-    assert (node.executive.state, node.ledger.open_goals) == ("paused", ())
+    assert (node.executive.mission_state.status, node.ledger.open_goals) == ("paused", ())
     assert trigger(ros, "resume") == (True, "resumed")
     ros.until(lambda: len(turn.goals) == 2)
     turn.goal.succeed()
     ros.until(lambda: node.executive.is_done)
-    assert node.executive.state == "success"
+    assert node.executive.mission_state.status == "success"
 
 
 def test_paused_goals_may_be_kept(ros: Any) -> None:
@@ -66,7 +66,7 @@ def test_paused_goals_may_be_kept(ros: Any) -> None:
     assert node.executive.root.status.name == "RUNNING"
     trigger(ros, "resume")
     took = ros.until(lambda: node.executive.is_done) - 100
-    assert (node.executive.state, turn.goal.cancels) == ("success", 0)
+    assert (node.executive.mission_state.status, turn.goal.cancels) == ("success", 0)
     assert took == pytest.approx(1.1, abs=0.2)
 
 
@@ -116,7 +116,7 @@ def test_a_breakpoint_pauses_before_its_node_starts(ros: Any) -> None:
     ros.until(lambda: turn.goals)
     turn.goal.succeed()
     ros.until(lambda: node.executive.is_done)
-    assert node.executive.state == "success"
+    assert node.executive.mission_state.status == "success"
 
 
 def test_breakpoints_are_listed_and_removed(ros: Any) -> None:
@@ -155,7 +155,7 @@ def test_a_stopped_mission_ends_its_goals(ros: Any) -> None:
     ros.until(lambda: turn.goals)
     assert trigger(ros, "stop")[0]
     ros.until(lambda: node.executive.is_done)
-    assert (node.executive.state, turn.goal.cancels) == ("interrupted", 1)
+    assert (node.executive.mission_state.status, turn.goal.cancels) == ("interrupted", 1)
     for name in ("stop", "resume", "step"):
         assert trigger(ros, name) == (False, "no mission runs")
     assert not ros.call(PauseMission, "/bt_mission/pause").success
@@ -230,4 +230,4 @@ def test_answers_to_other_clients_push_out_none_of_ours(ros: Any) -> None:
         ros.clock.run_until_quiet()
     turn.goal.succeed()
     ros.until(lambda: node.executive.is_done)
-    assert node.executive.state == "success"
+    assert node.executive.mission_state.status == "success"

@@ -99,7 +99,7 @@ def test_wishes_are_passed_on(ros: Any, verb: Verb, state: str):
     ros.until_heard(lambda: watcher.look().status == state)
     assert [answer.is_done for answer in watcher.answers] == [True]
     assert (turn.goal.cancels > 0) is (verb is not Verb.PAUSE_KEEPING_GOALS)
-    assert node.executive.state == state
+    assert node.executive.mission_state.status == state
 
 
 def test_a_breakpoint_is_set_and_removed_by_its_path(ros: Any):

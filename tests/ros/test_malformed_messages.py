@@ -47,7 +47,7 @@ def test_malformed_feedback_and_statuses_harm_no_goal(ros: Any) -> None:
             with suppress(Exception):  # what DDS itself refuses to send
                 publisher.publish(spoilt(rng, serialize_message(kind())))
         ros.run(0.05)
-    assert mission.executive.state == "running"
+    assert mission.executive.mission_state.status == "running"
     assert [goal.feedback for goal in mission.ledger.open_goals] == [None]
     turn.goal.feed(current_angle=12.0)
     ros.run(0.5)
@@ -55,4 +55,4 @@ def test_malformed_feedback_and_statuses_harm_no_goal(ros: Any) -> None:
     assert angles == pytest.approx([12.0])
     turn.goal.succeed()
     ros.until(lambda: mission.executive.is_done)
-    assert mission.executive.state == "success"
+    assert mission.executive.mission_state.status == "success"

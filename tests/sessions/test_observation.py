@@ -45,7 +45,7 @@ def test_an_observation_decides_what_comes_after_the_end(stage: Stages) -> None:
     moment = run.until(lambda _: run.status == "observing")
     end_s = moment.t
     assert run.stage.runner.ledger.open_goals == ()
-    assert run.stage.executive.explanation == "success; observing for 3 s"
+    assert run.stage.executive.mission_state.explanation == "success; observing for 3 s"
     run.until_done()
     assert run.succeeded
     assert run.t == pytest.approx(end_s + 3)

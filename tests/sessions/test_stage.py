@@ -214,7 +214,10 @@ def test_a_step_lets_nobody_drive_past_a_limit(
     run.until(lambda _: executive.paused)
     executive.step()
     run.advance(20.0)
-    assert (executive.state, executive.explanation) == ("paused", "breakpoint at 'drive'")
+    assert (executive.mission_state.status, executive.mission_state.explanation) == (
+        "paused",
+        "breakpoint at 'drive'",
+    )
     assert run.stage.runs[0].distance_travelled_m == driven
     executive.resume()
     run.until_done()

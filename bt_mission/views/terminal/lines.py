@@ -51,7 +51,7 @@ class ControlLines:
         if executive.steps != self._steps:
             self._steps = executive.steps
             yield "mission stepped"
-        pause = "" if executive.paused is None else executive.explanation
+        pause = "" if executive.paused is None else executive.mission_state.explanation
         if pause != self._pause:
             self._pause = pause
             if pause:

@@ -223,14 +223,14 @@ class LiveView(View):
         assert session is not None, "it is open"
         executive, time = session.executive, seconds(self._elapsed_ns / NS)
         before = f"{_title(session)}   {time}   {self._factor:.0f} x real time   "
-        if cell_len(f"{before}{executive.state}") > self.console.width:
+        if cell_len(f"{before}{executive.mission_state.status}") > self.console.width:
             before = f"{session.mission.name}   {time}   "  # the state must not be cut off
-        return before + verdict(executive.state, executive.explanation)
+        return before + verdict(executive.mission_state.status, executive.mission_state.explanation)
 
     def _robot_header(self, run: Run) -> str:
         """The line above the tree of one robot of several: its state, and what runs."""
         executive, mission = run.executive, run.mission
-        state = verdict(executive.state, executive.explanation)
+        state = verdict(executive.mission_state.status, executive.mission_state.explanation)
         parts = [f"{run.name:{self._width}}", mission.name, state]
         running = ", ".join(leaf.name for leaf in executive.running_leaves)
         if running and cell_len("  ".join([*parts, running])) <= self.console.width:

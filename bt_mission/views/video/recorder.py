@@ -186,7 +186,7 @@ class VideoRecorder:
         return Captions(
             mission=session.mission.name,
             seconds=(session.now_ns - session.start_ns) / 1e9,
-            state=executive.state,
+            state=executive.mission_state.status,
             leaves=tuple(PanelLeaf(leaf.name, progress_of(leaf)) for leaf in leaves),
             said=self._said,
             facts=f"{driven:.2f} m driven, {counts}",

@@ -375,7 +375,7 @@ def test_a_mission_whose_goal_was_cut_off_goes_on(tmp_path: Path, shape: str) ->
     world.ended[goal.id] = 6
     life.tick()
     executive = life.play.executive
-    assert (executive.state, executive.is_resumable) == ("failure", True)
+    assert (executive.mission_state.status, executive.is_resumable) == ("failure", True)
     assert executive.reason == "'turn' aborted: /turn: the executive has died (code 911)"
     life.die()
     status, said, driven = run(text, tmp_path / "j", world, [])
@@ -395,7 +395,10 @@ def test_a_goal_that_was_cut_off_may_be_tried_again(tmp_path: Path) -> None:
         del world.goals[goal.id]
         goal.on_result(6, message(error_code=code))
         life.tick()
-    assert (life.play.executive.state, life.play.executive.is_resumable) == ("failure", False)
+    assert (life.play.executive.mission_state.status, life.play.executive.is_resumable) == (
+        "failure",
+        False,
+    )
     life.die()
     with pytest.raises(BtMissionError, match="this mission has ended: failure"):
         Life(text, tmp_path / "j", world)

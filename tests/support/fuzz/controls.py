@@ -178,7 +178,7 @@ class Play:
             return "no mission"
         self.graph.move()
         self.executive.tick()
-        return f"tick: {self.executive.state}"
+        return f"tick: {self.executive.mission_state.status}"
 
     def _settle(self) -> None:
         executive, self.executive = self.executive, None

@@ -160,7 +160,7 @@ class Play:
         for one in self.graph.peers:
             one.tasks.run()
         self.executive.tick()
-        return f"tick at {self.graph.now_ns / 1e9} s: {self.executive.state}"
+        return f"tick at {self.graph.now_ns / 1e9} s: {self.executive.mission_state.status}"
 
     def _request(self, one: Peer, kind: str) -> tuple[int, Any]:
         """A request that was sent, or one that never was."""

@@ -1,0 +1,185 @@
+"""One mission on a node: its time, its clients, and its executive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, TypeVar
+
+from rclpy.exceptions import InvalidHandle
+from rclpy.node import Node
+
+from bt_mission.behaviours.decorators import Subtree
+from bt_mission.behaviours.runtime import Scope
+from bt_mission.core.listeners import Stream
+from bt_mission.core.ros_log import log_of
+from bt_mission.core.stamps import clock_ns
+from bt_mission.core.text import seconds
+from bt_mission.events.events import ClockJumped, LogLine
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.mission_time import MissionTime
+from bt_mission.executive.status import MissionStatus
+from bt_mission.goals.ledger import Ledger
+from bt_mission.language.mission import Mission
+from bt_mission.ros.clients import RosServiceClient, TopicPublisher
+from bt_mission.ros.goal_client import Exchange, RosGoalClient
+from bt_mission.ros.subscriber import LatestMessageSubscriber, SubscriberKind
+
+CANCEL_GRACE_NS = 3_000_000_000
+"""How long a mission waits for goals that it no longer wants (the default cancel limit)."""
+
+_Client = TypeVar("_Client")
+
+
+class MissionRuntime:
+    """What the leaves, the signals and the topics of a mission use.
+
+    A subclass makes the executive, and has :meth:`tick` called.
+
+    Args:
+        node: Owns the clients; its namespace is that of the robot, and its clock the mission's.
+        mission: What to carry out.
+        goal_seed: The UUIDs of goals are made from it.
+        say: Takes each line that ``log`` nodes say; None is the ROS log.
+    """
+
+    executive: Executive
+
+    def __init__(
+        self, node: Node, mission: Mission, goal_seed: str, say: Callable[[str], None] | None
+    ) -> None:
+        self.node = node
+        self.domain_id: int = node.context.get_domain_id()
+        """Of the node's context, which does not tell once it is shut down."""
+        self.mission = mission
+        self.exchanges: Stream[Exchange] = Stream()
+        """Emits every request to an action, and every answer."""
+        self.scope = Scope(dict(mission.inputs), mission.seed)
+        self.ledger = Ledger(goal_seed, CANCEL_GRACE_NS)
+        self._say = say or self._log_line
+        self._time = MissionTime(self._on_clock_jump)
+        self._tick_ns: int | None = None
+        self._clients: dict[tuple[Callable[..., Any], str, str], Any] = {}
+        self._listen: Callable[[str], Callable[[], str]]
+
+    @property
+    def is_done(self) -> bool:
+        """Has the mission ended, with every goal accounted for?
+
+        A mission whose node is destroyed can only end as failed, which it does here.
+        """
+        if not self.executive.is_done and self._is_node_gone:
+            self.executive.abandon("its node was destroyed")
+        return self.executive.is_done
+
+    @property
+    def now_ns(self) -> int:
+        """ROS time, ns, as the mission lives it: it never goes back, and stands still in a tick."""
+        if self._tick_ns is not None:
+            return self._tick_ns
+        return self._time.at(self._ros_ns)
+
+    def tick(self) -> None:
+        """Tick the executive, all of it at one instant."""
+        self._tick_ns = self._time.advance(self._ros_ns)
+        was_observing = self.executive.status is MissionStatus.OBSERVING
+        try:
+            self.executive.tick()
+            if self.executive.status is MissionStatus.OBSERVING and not was_observing:
+                self.tell(self.executive.mission_state.explanation)
+        finally:
+            self._tick_ns = None
+
+    def variables(self) -> dict[str, Any]:
+        """Return the variables, and those of each subtree with its name before them."""
+        values = dict(self.scope.values)
+        for subtree in self._subtrees:
+            values |= {
+                f"{subtree.name}.{name}": value for name, value in subtree.inner.values.items()
+            }
+        return values
+
+    @cached_property
+    def _subtrees(self) -> list[Subtree]:
+        return [node for node in self.executive.nodes if isinstance(node, Subtree)]
+
+    # ---- clients ---------------------------------------------------------------------------
+
+    def goal_client(self, action: str, type_name: str) -> RosGoalClient:
+        """The client of an action; one for each name and type."""
+        full = self.node.resolve_topic_name(action)
+        return self._client(RosGoalClient, full, action, type_name, self._listen, self.exchanges)
+
+    def service_client(self, service: str, type_name: str) -> RosServiceClient:
+        """The client of a service; one for each name and type."""
+        full = self.node.resolve_service_name(service)
+        return self._client(RosServiceClient, full, service, type_name)
+
+    def subscriber(
+        self, topic: str, type_name: str, kind: SubscriberKind = LatestMessageSubscriber
+    ) -> LatestMessageSubscriber:
+        """The messages of a topic; one for each kind, name and type."""
+        full = self.node.resolve_topic_name(topic)
+        return self._client(kind, full, topic, type_name)
+
+    def publisher(self, topic: str, type_name: str) -> TopicPublisher:
+        """The publisher of a topic; one for each name and type."""
+        full = self.node.resolve_topic_name(topic)
+        return self._client(TopicPublisher, full, topic, type_name)
+
+    def _client(
+        self, kind: Callable[..., _Client], full: str, name: str, type_name: str, *more: Any
+    ) -> _Client:
+        """Return the client of a resolved name and type; it is made when it is first asked for."""
+        key = (kind, full, type_name)
+        if key not in self._clients:
+            self._clients[key] = kind(self.node, name, type_name, *more)
+        client: _Client = self._clients[key]
+        return client
+
+    def _close_clients(self) -> None:
+        while self._clients:
+            self._clients.popitem()[1].close()
+
+    # ---- words -----------------------------------------------------------------------------
+
+    def log(self, text: str) -> None:
+        """Say a line that a leaf says."""
+        self._emit_line(text, is_own=True)
+
+    def tell(self, text: str) -> None:
+        """Say in words, for people, what another event tells."""
+        self._emit_line(text, is_own=False)
+
+    def warn(self, text: str) -> None:
+        """Write a warning to the node's log; it is in no trace."""
+        log_of(self.node).warning(text)
+
+    def _log_line(self, text: str) -> None:
+        log_of(self.node).info(text)
+
+    def _emit_line(self, text: str, *, is_own: bool) -> None:
+        self._say(text)
+        self.executive.events.emit(LogLine(self.now_ns, text, is_own))
+
+    # ---- inside ----------------------------------------------------------------------------
+
+    @property
+    def _ros_ns(self) -> int:
+        return clock_ns(self.node.get_clock())
+
+    @property
+    def _is_node_gone(self) -> bool:
+        try:
+            with self.node.handle:
+                return False
+        except InvalidHandle:
+            return True
+
+    def _on_clock_jump(self, jump_s: float) -> None:
+        self.executive.events.emit(ClockJumped(self._time.at(self._ros_ns), jump_s))
+        if jump_s < 0:
+            said = f"was set back by {seconds(-jump_s)}: limits go on with what is left of them"
+        else:
+            said = f"skipped {seconds(jump_s)}: they count as passed"
+        log_of(self.node).warning(f"the ROS clock {said}")
