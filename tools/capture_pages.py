@@ -12,17 +12,16 @@ import asyncio
 import subprocess
 import sys
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from PIL import Image
 
-from bt_mission.recording.replay.player import Player
-from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.sweeps.report.page import write_sweep_page
 from bt_mission.sweeps.store import ResultStore
-from bt_mission.views.web.replay import ReplayedMission
-from bt_mission.views.web.server import WebOptions, WebServer
+from bt_mission.views.web.report.page import robot_runs, served_page_of
+from bt_mission.views.web.server import PageServer, WebOptions
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
@@ -60,7 +59,7 @@ def capture_web(page: Page, recording: Path | None, folder: Path) -> None:
     if recording is None:
         recording = folder / "explore.mcap"
         command("run", "explore", "--plain", "--record", str(recording))
-    shown = ReplayedMission(Player(read_timeline(recording), at_s=AT_S))
+    runs = [replace(run, data={**run.data, "at": AT_S}) for run in robot_runs(recording)]
 
     def look(link: str) -> None:
         page.visit(link, width=1180, height=900)
@@ -71,7 +70,7 @@ def capture_web(page: Page, recording: Path | None, folder: Path) -> None:
         page.screenshot(folder / "web.png")
 
     async def serve() -> None:
-        with closing(WebServer(shown, WebOptions(port=0))) as server:
+        with closing(PageServer(served_page_of(runs), WebOptions(port=0))) as server:
             is_over = False
             serving = asyncio.create_task(server.serve(lambda: is_over))
             try:

@@ -5,14 +5,15 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.fork import fork_shown
 from bt_mission.cli.options import AT, PLAIN, SPEED, recorded_robot
 from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
-from bt_mission.cli.web import web_options, web_server
+from bt_mission.cli.web import page_server, web_options
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import seconds
@@ -20,7 +21,6 @@ from bt_mission.core.text import seconds
 if TYPE_CHECKING:
     from bt_mission.executive.stored_trace import StoredTrace
     from bt_mission.recording.replay.timeline import Timeline
-    from bt_mission.views.web.replay import ForkOffer
 
 EPILOG = """\
 examples:
@@ -51,7 +51,7 @@ def _replay_recording(options: argparse.Namespace) -> int:
     from bt_mission.recording.replay.timeline import read_timeline
 
     film = read_timeline(options.file, options.robot)
-    if len(film.robots) > 1 and options.robot is None:
+    if len(film.robots) > 1 and options.robot is None and not options.web:
         others = ", ".join(film.robots[1:])
         print(f"shown: {film.robots[0]}; with --robot NAME: {others}", file=sys.stderr)
     duration_s = (film.end_ns - film.start_ns) / NS
@@ -83,28 +83,31 @@ def _serve_page(options: argparse.Namespace, film: Timeline) -> int:
     import asyncio
 
     from bt_mission.core.interrupts import InterruptSignals
-    from bt_mission.recording.replay.player import Player
-    from bt_mission.views.web.replay import ReplayedMission
+    from bt_mission.views.web.report.page import robot_runs, served_page_of
 
-    player = Player(film, speed=options.speed or 1.0, at_s=options.at)
-    robot = options.robot or film.robots[0] if len(film.robots) > 1 else ""
-    shown = ReplayedMission(player, None if options.read_only else _fork_offer(film), robot)
-    with InterruptSignals() as leaving, web_server(options, shown) as server:
-        asyncio.run(server.serve(lambda: leaving.count > 0))
+    begin = {"at": options.at, "speed": options.speed or 1.0}
+    with InterruptSignals() as leaving:
+        runs = [
+            replace(run, data={**run.data, **begin, **_fork_offer(options, film, run.robot)})
+            for run in robot_runs(options.file, options.robot)
+        ]
+        with page_server(options, served_page_of(runs)) as server:
+            asyncio.run(server.serve(lambda: leaving.count > 0))
     _say_cut(film)
     return INTERRUPTED
 
 
-def _fork_offer(film: Timeline) -> ForkOffer:
+def _fork_offer(options: argparse.Namespace, film: Timeline, robot: str) -> dict[str, Any]:
+    """Return what the page of a robot offers of forks: a command, or why there is none."""
+    if options.read_only:
+        return {}
     from bt_mission.recording.facts import RunFacts
     from bt_mission.recording.forks.source import refusal
-    from bt_mission.views.web.replay import ForkOffer
 
-    command = shlex.join(["bt-mission", "fork", str(film.path), "--at"])
+    of_robot = ["--robot", robot] if len(film.robots) > 1 else []
+    command = shlex.join(["bt-mission", "fork", str(film.path), *of_robot, "--at"])
     why_not = refusal(film.path, RunFacts(film.notes), film.why_cut)
-    if not why_not and len(film.robots) > 1:
-        why_not = f"of a fleet, the robot is named: bt-mission fork {film.path} --robot NAME --at S"
-    return ForkOffer(command, why_not)
+    return {"fork": {"command": command, "refusal": why_not}}
 
 
 def _print_once(options: argparse.Namespace, film: Timeline) -> int:

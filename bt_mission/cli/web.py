@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from dataclasses import replace
 from functools import partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
@@ -17,7 +18,7 @@ from bt_mission.cli.parser import Option, each
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
-    from bt_mission.views.web.server import WebServer
+    from bt_mission.views.web.server import PageServer, WebOptions, WebServer
     from bt_mission.views.web.shown_mission import ShownMission
 
 PORT, LOOPBACK = 8080, "127.0.0.1"
@@ -76,7 +77,7 @@ def web_options(*instead: str) -> tuple[Option, ...]:
 def web_server(
     options: argparse.Namespace, shown: ShownMission, *, is_fast: bool = False
 ) -> Iterator[WebServer]:
-    """A server that listens; its link is printed, and opened where that is wanted.
+    """A server of a mission that listens; its link is printed, and opened where that is wanted.
 
     Args:
         options: Those of the page.
@@ -86,12 +87,35 @@ def web_server(
     Raises:
         BtMissionError: Where it cannot listen.
     """
+    from bt_mission.views.web.server import FAST_FRAME_S, WebServer
+
+    place = _web_options(options)
+    server = WebServer(shown, replace(place, frame_s=FAST_FRAME_S) if is_fast else place)
+    with _announced(options, server):
+        yield server
+
+
+@contextmanager
+def page_server(options: argparse.Namespace, page: str) -> Iterator[PageServer]:
+    """As :func:`web_server`, of a page that has all of its data."""
+    from bt_mission.views.web.server import PageServer
+
+    server = PageServer(page, _web_options(options))
+    with _announced(options, server):
+        yield server
+
+
+def _web_options(options: argparse.Namespace) -> WebOptions:
+    from bt_mission.views.web.server import WebOptions
+
+    return WebOptions(options.host or LOOPBACK, _port_of(options), options.read_only)
+
+
+@contextmanager
+def _announced(options: argparse.Namespace, server: PageServer) -> Iterator[None]:
     from bt_mission.views.web.gate import is_loopback
-    from bt_mission.views.web.server import FAST_FRAME_S, FRAME_S, WebOptions, WebServer
 
     host = options.host or LOOPBACK
-    frame_s = FAST_FRAME_S if is_fast else FRAME_S
-    server = WebServer(shown, WebOptions(host, _port_of(options), options.read_only, frame_s))
     with closing(server):
         if not is_loopback(host):
             what = "watch the mission" if options.read_only else "watch and stop the mission"
@@ -99,7 +123,7 @@ def web_server(
         to_stderr(f"in a browser: {server.link}")
         if options.open:
             _open(server.link)
-        yield server
+        yield
 
 
 def _port_of(options: argparse.Namespace) -> int:

@@ -22,6 +22,7 @@ from bt_mission.testing.live_graph import command
 from bt_mission.views.web.shown_mission import ShownMission
 from tests.support.processes import PATIENCE_S, read_until, started
 from tests.support.recordings import recording, with_facts
+from tests.support.report_pages import data_of
 
 if TYPE_CHECKING:
     from bt_mission.views.web.server import WebServer
@@ -104,24 +105,24 @@ def test_forks_are_offered_with_the_file_as_it_was_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     """A run on a graph, which cannot run again, says so; who may only look is offered none."""
-    shown: list[ShownMission] = []
+    pages: list[str] = []
 
     class Server:
         async def serve(self, until: Callable[[], bool]) -> None:
             """Nobody looks on."""
 
     @contextmanager
-    def server(_: argparse.Namespace, mission: ShownMission) -> Iterator[Server]:
-        shown.append(mission)
+    def server(_: argparse.Namespace, page: str) -> Iterator[Server]:
+        pages.append(page)
         yield Server()
 
-    monkeypatch.setattr(replay, "web_server", server)
+    monkeypatch.setattr(replay, "page_server", server)
     monkeypatch.chdir(tmp_path)
     Path("my run.mcap").write_bytes(recording().read_bytes())
     with_facts(Path("live.mcap"), {"world": None})
     for words in (["my run.mcap"], ["live.mcap"], ["my run.mcap", "--read-only"]):
         assert main(["replay", *words, "--web"]) == 130
-    offered, refused, none = (one.board.since(0).get("fork", {}) for one in shown)
+    offered, refused, none = (next(iter(data_of(page).values())).get("fork", {}) for page in pages)
     assert offered == {"command": "bt-mission fork 'my run.mcap' --at", "refusal": ""}
     assert "against the servers of a running graph" in refused["refusal"]
     assert none == {}

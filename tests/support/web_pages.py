@@ -6,15 +6,16 @@ import asyncio
 import json
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import closing
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
 from websockets.asyncio.client import ClientConnection, connect
 
-from bt_mission.views.web.server import WebOptions, WebServer
+from bt_mission.views.web.server import PageServer, WebOptions, WebServer
 from bt_mission.views.web.shown_mission import ShownMission
 
 ANY_PORT = WebOptions(port=0)
+Server = TypeVar("Server", bound=PageServer)
 
 
 def serve(
@@ -22,10 +23,15 @@ def serve(
     scene: Callable[[WebServer], Awaitable[None]],
     options: WebOptions = ANY_PORT,
 ) -> None:
-    """Serve while a scene is played."""
+    """Serve a mission while a scene is played."""
+    play_with(WebServer(shown, options), scene)
+
+
+def play_with(server: Server, scene: Callable[[Server], Awaitable[None]]) -> None:
+    """Play a scene while a server serves."""
 
     async def play() -> None:
-        with closing(WebServer(shown, options)) as server:
+        with closing(server):
             is_over = False
             serving = asyncio.create_task(server.serve(lambda: is_over))
             try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 from py_trees.common import Status
@@ -59,7 +59,6 @@ class Board:
         self._seen_variables: dict[str, str] = {}
         self._map: Map | None = None
         self._series: dict[str, Series] = {}
-        self._has_series = False
 
     # ---- what is shown --------------------------------------------------------------------
 
@@ -126,11 +125,6 @@ class Board:
             has_changed |= self._robot.put("grid", encoding.grid(robot.map), at)
         self._advance(has_changed)
 
-    def set_series(self, series: Mapping[str, Series]) -> None:
-        """Take the values of all variables against time, where they are known beforehand."""
-        self._has_series = True
-        self._series = {escape_control(name): thinned(values) for name, values in series.items()}
-
     def series(self, name: str) -> Series:
         """The values that a variable has had."""
         return self._series.get(name, [])
@@ -173,8 +167,7 @@ class Board:
         self._told_tree = None if tree is None else encoding.tree(tree)
         self._nodes.clear()
         self._changes, self._changes_begin = [], None
-        if not self._has_series:
-            self._series.clear()
+        self._series.clear()
         self._forget_values()
         self.revision += 1
 
@@ -199,12 +192,6 @@ class Board:
         self._seen_goals, self._seen_variables = {}, {}
 
     def _show_values(self, mission: MissionState) -> None:
-        """Show goals and variables, all of them where a replay has gone back."""
-        newest_goal = next(reversed(self._seen_goals), None)
-        has_gone_back = newest_goal is not None and newest_goal not in mission.goals
-        if has_gone_back or len(mission.variables) < len(self._seen_variables):
-            self._forget_values()
-            self.revision += 1
         for goal_id in self._seen_goals.keys() - mission.goals.keys():  # a state keeps the newest
             del self._seen_goals[goal_id]
             self._goals.drop(escape_control(goal_id))
@@ -222,8 +209,7 @@ class Board:
             if self._seen_variables.get(name) != value:
                 self._seen_variables[name] = value
                 has_changed |= self._variables.put(escape_control(name), escape_control(value), at)
-                if not self._has_series:
-                    self._sample(mission, name, value)
+                self._sample(mission, name, value)
         for requirement in mission.requirements:
             shown = encoding.requirement(requirement)
             has_changed |= self._requirements.put(shown["name"], shown, at)

@@ -20,12 +20,6 @@ CONTROLS: Mapping[str, str] = {
     "stop": "",
     "breakpoint": "node",
     "attach": "name",
-    "play": "",
-    "reverse": "",
-    "speed": "number",
-    "change": "number",
-    "start": "number",
-    "go": "number",
 }
 """What changes something for everybody who looks on, with what it takes."""
 
@@ -49,19 +43,12 @@ class PageRequest:
     Attributes:
         do: One of :data:`CONTROLS` or :data:`QUESTIONS`.
         node: Index of the node it is about.
-        number: Of seconds, steps, or how many times as fast.
     """
 
     do: str
     node: int = 0
-    number: float = 0.0
     name: str = ""
     is_on: bool = False
-
-    @property
-    def is_control(self) -> bool:
-        """Does it change something for others, too?"""
-        return self.do in CONTROLS
 
 
 def read_request(text: str) -> PageRequest:
@@ -89,11 +76,8 @@ def read_request(text: str) -> PageRequest:
 
 
 def _checked(key: str, value: Any) -> Any:
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    if key == "node" and is_number and isinstance(value, int) and 0 <= value < 1 << 31:
+    if key == "node" and type(value) is int and 0 <= value < 1 << 31:
         return value
-    if key == "number" and is_number and -1e9 < value < 1e9:
-        return float(value)
     if (key == "name" and isinstance(value, str)) or (key == "is_on" and isinstance(value, bool)):
         return value
     raise PageRequestError(f"'{key}' is none")

@@ -12,7 +12,8 @@ from importlib import resources
 from starlette.applications import Starlette
 from starlette.requests import Request
 from starlette.responses import Response
-from starlette.routing import Route, WebSocketRoute
+from starlette.routing import BaseRoute, Route, WebSocketRoute
+from typing_extensions import override
 
 from bt_mission.core.guarded_server import Connections, FrameRate, GuardedServer, listening_socket
 from bt_mission.core.html.pages import render
@@ -58,35 +59,31 @@ class WebOptions:
     frame_s: float = FRAME_S
 
 
-class WebServer:
-    """Serves a mission to pages, from :meth:`serve` on.
+class PageServer:
+    """Serves a page with its files, from :meth:`serve` on.
 
     Args:
-        shown: What the pages look at.
+        index: The page.
         options: Where, and to whom.
+        routes: Served besides, below the same link.
 
     Raises:
         BtMissionError: Where it cannot listen there.
     """
 
-    def __init__(self, shown: ShownMission, options: WebOptions) -> None:
-        self._shown = shown
+    def __init__(self, index: str, options: WebOptions, *routes: BaseRoute) -> None:
+        self._files = {**page_files(), "index.html": index.encode()}
         self._frame_s = options.frame_s
         self._socket = listening_socket(options.host, options.port)
         self.token = secrets.token_urlsafe(16)
         self.port: int = self._socket.getsockname()[1]
         host = f"[{options.host}]" if ":" in options.host else options.host
         self.link = f"http://{host}:{self.port}/{self.token}/"
-        self.pages = OpenPages(shown, is_read_only=options.is_read_only)
-        app = Starlette(
-            routes=[
-                Route("/", page_file),
-                Route("/{name}", page_file),
-                WebSocketRoute("/live", self.pages.open),
-            ]
-        )
+        files = (Route("/", self._file), Route("/{name}", self._file))
         connections = Connections()
-        gate = Gate(app, self.token, options.host, connections.admitted)
+        gate = Gate(
+            Starlette(routes=[*files, *routes]), self.token, options.host, connections.admitted
+        )
         self._server = GuardedServer(gate, connections, FRAMES, most_bytes=4 * LONGEST)
 
     async def serve(self, until: Callable[[], bool]) -> None:
@@ -97,20 +94,14 @@ class WebServer:
         """
         loop = asyncio.get_running_loop()
         faults: list[Exception] = []
-        since_look: Stopwatch | None = None
 
         def frame() -> None:
-            nonlocal since_look
             try:
                 if until():
                     self._server.should_exit = True
                     return
                 loop.call_later(self._frame_s, frame)
-                if since_look and not self.pages.are_open and since_look.elapsed_s < IDLE_S:
-                    return
-                since_look = Stopwatch()
-                self._shown.look(self.pages.panels)
-                self.pages.tell()
+                self._look()
             except Exception as error:  # noqa: BLE001 - raised again where it can be seen
                 faults.append(error)
                 self._server.should_exit = True
@@ -124,23 +115,49 @@ class WebServer:
         """Listen no longer."""
         self._socket.close()
 
+    def _look(self) -> None:
+        """Take what is new, for pages; there is nothing new where a page has all of its data."""
 
-async def page_file(request: Request) -> Response:
-    """Return a file of the page."""
-    name = request.path_params.get("name", "index.html")
-    content = page_files().get(name)
-    if content is None:
-        return Response("There is no such file.\n", 404, media_type="text/plain")
-    return Response(content, headers={"content-type": TYPES[name.rpartition(".")[2]]})
+    async def _file(self, request: Request) -> Response:
+        """Return a file of the page: what a request names is looked up, never opened."""
+        name = request.path_params.get("name", "index.html")
+        content = self._files.get(name)
+        if content is None:
+            return Response("There is no such file.\n", 404, media_type="text/plain")
+        return Response(content, headers={"content-type": TYPES[name.rpartition(".")[2]]})
+
+
+class WebServer(PageServer):
+    """Serves a mission to pages.
+
+    Args:
+        shown: What the pages look at.
+        options: As :class:`PageServer` takes them.
+    """
+
+    def __init__(self, shown: ShownMission, options: WebOptions) -> None:
+        self._shown = shown
+        self.pages = OpenPages(shown, is_read_only=options.is_read_only)
+        self._since_look: Stopwatch | None = None
+        index = render("views/web/page/index.html")
+        super().__init__(index, options, WebSocketRoute("/live", self.pages.open))
+
+    @override
+    def _look(self) -> None:
+        since = self._since_look
+        if since is not None and not self.pages.are_open and since.elapsed_s < IDLE_S:
+            return
+        self._since_look = Stopwatch()
+        self._shown.look(self.pages.panels)
+        self.pages.tell()
 
 
 @cache
 def page_files() -> dict[str, bytes]:
-    """Return the files of the page by name: what a request names is looked up, never opened."""
+    """Return the files that a page refers to, by name."""
     folder = resources.files("bt_mission.views.web") / "page"
-    files = {
+    return {
         file.name: file.read_bytes()
         for file in folder.iterdir()
         if file.name.rpartition(".")[2] in TYPES
     }
-    return {**files, "index.html": render("views/web/page/index.html").encode()}

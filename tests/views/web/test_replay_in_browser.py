@@ -1,18 +1,18 @@
-"""A recording on the page in a browser: how one moves in it, and how it is forked."""
+"""The served page of a recording in a browser: where it opens, and how the run is forked."""
 
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
+from dataclasses import replace
+from typing import Any
 
 import pytest
 
-from bt_mission.recording.replay.player import Player
-from bt_mission.recording.replay.timeline import read_timeline
-from bt_mission.views.web.replay import ForkOffer, ReplayedMission
-from bt_mission.views.web.server import WebOptions, WebServer
+from bt_mission.views.web.report.page import robot_runs, served_page_of
+from bt_mission.views.web.server import PageServer
 from tests.support.browser import BROWSER, Page
 from tests.support.recordings import recording
-from tests.support.web_pages import serve
+from tests.support.web_pages import ANY_PORT, play_with
 from tests.support.web_screen import Screen
 
 pytestmark = [
@@ -28,68 +28,64 @@ SELECTED = (
 SHOWN = "document.getElementById('fork-command').value"
 
 
-def play(
-    page: Page,
-    scene: Callable[[Screen, Player], Awaitable[None]],
-    fork: ForkOffer | None,
-    *,
-    is_read_only: bool = False,
-) -> None:
-    """Play a scene on the page of a recording; nothing may go wrong on it."""
-    player = Player(read_timeline(recording()))
+def play(page: Page, scene: Callable[[Screen], Awaitable[None]], **more: Any) -> None:
+    """Play a scene on the page of a recording; nothing may go wrong on it.
 
-    async def visited(server: WebServer) -> None:
+    Args:
+        more: Data of the page besides the recording.
+    """
+    runs = [replace(run, data={**run.data, **more}) for run in robot_runs(recording())]
+
+    async def visited(server: PageServer) -> None:
         screen = Screen(page)
         await screen.visit(server.link)
         await screen.until("document.querySelectorAll('.row').length >= 4")
-        await scene(screen, player)
+        await scene(screen)
         assert page.problems == []
 
-    options = WebOptions(port=0, is_read_only=is_read_only)
-    serve(ReplayedMission(player, fork), visited, options)
+    play_with(PageServer(served_page_of(runs), ANY_PORT), visited)
     page.visit("about:blank", width=800, height=600)
 
 
-def test_it_is_moved_in_by_buttons_and_keys(chromium: Page):
-    """From change to change, to the next start of a node, and at its pace."""
+async def go(screen: Screen, at: float) -> None:
+    """Move to an instant, by the slider."""
+    await screen.look(
+        f"(() => {{ const time = document.getElementById('time'); time.value = {at};"
+        " time.dispatchEvent(new Event('input')); })()"
+    )
+    await screen.shows("at", f"{at:.2f} of")
 
-    async def scene(screen: Screen, player: Player) -> None:
-        await screen.click("change-on")
-        await screen.until("document.getElementById('change-back').disabled === false")
-        while player.at_s == 0.0:
-            await screen.look("0")
-        first_s = player.at_s
-        await screen.key("s")
-        while player.at_s == first_s:
-            await screen.look("0")
-        await screen.key("S")
-        while player.at_s != first_s:
-            await screen.look("0")
+
+def test_it_opens_where_it_is_wanted_and_plays_at_its_pace(chromium: Page):
+    """It stands still until somebody plays it."""
+
+    async def scene(screen: Screen) -> None:
+        await screen.shows("at", "1.25 of")
+        await screen.shows("at", "paused 4 x")
+        await screen.shows("status", "running")
         await screen.look("document.getElementById('follow').focus()")
         await screen.key("p")
         await screen.shows("play", "Pause")
         await screen.key("p")
         await screen.until("document.getElementById('play').innerText.trim() === 'Play'")
 
-    play(chromium, scene, None)
+    play(chromium, scene, at=1.25, speed=4.0)
 
 
 def test_the_command_for_a_fork_is_that_of_the_instant(chromium: Page):
     """It stands still for it, and goes along with whoever moves on; a button copies it."""
 
-    async def scene(screen: Screen, player: Player) -> None:
-        player.go(1.25)
-        await screen.shows("at", "1.25 of")
-        player.play()
+    async def scene(screen: Screen) -> None:
+        await screen.click("play")
         await screen.shows("play", "Pause")
         await screen.key("F")
         await screen.shows("play", "Play")
-        assert not player.is_playing
-        await screen.until(f"{SHOWN} === {COMMAND + f' {player.at_s:.3f}'!r}")
-        focused = "document.activeElement.id"
-        assert await screen.look(focused) == "fork-command"
+        await go(screen, 1.25)
+        await screen.until(f"{SHOWN} === {COMMAND + ' 1.250'!r}")
+        await screen.look("document.getElementById('fork-command').select()")
         assert await screen.look(SELECTED) == await screen.look(SHOWN)
-        player.go(2.5)
+        await screen.look("document.getElementById('fork-command').focus()")
+        await go(screen, 2.5)
         await screen.until(f"{SHOWN} === {COMMAND + ' 2.500'!r}")
         await screen.look(
             "Object.defineProperty(navigator, 'clipboard', { configurable: true,"
@@ -104,33 +100,28 @@ def test_the_command_for_a_fork_is_that_of_the_instant(chromium: Page):
         assert await screen.look(SELECTED) == f"{COMMAND} 2.500"
         await screen.key("Escape")
         await screen.until("document.getElementById('fork-panel').hidden")
-        assert await screen.look(focused) == "fork"
+        assert await screen.look("document.activeElement.id") == "fork"
 
-    play(chromium, scene, ForkOffer(COMMAND))
+    play(chromium, scene, at=0.0, fork={"command": COMMAND, "refusal": ""})
 
 
 def test_a_run_that_cannot_run_again_says_why(chromium: Page):
     """In the place of the command."""
 
-    async def scene(screen: Screen, _: Player) -> None:
+    async def scene(screen: Screen) -> None:
         await screen.click("fork")
         await screen.shows("notice", "a live run cannot run again")
         assert await screen.look("document.getElementById('fork-panel').hidden")
 
-    play(chromium, scene, ForkOffer(COMMAND, "a live run cannot run again"))
+    play(chromium, scene, fork={"command": COMMAND, "refusal": "a live run cannot run again"})
 
 
-@pytest.mark.parametrize("is_read_only", [False, True])
-def test_where_no_forks_are_offered_there_is_no_button(
-    chromium: Page,
-    is_read_only: bool,  # noqa: FBT001 - a parameter of the test
-):
-    """Nor does its key do anything; on a page that may only look least of all."""
+def test_where_no_forks_are_offered_there_is_no_button(chromium: Page):
+    """Nor does its key do anything."""
 
-    async def scene(screen: Screen, _: Player) -> None:
+    async def scene(screen: Screen) -> None:
         await screen.until("document.getElementById('fork').offsetParent === null")
         await screen.key("F")
         assert await screen.look("document.getElementById('fork-panel').hidden")
 
-    offer = ForkOffer(COMMAND) if is_read_only else None
-    play(chromium, scene, offer, is_read_only=is_read_only)
+    play(chromium, scene)

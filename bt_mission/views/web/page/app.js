@@ -147,10 +147,9 @@ function drawState() {
   ].filter(Boolean).join(" · ");
   byId("reason").textContent = state.reason || "";
   byId("live-keys").hidden = byId("live-controls").hidden = Boolean(replay) || Boolean(parts.is_read_only);
-  byId("replay-keys").hidden = byId("replay-controls").hidden = !replay || Boolean(parts.is_read_only);
+  byId("replay-keys").hidden = byId("replay-controls").hidden = !replay;
   for (const name of Object.values(LIVE_KEYS)) byId(name).disabled = !(state.can ?? []).includes(name);
   if (replay) label("play", replay.is_playing ? "Pause" : "Play", replay.is_playing ? "pause" : "play");
-  byId("time").disabled = Boolean(replay) && Boolean(parts.is_read_only);
   byId("camera-panel").hidden = Boolean(replay);
   const idle = state.status === "idle" ? "No mission runs: the next one that is sent is shown here." : "";
   byId("hint").textContent = store.tree ? "" : parts.hint || idle;

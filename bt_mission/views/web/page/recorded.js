@@ -97,11 +97,11 @@ export class Recorded {
     this.kept = [new State()];
     this.index = Infinity; // so that the whole state is sent
     this.isPlaying = this.isBackwards = false;
-    this.speed = 1;
-    this.at = data.duration;
+    this.speed = data.speed ?? 1;
+    this.at = this.within(data.at ?? data.duration);
     const marks = new Set(data.changes.map((at) => Math.floor((at / Math.max(data.duration, 1e-9)) * MARKS) / MARKS));
     this.take({
-      replay: this.replay(), report: data.details, marks: [...marks].filter((share) => share >= 0 && share <= 1),
+      replay: this.replay(), report: data.details, fork: data.fork, marks: [...marks].filter((share) => share >= 0 && share <= 1),
       choices: this.sources.length > 1 ? this.sources.map((source) => [source.name, ""]) : [],
     });
     this.onState("", false);

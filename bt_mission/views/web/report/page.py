@@ -39,7 +39,12 @@ _EXPORT = re.compile(r"^export (?=(?:async )?(?:const|function|class) (\w+))", r
 
 @dataclass(frozen=True)
 class RobotRun:
-    """What a page shows of the run of one robot: its name, the state at the end, and the data."""
+    """What a page shows of the run of one robot: its name, the state at the end, and the data.
+
+    `data` may have besides: `at`, s, where the page opens it instead of at its end; the `speed` at
+    which it plays; and of `fork` the `command` on a terminal, up to that instant, or the `refusal`
+    of a run that cannot run again.
+    """
 
     robot: str
     mission: MissionState
@@ -65,22 +70,31 @@ def write_report(recording: Path, output: Path, robot: str | None = None) -> Non
 
 
 def page_of(runs: Sequence[RobotRun]) -> str:
-    """Return the page of the robots of a recording; the first is shown first."""
+    """Return the page of the robots of a recording, in one file; the first is shown first."""
     style, script = _text("style.css"), bundled("app.js")
-    mission = runs[0].mission
-    return render(
-        "views/web/page/index.html",
-        report={
-            "title": mission.tree.mission if mission.tree else "no mission",
-            "status": mission.status or "unknown",
-            "reason": mission.state.reason if mission.state else "",
-            "icon": base64.b64encode(_text("icon.svg").encode()).decode(),
-            "policy": POLICY.format(script=_hash(script), style=_hash(style)),
-            "style": Markup(style),  # noqa: S704 - a file of ours
-            "script": Markup(script),  # noqa: S704 - files of ours
-            "runs": [(run.robot, base64.b64encode(run.packed).decode()) for run in runs],
-        },
+    return _page(
+        runs,
+        icon=base64.b64encode(_text("icon.svg").encode()).decode(),
+        policy=POLICY.format(script=_hash(script), style=_hash(style)),
+        style=Markup(style),  # noqa: S704 - a file of ours
+        script=Markup(script),  # noqa: S704 - files of ours
     )
+
+
+def served_page_of(runs: Sequence[RobotRun]) -> str:
+    """Return the same page with references to its style and its script, for a server of them."""
+    return _page(runs)
+
+
+def _page(runs: Sequence[RobotRun], **inlined: str) -> str:
+    mission = runs[0].mission
+    content = {
+        "title": mission.tree.mission if mission.tree else "no mission",
+        "status": mission.status or "unknown",
+        "reason": mission.state.reason if mission.state else "",
+        "runs": [(run.robot, base64.b64encode(run.packed).decode()) for run in runs],
+    }
+    return render("views/web/page/index.html", report={**content, **inlined})
 
 
 def robot_runs(recording: Path, robot: str | None = None) -> Iterator[RobotRun]:
