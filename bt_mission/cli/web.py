@@ -18,8 +18,8 @@ from bt_mission.cli.parser import Option, each
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
+    from bt_mission.views.web.live import LiveMission
     from bt_mission.views.web.server import PageServer, WebOptions, WebServer
-    from bt_mission.views.web.shown_mission import ShownMission
 
 PORT, LOOPBACK = 8080, "127.0.0.1"
 GROUP = "in a browser"
@@ -75,7 +75,7 @@ def web_options(*instead: str) -> tuple[Option, ...]:
 
 @contextmanager
 def web_server(
-    options: argparse.Namespace, shown: ShownMission, *, is_fast: bool = False
+    options: argparse.Namespace, shown: LiveMission, *, is_fast: bool = False
 ) -> Iterator[WebServer]:
     """A server of a mission that listens; its link is printed, and opened where that is wanted.
 

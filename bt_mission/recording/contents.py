@@ -14,11 +14,8 @@ import numpy as np
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
-from bt_mission.core.cdr.decoder import Take
 from bt_mission.core.versions import versions
 from bt_mission.language.mission import Mission
-from bt_mission.ros.mission_details import MissionDetailsBuilder
-from bt_mission.ros.mission_runner import MissionRunner
 from bt_mission.sessions.session import Run
 
 Camera = Literal["none", "compressed", "raw"]
@@ -45,11 +42,6 @@ PNG_END = b"IEND\xaeB`\x82"
 MOST_BYTES = 50_000_000
 """Saved pictures of a run that a recording takes in, all together."""
 
-DETAILS_EVERY_NS = 500_000_000
-"""ROS time between two messages while nothing happens but that running nodes get on."""
-
-DETAILS_TYPE = "bt_mission_interfaces/msg/MissionDetails"
-
 
 def facts_of(run: Run, start_ns: int) -> dict[str, str]:
     """What is known of a mission's run at its start."""
@@ -72,33 +64,6 @@ def files_of(mission: Mission) -> Iterator[tuple[str, str]]:
     """The mission's file and those that it includes, each with its name and text."""
     for document in mission.documents:
         yield mission.portable_name(document.file), document.text
-
-
-class DetailsRecorder:
-    """Takes what is new of a mission, when something has happened and twice a second.
-
-    The details of people who look on now come at the pace of the wall; these at that of the
-    mission.
-
-    Args:
-        mission: Whose executive tells of itself.
-        take: Takes it, serialized.
-    """
-
-    def __init__(self, mission: MissionRunner, take: Take) -> None:
-        self._take = take
-        self._details = MissionDetailsBuilder(mission)
-        self.is_due = False
-        """Has something happened, to be told of with the next look?"""
-        self._told_ns: int | None = None
-        """None before the first: details are of use to nobody before there is a tree."""
-
-    def look(self, now_ns: int) -> None:
-        """Tell what is new, if it is time."""
-        is_late = self._told_ns is not None and not 0 <= now_ns - self._told_ns < DETAILS_EVERY_NS
-        if self.is_due or is_late:
-            self.is_due, self._told_ns = False, now_ns
-            self._take(serialize_message(self._details.describe_changes()))
 
 
 class PictureFolder:

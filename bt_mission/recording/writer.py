@@ -27,6 +27,9 @@ from bt_mission.core.errors import described
 from bt_mission.core.output import DELETED
 from bt_mission.core.stamps import set_ns
 from bt_mission.core.versions import versions
+from bt_mission.events.events import Event
+from bt_mission.events.log import rosout_line
+from bt_mission.recording import signal_samples
 from bt_mission.recording.contents import (
     PictureFolder,
     RecordingOptions,
@@ -38,9 +41,9 @@ from bt_mission.recording.contents import (
 from bt_mission.recording.facts import FACTS, MISSIONS, SUMMARY, note_of
 from bt_mission.recording.file import MOST_WAITING, McapFile
 from bt_mission.recording.goals import GoalEvents
-from bt_mission.recording.mission_recorder import MissionRecorder
 from bt_mission.recording.topics import GraphTopics
-from bt_mission.sessions.session import Onlooker, Session
+from bt_mission.ros.mission_details import MissionDetailsBuilder
+from bt_mission.sessions.session import Onlooker, Run, Session
 
 LOOK_NS = 2_000_000_000
 """Time between two looks at what topics and pictures there are."""
@@ -49,6 +52,17 @@ IMAGE = "sensor_msgs/msg/Image"
 CAMERA_TYPES = (IMAGE, "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo")
 MOST_LEAD_NS = 1_000_000_000
 """A header may be so much ahead of the clock of a recording, ns; one further ahead is wrong."""
+
+DETAILS_EVERY_NS = 500_000_000
+"""ROS time between two messages of details while nothing happens but the progress of nodes."""
+
+DETAILS_TYPE = "bt_mission_interfaces/msg/MissionDetails"
+STATUS_TYPES = {
+    "tree": "bt_mission_interfaces/msg/Tree",
+    "requirements": "bt_mission_interfaces/msg/Requirements",
+    "state": "bt_mission_interfaces/msg/MissionState",
+    "changes": "bt_mission_interfaces/msg/StatusChanges",
+}
 
 NEVER = ("/clock", "/parameter_events")
 """Every message has its ROS time anyway; parameters do not change here."""
@@ -386,3 +400,91 @@ def record(
         BtMissionError: When the file cannot be opened.
     """
     return RunRecorder(session, Path(path), options)
+
+
+class MissionRecorder:
+    """Records what an executive tells of its mission.
+
+    Args:
+        run: The mission, with its executive.
+        recording: Takes it.
+        is_alone: Is it the only one in the recording? The log names the robot otherwise.
+    """
+
+    def __init__(self, run: Run, recording: RunRecorder, *, is_alone: bool) -> None:
+        self.name = run.node.get_fully_qualified_name()
+        """Full name of the executive's node: below it lie the mission's topics."""
+        self._runner = run.runner
+        self._logger = run.node.get_name() if is_alone else self.name.strip("/").replace("/", ".")
+        self._recording = recording
+        self._status = {
+            what: recording.open_own(f"{self.name}/{what}", type_name)
+            for what, type_name in STATUS_TYPES.items()
+        }
+        self._details = MissionDetailsBuilder(run.runner)
+        self._take_details = recording.open_own(f"{self.name}/details", DETAILS_TYPE)
+        self._is_due = False
+        """Has something happened since the last details?"""
+        self._described_ns: int | None = None
+        """None before the first: details are of use to nobody before there is a tree."""
+        self._trace = recording.open_text(f"{self.name}/trace")
+        self._signals = recording.open_text(f"{self.name}/{signal_samples.TOPIC}")
+        self._on_status = recording.guarded(self._take_status)
+        self._on_line = recording.guarded(self._trace)
+        self._on_event = recording.guarded(self._take_event)
+        self._samples = signal_samples.SignalSamples(run.runner, self._sample, recording.guarded)
+
+    @property
+    def facts(self) -> Mapping[str, str]:
+        """What is to be told at the start."""
+        return self._samples.facts
+
+    def attach_simulation(self, file: McapFile, time_ns: int) -> None:
+        """Put the model of the simulation, if there is one, into a file."""
+        self._samples.attach_to(file, time_ns)
+
+    def begin(self) -> None:
+        """Take what has been told so far, and what is told from now on."""
+        self._runner.status_publisher.add(self._on_status)
+        trace = self._runner.trace
+        for line in trace.newest:
+            self._on_line(line)
+        trace.lines.subscribe(self._on_line)
+        self._runner.executive.events.subscribe(self._on_event)
+
+    def look(self, now_ns: int, *, is_due: bool = False) -> None:
+        """Record what running nodes do, if something has happened, and twice a second.
+
+        The details of viewers come at the pace of the wall; these at that of the mission.
+        """
+        last_ns = self._described_ns
+        is_late = last_ns is not None and not 0 <= now_ns - last_ns < DETAILS_EVERY_NS
+        if is_due or self._is_due or is_late:
+            self._is_due, self._described_ns = False, now_ns
+            self._take_details(serialize_message(self._details.describe_changes()))
+
+    def tell_changes(self) -> None:
+        """Have the mission tell what it has not told yet."""
+        self._runner.status_publisher.publish_if_changed()
+
+    def close(self) -> None:
+        """Record no more."""
+        self.tell_changes()
+        self._runner.status_publisher.remove(self._on_status)
+        self._runner.trace.lines.unsubscribe(self._on_line)
+        self._runner.executive.events.unsubscribe(self._on_event)
+        self._samples.close()
+
+    def _take_status(self, what: str, message: Any) -> None:
+        self._is_due = True
+        self._status[what](serialize_message(message))
+
+    def _take_event(self, event: Event) -> None:
+        line = rosout_line(event, self._runner.executive.node_infos)
+        if line is not None:
+            self._recording.take_log(line[0], self._logger, line[1])
+
+    def _sample(self, line: str) -> None:
+        """Take the signals of a control step, behind what was heard before it."""
+        self._recording.poll_feedback()
+        self._signals(line)

@@ -19,7 +19,7 @@ from bt_mission import read_recording
 from bt_mission.cli import replay, run_shown, web
 from bt_mission.cli.main import main, make_parser
 from bt_mission.testing.live_graph import command
-from bt_mission.views.web.shown_mission import ShownMission
+from bt_mission.views.web.live import LiveMission
 from tests.support.processes import PATIENCE_S, read_until, started
 from tests.support.recordings import recording, with_facts
 from tests.support.report_pages import data_of
@@ -186,7 +186,7 @@ def test_ctrl_c_while_it_starts_is_heard_by_the_first_step(
 
     @contextmanager
     def interrupted(
-        options: argparse.Namespace, shown: ShownMission, *, is_fast: bool
+        options: argparse.Namespace, shown: LiveMission, *, is_fast: bool
     ) -> Iterator[WebServer]:
         signal.raise_signal(signal.SIGINT)
         with web.web_server(options, shown, is_fast=is_fast) as server:

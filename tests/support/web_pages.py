@@ -11,15 +11,15 @@ from urllib.parse import urlsplit
 
 from websockets.asyncio.client import ClientConnection, connect
 
+from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.server import PageServer, WebOptions, WebServer
-from bt_mission.views.web.shown_mission import ShownMission
 
 ANY_PORT = WebOptions(port=0)
 Server = TypeVar("Server", bound=PageServer)
 
 
 def serve(
-    shown: ShownMission,
+    shown: LiveMission,
     scene: Callable[[WebServer], Awaitable[None]],
     options: WebOptions = ANY_PORT,
 ) -> None:

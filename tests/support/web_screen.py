@@ -16,10 +16,10 @@ class Screen:
         self.page = page
 
     async def visit(self, link: str, width: int = 1200, height: int = 800) -> None:
-        """Open it, and wait until it is connected."""
+        """Open it, and wait until it is connected, or has read its recording."""
         self.page.problems.clear()
         await asyncio.to_thread(partial(self.page.visit, link, width=width, height=height))
-        await self.until("document.getElementById('connection').textContent === 'connected'")
+        await self.until("document.getElementById('connection').textContent !== 'connecting'")
 
     async def until(self, expression: str) -> None:
         """Wait until an expression holds."""

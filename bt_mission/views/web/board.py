@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Hashable, Iterable, Sequence
+from typing import Any, Generic, TypeVar
 
 from py_trees.common import Status
 
@@ -17,12 +17,11 @@ from bt_mission.events.events import (
     NodesReset,
     RunStarted,
 )
+from bt_mission.events.log import LogEntry
 from bt_mission.events.messages import Map
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.watched_mission import targets
 from bt_mission.views.web import encoding
-from bt_mission.views.web.log_lines import LogLines
-from bt_mission.views.web.revisions import RevisedValues
 
 SERIES_VALUES = 2_000
 """Values of a variable that are kept against time; beyond it every second one is dropped."""
@@ -30,8 +29,89 @@ SERIES_VALUES = 2_000
 MOST_CHANGES = 20_000
 """Changes of nodes that are kept for pages that open late; beyond it, the last of each node."""
 
+LOG_LINES = 500
+"""Lines that a page is told when it opens."""
+
+Key = TypeVar("Key", bound=Hashable)
+
 Series = list[tuple[float, float]]
 """Values of a variable with their times, s since the mission's start."""
+
+
+class _Revised(Generic[Key]):
+    """Values by key, the last changed ones last.
+
+    A page that is slow misses values in between and never the newest; nothing is queued for it.
+    """
+
+    def __init__(self) -> None:
+        self._kept: dict[Key, tuple[int, Any]] = {}
+
+    def put(self, key: Key, value: Any, revision: int) -> bool:
+        """Keep a value; gives whether it is another one than before."""
+        before = self._kept.get(key)
+        if before is not None and before[1] == value:
+            return False
+        self._kept.pop(key, None)
+        self._kept[key] = (revision, value)
+        return True
+
+    def since(self, revision: int) -> dict[Key, Any]:
+        """What has changed after a revision, in the order of the changes."""
+        found: list[tuple[Key, Any]] = []
+        for key in reversed(self._kept):
+            changed, value = self._kept[key]
+            if changed <= revision:
+                break
+            found.append((key, value))
+        return dict(reversed(found))
+
+    def drop(self, key: Key) -> None:
+        """Forget a value; pages that have it keep it."""
+        self._kept.pop(key, None)
+
+    def clear(self) -> None:
+        """Forget all of them."""
+        self._kept.clear()
+
+
+class _LogLines:
+    """The newest lines. A log that has lost its newest lines, as in a replay, is told anew."""
+
+    def __init__(self) -> None:
+        self._lines: list[tuple[int, list[Any]]] = []
+        """Each with the revision at which it came."""
+        self._last: LogEntry | None = None
+        self._reset_revision = 0
+
+    def show(self, log: Sequence[LogEntry], start_ns: int, revision: int) -> bool:
+        """Take a log in as it is now; gives whether it is another one than before."""
+        if (log[-1] if log else None) == self._last:
+            return False
+        news: list[LogEntry] = []
+        for entry in reversed(log):
+            if entry == self._last or len(news) == LOG_LINES:
+                break
+            news.append(entry)
+        else:
+            self._lines.clear()
+            self._reset_revision = revision
+        self._lines += [(revision, encoding.log_entry(one, start_ns)) for one in reversed(news)]
+        del self._lines[:-LOG_LINES]
+        self._last = log[-1] if log else None
+        return True
+
+    def since(self, revision: int) -> dict[str, Any]:
+        """The lines that came after a revision, and whether they replace those before."""
+        found: list[list[Any]] = []
+        for came, line in reversed(self._lines):
+            if came <= revision:
+                break
+            found.append(line)
+        is_new = self._reset_revision > revision
+        if not found and not is_new:
+            return {}
+        return {"log": found[::-1], **({"log_is_new": True} if is_new else {})}
 
 
 class Board:
@@ -43,13 +123,13 @@ class Board:
 
     def __init__(self) -> None:
         self.revision = 1
-        self._parts: RevisedValues[str] = RevisedValues()
-        self._nodes: RevisedValues[int] = RevisedValues()
-        self._goals: RevisedValues[str] = RevisedValues()
-        self._variables: RevisedValues[str] = RevisedValues()
-        self._requirements: RevisedValues[str] = RevisedValues()
-        self._robot: RevisedValues[str] = RevisedValues()
-        self._log = LogLines()
+        self._parts: _Revised[str] = _Revised()
+        self._nodes: _Revised[int] = _Revised()
+        self._goals: _Revised[str] = _Revised()
+        self._variables: _Revised[str] = _Revised()
+        self._requirements: _Revised[str] = _Revised()
+        self._robot: _Revised[str] = _Revised()
+        self._log = _LogLines()
         self._changes: list[list[Any]] = []
         self._changes_begin: float | None = None
         self._tree: RunStarted | None = None
@@ -225,6 +305,27 @@ class Board:
         if not values or time_s > values[-1][0]:
             values.append((time_s, number))
         self._series[escape_control(name)] = thinned(values)
+
+
+def put_state(board: Board, mission: MissionState, **more: Any) -> None:
+    """Put on the board how the mission stands, and the time."""
+    state, tree, charge = mission.state, mission.tree, mission.robot.charge
+    board.put(
+        "state",
+        {
+            "mission": tree.mission if tree else state.mission if state else "",
+            "status": mission.status,
+            "reason": state.reason if state else "",
+            "tip": mission.tip,
+            "ticks": mission.ticks,
+            "goals_sent": mission.goals_sent,
+            "breakpoints": mission.breakpoints,
+            "charge": None if charge is None else round(charge, 1),
+            **more,
+        },
+    )
+    now_ns = mission.now_ns - tree.time_ns if tree else 0
+    board.put("clock", {"now": now_ns / NS, "elapsed": mission.elapsed_ns / NS})
 
 
 def touched_by(happened: Iterable[Event]) -> set[int] | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import messages
@@ -10,11 +11,10 @@ from bt_mission.events.events import Event
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import Attachment, ControlRequest, Graph, Verb
 from bt_mission.events.watched_mission import WatchedMission, possible_verbs
-from bt_mission.views.web.board import Board, touched_by
+from bt_mission.views.web.board import Board, put_state, touched_by
 from bt_mission.views.web.encoding import ROBOT_PARTS
 from bt_mission.views.web.page_requests import PageRequest
 from bt_mission.views.web.pictures import jpeg_of
-from bt_mission.views.web.shown_mission import Notices, OpenPanels, put_state
 
 CHECK_S = 1.0
 """Wall time between two looks at who is there, once somebody is watched."""
@@ -30,6 +30,14 @@ VERBS = {
     "stop": Verb.STOP,
 }
 WORDS = {verb: word for word, verb in VERBS.items()} | {Verb.BREAK: "breakpoint"}
+
+
+@dataclass(frozen=True)
+class OpenPanels:
+    """What pages have open, beside what all of them show."""
+
+    map: bool = False
+    camera: bool = False
 
 
 class LiveMission:
@@ -52,13 +60,14 @@ class LiveMission:
     ) -> None:
         self.board = Board()
         self.picture: tuple[int, bytes] | None = None
+        """The newest picture of the camera as JPEG, and its number; None without one."""
         self.nobody_s = 0.0
         """Wall time for which nobody was there, s, as long as nobody has been watched yet."""
         self._graph = graph
         self._attachment = Attachment(graph, name)
         self._refusal = refusal
         self._watched = WatchedMission()
-        self._notices = Notices(self.board)
+        self._notices = 0
         self._wall, self._since_check = Stopwatch(), Stopwatch()
         self._since_picture = Stopwatch()
         self._hint = ""
@@ -88,7 +97,7 @@ class LiveMission:
             heard = source.take(needs_statuses=watched.needs_statuses)
             happened = watched.take(heard, self._wall.elapsed_s)
             for answer in heard.answers:
-                self._notices.say(watched.with_names(answer.text))
+                self._say(watched.with_names(answer.text))
             touched = touched_by(happened)
             self._has_moved |= bool(heard.robot)
             self._show_image(heard.image)
@@ -106,19 +115,17 @@ class LiveMission:
             if request.name in (one.name for one in self._graph.find()):
                 self.attach(request.name)
             else:
-                self._notices.say(f"{request.name} is not there any more")
+                self._say(f"{request.name} is not there any more")
             return
         if refusal := self._refusal():
-            self._notices.say(refusal)
+            self._say(refusal)
         elif source is None:
-            self._notices.say("nobody is watched yet")
+            self._say("nobody is watched yet")
         elif request.do == "breakpoint":
             if (wish := self._watched.toggled_breakpoint(request.node)) is not None:
                 source.send(wish)
-        elif request.do in VERBS:
-            source.send(ControlRequest(VERBS[request.do]))
         else:
-            self._notices.say("only a recording can be moved in")
+            source.send(ControlRequest(VERBS[request.do]))
 
     def _show_image(self, image: messages.CameraImage | None) -> None:
         """Keep a picture for the pages, a few times a second at most."""
@@ -130,6 +137,11 @@ class LiveMission:
             self.picture = (self.picture[0] + 1 if self.picture else 1, found)
 
     # ---- inside ---------------------------------------------------------------------------
+
+    def _say(self, text: str) -> None:
+        """Send a line to all pages; each counts, so that the same one can be sent twice."""
+        self._notices += 1
+        self.board.put("notice", [self._notices, text])
 
     def _watch_anew(self) -> None:
         self._watched, self._has_moved = WatchedMission(), True
@@ -145,7 +157,7 @@ class LiveMission:
             self._watch_anew()
         self._hint = news.text if news.is_nobody else ""
         if news.text and not news.is_nobody:
-            self._notices.say(news.text)
+            self._say(news.text)
         self.nobody_s = self._wall.elapsed_s if news.is_nobody else 0.0
 
     def _put_state(self) -> None:

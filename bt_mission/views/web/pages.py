@@ -9,8 +9,8 @@ from typing import Any
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from bt_mission.views.web import encoding
+from bt_mission.views.web.live import LiveMission, OpenPanels
 from bt_mission.views.web.page_requests import PageRequest, PageRequestError, read_request
-from bt_mission.views.web.shown_mission import OpenPanels, ShownMission
 
 MOST_PAGES = 16
 
@@ -30,7 +30,7 @@ class OpenPage:
         is_read_only: May it only look?
     """
 
-    def __init__(self, socket: WebSocket, shown: ShownMission, *, is_read_only: bool) -> None:
+    def __init__(self, socket: WebSocket, shown: LiveMission, *, is_read_only: bool) -> None:
         self.has_map = self.has_camera = False
         self.news = asyncio.Event()
         """Set when there may be something to tell."""
@@ -129,7 +129,7 @@ class OpenPages:
         is_read_only: May they only look?
     """
 
-    def __init__(self, shown: ShownMission, *, is_read_only: bool) -> None:
+    def __init__(self, shown: LiveMission, *, is_read_only: bool) -> None:
         self._shown = shown
         self._is_read_only = is_read_only
         self._pages: set[OpenPage] = set()

@@ -19,9 +19,9 @@ from bt_mission.core.guarded_server import Connections, FrameRate, GuardedServer
 from bt_mission.core.html.pages import render
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.views.web.gate import Gate
+from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.page_requests import LONGEST
 from bt_mission.views.web.pages import OpenPages
-from bt_mission.views.web.shown_mission import ShownMission
 
 FRAME_S = 0.03
 """Wall time between two looks at what is new."""
@@ -135,7 +135,7 @@ class WebServer(PageServer):
         options: As :class:`PageServer` takes them.
     """
 
-    def __init__(self, shown: ShownMission, options: WebOptions) -> None:
+    def __init__(self, shown: LiveMission, options: WebOptions) -> None:
         self._shown = shown
         self.pages = OpenPages(shown, is_read_only=options.is_read_only)
         self._since_look: Stopwatch | None = None

@@ -9,8 +9,7 @@ import pytest
 
 from bt_mission.events import messages
 from bt_mission.views.web import board
-from bt_mission.views.web.live import LiveMission
-from bt_mission.views.web.shown_mission import OpenPanels
+from bt_mission.views.web.live import LiveMission, OpenPanels
 from tests.support.watched import ScriptedExecutive, ScriptedGraph, goal_in
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 
 from bt_mission.events import messages
-from bt_mission.views.web.live import LiveMission
+from bt_mission.views.web.live import LiveMission, OpenPanels
 from bt_mission.views.web.server import WebServer
-from bt_mission.views.web.shown_mission import OpenPanels
 from tests.support.browser import BROWSER, Page
 from tests.support.watched import ScriptedExecutive, goal_in
 from tests.support.web_pages import serve

@@ -121,9 +121,10 @@ def test_a_read_only_page_controls_nothing(executive: ScriptedExecutive, shown: 
         ('{"do": "breakpoint"}', "'breakpoint' takes node"),
         ('{"do": "breakpoint", "node": -1}', "'node' is none"),
         ('{"do": "breakpoint", "node": true}', "'node' is none"),
-        ('{"do": "go", "number": NaN}', "'number' is none"),
-        ('{"do": "go", "number": 1e400}', "'number' is none"),
-        (f'{{"do": "speed", "number": {"9" * 400}}}', "'number' is none"),
+        ('{"do": "select", "node": NaN}', "'node' is none"),
+        ('{"do": "select", "node": 1e400}', "'node' is none"),
+        (f'{{"do": "select", "node": {"9" * 400}}}', "'node' is none"),
+        ('{"do": "go", "number": 1.5}', "the message asks for what there is not"),
         (f'{{"do": "breakpoint", "node": {"9" * 400}}}', "'node' is none"),
         (
             f'{{"do": "attach", "name": "{"x" * 1000}"}}',

@@ -23,8 +23,7 @@ from bt_mission.events.mission_state import MissionState
 from bt_mission.recording.happenings import RobotMessage
 from bt_mission.recording.reading import UNREADABLE
 from bt_mission.recording.replay.timeline import Frame, Timeline
-from bt_mission.views.web.board import Board, touched_by
-from bt_mission.views.web.shown_mission import put_state
+from bt_mission.views.web.board import Board, put_state, touched_by
 
 POSE_NS = 200_000_000
 SCAN_NS = 1_000_000_000

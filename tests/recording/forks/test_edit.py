@@ -1,10 +1,10 @@
-"""What of a mission cannot change while its tree runs."""
+"""Another version of a recorded mission: what of it cannot change while its tree runs."""
 
 from __future__ import annotations
 
 import pytest
 
-from bt_mission.language.checks.frames import frame_change
+from bt_mission.recording.forks.edit import frame_change
 from bt_mission.sessions.load import load
 
 MISSION = """\
