@@ -71,7 +71,7 @@ def test_nothing_is_told_before_there_is_a_time(ros: Any) -> None:
     """A node that joins a graph with a clock has it with its first message; times begin there."""
     runner = ros.mission(ONE)
     publisher = StatusPublisher(runner.node, has_topics=False)
-    publisher.begin(runner.run)
+    publisher.begin(runner, runner.requirements)
     told: list[tuple[str, Any]] = []
     publisher.add(lambda what, message: told.append((what, message)))
     publisher.publish_if_changed()
