@@ -24,6 +24,7 @@ from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import START_NS, Stage
 from bt_mission.sessions.stage_files import DEFAULT_WORLD
 from bt_mission.views.terminal.speech import Speech
+from sim.physics.spawn import RobotSpawn
 from sim.simulation import Simulation
 from sim.world.loader import load_world
 
@@ -57,19 +58,20 @@ def stage_run(mission_file: Path) -> StageRun:
 def bare_run(mission_file: Path, virtual_s: float, *, scans: bool) -> float:
     """Wall seconds of the same physics for the same virtual time, with or without its scans."""
     mission = load(mission_file)
-    robot = load_robot(mission.robot)
-    simulation = Simulation(load_world(mission.world or DEFAULT_WORLD), robot, seed=mission.seed)
-    model, data = simulation.model, simulation.data
+    world = load_world(mission.world or DEFAULT_WORLD)
+    simulation = Simulation(world, [RobotSpawn(load_robot(mission.robot))], seed=mission.seed)
+    (robot,) = simulation.robots
+    model, data = simulation.physics.model, simulation.physics.data
     steps = round(virtual_s / model.opt.timestep)
     # In motion, as in a mission: wheels that turn and slip cost more than wheels at rest.
-    simulation.command(0.1, 0.5)
+    robot.command(0.1, 0.5)
     simulation.advance_to(START_NS + 1_000_000_000)
-    every = round(1 / robot.lidar.rate / model.opt.timestep)
+    every = round(1 / robot.robot.lidar.rate / model.opt.timestep)
     watch = Stopwatch()
     for step in range(steps):
         mujoco.mj_step(model, data)
         if scans and step % every == 0:
-            simulation.scan(step // every)
+            robot.scan(step // every)
     return watch.elapsed_s
 
 

@@ -130,7 +130,7 @@ def _watch(drawn: DrawnScenario, stages: Stages, outcome: Outcome) -> None:
     outcome.reason = outcome.reason or run.reason
     struck = [message.obstacle for message in run.topic("collisions")]
     outcome.collisions = len(struck)
-    moving = {one.name for one in run.stage.sim.simulation.world.moving}
+    moving = {one.name for one in run.stage.sim.physics.world.moving}
     if not any(map(_deceives, drawn.faults)):
         outcome.findings += [f"collision: {name}" for name in struck if name not in moving]
     if run.is_done and "kill_server" not in outcome.faults:  # a dead server's last word is no news

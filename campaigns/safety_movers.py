@@ -111,24 +111,24 @@ def faster(world: str, speed: float) -> Iterator[str]:
 
 
 def _explore(stage: Stage) -> Iterator[Met]:
-    simulation = stage.sim.simulation
+    robot = stage.runs[0].robot
     obstacles = stage.sim.physics.world.obstacles
     movers = {one.name: one for one in obstacles if one.motion is not None}
-    oracle = Oracle(simulation.robot, obstacles)
+    oracle = Oracle(robot.robot, obstacles)
     heard: list[Collision] = []
     stage.node.create_subscription(Collision, "collisions", heard.append, 10)
-    start_ns = simulation.time_ns
+    start_ns = stage.sim.time_ns
     states: deque[State] = deque()
     while not stage.is_done:
-        commanded = simulation.commanded
+        commanded = robot.commanded
         stage.step()
-        now_s = (simulation.time_ns - start_ns) / 1e9
-        states.append(State(now_s, simulation.pose, simulation.velocity))
+        now_s = (stage.sim.time_ns - start_ns) / 1e9
+        states.append(State(now_s, robot.pose, robot.velocity))
         while states[0].time_s < now_s - KEPT_S:
             states.popleft()
         for one in heard:
             mover = movers.get(one.obstacle)
-            yield _met(one, commanded, list(states), mover, simulation.robot.hull, oracle)
+            yield _met(one, commanded, list(states), mover, robot.robot.hull, oracle)
         heard.clear()
 
 

@@ -27,6 +27,7 @@ from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.robot.model import load_robot
 from bt_mission.virtual_time import VirtualTimeExecutor
 from sim.physics.names import OBSTACLE_PREFIX, SOLID, STEP_NS
+from sim.physics.spawn import RobotSpawn
 from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
 from sim.world.world import World
@@ -83,7 +84,7 @@ class Rig:
         rclpy.init(context=self.context)
         self.sim = SimNode(
             _with_intruder(self.world) if intruder else self.world,
-            self.robot,
+            [RobotSpawn(self.robot)],
             SimOptions(seed=seed, start_ns=START_NS, lean=True, context=self.context),
         )
         self.servers = ServersNode(
@@ -117,12 +118,12 @@ class Rig:
     @property
     def model(self) -> mujoco.MjModel:
         """The model of the world."""
-        return self.sim.simulation.model
+        return self.sim.physics.model
 
     @property
     def data(self) -> mujoco.MjData:
         """The state of the world."""
-        return self.sim.simulation.data
+        return self.sim.physics.data
 
     @property
     def now_s(self) -> float:
@@ -132,17 +133,17 @@ class Rig:
     @property
     def collisions(self) -> int:
         """Collisions so far."""
-        return self.sim.simulation.collisions
+        return self.sim.robots[0].collisions
 
     @property
     def stands(self) -> bool:
         """Whether the base stands, by its true velocity."""
-        linear, angular = self.sim.simulation.velocity
+        linear, angular = self.sim.robots[0].velocity
         return abs(linear) < STANDS_LINEAR and abs(angular) < STANDS_ANGULAR
 
     def gap_ahead(self) -> float:
         """Metres that the hull could go straight on until contact; inf where nothing is."""
-        x, y, yaw = self.sim.simulation.pose
+        x, y, yaw = self.sim.robots[0].pose
         hull = self.robot.hull
         along = np.array([math.cos(yaw), math.sin(yaw), 0.0])
         across = np.array([-math.sin(yaw), math.cos(yaw), 0.0])
@@ -170,7 +171,7 @@ class Rig:
 
     def intrude(self, gap: float) -> None:
         """Let a box appear ahead, its face `gap` metres from the hull, square to the way."""
-        x, y, yaw = self.sim.simulation.pose
+        x, y, yaw = self.sim.robots[0].pose
         depth, _, height = INTRUDER_SIZE
         away = self.robot.hull.front + gap + depth / 2
         at = [x + away * math.cos(yaw), y + away * math.sin(yaw), height / 2]

@@ -80,7 +80,7 @@ def poses(rig: Rig, count: int, seed: int) -> list[Pose]:
 
 
 def _in_reach(rig: Rig) -> bool:
-    x, y, _ = rig.sim.simulation.pose
+    x, y, _ = rig.sim.robots[0].pose
     width, height = rig.world.size
     inside = abs(x) < width / 2 and abs(y) < height / 2
     return inside and NEAREST - 0.1 <= rig.gap_ahead() <= FARTHEST + 0.5
@@ -136,7 +136,7 @@ def _drive(rig: Rig, pose: Pose, speed: float, *, appears: bool) -> Drive:
     sent = rig.send("explore_forward", goal)
     if appears:
         # At full speed, and at no particular phase of scan and control.
-        rig.until(lambda: rig.sim.simulation.velocity[0] > 0.98 * speed, 2.0)
+        rig.until(lambda: rig.sim.robots[0].velocity[0] > 0.98 * speed, 2.0)
         rig.wait(0.005 * (hash(pose.x) % 20))
         rig.intrude(INTRUDER_GAP)
     rig.until(lambda: bool(sent.status) or sent.accepted is False, LIMIT_S)

@@ -22,6 +22,7 @@ from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.ros_arguments import EPILOG, checked
 from bt_mission.cli.view import VIEW
 from bt_mission.core.files import find
+from bt_mission.core.robot.model import load_robot
 
 ROBOT_MODEL = "waffle"
 
@@ -29,12 +30,14 @@ ROBOT_MODEL = "waffle"
 def sim(options: argparse.Namespace) -> int:
     """Simulate until interrupted."""
     prepare_graph(options)
+    from sim.physics.spawn import RobotSpawn, read
     from sim.ros.live import main
     from sim.ros.node import SimOptions
 
+    alone = [] if options.robots else [RobotSpawn(load_robot(options.robot or ROBOT_MODEL))]
     return main(
         world=options.world,
-        robot=options.robots or options.robot or ROBOT_MODEL,
+        robots=[*alone, *map(read, options.robots or ())],
         options=SimOptions(
             seed=options.seed,
             namespace=options.namespace,

@@ -134,9 +134,9 @@ def _film_of(path: Path | None, session: Session) -> Iterator[VideoRecorder | No
     from bt_mission.views.video.recorder import ABOVE, AHEAD, FPS, HEIGHT, WIDTH, VideoRecorder
     from sim.views.views import WorldViews
 
-    simulation = session.sim.simulation
-    views = WorldViews(simulation, above=ABOVE, ahead=AHEAD)
-    zones = [(zone.name, zone.x, zone.y, zone.radius) for zone in simulation.world.zones]
+    robot = session.runs[0].robot
+    views = WorldViews(robot, above=ABOVE, ahead=AHEAD)
+    zones = [(zone.name, zone.x, zone.y, zone.radius) for zone in robot.physics.world.zones]
     with VideoRecorder(session, views, Mp4File(path, WIDTH, HEIGHT, FPS), zones) as film:
         yield film
 

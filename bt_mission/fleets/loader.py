@@ -32,7 +32,7 @@ from bt_mission.sessions.stage_files import DEFAULT_WORLD
 from bt_mission.sessions.stage_robot import FleetRobot
 from sim.physics.spawn import MOST, NAME, RobotSpawn
 from sim.robot.fit import SpawnError
-from sim.simulation import Fleet
+from sim.simulation import Simulation
 from sim.world.loader import load_world
 from sim.world.world import Spawn, World
 
@@ -270,7 +270,7 @@ class _Loader:
             for one in robots
         ]
         try:
-            Fleet(world, spawns, seed=0)
+            Simulation(world, spawns, seed=0)
         except SpawnError as error:
             start = ("robots", error.robot, "start")
             has_start = self._document.has(*start)

@@ -158,21 +158,12 @@ class Stage(Session):
         models: Sequence[RobotModel],
     ) -> SimNode:
         """Make the simulator with a share of the offsets that nature gives the starts."""
-        spawns = [
-            RobotSpawn(
-                model,
-                one.name,
-                stage_nature.moved(Spawn(x=one.x, y=one.y, yaw=one.yaw), nature, share),
-            )
-            for one, model, nature in zip(members, models, self._natures, strict=True)
-        ]
-        is_alone = not members[0].name
-        if is_alone and self._natures[0]:
-            spawn = stage_nature.moved(world.spawn, self._natures[0], share)
-            world = world.model_copy(update={"spawn": spawn})
         made = StageSimNode(
             world,
-            models[0] if is_alone else spawns,
+            [
+                RobotSpawn(model, one.name, stage_nature.moved(one.start_in(world), nature, share))
+                for one, model, nature in zip(members, models, self._natures, strict=True)
+            ],
             SimOptions(
                 seed=self._seed,
                 start_ns=START_NS,

@@ -37,10 +37,10 @@ _RATES: tuple[tuple[str, ...], ...] = (
 def start_problem(world: World, robot: RobotModel, spawn: Spawn | None = None) -> str | None:
     """Return why a robot cannot start in a world, at the world's spawn or another one, or None."""
     from sim.physics.spawn import RobotSpawn  # noqa: PLC0415 - MuJoCo takes long
-    from sim.simulation import Fleet  # noqa: PLC0415 - the same
+    from sim.simulation import Simulation  # noqa: PLC0415 - the same
 
     try:
-        Fleet(world, [RobotSpawn(robot, spawn=spawn)], seed=0)
+        Simulation(world, [RobotSpawn(robot, spawn=spawn)], seed=0)
     except BtMissionError as error:
         return str(error)
     return None

@@ -30,7 +30,7 @@ from bt_mission.sessions.session import Run
 from bt_mission.sessions.stage_nodes import StageMapperNode, StageMissionNode, StageServersNode
 from bt_mission.sessions.stage_signals import StageSignals
 from sim.robot.robot import SimulatedRobot
-from sim.world.world import World
+from sim.world.world import Spawn, World
 
 
 @dataclass(frozen=True)
@@ -105,6 +105,10 @@ class FleetRobot:
     y: float = 0.0
     yaw: float = 0.0
     model: Document | None = None
+
+    def start_in(self, world: World) -> Spawn:
+        """Return where it starts."""
+        return Spawn(x=self.x, y=self.y, yaw=self.yaw) if self.name else world.spawn
 
 
 class StageRun(Run):

@@ -147,7 +147,7 @@ class History:
     @cached_property
     def review(self) -> Any:
         """Tells of states of the simulation what they were like; made when it is first asked."""
-        return self._stage.sim.simulation.review()
+        return self._stage.runs[0].robot.review()
 
     # ---- asking --------------------------------------------------------------------------
 

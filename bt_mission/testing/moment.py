@@ -12,12 +12,14 @@ from py_trees.common import Status
 
 from bt_mission.core.text import seconds
 from bt_mission.sessions.stage import Stage
+from bt_mission.sessions.stage_robot import StageRun
 from bt_mission.testing.history import GoalLife, History, Pose, Recorded
 
 
 class MomentSource(Protocol):
     """The run that a moment belongs to."""
 
+    robot_run: StageRun
     stage: Stage
     history: History
 
@@ -118,7 +120,7 @@ class Moment:
     @classmethod
     def of(cls, run: MomentSource) -> Moment:
         """Write down where everything stands now."""
-        history, sim = run.history, run.stage.sim.simulation
+        history, sim = run.history, run.robot_run.robot
         odometry = sim.odometry
         return cls(
             run,

@@ -170,7 +170,7 @@ class Run(Assertions):
     @property
     def pose(self) -> Pose:
         """True pose of the base now: x m, y m, yaw rad."""
-        return self.stage.sim.simulation.pose
+        return self.robot_run.robot.pose
 
     def events(self, kind: str) -> list[dict[str, Any]]:
         """The events of one kind in the run's trace, in order (docs/reference/trace.md)."""

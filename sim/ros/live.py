@@ -17,11 +17,10 @@ from rclpy.signals import SignalHandlerOptions
 from bt_mission.core.dds.endpoints import UNNAMED, unheard
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.interrupts import InterruptSignals
-from bt_mission.core.robot.model import load_robot
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.wall_clock import Pacer, Stopwatch
 from bt_mission.executors.live import LiveExecutor
-from sim.physics.spawn import read
+from sim.physics.spawn import RobotSpawn
 from sim.ros.node import SimNode, SimOptions
 from sim.ros.run_control import RunControl, RunState
 from sim.ros.topics import COMMAND_TYPES
@@ -55,7 +54,7 @@ def check_speed(speed: float) -> None:
 def main(
     *,
     world: str,
-    robot: str | Sequence[str],
+    robots: Sequence[RobotSpawn],
     options: SimOptions,
     speed: float = 1.0,
     view: bool = False,
@@ -63,23 +62,21 @@ def main(
 ) -> int:
     """Run the simulator until SIGINT or SIGTERM, `speed` times as fast as the wall clock.
 
-    `world` is a name or a path; `robot`, too, or several, each as `entrants.read` takes it.
-    `view` opens MuJoCo's own viewer. `ros_args` is what follows `--ros-args`. Returns the exit
-    code 0. Raises BtMissionError for a world, a robot, a speed or a parameter that cannot be used,
-    and where there is no display to view it on.
+    `world` is a name or a path. `view` opens MuJoCo's own viewer. `ros_args` is what follows
+    `--ros-args`. Returns the exit code 0. Raises BtMissionError for a world, a speed or a parameter
+    that cannot be used, for robots that do not fit, and without a display to view it on.
     """
     check_speed(speed)
     if view:
         check_display()
     scene = load_world(world)
-    who = load_robot(robot) if isinstance(robot, str) else [read(text) for text in robot]
     # With handlers of our own: rclpy's would pull the context from under the callback that runs.
     rclpy.init(args=["--ros-args", *ros_args], signal_handler_options=SignalHandlerOptions.NO)
     with ExitStack() as stack:
         interrupts = stack.enter_context(InterruptSignals())
         stack.callback(rclpy.shutdown)
         try:
-            node = SimNode(scene, who, options)
+            node = SimNode(scene, robots, options)
             control = RunControl(node)
             _declare_parameters(node, options.seed)
             _pace(node, control, speed)

@@ -20,12 +20,10 @@ from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from bt_mission.core.robot.model import RobotModel
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import set_ns
 from sim.physics.names import STEP_NS
 from sim.physics.spawn import RobotSpawn
-from sim.robot.robot import SimulatedRobot
 from sim.ros.localization import localise
 from sim.ros.pictures import CameraTopics
 from sim.ros.schedule import Schedule
@@ -38,7 +36,7 @@ from sim.ros.topics import (
     RobotPublishers,
 )
 from sim.ros.world_messages import occupancy_grid, zone_markers
-from sim.simulation import Fleet, Simulation
+from sim.simulation import Simulation
 from sim.world.loader import unseen
 from sim.world.occupancy import rasterise
 from sim.world.world import World
@@ -83,26 +81,19 @@ class SimOptions:
 class SimNode(Node):
     """One robot in one world, or several. Messages are sent only where somebody subscribes.
 
-    `robot` is the model of a robot alone: its topics are the node's own (`scan`), and
-    `simulation` is it. Or it is a sequence of entrants, each with a name: their topics begin with
-    it (`robot1/scan`), each has a `robot1/map`, `robot1/tf` with the same frames as a robot alone,
-    and so on; `fleet["robot1"]` is one of them, and there is one `/clock`.
+    The topics of a robot without a name, which is alone, are the node's own (`scan`). Those of a
+    robot with a name begin with it (`robot1/scan`): each has a `robot1/map`, `robot1/tf` with the
+    same frames as a robot alone, and so on. There is one `/clock`.
 
     Raises SpawnError, RobotSpawnError, RateError, PropError, and rclpy's ParameterException for a
     parameter that does not suit.
     """
 
-    def __init__(
-        self, world: World, robot: RobotModel | Sequence[RobotSpawn], options: SimOptions
-    ) -> None:
-        physics = {"seed": options.seed, "start_ns": options.start_ns, "props": options.props}
-        if isinstance(robot, RobotModel):
-            self.simulation = Simulation(world, robot, **physics)
-            self.robots: tuple[SimulatedRobot, ...] = (self.simulation,)
-        else:
-            self.fleet = Fleet(world, robot, **physics)
-            self.robots = self.fleet.robots
-        self.physics = self.robots[0].physics
+    def __init__(self, world: World, robots: Sequence[RobotSpawn], options: SimOptions) -> None:
+        self.simulation = Simulation(
+            world, robots, seed=options.seed, start_ns=options.start_ns, props=options.props
+        )
+        self.robots, self.physics = self.simulation.robots, self.simulation.physics
         lean = options.lean
         super().__init__(
             NODE_NAME,

@@ -1,6 +1,6 @@
-"""What people see of a simulation: its world from above, and what lies ahead of its robot.
+"""What people see of a simulation: its world from above, and what lies ahead of a robot.
 
-    views = Views(simulation, above=(720, 720), ahead=(560, 420))
+    views = WorldViews(robot, above=(720, 720), ahead=(560, 420))
     ...                                     # while it runs, as often as wanted:
     views.look()
     picture = views.still.copy()
@@ -21,9 +21,9 @@ import numpy.typing as npt
 
 from sim.physics.history import ModelCopy, SimulationState, pose_of
 from sim.physics.names import BASE, CAMERA, LOOKS, ROBOT
+from sim.robot.robot import SimulatedRobot
 from sim.sensors.canvas import Canvas, Image
 from sim.sensors.lidar import Lidar
-from sim.simulation import Simulation
 from sim.views.overview import Overview, OverviewPatch
 
 _FOVY = 45.0
@@ -31,25 +31,25 @@ _FOVY = 45.0
 
 
 class WorldViews:
-    """Pictures of a robot alone in its world; `above` and `ahead` are widths and heights in pixels.
+    """Pictures of a robot in its world; `above` and `ahead` are widths and heights in pixels.
 
     Raises NoCameraError where there is no EGL.
     """
 
     def __init__(
-        self, simulation: Simulation, *, above: tuple[int, int], ahead: tuple[int, int]
+        self, robot: SimulatedRobot, *, above: tuple[int, int], ahead: tuple[int, int]
     ) -> None:
-        self._simulation = simulation
-        self._copy = ModelCopy(simulation.model)
+        self._simulated = robot
+        self._copy = ModelCopy(robot.physics.model)
         self._model = model = self._copy.model
         self._data = self._copy.data
-        self._robot = simulation.robot
-        self._q = int(model.joint(BASE).qposadr[0])
-        self._lidar = Lidar(model, simulation.robot, simulation.seed)
+        self._robot = robot.robot
+        self._q = int(model.joint(robot.prefix + BASE).qposadr[0])
+        self._lidar = Lidar(model, robot.robot, robot.seed, robot.prefix)
         self._measured = 0
         model.light_castshadow[:] = True
         self.look()
-        self._overview = Overview(model, self._data, simulation.world, *above)
+        self._overview = Overview(model, self._data, robot.physics.world, *above)
         self.still: Image = self._overview.still
         """The world from above, without anything that can move."""
         self.scale = self._overview.scale
@@ -61,7 +61,7 @@ class WorldViews:
 
     def look(self) -> None:
         """Have the next pictures be those of the present instant."""
-        self.show(self._simulation.record())
+        self.show(self._simulated.record())
 
     def show(self, state: SimulationState) -> None:
         """Have the next pictures be those of a recorded state."""
@@ -115,7 +115,7 @@ class WorldViews:
         if self._robot.camera is not None:
             canvas.options.geomgroup[[LOOKS, ROBOT]] = 0  # a camera does not see what carries it
             canvas.view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-            canvas.view.fixedcamid = self._model.camera(CAMERA).id
+            canvas.view.fixedcamid = self._model.camera(self._simulated.prefix + CAMERA).id
         else:
             canvas.view.type = mujoco.mjtCamera.mjCAMERA_FREE
             canvas.view.elevation, canvas.view.distance = -35.0, 1.1

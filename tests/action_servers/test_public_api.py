@@ -35,6 +35,7 @@ from action_servers import (
     stale,
 )
 from bt_mission.virtual_time import VirtualTimeExecutor
+from sim.physics.spawn import RobotSpawn
 from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
 
@@ -114,7 +115,7 @@ class Bench:
         rclpy.init(context=self.context)
         self.sim = SimNode(
             load_world("empty_arena"),
-            ROBOT,
+            [RobotSpawn(ROBOT)],
             SimOptions(seed=1, start_ns=START_NS, lean=True, context=self.context),
         )
         options = ServerOptions(
@@ -168,7 +169,7 @@ def test_a_maneuver_of_ones_own_drives_the_robot(bench):
     assert (ended.error_code, ended.error_msg) == (0, "")
     turned = float(ended.status.removeprefix("turned by ").removesuffix(" deg"))
     assert turned == pytest.approx(math.degrees(8.0 * 0.2 / 0.5), abs=5.0)
-    assert bench.sim.simulation.velocity == pytest.approx((0.0, 0.0), abs=0.01)
+    assert bench.sim.robots[0].velocity == pytest.approx((0.0, 0.0), abs=0.01)
 
 
 def test_its_refusal_is_a_rejection(bench):

@@ -13,9 +13,9 @@ import pytest
 from bt_mission.core.robot.model import load_robot
 from sim.sensors import canvas
 from sim.sensors.canvas import Canvas, NoCameraError
-from sim.simulation import Simulation
 from sim.world.loader import load_world
 from tests.support.command_line import CommandLine
+from tests.support.simulated import alone
 
 av = pytest.importorskip("av")
 
@@ -25,7 +25,7 @@ MISSION = "mission: short\nworld: nav_arena\ntree: {turn: {angle: 90}, timeout: 
 @pytest.fixture
 def has_egl() -> None:
     """Skips where nothing can be drawn."""
-    model = Simulation(load_world("empty_arena"), load_robot("waffle"), seed=0).model
+    model = alone(load_world("empty_arena"), load_robot("waffle"), seed=0).model
     try:
         Canvas(model).close()
     except NoCameraError as error:

@@ -114,7 +114,7 @@ def test_the_camera_shows_something_else(stage: Any) -> None:
 def test_two_faults_of_one_figure(stage: Any) -> None:
     """The later counts, and when it ends, the other does again."""
     run = stage.run(WAITS)
-    lidar = run.stage.sim.simulation.faults
+    lidar = run.stage.sim.robots[0].faults
     weak, strong = stage.faults.lidar_noise(0.1), stage.faults.lidar_noise(0.5)
     seen = []
     for action in (weak, strong, stage.faults.lidar_dead(), strong.end, weak.end):

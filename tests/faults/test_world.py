@@ -123,7 +123,7 @@ def test_spare_obstacles_change_no_run(stage: Any) -> None:
 
 def props(run: Any) -> Any:
     """The obstacles in the world that were spawned."""
-    return run.stage.sim.simulation.props
+    return run.stage.sim.physics.props
 
 
 def test_the_nearest_free_place(stage: Any) -> None:

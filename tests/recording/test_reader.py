@@ -128,7 +128,7 @@ def test_goals_and_their_lives(recorded: tuple[RecordedRun, Any]) -> None:
 def test_where_it_was(recorded: tuple[RecordedRun, Any]) -> None:
     """Truly, and by its odometry, which starts where it stood."""
     run, made = recorded
-    assert run.truth.at(run.end_ns) == pytest.approx(made.stage.sim.simulation.pose, abs=1e-9)
+    assert run.truth.at(run.end_ns) == pytest.approx(made.stage.sim.robots[0].pose, abs=1e-9)
     assert run.truth.distance[-1] == pytest.approx(
         made.stage.runs[0].distance_travelled_m, abs=0.01
     )

@@ -41,7 +41,7 @@ def test_a_robot_that_is_driven_into_a_wall_is_counted(benchmark: Any) -> None:
         assert rig.gap_ahead() == pytest.approx(0.2, abs=1e-6)
         end_s = rig.now_s + 2.0
         while rig.now_s < end_s:
-            rig.sim.simulation.command(0.2, 0.0)
+            rig.sim.robots[0].command(0.2, 0.0)
             rig.clock.step()
         assert rig.collisions == 1
         assert rig.gap_ahead() == pytest.approx(0.0, abs=0.002)

@@ -74,7 +74,7 @@ def started(tmp_path: Path, nature: Nature, **options):
     """Return the pose at the start, and what nature has drawn."""
     made = StageOptions(nature=nature, **options)
     with Stage(load(MISSION), image_folder=tmp_path, options=made) as stage:
-        return stage.sim.simulation.pose, stage.runs[0].nature
+        return stage.sim.robots[0].pose, stage.runs[0].nature
 
 
 def test_the_start_is_moved(tmp_path):
@@ -131,7 +131,7 @@ def test_a_fault_replaces_a_figure_while_it_lasts(tmp_path):
     mission = load(MISSION)
     options = StageOptions(nature=Nature("none", {"lidar_noise": 0.02}))
     with Stage(mission, image_folder=tmp_path, options=options) as stage:
-        faults = stage.sim.simulation.faults
+        faults = stage.sim.robots[0].faults
         assert faults.lidar.noise == 0.02
         assert faults.present == {}
         faults.set("lidar", noise=0.5)

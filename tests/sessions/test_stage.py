@@ -94,7 +94,7 @@ def test_an_interrupted_mission_leaves_a_standing_robot(stage: Any) -> None:
     assert run.report.goals_left_behind == 0
     while run.t < interrupted_s + 0.5:
         run.stage.step()
-    linear, angular = run.stage.sim.simulation.velocity
+    linear, angular = run.stage.sim.robots[0].velocity
     assert math.hypot(linear, angular) < 0.01
 
 

@@ -63,7 +63,7 @@ def test_looking_on_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         for reading in heard.robot:
             robot.take(reading)
         if heard.robot and robot.pose is not None:
-            x, y, _ = stage.sim.simulation.pose
+            x, y, _ = stage.sim.robots[0].pose
             farthest[0] = max(farthest[0], abs(robot.pose.x - x), abs(robot.pose.y - y))
 
     watched = run(tmp_path, look)

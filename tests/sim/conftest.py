@@ -1,5 +1,6 @@
 """Simulations and worlds that several tests of the simulator use."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
@@ -15,11 +16,13 @@ from sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, JointState, La
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
-from bt_mission.core.robot.model import load_robot
+from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.virtual_time import VirtualTimeExecutor
+from sim.physics.spawn import RobotSpawn
+from sim.robot.robot import SimulatedRobot
 from sim.ros.node import SimNode, SimOptions
-from sim.simulation import Simulation
 from sim.world.world import World
+from tests.support.simulated import alone
 
 TOPICS = {
     "/clock": Clock,
@@ -63,8 +66,8 @@ def make_world():
 def simulate(waffle, make_world):
     """Makes a simulation of a Waffle in a world of these fields."""
 
-    def simulate(seed: int = 1, props: int = 0, **fields: object) -> Simulation:
-        return Simulation(make_world(**fields), waffle, seed=seed, props=props)
+    def simulate(seed: int = 1, props: int = 0, **fields: object) -> SimulatedRobot:
+        return alone(make_world(**fields), waffle, seed=seed, props=props)
 
     return simulate
 
@@ -73,12 +76,13 @@ def simulate(waffle, make_world):
 def drive():
     """Drives at a velocity, commanded at 20 Hz, for some seconds; odometry is read as often."""
 
-    def drive(simulation: Simulation, seconds: float, linear: float = 0.0, angular: float = 0.0):
-        end_ns = simulation.time_ns + round(seconds * 1e9)
-        while simulation.time_ns < end_ns:
-            simulation.command(linear, angular)
-            simulation.advance_to(min(simulation.time_ns + CONTROL_NS, end_ns))
-            simulation.read_odometry()
+    def drive(robot: SimulatedRobot, seconds: float, linear: float = 0.0, angular: float = 0.0):
+        physics = robot.physics
+        end_ns = physics.time_ns + round(seconds * 1e9)
+        while physics.time_ns < end_ns:
+            robot.command(linear, angular)
+            physics.advance_to(min(physics.time_ns + CONTROL_NS, end_ns))
+            robot.read_odometry()
 
     return drive
 
@@ -86,11 +90,13 @@ def drive():
 class Stage:
     """A simulated robot and a node that listens to some topics and commands, on one clock."""
 
-    def __init__(self, world: World, robot: Any, *topics: str, **options: Any) -> None:
+    def __init__(
+        self, world: World, robots: Sequence[RobotSpawn], *topics: str, **options: Any
+    ) -> None:
         self.context = Context()
         rclpy.init(context=self.context)
         options = {"seed": 1, "lean": True} | options
-        self.sim = SimNode(world, robot, SimOptions(context=self.context, **options))
+        self.sim = SimNode(world, robots, SimOptions(context=self.context, **options))
         self.ear = Node("ear", context=self.context, namespace=options.get("namespace"))
         self.heard: list[tuple[str, Any]] = []
         for topic in topics:
@@ -144,11 +150,17 @@ class Stage:
 
 @pytest.fixture
 def make_stage(waffle):
-    """Makes stages with a Waffle, or these robots, and takes them down."""
+    """Makes stages with a Waffle, another robot or several, and takes them down."""
     made: list[Stage] = []
 
-    def make(world: World, *topics: str, robots: Any = waffle, **options: Any) -> Stage:
-        made.append(Stage(world, robots, *topics, **options))
+    def make(
+        world: World,
+        *topics: str,
+        robot: RobotModel = waffle,
+        robots: Sequence[RobotSpawn] = (),
+        **options: Any,
+    ) -> Stage:
+        made.append(Stage(world, robots or [RobotSpawn(robot)], *topics, **options))
         return made[-1]
 
     yield make

@@ -22,11 +22,11 @@ def test_a_dead_sensor_is_silent_and_comes_back(make_stage, make_world, part, si
     here = make_stage(make_world(walls=WALLS), *silent, *goes_on)
     here.run(2 * S)
     here.heard.clear()
-    here.sim.simulation.faults.set(part, dead=True)
+    here.sim.robots[0].faults.set(part, dead=True)
     here.run(3 * S)
     assert not any(here.messages(topic) for topic in silent)
     assert all(len(here.messages(topic)) >= 10 for topic in goes_on)
-    here.sim.simulation.faults.clear(part)
+    here.sim.robots[0].faults.clear(part)
     here.run(4 * S)
     for topic in silent - {"tf"}:
         assert here.messages(topic)[0].header.stamp.sec == 3
@@ -36,9 +36,9 @@ def test_a_dead_sensor_is_silent_and_comes_back(make_stage, make_world, part, si
 def test_a_frozen_lidar_repeats_its_scan_with_fresh_stamps(make_stage, make_world, waffle, model):
     """The same ranges and another stamp each time, while the robot turns."""
     robot = waffle.with_sensors(type(waffle.sensors).model_validate({"lidar": {"model": model}}))
-    here = make_stage(make_world(walls=WALLS), "scan", robots=robot)
+    here = make_stage(make_world(walls=WALLS), "scan", robot=robot)
     here.run(2 * S)
-    here.sim.simulation.faults.set("lidar", frozen=True)
+    here.sim.robots[0].faults.set("lidar", frozen=True)
     last = here.messages("scan")[-1].ranges.tobytes()
     here.heard.clear()
     for tenth in range(20, 30):
@@ -54,14 +54,14 @@ def test_the_reset_service_mends_all_and_takes_props_away(make_stage, make_world
     """As at the start."""
     here = make_stage(make_world(walls=WALLS), "scan", props=1)
     here.run(2 * S)
-    simulation = here.sim.simulation
+    simulation = here.sim.robots[0]
     simulation.faults.set("lidar", dead=True)
-    simulation.props.place("box", 1.0, 0.0, radius=0.1)
+    simulation.physics.props.place("box", 1.0, 0.0, radius=0.1)
     client = here.ear.create_client(Trigger, "reset_simulation")
     client.call_async(Trigger.Request())
     here.clock.run_until_quiet()
     assert simulation.faults.present == {}
-    assert not simulation.props
+    assert not simulation.physics.props
     here.heard.clear()
     here.run(3 * S)
     assert here.messages("scan")
@@ -83,7 +83,7 @@ def test_a_camera_shows_black_or_the_last_or_noise(make_stage, make_world, fault
     here.run(15 * S // 10)
     before = here.messages("camera/image_raw")[-1]
     here.heard.clear()
-    here.sim.simulation.faults.set("camera", **faults)
+    here.sim.robots[0].faults.set("camera", **faults)
     here.command(0.0, 1.0)
     here.run(17 * S // 10)
     assert check(here.messages("camera/image_raw")[-1], before)

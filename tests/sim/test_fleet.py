@@ -13,8 +13,9 @@ from sim.physics.spawn import RobotSpawn
 from sim.robot.fit import SpawnError
 from sim.sensors.camera import Camera
 from sim.sensors.canvas import NoCameraError
-from sim.simulation import Fleet, Simulation
+from sim.simulation import Simulation
 from sim.world.world import Spawn
+from tests.support.simulated import alone
 
 S, MS = 1_000_000_000, 1_000_000
 
@@ -23,8 +24,8 @@ S, MS = 1_000_000_000, 1_000_000
 def pair(waffle, make_world):
     """Two Waffles, 2 m apart, that look at each other; options are fields of the world."""
 
-    def pair(seed: int = 1, second=waffle, gap: float = 2.0, **fields: object) -> Fleet:
-        return Fleet(
+    def pair(seed: int = 1, second=waffle, gap: float = 2.0, **fields: object) -> Simulation:
+        return Simulation(
             make_world(**fields),
             [
                 RobotSpawn(waffle, "one", Spawn(x=-gap / 2)),
@@ -36,7 +37,7 @@ def pair(waffle, make_world):
     return pair
 
 
-def run(fleet: Fleet, seconds: float, **commands: tuple[float, float]) -> None:
+def run(fleet: Simulation, seconds: float, **commands: tuple[float, float]) -> None:
     """Command each robot at 20 Hz."""
     for _ in range(round(seconds * 20)):
         for name, command in commands.items():
@@ -60,19 +61,19 @@ def test_each_goes_its_own_way(pair):
 def test_a_robot_drives_in_company_as_it_does_alone(pair, waffle, make_world):
     """To a hundredth of a millimetre, as long as they do not touch."""
     fleet = pair(gap=10.0)
-    alone = Simulation(make_world(spawn={"x": -5.0}), waffle, seed=1)
+    single = alone(make_world(spawn={"x": -5.0}), waffle, seed=1)
     run(fleet, 3.0, one=(0.2, 0.3), two=(0.1, -0.8))
     for _ in range(60):
-        alone.command(0.2, 0.3)
-        alone.advance_to(alone.time_ns + 50 * MS)
-    assert fleet["one"].pose == pytest.approx(alone.pose, abs=1e-5)
+        single.command(0.2, 0.3)
+        single.physics.advance_to(single.physics.time_ns + 50 * MS)
+    assert fleet["one"].pose == pytest.approx(single.pose, abs=1e-5)
 
 
 def test_they_collide_with_each_other(pair):
     """Each counts it, and names the other."""
     fleet = pair(gap=1.0)
     run(fleet, 3.0, one=(0.2, 0.0), two=(0.2, 0.0))
-    assert (fleet["one"].collisions, fleet["two"].collisions, fleet.collisions) == (1, 1, 2)
+    assert (fleet["one"].collisions, fleet["two"].collisions) == (1, 1)
     assert (fleet["one"].collisions_with, fleet["two"].collisions_with) == ({"two": 1}, {"one": 1})
     assert fleet["one"].take_collisions()[0].obstacle == "two"
     assert fleet["two"].take_collisions()[0].obstacle == "one"
@@ -129,7 +130,7 @@ def test_noise_depends_on_the_name_and_not_on_the_company(pair, waffle, make_wor
     """With or without the other, robot one reads the same."""
     walls = [{"from": [-3, -9], "to": [-3, 9]}]
     fleet = pair(walls=walls)
-    alone = Fleet(make_world(walls=walls), [RobotSpawn(waffle, "one", Spawn(x=-1))], seed=1)
+    alone = Simulation(make_world(walls=walls), [RobotSpawn(waffle, "one", Spawn(x=-1))], seed=1)
     assert fleet["one"].scan(3)[180] == alone["one"].scan(3)[180]
     assert fleet["one"].inertial(3).angular_velocity == pytest.approx(
         alone["one"].inertial(3).angular_velocity, abs=1e-9
@@ -149,7 +150,7 @@ def test_two_at_one_place_are_refused(waffle, make_world):
     """Both are named."""
     there = [RobotSpawn(waffle, "one", Spawn(x=0)), RobotSpawn(waffle, "two", Spawn(x=0.2))]
     with pytest.raises(SpawnError, match=r"a waffle \(one\) does not fit .* it touches 'two'"):
-        Fleet(make_world(), there, seed=0)
+        Simulation(make_world(), there, seed=0)
 
 
 def test_a_node_serves_them_under_their_names(make_stage, make_world, waffle):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from bt_mission.core.robot.parts import SensorsModel
-from sim.simulation import Simulation
+from sim.robot.robot import SimulatedRobot
+from tests.support.simulated import alone
 
 WALLS = [
     {"from": [5, -6], "to": [5, 6], "thickness": 0.2},
@@ -19,9 +20,9 @@ LIDAR_X = -0.064
 def equipped(waffle, make_world):
     """Makes a simulation of a Waffle with these options, between walls."""
 
-    def equipped(seed: int = 1, walls: object = WALLS, **options: object) -> Simulation:
+    def equipped(seed: int = 1, walls: object = WALLS, **options: object) -> SimulatedRobot:
         robot = waffle.with_sensors(SensorsModel.model_validate(options))
-        return Simulation(make_world(walls=walls), robot, seed=seed)
+        return alone(make_world(walls=walls), robot, seed=seed)
 
     return equipped
 
@@ -65,7 +66,7 @@ def test_noise_of_an_lds_02_grows_with_the_range(equipped):
 def test_its_messages_are_those_of_its_driver(make_stage, make_world, waffle):
     """Ranges said to be from 0 to 100 m, whatever it can, and angles that fit the rays."""
     robot = waffle.with_sensors(SensorsModel.model_validate({"lidar": {"model": "LDS-02"}}))
-    here = make_stage(make_world(walls=WALLS), "scan", robots=robot)
+    here = make_stage(make_world(walls=WALLS), "scan", robot=robot)
     here.run(3_000_000_000)
     scans = here.messages("scan")
     assert len({len(scan.ranges) for scan in scans}) > 1

@@ -43,7 +43,7 @@ def test_without_power_the_base_rolls_to_rest_and_commands_are_ignored(
     here = make_stage(make_world(), "motors_on")
     here.run(1 * S)
     drive(here, 1 * S, 1.0, 0.2)
-    simulation = here.sim.simulation
+    simulation = here.sim.robots[0]
     before = simulation.pose[0]
     answer = call(here, SetBool, "motor_power", data=False)
     assert (answer.success, answer.message) == (True, "motors are off")
@@ -62,7 +62,7 @@ def test_with_power_again_it_waits_for_a_new_command(make_stage, make_world, cal
     call(here, SetBool, "motor_power", data=False)
     call(here, SetBool, "motor_power", data=True)
     here.run(1 * S + 900 * MS)
-    simulation = here.sim.simulation
+    simulation = here.sim.robots[0]
     assert simulation.commanded == (0.0, 0.0)
     drive(here, 1 * S + 900 * MS, 0.5, 0.2)
     assert simulation.velocity[0] == pytest.approx(0.2, abs=1e-3)
@@ -74,10 +74,10 @@ def test_an_empty_battery_takes_the_motors_power(make_stage, make_world, waffle,
     # A few joules: they last for less than a second.
     weak = BatteryModel(start_charge=5 / (1.8 * 3600 * 11.1))
     robot = waffle.model_copy(update={"battery": weak})
-    here = make_stage(make_world(), "motors_on", "battery_state", robots=robot)
+    here = make_stage(make_world(), "motors_on", "battery_state", robot=robot)
     here.run(1 * S)
     drive(here, 1 * S, 1.5, 0.2)
-    assert here.sim.simulation.velocity[0] == pytest.approx(0, abs=1e-4)
+    assert here.sim.robots[0].velocity[0] == pytest.approx(0, abs=1e-4)
     assert [message.data for message in here.messages("motors_on")] == [True, False]
     assert here.messages("battery_state")[-1].percentage == 0.0
     answer = call(here, SetBool, "motor_power", data=True)
@@ -103,7 +103,7 @@ def test_reset_odometry_reckons_from_here(make_stage, make_world, call):
     here = make_stage(make_world(), "odom", "tf", "ground_truth/odom")
     here.run(1 * S)
     drive(here, 1 * S, 2.0, 0.2, 0.5)
-    x, y, _ = here.sim.simulation.pose
+    x, y, _ = here.sim.robots[0].pose
     assert call(here, Trigger, "reset_odometry").success
     here.run(3 * S + 50 * MS)
     odom, truth = here.messages("odom")[-1].pose.pose, here.messages("ground_truth/odom")[-1]
@@ -130,7 +130,7 @@ def test_after_reset_simulation_a_run_repeats(make_stage, waffle, call):
         {"lidar": {"model": "LDS-02"}, "odometry": {"slip": 0.05}}
     )
     here = make_stage(
-        load_world("dqn_stage3"), *TOLD, "/clock", robots=waffle.with_sensors(options), seed=3
+        load_world("dqn_stage3"), *TOLD, "/clock", robot=waffle.with_sensors(options), seed=3
     )
 
     def run(from_ns: int) -> list[tuple[str, str]]:
@@ -144,7 +144,7 @@ def test_after_reset_simulation_a_run_repeats(make_stage, waffle, call):
     first = run(1 * S)
     answer = call(here, Trigger, "reset_simulation")
     assert (answer.success, answer.message) == (True, "everything is as it was at the start")
-    assert here.sim.simulation.pose == pytest.approx((0, 0, 0), abs=1e-5)
+    assert here.sim.robots[0].pose == pytest.approx((0, 0, 0), abs=1e-5)
     assert here.clock.now_ns == 10 * S
     assert run(10 * S) == first
     assert "collisions" in dict(first)
@@ -155,13 +155,13 @@ def test_reset_simulation_gives_power_back(make_stage, make_world, call):
     here = make_stage(make_world(), "motors_on")
     here.run(1 * S)
     drive(here, 1 * S, 1.0, 0.2)
-    travelled = here.sim.simulation.distance_travelled
+    travelled = here.sim.robots[0].distance_travelled
     call(here, SetBool, "motor_power", data=False)
     call(here, Trigger, "reset_simulation")
     here.run(2 * S + 50 * MS)
-    assert here.sim.simulation.motors_on
-    assert here.sim.simulation.battery.charge == pytest.approx(1.0, abs=1e-5)
-    assert here.sim.simulation.distance_travelled == pytest.approx(travelled, abs=0.01)
+    assert here.sim.robots[0].motors_on
+    assert here.sim.robots[0].battery.charge == pytest.approx(1.0, abs=1e-5)
+    assert here.sim.robots[0].distance_travelled == pytest.approx(travelled, abs=0.01)
     assert [message.data for message in here.messages("motors_on")] == [True, False, True]
 
 
@@ -194,10 +194,10 @@ def test_a_command_holds_from_when_it_was_sent(make_stage, make_world, sent_ms, 
     set_ns(message.header.stamp, 2 * S + sent_ms * MS)
     here.commands.publish(message)
     here.clock.run_until_quiet()
-    here.sim.simulation.physics.advance_to(2 * S + held_ms * MS)
-    assert here.sim.simulation.commanded[0] == pytest.approx(0.2)
-    here.sim.simulation.physics.advance_to(2 * S + (held_ms + 5) * MS)
-    assert here.sim.simulation.commanded[0] == pytest.approx(0.195)
+    here.sim.physics.advance_to(2 * S + held_ms * MS)
+    assert here.sim.robots[0].commanded[0] == pytest.approx(0.2)
+    here.sim.physics.advance_to(2 * S + (held_ms + 5) * MS)
+    assert here.sim.robots[0].commanded[0] == pytest.approx(0.195)
 
 
 def test_each_of_many_calls_is_answered(make_stage, make_world):
@@ -208,7 +208,7 @@ def test_each_of_many_calls_is_answered(make_stage, make_world):
     answers = [client.call_async(SetBool.Request(data=bool(number % 2))) for number in range(300)]
     here.clock.run_until_quiet()
     assert all(answer.done() for answer in answers)
-    assert here.sim.simulation.motors_on
+    assert here.sim.robots[0].motors_on
 
 
 def test_of_many_velocities_at_once_the_newest_holds(make_stage, make_world):
@@ -224,4 +224,4 @@ def test_of_many_velocities_at_once_the_newest_holds(make_stage, make_world):
     here.clock.run_until_quiet()
     assert here.clock.callbacks_served - before <= 10
     here.run(1 * S + 150 * MS)
-    assert here.sim.simulation.commanded[0] == pytest.approx(0.0999)
+    assert here.sim.robots[0].commanded[0] == pytest.approx(0.0999)

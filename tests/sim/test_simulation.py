@@ -7,8 +7,8 @@ import pytest
 
 from bt_mission.core.robot.model import load_robot
 from sim.robot.fit import SpawnError
-from sim.simulation import Simulation
 from sim.world.loader import load_world
+from tests.support.simulated import alone
 
 S = 1_000_000_000
 STEP = 5_000_000
@@ -20,7 +20,7 @@ def test_straight_driving_goes_as_far_as_commanded(make_world, drive, name, spee
     """Over 2 m the truth is within 5 mm of command, odometry within 1 mm of the truth."""
     robot = load_robot(name)
     linear = robot.max_linear_velocity if speed == "max" else speed
-    simulation = Simulation(make_world(), robot, seed=1)
+    simulation = alone(make_world(), robot, seed=1)
     seconds = round(2 / linear / 0.05) * 0.05
     drive(simulation, seconds, linear=linear)
     assert simulation.velocity == pytest.approx((linear, 0), abs=1e-3)
@@ -54,7 +54,7 @@ def test_at_rest_it_does_not_creep(simulate):
     """In 60 s without a command it moves by less than a hundredth of a millimetre."""
     simulation = simulate()
     start = simulation.pose
-    simulation.advance_to(simulation.time_ns + 60 * S)
+    simulation.physics.advance_to(simulation.physics.time_ns + 60 * S)
     assert simulation.pose == pytest.approx(start, abs=1e-5)
     assert simulation.distance_travelled < 1e-5
     assert simulation.velocity == pytest.approx((0, 0), abs=1e-6)
@@ -63,15 +63,15 @@ def test_at_rest_it_does_not_creep(simulate):
 def test_it_stands_within_half_a_second_of_the_last_command(simulate):
     """The ramp down begins at 0.2 s, exactly; 0.2 s later, at 1 m/s^2, it stands."""
     simulation = simulate()
-    commanded_ns = simulation.time_ns
+    commanded_ns = simulation.physics.time_ns
     simulation.command(0.2, 0.0)
-    simulation.advance_to(commanded_ns + 200_000_000)
+    simulation.physics.advance_to(commanded_ns + 200_000_000)
     assert simulation.commanded == (0.2, 0.0)
-    simulation.advance_to(commanded_ns + 200_000_000 + STEP)
+    simulation.physics.advance_to(commanded_ns + 200_000_000 + STEP)
     assert simulation.commanded[0] == pytest.approx(0.195)
-    simulation.advance_to(commanded_ns + 400_000_000)
+    simulation.physics.advance_to(commanded_ns + 400_000_000)
     assert simulation.commanded == (0.0, 0.0)
-    simulation.advance_to(commanded_ns + 500_000_000)
+    simulation.physics.advance_to(commanded_ns + 500_000_000)
     assert simulation.velocity == pytest.approx((0, 0), abs=1e-3)
 
 
@@ -79,7 +79,7 @@ def test_speed_follows_the_acceleration_limit(simulate):
     """After 0.1 s at 1 m/s^2 it drives at 0.1 m/s, a little late for its servos."""
     simulation = simulate()
     simulation.command(0.26, 0.0)
-    simulation.advance_to(simulation.time_ns + 100_000_000)
+    simulation.physics.advance_to(simulation.physics.time_ns + 100_000_000)
     assert simulation.commanded[0] == pytest.approx(0.1)
     assert simulation.velocity[0] == pytest.approx(0.1 - 0.012, abs=0.005)
 
@@ -90,14 +90,14 @@ def test_pose_at_the_start_is_the_spawn(simulate):
     assert simulation.pose == pytest.approx((1, -2, math.pi / 2), abs=1e-5)
     odometry = simulation.read_odometry()
     assert (odometry.x, odometry.y, odometry.yaw) == (0, 0, 0)
-    assert simulation.time_ns == 1 * S
+    assert simulation.physics.time_ns == 1 * S
 
 
 def test_a_robot_that_does_not_fit_is_refused(make_world, waffle):
     """The message names robot, spawn and what is in the way."""
     pillar = {"name": "pillar", "x": 0.2, "y": 0, "radius": 0.15}
     with pytest.raises(SpawnError, match=r"a waffle does not fit .*\(0, 0, 0 deg\).*'pillar'"):
-        Simulation(make_world(cylinders=[pillar]), waffle, seed=0)
+        alone(make_world(cylinders=[pillar]), waffle, seed=0)
 
 
 @pytest.mark.parametrize("by", [-STEP, 1, STEP + 1])
@@ -105,7 +105,7 @@ def test_time_moves_ahead_in_whole_steps(simulate, by):
     """The message gives both times and the step."""
     simulation = simulate()
     with pytest.raises(ValueError, match=r"from 1000000000 ns to \d+ ns: .* a multiple of 5000000"):
-        simulation.advance_to(simulation.time_ns + by)
+        simulation.physics.advance_to(simulation.physics.time_ns + by)
 
 
 def test_one_long_advance_is_many_short_ones(simulate):
@@ -113,9 +113,9 @@ def test_one_long_advance_is_many_short_ones(simulate):
     one, many = simulate(), simulate()
     for simulation in (one, many):
         simulation.command(0.2, 0.5)
-    one.advance_to(2 * S)
-    while many.time_ns < 2 * S:
-        many.advance_to(many.time_ns + STEP)
+    one.physics.advance_to(2 * S)
+    while many.physics.time_ns < 2 * S:
+        many.physics.advance_to(many.physics.time_ns + STEP)
     assert one.pose == many.pose
     assert one.distance_travelled == many.distance_travelled
 
@@ -124,7 +124,7 @@ def test_one_long_advance_is_many_short_ones(simulate):
 def test_pushing_on_against_a_wall_it_stands_still(make_world, drive, name):
     """Its motors stall before its wheels slip: in 10 s not 1 mm of way, and 1 cm of odometry."""
     wall = {"from": [0.5, -1], "to": [0.5, 1], "thickness": 0.01}
-    simulation = Simulation(make_world(walls=[wall]), load_robot(name), seed=0)
+    simulation = alone(make_world(walls=[wall]), load_robot(name), seed=0)
     drive(simulation, 4.0, linear=0.2)
     before, odometry_before = simulation.distance_travelled, simulation.read_odometry().x
     drive(simulation, 10.0, linear=0.2)
@@ -134,11 +134,11 @@ def test_pushing_on_against_a_wall_it_stands_still(make_world, drive, name):
 
 def digest(seed: int) -> str:
     """Everything that a drive of 4 s through stage 4 shows, down to the last bit."""
-    simulation = Simulation(load_world("dqn_stage4"), load_robot("waffle"), seed=seed)
+    simulation = alone(load_world("dqn_stage4"), load_robot("waffle"), seed=seed)
     seen = hashlib.sha256()
     for index in range(40):
         simulation.command(0.2, 0.8 if index % 20 < 10 else -0.8)
-        simulation.advance_to(simulation.time_ns + 100_000_000)
+        simulation.physics.advance_to(simulation.physics.time_ns + 100_000_000)
         odometry = simulation.read_odometry()
         seen.update(simulation.scan(index).tobytes())
         seen.update(repr((simulation.pose, odometry, simulation.inertial(index))).encode())

@@ -9,9 +9,9 @@ import pytest
 
 from bt_mission.core.files import names
 from bt_mission.core.robot.model import load_robot
-from sim.simulation import Simulation
 from sim.world.loader import load_world, unseen
 from sim.world.world import World
+from tests.support.simulated import alone
 
 SHIPPED = [
     "coloured_pillars",
@@ -44,7 +44,7 @@ def test_twelve_worlds_are_shipped():
 def test_both_robots_fit_at_every_spawn(name, robot):
     """They start where the world says, and touch nothing."""
     world = load_world(name)
-    simulation = Simulation(world, load_robot(robot), seed=0)
+    simulation = alone(world, load_robot(robot), seed=0)
     spawn = world.spawn
     assert simulation.pose == pytest.approx((spawn.x, spawn.y, math.radians(spawn.yaw)), abs=1e-5)
 

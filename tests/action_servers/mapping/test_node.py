@@ -20,6 +20,7 @@ from std_srvs.srv import Trigger
 from action_servers.mapping.node import MOST_SAVES, MapperNode, MapperOptions
 from bt_mission.core.robot.model import load_robot
 from bt_mission.virtual_time import VirtualTimeExecutor
+from sim.physics.spawn import RobotSpawn
 from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
 from sim.world.occupancy import rasterise
@@ -38,7 +39,7 @@ class Bench:
         robot = load_robot("waffle")
         self.sim = SimNode(
             world,
-            robot,
+            [RobotSpawn(robot)],
             SimOptions(
                 seed=3,
                 start_ns=START_NS,
@@ -211,8 +212,8 @@ def test_a_map_without_news_is_not_sent_again(
     """A scan that does not change the map brings no message."""
     bench.run_for(2.0)
     count = len(bench.maps)
-    nothing = np.full(bench.sim.simulation.robot.lidar.rays, math.nan, dtype=np.float32)
-    monkeypatch.setattr(bench.sim.simulation, "scan", lambda _: nothing)
+    nothing = np.full(bench.sim.robots[0].robot.lidar.rays, math.nan, dtype=np.float32)
+    monkeypatch.setattr(bench.sim.robots[0], "scan", lambda _: nothing)
     bench.run_for(3.0)
     assert len(bench.maps) <= count + 1
 

@@ -8,9 +8,11 @@ import pytest
 
 from sim.physics.clearance import Clearance, robot_gauge, touching
 from sim.physics.spawn import RobotSpawn
-from sim.simulation import Fleet, Simulation
+from sim.robot.robot import SimulatedRobot
+from sim.simulation import Simulation
 from sim.world.loader import load_world
 from sim.world.world import Spawn
+from tests.support.simulated import alone
 
 FRONT, HALF_WIDTH = 0.069, 0.153
 """The Waffle's hull from its axle's middle, m."""
@@ -80,7 +82,7 @@ def test_other_robots_count_by_their_bodies_and_not_by_their_screens(make_world,
         RobotSpawn(waffle, "one", Spawn(x=-1)),
         RobotSpawn(waffle, "two", Spawn(x=1, yaw=180)),
     ]
-    fleet = Fleet(make_world(), entrants, seed=1)
+    fleet = Simulation(make_world(), entrants, seed=1)
     for robot, other in (("one", "two"), ("two", "one")):
         found = fleet[robot].clearance()
         assert found.obstacle == other
@@ -90,16 +92,16 @@ def test_other_robots_count_by_their_bodies_and_not_by_their_screens(make_world,
 def test_a_prop_counts_while_it_is_there(simulate):
     """It is measured at the same instant."""
     simulation = simulate(props=2)
-    box = simulation.props.place("box", 1.0, 0.0, size=(0.2, 0.2, 0.3))
+    box = simulation.physics.props.place("box", 1.0, 0.0, size=(0.2, 0.2, 0.3))
     assert simulation.clearance().obstacle == "box"
     assert simulation.clearance().distance == pytest.approx(0.9 - FRONT, abs=1e-4)
     box.remove()
     assert simulation.clearance() == Clearance(math.inf)
 
 
-def nearest_of_all(simulation: Simulation) -> float:
+def nearest_of_all(simulation: SimulatedRobot) -> float:
     """The least distance over every pair of geoms, none left out."""
-    model, data = simulation.model, simulation.data
+    model, data = simulation.physics.model, simulation.physics.data
     others = [g for g in range(model.ngeom) if model.geom(g).name.startswith("obstacle/")]
     return min(
         mujoco.mj_geomDistance(model, data, geom, other, 100.0, None)
@@ -111,7 +113,7 @@ def nearest_of_all(simulation: Simulation) -> float:
 @pytest.mark.parametrize("world", ["dqn_stage4", "turtlebot3_house"])
 def test_what_it_leaves_out_is_never_the_nearest(waffle, drive, world):
     """It looks at a few obstacles only; the result is that of looking at all of them."""
-    simulation = Simulation(load_world(world), waffle, seed=1)
+    simulation = alone(load_world(world), waffle, seed=1)
     for _ in range(40):
         drive(simulation, 0.5, 0.2, 0.6)
         assert simulation.clearance().distance == pytest.approx(
@@ -140,9 +142,9 @@ def test_the_lower_bound_never_exceeds_the_clearance(simulate):
             if box is not None:
                 box.remove()
             size = (draw.uniform(0.1, 0.5), 0.1, 0.3)
-            box = simulation.props.place("box", draw.uniform(-2, 1), 1.0, size=size)
+            box = simulation.physics.props.place("box", draw.uniform(-2, 1), 1.0, size=size)
         simulation.command(*command)
-        simulation.advance_to(simulation.time_ns + 50_000_000)
+        simulation.physics.advance_to(simulation.physics.time_ns + 50_000_000)
         bound = simulation.clearance_at_least()
         known = simulation._gauge._known  # measuring would start it anew
         clearance = simulation.clearance().distance
@@ -180,12 +182,14 @@ def test_what_was_near_before_does_not_change_what_is_measured(simulate):
             box.remove()
         if step % 60 == 40:
             size = (draw.uniform(0.1, 0.5), 0.1, 0.3)
-            box = simulation.props.place(
+            box = simulation.physics.props.place(
                 "box", draw.uniform(-0.3, 0.3), -0.5, size=size, even_into_the_robot=True
             )
         simulation.command(*command)
-        simulation.advance_to(simulation.time_ns + 50_000_000)
-        anew = robot_gauge(simulation.model, simulation._gauge._names).measure(simulation.data)
+        simulation.physics.advance_to(simulation.physics.time_ns + 50_000_000)
+        anew = robot_gauge(simulation.physics.model, simulation._gauge._names).measure(
+            simulation.physics.data
+        )
         assert simulation.clearance() == anew
         nearest.add(anew.obstacle)
     assert nearest == {"coming", "wall", "box"}

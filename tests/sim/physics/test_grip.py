@@ -36,6 +36,6 @@ def test_a_run_over_it_repeats_after_a_reset(simulate, drive):
     simulation = simulate(slippery=[ICE])
     drive(simulation, 2.0, 0.2, 0.5)
     first = simulation.pose
-    simulation.reset()
+    simulation.physics.reset()
     drive(simulation, 2.0, 0.2, 0.5)
     assert simulation.pose == first

@@ -5,20 +5,21 @@ import copy
 import pytest
 
 from sim.physics.spawn import RobotSpawn
-from sim.simulation import Fleet, Simulation
+from sim.simulation import Simulation
 from sim.world.loader import load_world
 from sim.world.world import Spawn
+from tests.support.simulated import alone
 
 
 def test_pose_velocity_and_clearance_are_those_of_the_instant(waffle):
     """Bit for bit, among moving obstacles, when the run is over."""
-    simulation = Simulation(load_world("dqn_stage4"), waffle, seed=1)
+    simulation = alone(load_world("dqn_stage4"), waffle, seed=1)
     seen = []
     for step in range(100):
         simulation.command(0.2, 0.8 if step % 20 < 10 else -0.8)
-        simulation.advance_to(simulation.time_ns + 50_000_000)
+        simulation.physics.advance_to(simulation.physics.time_ns + 50_000_000)
         now = (simulation.pose, simulation.velocity, simulation.clearance())
-        seen.append((simulation.record(), simulation.time_ns, now))
+        seen.append((simulation.record(), simulation.physics.time_ns, now))
     review = simulation.review()
     for state, time_ns, now in reversed(seen):
         assert state.time_ns == time_ns
@@ -30,13 +31,13 @@ def test_props_are_those_of_the_instant(simulate):
     simulation = simulate(props=1)
     review = simulation.review()
     nothing = simulation.record()
-    box = simulation.props.place("box", 1.0, 0.0, size=(0.2, 0.2, 0.3))
+    box = simulation.physics.props.place("box", 1.0, 0.0, size=(0.2, 0.2, 0.3))
     placed = simulation.record()
     box.move_at(0.5, 0.0)
-    simulation.advance_to(simulation.time_ns + 1_000_000_000)
+    simulation.physics.advance_to(simulation.physics.time_ns + 1_000_000_000)
     moved = simulation.record()
     box.remove()
-    simulation.props.place("pillar", 0.5, 0.0, radius=0.1)
+    simulation.physics.props.place("pillar", 0.5, 0.0, radius=0.1)
     other = simulation.record()
     found = [review.clearance(state) for state in (other, moved, placed, nothing, placed)]
     assert [one.obstacle for one in found] == ["pillar", "box", "box", None, "box"]
@@ -72,18 +73,18 @@ def test_looking_back_changes_nothing_in_the_run(simulate, drive):
 def test_states_are_equal_where_all_of_it_is(simulate):
     """And a copy is as good as the state itself."""
     simulation = simulate(props=1)
-    simulation.props.place("box", 1.0, 0.0, radius=0.1)
+    simulation.physics.props.place("box", 1.0, 0.0, radius=0.1)
     state = simulation.record()
     assert state == simulation.record()
     assert simulation.review().clearance(copy.deepcopy(state)) == simulation.clearance()
-    simulation.advance_to(simulation.time_ns + 5_000_000)
+    simulation.physics.advance_to(simulation.physics.time_ns + 5_000_000)
     assert state != simulation.record()
 
 
 def test_each_robot_of_a_fleet_has_a_reviewer_of_its_own(make_world, waffle):
     """One record is of all of them."""
     entrants = [RobotSpawn(waffle, "one", Spawn(x=-1)), RobotSpawn(waffle, "two", Spawn(x=1, y=1))]
-    fleet = Fleet(make_world(), entrants, seed=1)
+    fleet = Simulation(make_world(), entrants, seed=1)
     state = fleet.physics.record()
     for robot in fleet.robots:
         assert robot.review().pose(state) == robot.pose

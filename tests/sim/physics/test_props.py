@@ -8,9 +8,10 @@ import pytest
 from sim.physics.prop_shapes import PropError
 from sim.physics.spawn import RobotSpawn
 from sim.sensors.camera import RaycastCamera
-from sim.simulation import Fleet, Simulation
+from sim.simulation import Simulation
 from sim.world.loader import load_world
 from sim.world.world import Spawn
+from tests.support.simulated import alone
 
 S = 1_000_000_000
 
@@ -20,7 +21,7 @@ def readings(simulation, count=40):
     seen = []
     for index in range(count):
         simulation.command(0.25, math.sin(index / 7))
-        simulation.advance_to(simulation.time_ns + 100_000_000)
+        simulation.physics.advance_to(simulation.physics.time_ns + 100_000_000)
         odometry = simulation.read_odometry()
         seen.append((simulation.pose, odometry.x, odometry.yaw, simulation.inertial(index)))
         seen.append(simulation.scan(index).tobytes())
@@ -30,7 +31,7 @@ def readings(simulation, count=40):
 @pytest.mark.parametrize("world", ["dqn_stage4", "empty_arena"])
 def test_without_one_placed_a_run_is_as_without_any(waffle, world):
     """Poses, odometry, inertial readings and scans are the same bit for bit; it hits walls, too."""
-    runs = [Simulation(load_world(world), waffle, seed=3, props=props) for props in (0, 4, 1, 7)]
+    runs = [alone(load_world(world), waffle, seed=3, props=props) for props in (0, 4, 1, 7)]
     first, *others = [readings(run, 150) for run in runs]
     assert runs[0].collisions > 0
     assert all(other == first for other in others)
@@ -44,7 +45,7 @@ def test_without_one_placed_a_fleet_runs_as_without_any(make_world, waffle):
     ]
     seen = []
     for props in (0, 3):
-        fleet = Fleet(make_world(), entrants, seed=1, props=props)
+        fleet = Simulation(make_world(), entrants, seed=1, props=props)
         for _ in range(100):
             for robot in fleet.robots:
                 robot.command(0.2, 0.0)
@@ -58,7 +59,7 @@ def test_it_appears_to_the_lidar_at_once(simulate):
     """At 1 m, of which 0.1 m is its half, plus the 64 mm that the lidar stands back; and goes."""
     simulation = simulate(props=1)
     before = simulation.scan(0)
-    box = simulation.props.place("box", 1.0, 0.0, size=(0.2, 0.4, 0.3))
+    box = simulation.physics.props.place("box", 1.0, 0.0, size=(0.2, 0.4, 0.3))
     assert simulation.scan(0)[0] == pytest.approx(0.9 + 0.064, abs=0.03)
     assert before[0] == np.inf
     box.remove()
@@ -75,52 +76,52 @@ def test_it_appears_to_the_lidar_at_once(simulate):
 def test_it_is_like_an_obstacle_of_the_world(simulate, drive, shape, section, fields):
     """The same scan all round, and the robot runs into it at the same time as hard."""
     placed = simulate(props=1)
-    placed.props.place("it", 0.5, 0.1, **shape)
+    placed.physics.props.place("it", 0.5, 0.1, **shape)
     built = simulate(**{section: [{"name": "it", "x": 0.5, "y": 0.1, **fields}]})
     assert np.array_equal(placed.scan(0), built.scan(0))
     for simulation in (placed, built):
         drive(simulation, 3.0, linear=0.2)
     (one,), (other,) = placed.take_collisions(), built.take_collisions()
-    assert (one.obstacle, one.time_ns) == ("it", other.time_ns)
+    assert (one.obstacle, one.time_ns) == ("it", other.physics.time_ns)
     assert one.force == pytest.approx(other.force, rel=0.05)
 
 
 def test_it_goes_where_it_is_sent_and_stands(simulate):
     """2 m at 0.5 m/s take 4 s."""
     simulation = simulate(props=1)
-    box = simulation.props.place("box", 1.0, -1.0, radius=0.1)
+    box = simulation.physics.props.place("box", 1.0, -1.0, radius=0.1)
     box.move_to(1.0, 1.0, speed=0.5)
-    simulation.advance_to(simulation.time_ns + 1 * S)
+    simulation.physics.advance_to(simulation.physics.time_ns + 1 * S)
     assert box.position == pytest.approx((1.0, -0.5))
     assert box.velocity == pytest.approx((0, 0.5))
-    assert simulation.data.body("prop/0").xpos[:2] == pytest.approx((1.0, -0.5), abs=1e-6)
-    simulation.advance_to(simulation.time_ns + 4 * S)
+    assert simulation.physics.data.body("prop/0").xpos[:2] == pytest.approx((1.0, -0.5), abs=1e-6)
+    simulation.physics.advance_to(simulation.physics.time_ns + 4 * S)
     assert box.position == (1.0, 1.0)
     assert box.velocity == (0.0, 0.0)
-    assert simulation.data.body("prop/0").xpos[:2].tolist() == [1.0, 1.0]
+    assert simulation.physics.data.body("prop/0").xpos[:2].tolist() == [1.0, 1.0]
 
 
 def test_it_follows_points_and_can_be_sent_elsewhere_on_the_way(simulate):
     """Each way begins where it is."""
     simulation = simulate(props=1)
-    box = simulation.props.place("box", 0.0, 2.0, radius=0.1)
+    box = simulation.physics.props.place("box", 0.0, 2.0, radius=0.1)
     box.follow([(1.0, 2.0), (1.0, 3.0)], speed=1.0)
-    simulation.advance_to(simulation.time_ns + 3 * S // 2)
+    simulation.physics.advance_to(simulation.physics.time_ns + 3 * S // 2)
     assert box.position == pytest.approx((1.0, 2.5))
     box.move_at(-1.0, 0.0)
-    simulation.advance_to(simulation.time_ns + 1 * S)
+    simulation.physics.advance_to(simulation.physics.time_ns + 1 * S)
     assert box.position == pytest.approx((0.0, 2.5))
     box.stop()
-    simulation.advance_to(simulation.time_ns + 1 * S)
+    simulation.physics.advance_to(simulation.physics.time_ns + 1 * S)
     assert box.position == pytest.approx((0.0, 2.5))
 
 
 def test_it_pushes_a_robot_at_its_own_speed(simulate):
     """Which contacts know: it is touched once, and moves on with it at 0.1 m/s."""
     simulation = simulate(props=1)
-    box = simulation.props.place("box", 0.5, 0.0, size=(0.2, 0.4, 0.3))
+    box = simulation.physics.props.place("box", 0.5, 0.0, size=(0.2, 0.4, 0.3))
     box.move_at(-0.1, 0.0)
-    simulation.advance_to(simulation.time_ns + 5 * S)
+    simulation.physics.advance_to(simulation.physics.time_ns + 5 * S)
     (collision,) = simulation.take_collisions()
     assert collision.obstacle == "box"
     # 0.4 m to its face, less 0.069 m of hull, at 0.1 m/s.
@@ -132,18 +133,18 @@ def test_it_pushes_a_robot_at_its_own_speed(simulate):
 def test_one_that_stands_is_not_pushed_away(simulate, drive):
     """A robot drives against it for 5 s."""
     simulation = simulate(props=1)
-    simulation.props.place("box", 0.4, 0.0, size=(0.1, 0.4, 0.3))
+    simulation.physics.props.place("box", 0.4, 0.0, size=(0.1, 0.4, 0.3))
     drive(simulation, 5.0, linear=0.2)
     assert simulation.collisions == 1
     assert simulation.pose[0] == pytest.approx(0.35 - 0.069, abs=0.002)
-    assert simulation.data.body("prop/0").xpos[0] == 0.4
+    assert simulation.physics.data.body("prop/0").xpos[0] == 0.4
 
 
 def test_a_body_serves_again(simulate, drive):
     """A box is removed, and a cylinder with a name of its own takes its body."""
     simulation = simulate(props=1)
-    simulation.props.place("box", 3.0, 0.0, size=(0.1, 0.4, 0.3)).remove()
-    simulation.props.place("pillar", 0.4, 0.0, radius=0.1)
+    simulation.physics.props.place("box", 3.0, 0.0, size=(0.1, 0.4, 0.3)).remove()
+    simulation.physics.props.place("pillar", 0.4, 0.0, radius=0.1)
     drive(simulation, 2.5, linear=0.2)
     assert [collision.obstacle for collision in simulation.take_collisions()] == ["pillar"]
 
@@ -151,10 +152,10 @@ def test_a_body_serves_again(simulate, drive):
 def test_a_reset_removes_all_and_repeats_the_start(simulate, drive):
     """Bit for bit, as without any."""
     simulation, other = simulate(props=2), simulate()
-    box = simulation.props.place("box", 0.4, 0.0, radius=0.1)
+    box = simulation.physics.props.place("box", 0.4, 0.0, radius=0.1)
     drive(simulation, 2.5, linear=0.2)
-    simulation.reset()
-    assert not simulation.props
+    simulation.physics.reset()
+    assert not simulation.physics.props
     assert not box.is_placed
     box.remove()
     assert readings(simulation, 10) == readings(other, 10)
@@ -180,9 +181,9 @@ def test_more_than_there_are_is_refused(simulate, props, expected):
     """It is said how many there are, which, and how to have more."""
     simulation = simulate(props=props)
     if props:
-        simulation.props.place("one", 1, 0, radius=0.1)
+        simulation.physics.props.place("one", 1, 0, radius=0.1)
     with pytest.raises(PropError, match=expected):
-        simulation.props.place("two", 2, 0, radius=0.1)
+        simulation.physics.props.place("two", 2, 0, radius=0.1)
 
 
 PILLAR = {"name": "pillar", "x": 2.0, "y": 0.0, "radius": 0.15}
@@ -201,37 +202,37 @@ PILLAR = {"name": "pillar", "x": 2.0, "y": 0.0, "radius": 0.15}
 def test_where_there_is_no_room_it_is_refused(simulate, place, expected):
     """It is said what is there; nothing has changed."""
     simulation = simulate(props=2, cylinders=[PILLAR])
-    simulation.props.place("other", -2.0, 0.0, radius=0.1)
+    simulation.physics.props.place("other", -2.0, 0.0, radius=0.1)
     before = simulation.scan(0)
     with pytest.raises(PropError, match=expected):
-        simulation.props.place("box", *place, size=(0.2, 0.2, 0.2))
+        simulation.physics.props.place("box", *place, size=(0.2, 0.2, 0.2))
     assert np.array_equal(simulation.scan(0), before)
-    assert len(simulation.props) == 1
+    assert len(simulation.physics.props) == 1
 
 
 def test_side_by_side_is_no_touch(simulate):
     """A box whose face lies in the face of another."""
     simulation = simulate(props=2)
-    simulation.props.place("one", 2.0, 0.0, size=(0.2, 0.2, 0.2))
-    simulation.props.place("two", 2.2, 0.0, size=(0.2, 0.2, 0.2))
-    assert len(simulation.props) == 2
+    simulation.physics.props.place("one", 2.0, 0.0, size=(0.2, 0.2, 0.2))
+    simulation.physics.props.place("two", 2.2, 0.0, size=(0.2, 0.2, 0.2))
+    assert len(simulation.physics.props) == 2
 
 
 def test_in_a_fleet_the_robot_in_the_way_is_named(make_world, waffle):
     """And any of them counts."""
     entrants = [RobotSpawn(waffle, "one", Spawn(x=-1)), RobotSpawn(waffle, "two", Spawn(x=1))]
-    fleet = Fleet(make_world(), entrants, seed=1, props=1)
+    fleet = Simulation(make_world(), entrants, seed=1, props=1)
     with pytest.raises(PropError, match="it would be in 'two'"):
-        fleet.props.place("box", 1.0, 0.0, radius=0.1)
+        fleet.physics.props.place("box", 1.0, 0.0, radius=0.1)
     with pytest.raises(PropError, match="the name 'one' is taken"):
-        fleet.props.place("one", 0.0, 0.0, radius=0.1)
+        fleet.physics.props.place("one", 0.0, 0.0, radius=0.1)
 
 
 def test_even_into_the_robot(simulate):
     """It is then pushed out of it, in a collision."""
     simulation = simulate(props=1)
-    simulation.props.place("box", 0.15, 0.0, size=(0.2, 0.4, 0.2), even_into_the_robot=True)
-    simulation.advance_to(simulation.time_ns + 2 * S)
+    simulation.physics.props.place("box", 0.15, 0.0, size=(0.2, 0.4, 0.2), even_into_the_robot=True)
+    simulation.physics.advance_to(simulation.physics.time_ns + 2 * S)
     assert [collision.obstacle for collision in simulation.take_collisions()] == ["box"]
     assert 0.05 - 0.069 - 0.05 < simulation.pose[0] < 0.05 - 0.069
     assert simulation.velocity == pytest.approx((0, 0), abs=1e-3)
@@ -254,23 +255,23 @@ def test_a_shape_that_cannot_be_is_refused(simulate, shape, expected):
     """With what was expected and what was got."""
     simulation = simulate(props=1)
     with pytest.raises(PropError, match=f"prop 'it': .*{expected}"):
-        simulation.props.place("it", 1.0, 0.0, **shape)
-    assert not simulation.props
+        simulation.physics.props.place("it", 1.0, 0.0, **shape)
+    assert not simulation.physics.props
 
 
 @pytest.mark.parametrize("name", ["", "x" * 61, "pillar", "other"])
 def test_a_name_that_cannot_be_is_refused(simulate, name):
     """Too short, too long, or taken."""
     simulation = simulate(props=2, cylinders=[PILLAR])
-    simulation.props.place("other", -2.0, 0.0, radius=0.1)
+    simulation.physics.props.place("other", -2.0, 0.0, radius=0.1)
     with pytest.raises(PropError, match="name"):
-        simulation.props.place(name, 1.0, 0.0, radius=0.1)
+        simulation.physics.props.place(name, 1.0, 0.0, radius=0.1)
 
 
 def test_a_way_that_cannot_be_gone_is_refused(simulate):
     """Too fast, backwards in time, off the floor, or after it has gone; its way is as before."""
     simulation = simulate(props=1)
-    box = simulation.props.place("box", 1.0, 0.0, radius=0.1)
+    box = simulation.physics.props.place("box", 1.0, 0.0, radius=0.1)
     for way, expected in (
         (lambda: box.move_to(2, 0, speed=2.1), "a speed above 0 m/s and up to 2 m/s, got 2.1 m/s"),
         (lambda: box.move_to(2, 0, speed=math.nan), "got nan m/s"),
@@ -296,14 +297,14 @@ def test_a_number_of_them_that_cannot_be_is_refused(simulate, count):
 def test_the_camera_sees_it(simulate, waffle):
     """Drawn ray by ray: its colour in the middle of the picture, and gone again."""
     simulation = simulate(props=1)
-    camera = RaycastCamera(simulation.model, waffle.camera)
+    camera = RaycastCamera(simulation.physics.model, waffle.camera)
     picture = np.empty((waffle.camera.height, waffle.camera.width, 3), dtype=np.uint8)
-    camera.draw(simulation.data, picture)
+    camera.draw(simulation.physics.data, picture)
     before = picture.copy()
-    box = simulation.props.place("box", 1.0, 0.0, size=(0.2, 0.6, 0.6), colour="red")
-    camera.draw(simulation.data, picture)
+    box = simulation.physics.props.place("box", 1.0, 0.0, size=(0.2, 0.6, 0.6), colour="red")
+    camera.draw(simulation.physics.data, picture)
     red, green, blue = picture[waffle.camera.height // 2, waffle.camera.width // 2].tolist()
     assert red > 3 * max(green, blue)
     box.remove()
-    camera.draw(simulation.data, picture)
+    camera.draw(simulation.physics.data, picture)
     assert np.array_equal(picture, before)

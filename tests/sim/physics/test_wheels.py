@@ -68,7 +68,7 @@ def test_a_blocked_wheel_does_not_turn(driven):
     # 0.2 m/s of the right wheel round the left one, 0.288 m away.
     assert broken.velocity[1] == pytest.approx(0.2 / 0.288, rel=0.02)
     assert broken.odometry.yaw == pytest.approx(broken.pose[2], abs=0.05)
-    left_wheel = broken.data.body("wheel_left").xpos[:2]
+    left_wheel = broken.physics.data.body("wheel_left").xpos[:2]
     assert left_wheel == pytest.approx((0, 0.144), abs=0.02)
 
 
@@ -97,7 +97,7 @@ def test_without_power_a_blocked_wheel_stays_blocked(driven):
     before = simulation.wheels[0][0]
     for _ in range(40):
         simulation.command(0.2, 0.0)
-        simulation.advance_to(simulation.time_ns + 50_000_000)
+        simulation.physics.advance_to(simulation.physics.time_ns + 50_000_000)
     assert simulation.wheels[0][0] == pytest.approx(before, abs=1e-3)
 
 

@@ -8,6 +8,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from bt_mission.core.robot.model import load_robot
+from sim.physics.spawn import RobotSpawn
 from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
 
@@ -26,7 +27,7 @@ def context():
 def test_of_commands_that_wait_the_newest_counts(context):
     """A simulator that is late takes one command between two steps, and it is not an old one."""
     options = SimOptions(seed=0, camera=False, context=context)
-    sim = SimNode(load_world("empty_arena"), load_robot("waffle"), options)
+    sim = SimNode(load_world("empty_arena"), [RobotSpawn(load_robot("waffle"))], options)
     driver = Node("driver", context=context)
     commands = driver.create_publisher(TwistStamped, "cmd_vel", 10)
     executor = SingleThreadedExecutor(context=context)
@@ -37,10 +38,10 @@ def test_of_commands_that_wait_the_newest_counts(context):
         message = TwistStamped()
         message.twist.linear.x = speed
         commands.publish(message)
-    while not sim.simulation.commanded[0]:
+    while not sim.robots[0].commanded[0]:
         executor.spin_once(timeout_sec=1.0)
         sim.advance_to(sim.physics.time_ns + 100 * MS)
-    assert sim.simulation.commanded[0] == pytest.approx(0.05)
+    assert sim.robots[0].commanded[0] == pytest.approx(0.05)
     executor.shutdown()
     driver.destroy_node()
     sim.destroy_node()

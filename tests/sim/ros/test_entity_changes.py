@@ -27,7 +27,7 @@ def test_what_is_spawned_is_there_for_the_lidar(sim):
     assert told(spawn(sim, -1.0, 1.5, uri="cylinder?radius=0.2", name="pillar")) == (Code.OK, "")
     sim.wait(0.1)
     ahead = sim.stage.messages("scan")[-1].ranges[0]
-    lidar_x = sim.node.simulation.robot.lidar.x
+    lidar_x = sim.node.robots[0].robot.lidar.x
     assert ahead == pytest.approx(1.0 - 0.2 - lidar_x, abs=0.05)
     assert told(sim.ask("DeleteEntity", entity="pillar")) == (Code.OK, "")
     sim.wait(0.1)
@@ -167,7 +167,7 @@ def test_only_what_was_spawned_is_deleted(sim, name, words):
 
 def test_a_robot_is_put_elsewhere(sim):
     """At once; neither its odometry nor its distance notices, as when somebody carries it."""
-    robot = sim.node.simulation
+    robot = sim.node.robots[0]
     sim.stage.command(0.2)
     sim.wait(0.05)
     way, odometry = robot.distance_travelled, robot.read_odometry().x

@@ -20,18 +20,25 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.core.robot.model import load_robot
+from sim.physics.spawn import RobotSpawn
 from sim.ros.live import FASTEST, CommandWatch, SpeedError, check_speed, main
 from sim.ros.node import SimOptions
 
 LIVE = """
 import sys
+from bt_mission.core.robot.model import load_robot
+from sim.physics.spawn import RobotSpawn
 from sim.ros.live import main
 from sim.ros.node import SimOptions
+robots = [RobotSpawn(load_robot("waffle"))]
 options = SimOptions(seed=3, camera=False)
-sys.exit(main(world="dqn_stage1", robot="waffle", options=options, speed=2.0))
+sys.exit(main(world="dqn_stage1", robots=robots, options=options, speed=2.0))
 """
 
 pytestmark = pytest.mark.process
+
+WAFFLE = RobotSpawn(load_robot("waffle"))
 
 
 @pytest.fixture
@@ -92,25 +99,25 @@ def test_it_runs_and_ends_cleanly_on_a_signal(beside, live, number):
     ("wrong", "words"),
     [
         ({"world": "nowhere"}, "no such world"),
-        ({"robot": "nobody"}, "no such robot"),
-        ({"robot": ["waffle"]}, "expected a robot as NAME=MODEL@X,Y,YAW"),
+        ({"robots": []}, "expected 1 to 16 robots in a world, got 0"),
         ({"speed": 0.0}, "expected a speed from 0.01 to 1000, got 0.0"),
     ],
 )
 def test_what_cannot_be_started_is_refused(wrong, words):
     """With an error of ours, before there is a node."""
-    options = {"world": "dqn_stage1", "robot": "waffle", "options": SimOptions(seed=0)} | wrong
+    options = {"world": "dqn_stage1", "robots": [WAFFLE], "options": SimOptions(seed=0)} | wrong
     with pytest.raises(BtMissionError, match=words):
         main(**options)
 
 
 TWO = """
 import sys
+from sim.physics.spawn import read
 from sim.ros.live import main
 from sim.ros.node import SimOptions
-robots = ["one=waffle@-1,0", "two=burger@1,0,180"]
+robots = [read("one=waffle@-1,0"), read("two=burger@1,0,180")]
 options = SimOptions(seed=0, camera=False)
-sys.exit(main(world="dqn_stage1", robot=robots, options=options, speed=5.0))
+sys.exit(main(world="dqn_stage1", robots=robots, options=options, speed=5.0))
 """
 
 
@@ -148,10 +155,13 @@ def test_a_useless_speed_is_refused(speed):
 
 PATROL = """
 import sys
+from bt_mission.core.robot.model import load_robot
+from sim.physics.spawn import RobotSpawn
 from sim.ros.live import main
 from sim.ros.node import SimOptions
+robots = [RobotSpawn(load_robot("waffle"))]
 options = SimOptions(seed=0, camera=False)
-sys.exit(main(world="dqn_stage1", robot="waffle", options=options, ros_args=sys.argv[1:]))
+sys.exit(main(world="dqn_stage1", robots=robots, options=options, ros_args=sys.argv[1:]))
 """
 
 
@@ -240,7 +250,7 @@ def test_a_parameter_out_of_its_range_is_refused(given):
     with pytest.raises(BtMissionError, match=given.partition(":=")[0]):
         main(
             world="dqn_stage1",
-            robot="waffle",
+            robots=[WAFFLE],
             options=SimOptions(seed=0, camera=False),
             ros_args=["-p", given],
         )

@@ -9,10 +9,10 @@ from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
 from sim.sensors.camera import Camera
 from sim.sensors.canvas import NoCameraError
-from sim.simulation import Simulation
 from sim.world.loader import load_world
 from sim.world.occupancy import rasterise
 from sim.world.world import World
+from tests.support.simulated import alone
 
 S, MS = 1_000_000_000, 1_000_000
 TYPES = {
@@ -79,7 +79,7 @@ def test_commands_may_be_plain_twists(stage):
     for time_ms in range(0, 500, 50):
         here.run(S + time_ms * MS)
         here.command(0.1)
-    assert here.sim.simulation.velocity[0] == pytest.approx(0.1, abs=0.01)
+    assert here.sim.robots[0].velocity[0] == pytest.approx(0.1, abs=0.01)
 
 
 def test_map_and_the_way_to_it_are_left_to_others(stage):
@@ -205,7 +205,7 @@ def test_scan_has_what_the_simulation_measures(stage, waffle):
     here = stage("scan")
     here.run(1 * S)
     (scan,) = here.messages("scan")
-    expected = Simulation(WALLED, waffle, seed=1).scan(0)
+    expected = alone(WALLED, waffle, seed=1).scan(0)
     assert np.array_equal(np.array(scan.ranges, dtype=np.float32), expected)
     assert scan.ranges[0] == pytest.approx(0.7 + 0.064, abs=0.05)
     assert (scan.range_min, scan.range_max) == pytest.approx((0.12, 3.5))
@@ -217,12 +217,12 @@ def test_a_command_moves_the_robot_and_runs_out(stage):
     here.run(1 * S)
     here.command(0.2)
     here.run(1 * S + 200 * MS)
-    assert here.sim.simulation.commanded == (0.2, 0.0)
+    assert here.sim.robots[0].commanded == (0.2, 0.0)
     here.run(2 * S)
     last = here.messages("odom")[-1]
     assert last.pose.pose.position.x == pytest.approx(0.04, abs=0.005)
     assert last.twist.twist.linear.x == pytest.approx(0, abs=1e-3)
-    assert here.sim.simulation.commanded == (0.0, 0.0)
+    assert here.sim.robots[0].commanded == (0.0, 0.0)
 
 
 def test_a_command_that_is_not_finite_is_no_command(stage):
@@ -231,7 +231,7 @@ def test_a_command_that_is_not_finite_is_no_command(stage):
     here.run(1 * S)
     here.command(math.nan)
     here.run(1 * S + 500 * MS)
-    assert here.sim.simulation.commanded == (0.0, 0.0)
+    assert here.sim.robots[0].commanded == (0.0, 0.0)
 
 
 def test_a_collision_is_published_once(stage):
@@ -245,7 +245,7 @@ def test_a_collision_is_published_once(stage):
     assert collision.header.frame_id == "map"
     assert collision.point.y == pytest.approx(0.95, abs=0.01)
     assert collision.force > 0
-    assert here.sim.simulation.collisions == 1
+    assert here.sim.robots[0].collisions == 1
     assert 3 * S < stamp_ns(collision.header.stamp) < 4 * S
 
 
@@ -253,7 +253,7 @@ def test_advance_stops_at_the_last_whole_step(stage):
     """Whoever asks for a time between two steps gets what was due until then."""
     here = stage().sim
     here.advance_to(1 * S + 52 * MS)
-    assert here.simulation.time_ns == 1 * S + 50 * MS
+    assert here.simulation.physics.time_ns == 1 * S + 50 * MS
     assert here.next_due_ns == 1 * S + 100 * MS
     with pytest.raises(ValueError, match="cannot advance"):
         here.advance_to(1 * S)
@@ -274,7 +274,7 @@ def test_pictures_come_while_somebody_looks(stage, waffle):
     """10 a second, of the size and form that the message says."""
     here = stage("camera/image_raw")
     try:
-        Camera(here.sim.simulation.model, waffle.camera).close()
+        Camera(here.sim.physics.model, waffle.camera).close()
     except NoCameraError as error:
         pytest.skip(str(error))
     here.run(1 * S + 300 * MS)

@@ -255,12 +255,12 @@ def drive(sim) -> None:
 @pytest.mark.parametrize("scope", [0, 255, 7])
 def test_all_is_reset_and_it_plays_on(sim, scope):
     """Time, poses and what was spawned; the clock is told at once."""
-    sim.node.simulation.props.place("crate", 3.0, 0.0, size=(0.2, 0.2, 0.2))
+    sim.node.physics.props.place("crate", 3.0, 0.0, size=(0.2, 0.2, 0.2))
     drive(sim)
     assert told(sim.ask("ResetSimulation", scope=scope)) == (Code.OK, "")
     assert (sim.node.clock_ns, clocks(sim)[-1], sim.state) == (1000 * MS, 1000, PLAYING)
-    assert sim.node.simulation.pose == pytest.approx((0, 0, 0), abs=1e-6)
-    assert len(sim.node.simulation.props) == 0
+    assert sim.node.robots[0].pose == pytest.approx((0, 0, 0), abs=1e-6)
+    assert len(sim.node.physics.props) == 0
     sim.wait(0.1)
     assert clocks(sim)[-3:] == [1000, 1050, 1100]
 
@@ -268,10 +268,10 @@ def test_all_is_reset_and_it_plays_on(sim, scope):
 def test_time_alone_is_reset(sim):
     """The robot drives on, and its commands count from their stamps, on the new clock."""
     drive(sim)
-    x = sim.node.simulation.pose[0]
+    x = sim.node.robots[0].pose[0]
     assert told(sim.ask("ResetSimulation", scope=Scope.TIME)) == (Code.OK, "")
-    assert (sim.node.clock_ns, sim.node.simulation.pose[0]) == (1000 * MS, x)
-    assert sim.node.simulation.velocity[0] == pytest.approx(0.2, abs=0.01)
+    assert (sim.node.clock_ns, sim.node.robots[0].pose[0]) == (1000 * MS, x)
+    assert sim.node.robots[0].velocity[0] == pytest.approx(0.2, abs=0.01)
     sim.wait(0.1)
     (*_, last) = sim.stage.messages("odom")
     assert last.header.stamp.sec * 1000 + last.header.stamp.nanosec // MS == 1100
@@ -279,13 +279,13 @@ def test_time_alone_is_reset(sim):
 
 def test_the_state_alone_is_reset(sim):
     """Time goes on; what was spawned stands where it was put."""
-    crate = sim.node.simulation.props.place("crate", 3.0, 0.0, size=(0.2, 0.2, 0.2))
+    crate = sim.node.physics.props.place("crate", 3.0, 0.0, size=(0.2, 0.2, 0.2))
     crate.move_at(0.0, 0.5)
     drive(sim)
     assert crate.position == pytest.approx((3.0, 0.25))
     assert told(sim.ask("ResetSimulation", scope=Scope.STATE)) == (Code.OK, "")
     assert sim.node.clock_ns == 2000 * MS
-    assert sim.node.simulation.pose == pytest.approx((0, 0, 0), abs=1e-6)
+    assert sim.node.robots[0].pose == pytest.approx((0, 0, 0), abs=1e-6)
     assert (crate.is_placed, crate.position, crate.velocity) == (True, (3.0, 0.0), (0.0, 0.0))
 
 
@@ -293,20 +293,20 @@ def test_what_stands_where_a_robot_starts_is_deleted_and_told(sim):
     """Else the robot would be inside of it."""
     drive(sim)
     drive(sim)
-    sim.node.simulation.props.place("crate", -0.15, 0.0, size=(0.1, 0.1, 0.1))
+    sim.node.physics.props.place("crate", -0.15, 0.0, size=(0.1, 0.1, 0.1))
     answer = sim.ask("ResetSimulation", scope=Scope.STATE)
     assert told(answer) == (Code.OK, "no room any more, so deleted: crate")
-    assert len(sim.node.simulation.props) == 0
+    assert len(sim.node.physics.props) == 0
 
 
 def test_what_was_spawned_alone_is_deleted(sim):
     """Nothing else changes."""
-    sim.node.simulation.props.place("crate", 3.0, 0.0, size=(0.2, 0.2, 0.2))
+    sim.node.physics.props.place("crate", 3.0, 0.0, size=(0.2, 0.2, 0.2))
     drive(sim)
-    pose = sim.node.simulation.pose
+    pose = sim.node.robots[0].pose
     assert told(sim.ask("ResetSimulation", scope=Scope.SPAWNED)) == (Code.OK, "")
-    assert (sim.node.clock_ns, sim.node.simulation.pose) == (2000 * MS, pose)
-    assert len(sim.node.simulation.props) == 0
+    assert (sim.node.clock_ns, sim.node.robots[0].pose) == (2000 * MS, pose)
+    assert len(sim.node.physics.props) == 0
 
 
 @pytest.mark.parametrize("scope", [8, 9, 128])

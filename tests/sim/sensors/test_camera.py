@@ -12,9 +12,9 @@ from sim.sensors import canvas
 from sim.sensors.camera import Camera
 from sim.sensors.canvas import NoCameraError
 from sim.sensors.noise import PictureNoise
-from sim.simulation import Simulation
 from sim.world.colours import rgba
 from sim.world.loader import load_world
+from tests.support.simulated import alone
 
 RED = {"name": "red", "x": 1.5, "y": -0.047, "radius": 0.15, "height": 0.5, "colour": "red"}
 
@@ -26,11 +26,11 @@ def photograph(simulate, waffle):
     def photograph(**fields: object) -> np.ndarray:
         simulation = simulate(**fields)
         try:
-            camera = Camera(simulation.model, waffle.camera)
+            camera = Camera(simulation.physics.model, waffle.camera)
         except NoCameraError as error:
             pytest.skip(str(error))
         picture = np.zeros((waffle.camera.height, waffle.camera.width, 3), dtype=np.uint8)
-        camera.draw(simulation.data, picture)
+        camera.draw(simulation.physics.data, picture)
         camera.close()
         return picture
 
@@ -82,14 +82,14 @@ def test_cameras_share_a_context_and_not_their_pictures(make_world, waffle):
     views = []
     for robot in (waffle, waffle.model_copy(update={"camera": large})):
         spec = robot.camera
-        simulation = Simulation(make_world(cylinders=[RED] if spec is large else []), robot, seed=1)
+        simulation = alone(make_world(cylinders=[RED] if spec is large else []), robot, seed=1)
         try:
-            camera = Camera(simulation.model, spec)
+            camera = Camera(simulation.physics.model, spec)
         except NoCameraError as error:
             pytest.skip(str(error))
         picture = np.zeros((spec.height, spec.width, 3), dtype=np.uint8)
-        camera.draw(simulation.data, picture)
-        views.append((camera, simulation.data, picture))
+        camera.draw(simulation.physics.data, picture)
+        views.append((camera, simulation.physics.data, picture))
     for camera, data, picture in (*views, *views):
         again = np.zeros_like(picture)
         camera.draw(data, again)
@@ -120,7 +120,7 @@ def test_a_machine_without_egl_is_told_what_to_install(simulate, waffle, monkeyp
     """One error of ours, with the cause in a few words."""
     monkeypatch.setitem(sys.modules, "mujoco.egl", None)
     with pytest.raises(NoCameraError, match=r"EGL cannot be used .*apt-get install libegl1 libgl1"):
-        Camera(simulate().model, waffle.camera)
+        Camera(simulate().physics.model, waffle.camera)
 
 
 @pytest.mark.usefixtures("no_context_yet")
@@ -128,7 +128,7 @@ def test_a_driver_that_refuses_is_told_in_one_line(simulate, waffle, monkeypatch
     """Only the first line of what the driver says."""
     monkeypatch.setitem(sys.modules, "mujoco.egl", SimpleNamespace(GLContext=refuse))
     with pytest.raises(NoCameraError) as caught:
-        Camera(simulate().model, waffle.camera)
+        Camera(simulate().physics.model, waffle.camera)
     assert "ImportError: Cannot " in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -167,7 +167,7 @@ def test_beacons_differ_in_hue_by_more_than_25_degrees(photograph):
 def pictures(make_stage, waffle, seed: int, *, noise: bool) -> list[bytes]:
     """What the camera shows on a drive of 2 s through stage 3."""
     robot = waffle.with_sensors(SensorsModel.model_validate({"camera": {"noise": noise}}))
-    here = make_stage(load_world("dqn_stage3"), "camera/image_raw", robots=robot, seed=seed)
+    here = make_stage(load_world("dqn_stage3"), "camera/image_raw", robot=robot, seed=seed)
     for step in range(40):
         here.run(1_000_000_000 + step * 50_000_000)
         here.command(0.2, 0.6)

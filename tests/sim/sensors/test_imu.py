@@ -31,7 +31,7 @@ def test_it_feels_speeding_up(simulate):
     """Ahead, about the 1 m/s^2 of the ramp."""
     simulation = simulate()
     simulation.command(0.26, 0.0)
-    simulation.advance_to(simulation.time_ns + 150_000_000)
+    simulation.physics.advance_to(simulation.physics.time_ns + 150_000_000)
     assert simulation.inertial(0).linear_acceleration[0] == pytest.approx(1.0, abs=0.15)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bt_mission.core.robot.model import RobotModel
-from sim.simulation import Simulation
+from tests.support.simulated import alone
 
 ARENA = [
     {"from": [2, -3], "to": [2, 3], "thickness": 0.2},
@@ -29,7 +29,7 @@ def look(make_world, exact):
     """The scan of that Waffle at the start, in a world of these fields."""
 
     def look(**fields: object) -> np.ndarray:
-        return Simulation(make_world(**fields), exact, seed=0).scan(0)
+        return alone(make_world(**fields), exact, seed=0).scan(0)
 
     return look
 
@@ -86,7 +86,7 @@ def test_what_is_too_near_reads_zero(simulate, make_world, waffle):
     fields["lidar"] |= {"noise_std": 0.0, "min_range": 0.5}
     robot = RobotModel.model_validate(fields)
     wall = {"from": [0.3, -1], "to": [0.3, 1], "thickness": 0.02}
-    ranges = Simulation(make_world(walls=[wall]), robot, seed=0).scan(0)
+    ranges = alone(make_world(walls=[wall]), robot, seed=0).scan(0)
     assert ranges[0] == 0.0
     assert ranges[50] == pytest.approx((0.29 - LIDAR_X) / math.cos(math.radians(50)), abs=5e-4)
 

@@ -17,9 +17,9 @@ def picture(waffle):
     """Draws a simulation's first picture with one of the two cameras."""
 
     def draw(kind, simulation):
-        camera = kind(simulation.model, waffle.camera)
+        camera = kind(simulation.physics.model, waffle.camera)
         out = np.zeros((waffle.camera.height, waffle.camera.width, 3), dtype=np.uint8)
-        camera.draw(simulation.data, out)
+        camera.draw(simulation.physics.data, out)
         camera.close()
         return out
 

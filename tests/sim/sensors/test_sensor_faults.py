@@ -7,9 +7,10 @@ import pytest
 
 from bt_mission.core.robot.parts import SensorsModel
 from sim.faults import CameraFaults, FaultError
+from sim.robot.robot import SimulatedRobot
 from sim.sensors.lidar import sector
 from sim.sensors.noise import PictureDistortion
-from sim.simulation import Simulation
+from tests.support.simulated import alone
 
 WALL = {"name": "wall", "from": [2, -6], "to": [2, 6], "thickness": 0.2}
 LEFT = {"name": "left", "from": [-6, 1], "to": [6, 1], "thickness": 0.2}
@@ -23,10 +24,10 @@ S = 1_000_000_000
 def pair(waffle, make_world):
     """Makes two simulations that are the same, with these sensors."""
 
-    def pair(seed: int = 1, **sensors: object) -> tuple[Simulation, Simulation]:
+    def pair(seed: int = 1, **sensors: object) -> tuple[SimulatedRobot, SimulatedRobot]:
         robot = waffle.with_sensors(SensorsModel.model_validate(sensors))
         world = make_world(walls=[WALL, LEFT])
-        broken, sound = (Simulation(world, robot, seed=seed) for _ in range(2))
+        broken, sound = (alone(world, robot, seed=seed) for _ in range(2))
         return broken, sound
 
     return pair
@@ -172,7 +173,7 @@ def test_a_reset_mends_all(simulate, drive):
     broken.charge_battery(0.2)
     broken.scan(0)
     drive(broken, 1.0, 0.2)
-    broken.reset()
+    broken.physics.reset()
     assert broken.faults.present == {}
     for simulation in (broken, sound):
         drive(simulation, 2.0, 0.2, 0.5)
@@ -219,7 +220,7 @@ def test_odometry_that_drifts_moves_while_the_robot_stands(pair):
     broken.read_odometry()
     broken.faults.set("odometry", drift=0.01, turn_drift=9)
     for _ in range(200):
-        broken.advance_to(broken.time_ns + 50_000_000)
+        broken.physics.advance_to(broken.physics.time_ns + 50_000_000)
         broken.read_odometry()
     radius = 0.01 / math.radians(9)
     assert broken.odometry.yaw == pytest.approx(math.pi / 2, abs=1e-3)

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from bt_mission.core.robot.model import load_robot
+from sim.robot.robot import SimulatedRobot
 from sim.sensors.canvas import NoCameraError
-from sim.simulation import Simulation
 from sim.views.views import WorldViews
 from sim.world.world import World
+from tests.support.simulated import alone
 
-Look = Callable[..., tuple[Simulation, WorldViews]]
+Look = Callable[..., tuple[SimulatedRobot, WorldViews]]
 RED = {"name": "red", "x": 1.0, "y": 1.0, "radius": 0.2, "height": 0.5, "colour": "red"}
 
 
@@ -21,9 +22,9 @@ def look() -> Iterator[Look]:
     """A simulation in a world of these fields, and views of it; skips where there is no EGL."""
     with ExitStack() as stack:
 
-        def look(robot: str = "waffle", **fields: object) -> tuple[Simulation, WorldViews]:
+        def look(robot: str = "waffle", **fields: object) -> tuple[SimulatedRobot, WorldViews]:
             world = World.model_validate({"name": "test", "size": [4, 4], **fields})
-            simulation = Simulation(world, load_robot(robot), seed=1)
+            simulation = alone(world, load_robot(robot), seed=1)
             try:
                 views = WorldViews(simulation, above=(420, 420), ahead=(320, 240))
             except NoCameraError as error:
@@ -70,7 +71,7 @@ def test_the_robot_is_drawn_where_it_is(look):
     before = picture_of(views)
     for _ in range(20):
         simulation.command(0.2, 0.0)
-        simulation.advance_to(simulation.time_ns + 50_000_000)
+        simulation.physics.advance_to(simulation.physics.time_ns + 50_000_000)
     views.look()
     after = picture_of(views)
     x, y, _ = simulation.pose
@@ -88,7 +89,7 @@ def test_what_moves_is_no_part_of_what_stands_still(look):
     moving = {**RED, "motion": {"through": [[-1.0, 1.0]], "speed": 0.5}}
     simulation, views = look(cylinders=[moving])
     assert not redness(views.still).any()
-    simulation.advance_to(simulation.time_ns + 2_000_000_000)
+    simulation.physics.advance_to(simulation.physics.time_ns + 2_000_000_000)
     views.look()
     assert middle_of(redness(picture_of(views))) == pytest.approx(views.pixel(0.0, 1.0), abs=2)
 
@@ -141,7 +142,7 @@ def test_the_simulation_does_not_notice(look):
         simulation, views = look(cylinders=[RED])
         for _ in range(20):
             simulation.command(0.2, 0.5)
-            simulation.advance_to(simulation.time_ns + 50_000_000)
+            simulation.physics.advance_to(simulation.physics.time_ns + 50_000_000)
             if watched:
                 views.look()
                 views.moving(), views.ahead(), views.seen()

@@ -95,10 +95,10 @@ def test_it_shows_the_present(simulate, viewers: list[Viewer]) -> None:
     with closing(Window(simulation.physics)) as shown:
         for _ in range(20):
             simulation.command(0.2, 0.0)
-            simulation.advance_to(simulation.time_ns + 50_000_000)
+            simulation.physics.advance_to(simulation.physics.time_ns + 50_000_000)
         shown.look()
         (viewer,) = viewers
-        assert np.array_equal(viewer.data.qpos, simulation.data.qpos)
+        assert np.array_equal(viewer.data.qpos, simulation.physics.data.qpos)
         assert viewer.data.time == pytest.approx(1.0)
         assert viewer.synced == 2
     assert not viewer.open
@@ -112,8 +112,8 @@ def test_what_people_do_in_it_changes_nothing(simulate, viewers: list[Viewer]) -
         viewers[0].model.opt.gravity[:] = 0.0
         viewers[0].data.qpos[:] = 7.0
         viewers[0].data.xfrc_applied[:] = 9.0
-    assert simulation.model.opt.gravity[2] == pytest.approx(-9.81)
-    assert not simulation.data.xfrc_applied.any()
+    assert simulation.physics.model.opt.gravity[2] == pytest.approx(-9.81)
+    assert not simulation.physics.data.xfrc_applied.any()
     assert simulation.record() == before
 
 

@@ -70,7 +70,7 @@ class Plain:
 
     @property
     def pose(self) -> tuple[float, float, float]:
-        return self.stage.sim.simulation.pose
+        return self.stage.sim.robots[0].pose
 
     def pixel(self, x: Any, y: Any) -> tuple[Any, Any]:
         return 360 + 150 * x, 360 - 150 * y
