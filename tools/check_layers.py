@@ -45,7 +45,7 @@ PARTS: Mapping[str, tuple[tuple[str, ...], ...]] = {
         ("server",),
     ),
     "sim": (
-        ("world", "faults"),
+        ("world", "faults", "frames"),
         ("physics",),
         ("sensors",),
         ("robot", "spawnables"),

@@ -22,8 +22,7 @@ from action_servers.core.maneuver import (
 )
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
-from bt_mission.core.robot.parts import CameraModel
+from bt_mission.core.robot.model import CameraModel, RobotModel
 
 
 class FindColourGoal(Protocol):

@@ -21,7 +21,7 @@ import numpy.typing as npt
 from action_servers.core.maneuver import Scan
 from action_servers.core.tuning import TUNING
 from bt_mission.core.geometry import Pose2D
-from bt_mission.core.robot.parts import Hull, LidarModel
+from bt_mission.core.robot.model import Hull, LidarModel
 
 Points = npt.NDArray[np.float64]
 Reals = npt.NDArray[np.floating[Any]]

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from action_servers.core.clearance import Points, out_of_frame, pairs, ray_towards
 from action_servers.core.maneuver import Observation, Scan
 from bt_mission.core.geometry import Pose2D, Twist2D
-from bt_mission.core.robot.parts import LidarModel
+from bt_mission.core.robot.model import LidarModel
 
 REACH_M = 2.0
 """Range within which is looked for what moves."""

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from action_servers.core.clearance import ray_towards
 from action_servers.core.maneuver import Grid, Scan
 from bt_mission.core.geometry import Pose2D, composed
-from bt_mission.core.robot.parts import LidarModel
+from bt_mission.core.robot.model import LidarModel
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 

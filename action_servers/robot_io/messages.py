@@ -17,7 +17,7 @@ from action_servers.core.maneuver import Fields, Grid, Image, Scan
 from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.cdr.picker import Picked, Picker
 from bt_mission.core.geometry import Pose2D, Twist2D, set_planar, yaw_about_z
-from bt_mission.core.robot.parts import LidarModel
+from bt_mission.core.robot.model import LidarModel
 from bt_mission.core.stamps import NS, set_ns, to_ns
 
 MAP_FRAME = "map"

@@ -37,7 +37,7 @@ from action_servers.robot_io.messages import (
 )
 from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.geometry import Pose2D, composed
-from bt_mission.core.robot.parts import LidarModel
+from bt_mission.core.robot.model import LidarModel
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import clock_ns
 

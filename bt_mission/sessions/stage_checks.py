@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, listed, quoted
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.core.robot.model import MountedSensor, RobotModel, load_robot
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.interfaces import PublishNode, WaitForNode
 from bt_mission.language.nodes.leaves import PythonNode
@@ -17,21 +16,12 @@ from sim.world.world import Spawn, World
 
 TOPICS = frozenset(
     (
-        *("amcl_pose", "battery_state", "clock", "cmd_vel", "collisions", "coverage"),
-        *("ground_truth/odom", "imu", "joint_states", "map", "motors_on", "odom", "plan"),
-        *("robot_description", "scan", "tf", "tf_static", "total_distance", "waypoints", "zones"),
+        *("amcl_pose", "clock", "cmd_vel", "collisions", "coverage", "ground_truth/odom"),
+        *("joint_states", "map", "motors_on", "odom", "plan", "robot_description", "tf"),
+        *("tf_static", "total_distance", "waypoints", "zones"),
     )
 )
-"""What the simulator, the servers and the executive publish, besides the camera's topics."""
-
-CAMERA_TOPICS = frozenset(("camera/image_raw", "camera/camera_info"))
-
-_RATES: tuple[tuple[str, ...], ...] = (
-    ("odometry_rate",),
-    ("lidar", "rate"),
-    ("imu", "rate"),
-    ("camera", "rate"),
-)
+"""What the simulator, the servers and the executive publish, besides the sensors' topics."""
 
 
 def start_problem(world: World, robot: RobotModel, spawn: Spawn | None = None) -> str | None:
@@ -50,14 +40,12 @@ def rate_problems(robot: RobotModel) -> Iterator[tuple[tuple[str, ...], str]]:
     """Yield the rates of sensors that do not fit the steps of the physics, with their keys."""
     from sim.ros.schedule import RateError, period_of  # noqa: PLC0415 - MuJoCo takes long
 
-    figures = robot.model_dump()
-    for path in _RATES:
-        value: Any = figures
-        for key in path:
-            value = value.get(key) or {}
+    sensors = {name: part for name, part in robot if isinstance(part, MountedSensor)}
+    rates: dict[tuple[str, ...], float] = {("odometry_rate",): robot.odometry_rate}
+    rates |= {(name, "rate"): part.rate for name, part in sensors.items()}
+    for path, rate in rates.items():
         try:
-            if value:
-                period_of(value, ".".join(path))
+            period_of(rate, ".".join(path))
         except RateError as error:
             yield path, str(error)
 
@@ -80,11 +68,13 @@ def stage_problems(mission: Mission) -> Iterator[Diagnostic]:
 
 def _missing_topics(mission: Mission, robot: RobotModel) -> Iterator[Diagnostic]:
     """Yield a warning for each topic that is read and that nothing in the simulation publishes."""
+    from sim.sensors.kinds import sensors_of  # noqa: PLC0415 - MuJoCo takes long
+
     steps = list(all_steps(mission))
     if mission.nodes or any(isinstance(step, PythonNode) for step in steps):
         return  # these may publish anything
     own = {_plain(step.ros_name) for step in steps if isinstance(step, PublishNode)}
-    known = TOPICS | own | (CAMERA_TOPICS if robot.camera else frozenset())
+    known = TOPICS | own | {kind.topic for kind in sensors_of(robot)}
     read = [
         (tree.document, (*follow.place.path, "topic"), follow.settings.topic)
         for tree in mission.all_trees

@@ -13,8 +13,7 @@ from typing import Literal
 
 import mujoco
 
-from bt_mission.core.robot.model import RobotModel
-from bt_mission.core.robot.parts import CameraModel
+from bt_mission.core.robot.model import CameraModel, RobotModel
 from sim.physics.names import (
     ACCELEROMETER,
     BASE,

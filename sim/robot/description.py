@@ -10,9 +10,10 @@ from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
 from bt_mission.core.robot.model import RobotModel
+from sim.frames import BASE_FOOTPRINT, BASE_LINK, FramePose, Quaternion, Vector
 from sim.physics.body import looks
-from sim.robot import frames
-from sim.robot.frames import FramePose, Quaternion, Vector
+from sim.robot.frames import fixed_frames
+from sim.sensors.camera import LINK as CAMERA_LINK
 from sim.world.colours import rgba
 
 _CAMERA = (0.02, 0.06, 0.02)
@@ -22,11 +23,11 @@ _CAMERA = (0.02, 0.06, 0.02)
 def description(robot: RobotModel) -> str:
     """Return the URDF of a robot; its links are all that `tf` and `tf_static` tell of it."""
     root = ET.Element("robot", name=f"turtlebot3_{robot.name}")
-    links = {frames.BASE_FOOTPRINT: ET.SubElement(root, "link", name=frames.BASE_FOOTPRINT)}
-    for frame in frames.fixed_frames(robot):
+    links = {BASE_FOOTPRINT: ET.SubElement(root, "link", name=BASE_FOOTPRINT)}
+    for frame in fixed_frames(robot):
         links[frame.child] = ET.SubElement(root, "link", name=frame.child)
         _add_joint(root, frame)
-    _dress_base(links[frames.BASE_LINK], robot)
+    _dress_base(links[BASE_LINK], robot)
     for name, link in links.items():
         if name.startswith("wheel_"):
             _dress_wheel(link, robot)
@@ -34,7 +35,7 @@ def description(robot: RobotModel) -> str:
             for use in ("visual", "collision"):
                 ball = _shape(link, use, "sphere", colour="black")
                 ball.set("radius", _number(robot.caster_radius))
-        elif name == frames.CAMERA_LINK:
+        elif name == CAMERA_LINK:
             _shape(link, "visual", "box", colour="black").set("size", _numbers(_CAMERA))
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"

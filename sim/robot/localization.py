@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from bt_mission.core.nature import generator
-from sim.robot.frames import Vector, map_to_odom
+from sim.frames import Vector, map_to_odom
 
 UPDATE_M = 0.25
 UPDATE_RAD = 0.2

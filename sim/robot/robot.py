@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from bt_mission.core.robot.model import RobotModel
-from sim.faults import RobotFaultState
+from sim.faults import PartFaults, RobotFaultState, WheelFaults
 from sim.physics.clearance import Clearance, robot_gauge
 from sim.physics.contacts import Collision, Contacts
 from sim.physics.history import Reviewer, SimulationState, pose_of, velocity_of
@@ -22,10 +23,21 @@ from sim.physics.wheels import Wheels
 from sim.robot import fit
 from sim.robot.drive import DifferentialDrive
 from sim.robot.localization import Localization, LocalizationError
-from sim.sensors.battery import Battery
-from sim.sensors.imu import Imu, Inertial
-from sim.sensors.lidar import Lidar
-from sim.sensors.odometry import Encoders, Odometry
+from sim.sensors.battery import Battery, BatterySensor
+from sim.sensors.kinds import SENSORS, sensors_of
+from sim.sensors.lidar import LidarSensor
+from sim.sensors.odometry import NO_ODOMETRY_FAULTS, Encoders, JointFaults, Odometry
+from sim.sensors.sensor import Mount, Sensor
+
+PARTS: Mapping[str, PartFaults] = {
+    **{kind.name: kind.breaks for kind in SENSORS},
+    "odometry": NO_ODOMETRY_FAULTS,
+    "joints": JointFaults(),
+    "wheels": WheelFaults(),
+}
+"""What can break on a robot, each as it is without a fault."""
+
+S = TypeVar("S", bound=Sensor)
 
 _STRIDE = 0.005
 """Metres. The way is measured in chords of this length, so that trembling against a wall is none:
@@ -54,8 +66,13 @@ class SimulatedRobot:
         self._qvel = data.qvel[joint.dofadr[0] : joint.dofadr[0] + 8]
         self._wheels = Wheels(model, physics.grip, prefix)
         self._pushes = Pushes(model, data, prefix)
-        lacks = {} if self.robot.camera else {"camera": f"a {self.robot.name} has no camera"}
-        self.faults = RobotFaultState(self._wheels.suffer, lacks)
+        present = sensors_of(self.robot)
+        lacks = {
+            kind.name: f"a {self.robot.name} has no {kind.name}"
+            for kind in SENSORS
+            if kind not in present
+        }
+        self.faults = RobotFaultState(PARTS, self._wheels.suffer, lacks)
         """What is broken."""
         motor = model.actuator(prefix + WHEELS[0]).id
         self._ctrl = data.ctrl[motor : motor + 2]
@@ -68,15 +85,16 @@ class SimulatedRobot:
             raise outside
         if self._contacts.touched(data):
             raise fit.no_room_at_start(physics, entrant, spawn)
-        self._last_scan: npt.NDArray[np.float32] | None = None
-        self._lidar = Lidar(model, self.robot, seed, prefix)
-        self._imu = Imu(model, self.robot, seed, math.radians(spawn.yaw), prefix)
+        start_yaw = math.radians(spawn.yaw)
+        mount = Mount(physics, self.robot, prefix, seed, start_yaw, self.faults)
+        self.sensors = tuple(kind(mount) for kind in present)
+        """In the order in which they measure at one instant."""
+        self._lidar, self._battery = self.sensor(LidarSensor), self.sensor(BatterySensor)
         self._encoders = Encoders(self.robot.sensors.odometry.slip, seed, prefix)
         self._drive = DifferentialDrive(self.robot, STEP_NS / 1e9)
         self.patience = 1.0
         self.odometry = Odometry(self.robot)
         self.localization = Localization(None, seed, entrant.name)
-        self.battery = Battery(self.robot.battery)
         self.motors_on = True
         self._way = self._rest_z = 0.0
         self._milestone = (spawn.x, spawn.y)
@@ -85,16 +103,25 @@ class SimulatedRobot:
         """Be as at the start, where the physics has been put. What was counted stays counted."""
         self.faults.clear()
         self._pushes.forget()
-        self._last_scan = None
+        for sensor in self.sensors:
+            sensor.restart()
         self._encoders.start(*self._qpos[7:9].tolist())
         self._milestone = self.pose[:2]
         self._rest_z = float(self._qpos[2])
         self._drive = DifferentialDrive(self.robot, STEP_NS / 1e9, patience=self.patience)
-        self.battery = Battery(self.robot.battery)
         self._contacts.forget()
         self.localization.restart()
         self._switch_motors(on=True)
         self.reset_odometry()
+
+    def sensor(self, kind: type[S]) -> S:
+        """Return the robot's sensor of a kind. Raises StopIteration where it has none."""
+        return next(sensor for sensor in self.sensors if isinstance(sensor, kind))
+
+    @property
+    def battery(self) -> Battery:
+        """The battery."""
+        return self._battery.battery
 
     def be_patient(self, patience: float) -> None:
         """Let commands hold for so many times the robot's command timeout, from the next one on."""
@@ -310,7 +337,7 @@ class SimulatedRobot:
         time_ns = self.physics.time_ns
         if time_ns != self.odometry.time_ns:
             turned = self._encoders.read(*self._qpos[7:9].tolist())
-            self.odometry.read(*self.wheels[0], time_ns, self.faults.odometry)
+            self.odometry.read(*self.wheels[0], time_ns, self.faults["odometry"])
             self.battery.use(time_ns, turned if self.motors_on else 0.0)
             if self.motors_on and self.battery.is_empty:
                 self._switch_motors(on=False)
@@ -321,23 +348,9 @@ class SimulatedRobot:
         self.odometry = Odometry(self.robot)
         self.read_odometry()
 
-    def scan(
-        self, index: int, out: npt.NDArray[np.float32] | None = None
-    ) -> npt.NDArray[np.float32]:
+    def scan(self, index: int) -> npt.NDArray[np.float32]:
         """Return the lidar's ranges now, m; `index` counts its measurements (noise)."""
-        faults, last = self.faults.lidar, self._last_scan
-        if not faults.frozen or last is None:
-            self._last_scan = self._lidar.measure(self.physics.data, index, out, faults)
-            return self._last_scan
-        if out is None:
-            return last.copy()
-        if out is not last:
-            out[:] = last
-        return out
-
-    def inertial(self, index: int) -> Inertial:
-        """Return the IMU's reading now; `index` counts its measurements (noise)."""
-        return self._imu.measure(self.physics.data, index)
+        return self._lidar.scan(index)
 
     # ---- inside --------------------------------------------------------------------------
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from bt_mission.core.geometry import Pose2D, set_planar, yaw_of
 from sim.entities import Corner, EntityState, InvalidPoseError
-from sim.robot.frames import MAP
+from sim.frames import MAP
 
 EMPTY, BOX, CONVEX_HULL, SPHERE = range(4)
 """Types of simulation_interfaces/Bounds."""

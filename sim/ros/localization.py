@@ -10,7 +10,7 @@ from lifecycle_msgs.srv import GetState
 from rclpy.node import Node
 
 from bt_mission.core.geometry import Pose2D, set_planar
-from sim.robot import frames
+from sim import frames
 from sim.robot.robot import SimulatedRobot
 from sim.ros.message_fields import header
 from sim.ros.schedule import Schedule

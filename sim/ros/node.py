@@ -25,12 +25,11 @@ from bt_mission.core.stamps import set_ns
 from sim.physics.names import STEP_NS
 from sim.physics.spawn import RobotSpawn
 from sim.ros.localization import localise
-from sim.ros.pictures import CameraTopics
 from sim.ros.schedule import Schedule
+from sim.ros.sensor_topics import RELIABLE, publish_sensor
 from sim.ros.topics import (
     COMMAND_TYPES,
     LATCHED,
-    RELIABLE,
     REQUESTS,
     CommandType,
     RobotPublishers,
@@ -112,7 +111,6 @@ class SimNode(Node):
         self._time_out = self.create_publisher(Clock, "/clock", RELIABLE)
         drawn = rasterise(world) if options.with_map else None
         self._topics: list[RobotPublishers] = []
-        self._cameras: list[CameraTopics] = []
         for one in self.robots:
             if drawn is not None:
                 self._latch(occupancy_grid(drawn, self._stamp), f"{one.prefix}map")
@@ -131,9 +129,9 @@ class SimNode(Node):
             )
             if options.localises and not lean:
                 localise(self, self._schedule, self._stamp, one)
-            if options.camera and one.robot.camera is not None:
-                made = CameraTopics(self, self._schedule, self._stamp, one, one.robot.camera)
-                self._cameras.append(made)
+            for sensor in one.sensors:
+                if options.camera or sensor.name != "camera":
+                    publish_sensor(self, self._schedule, self._stamp, one, sensor)
             for warning in unseen(world, one.robot):
                 log_of(self).warning(warning)
         self.create_service(Trigger, "reset_simulation", self._on_reset, qos_profile=REQUESTS)
@@ -223,6 +221,7 @@ class SimNode(Node):
 
     def destroy_node(self) -> None:
         """Give back the renderers with the node."""
-        for camera in self._cameras:
-            camera.close()
+        for robot in self.robots:
+            for sensor in robot.sensors:
+                sensor.close()
         Node.destroy_node(self)

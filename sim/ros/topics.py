@@ -1,7 +1,7 @@
 """What one simulated robot says and hears: the topics and services of a TurtleBot3 on Jazzy.
 
-Each sensor makes its message once, and puts new numbers into it when it is due. Nothing is
-published that nobody subscribes to. All names begin with the robot's prefix.
+Its sensors are apart (`sim.ros.sensor_topics`). Nothing is published that nobody subscribes to.
+All names begin with the robot's prefix.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from geometry_msgs.msg import TransformStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import BatteryState, Imu, JointState, LaserScan
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool, String
 from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
@@ -29,14 +29,14 @@ from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.goal_rate import MOST_WAITING
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import NS
-from sim.robot import frames
+from sim import frames
 from sim.robot.description import description
+from sim.robot.frames import WHEEL_JOINTS, fixed_frames
 from sim.robot.robot import SimulatedRobot
 from sim.ros import message_fields
 from sim.ros.schedule import Schedule
+from sim.ros.sensor_topics import RELIABLE
 
-RELIABLE = QoSProfile(depth=10)
-SENSOR_DATA = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 COMMANDS = QoSProfile(depth=1)  # of several that wait, only the newest counts: older ones are late
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 REQUESTS = QoSProfile(depth=MOST_WAITING)
@@ -52,17 +52,6 @@ PLANAR_MOTION = (
 PLANAR_TRANSFORM = tuple(
     f"transform.{name}" for name in ("translation.x", "translation.y", "rotation.z", "rotation.w")
 )
-INERTIAL = (
-    *(f"orientation.{axis}" for axis in "xyzw"),
-    *(f"angular_velocity.{axis}" for axis in "xyz"),
-    *(f"linear_acceleration.{axis}" for axis in "xyz"),
-)
-CHARGE = ("voltage", "current", "charge", "percentage")
-
-BATTERY_RATE = 20.0
-"""Hz [turtlebot3_node]."""
-
-
 CommandType: TypeAlias = Literal["stamped", "plain"]
 COMMAND_TYPES: Mapping[CommandType, str] = {
     "stamped": "geometry_msgs/msg/TwistStamped",
@@ -84,7 +73,7 @@ _COMMAND: Mapping[CommandType, tuple[str, ...]] = {
 
 
 class RobotPublishers:
-    """The topics and services of one robot, apart from its camera.
+    """The topics and services of one robot, apart from its sensors.
 
     Args:
         node: The simulator's.
@@ -113,9 +102,6 @@ class RobotPublishers:
         self._make_tree()
         self._make_collisions()
         self._make_base()
-        self._make_imu()
-        self._make_lidar()
-        self._make_battery()
         self._make_motors()
         self._commands = Picker(decoder_of(COMMAND_TYPES[command_type]), _COMMAND[command_type])
         node.create_subscription(
@@ -172,13 +158,13 @@ class RobotPublishers:
         response.success, response.message = True, "odometry is (0, 0, 0) here"
         return response
 
-    # ---- sensors -------------------------------------------------------------------------
+    # ---- state ---------------------------------------------------------------------------
 
     def _make_tree(self) -> None:
         tree = TFMessage()
         tree.transforms = [
             message_fields.transform(TransformStamped(), frame, self._stamp)
-            for frame in frames.fixed_frames(self._robot.robot)
+            for frame in fixed_frames(self._robot.robot)
         ]
         publisher = self._publisher(TFMessage, "tf_static", LATCHED)
         self._schedule.once(lambda _: publisher.publish(tree))
@@ -199,7 +185,7 @@ class RobotPublishers:
 
     def _make_base(self) -> None:
         """Wheels, odometry, moving frames and true pose, all of one instant."""
-        turned = message_fields.header(JointState(name=list(frames.WHEEL_JOINTS)), self._stamp, "")
+        turned = message_fields.header(JointState(name=list(WHEEL_JOINTS)), self._stamp, "")
         turned.position, turned.velocity = array.array("d", (0, 0)), array.array("d", (0, 0))
         reckoned = message_fields.header(
             OdometryMessage(), self._stamp, frames.ODOM, frames.BASE_FOOTPRINT
@@ -229,15 +215,15 @@ class RobotPublishers:
         def publish(_: int) -> None:
             reading = robot.read_odometry()
             here = (reading.x, reading.y, reading.yaw)
-            faults = robot.faults
-            if wheels_out.get_subscription_count() and not faults.joints.dead:
+            faults = robot.faults.now
+            if wheels_out.get_subscription_count() and not faults["joints"].dead:
                 angles, speeds = robot.wheels
                 wheels_out.publish(wheels.packed(*angles, *speeds))
-            if odometry_out.get_subscription_count() and not faults.odometry.dead:
+            if odometry_out.get_subscription_count() and not faults["odometry"].dead:
                 motion = reading.linear, reading.angular
                 odometry_out.publish(odometry.packed(*message_fields.planar(*here), *motion))
             to_odom = robot.localization.map_to_odom(robot.pose, here, robot.physics.time_ns)
-            if moving_out.get_subscription_count() and not faults.odometry.dead:
+            if moving_out.get_subscription_count() and not faults["odometry"].dead:
                 places: tuple[float, ...] = message_fields.planar(*here)
                 if localises:
                     places = (*message_fields.planar(*to_odom), *places)
@@ -247,50 +233,6 @@ class RobotPublishers:
                 truth_out.publish(truth.packed(*place, *robot.velocity))
 
         self._schedule.every(robot.robot.odometry_rate, "odometry_rate", publish)
-
-    def _make_imu(self) -> None:
-        spec = self._robot.robot.imu
-        message = message_fields.header(Imu(), self._stamp, frames.IMU_LINK)
-        message_fields.inertial_limits(message, spec)
-        packed = self._packed(message, (message, INERTIAL))
-        publisher = self._publisher(Imu, "imu")
-
-        def publish(index: int) -> None:
-            if publisher.get_subscription_count() and not self._robot.faults.imu.dead:
-                reading = self._robot.inertial(index)
-                publisher.publish(packed.packed(*message_fields.inertial(reading)))
-
-        self._schedule.every(spec.rate, "imu.rate", publish)
-
-    def _make_lidar(self) -> None:
-        spec = self._robot.robot.lidar
-        message = message_fields.header(LaserScan(), self._stamp, frames.SCAN_FRAME)
-        message_fields.scan_limits(message, spec)
-        varies = spec.model == "LDS-02"
-        packed = self._packed(message, (message, ("ranges",)))
-        publisher = self._publisher(LaserScan, "scan", SENSOR_DATA)
-
-        def publish(index: int) -> None:
-            if publisher.get_subscription_count() and not self._robot.faults.lidar.dead:
-                if varies:
-                    message_fields.scan_of(message, self._robot.scan(index))
-                    publisher.publish(message)
-                else:
-                    publisher.publish(packed.packed(*self._robot.scan(index).tolist()))
-
-        self._schedule.every(spec.rate, "lidar.rate", publish)
-
-    def _make_battery(self) -> None:
-        message = message_fields.header(BatteryState(), self._stamp, "")
-        message_fields.battery_limits(message, self._robot.robot.battery)
-        packed = self._packed(message, (message, CHARGE))
-        publisher = self._publisher(BatteryState, "battery_state")
-
-        def publish(_: int) -> None:
-            if publisher.get_subscription_count():
-                publisher.publish(packed.packed(*message_fields.charge(self._robot.battery)))
-
-        self._schedule.every(BATTERY_RATE, "battery", publish)
 
     def _make_motors(self) -> None:
         """Whether they have power: latched, so said at the start and at every change."""

@@ -9,7 +9,7 @@ from typing import Any
 from nav_msgs.msg import OccupancyGrid
 from visualization_msgs.msg import Marker, MarkerArray
 
-from sim.robot import frames
+from sim import frames
 from sim.ros import message_fields
 from sim.world.colours import rgba
 from sim.world.occupancy import OccupancyMap

@@ -1,9 +1,16 @@
-"""The battery: drained by time and by turning wheels, and told as the real robot tells it."""
+"""The battery: drained by time and by turning wheels, and shown as the real robot shows it."""
 
 from __future__ import annotations
 
-from bt_mission.core.robot.parts import BatteryModel as BatterySpec
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from typing_extensions import override
+
+from bt_mission.core.robot.model import BatteryModel as BatterySpec
 from sim.faults import FaultError
+from sim.sensors.sensor import Mount, Sensor
 
 
 class Battery:
@@ -49,3 +56,39 @@ class Battery:
     def percentage(self) -> float:
         """0 to 100, as a TurtleBot3 tells it: the place of the voltage between empty and full."""
         return 100 * self.charge
+
+
+class BatterySensor(Sensor):
+    """Shows the state of the battery."""
+
+    name = "battery"
+    topic = "battery_state"
+    message = "sensor_msgs/msg/BatteryState"
+    rate = 20.0
+    """Hz [turtlebot3_node]."""
+
+    def __init__(self, mount: Mount) -> None:
+        super().__init__(mount)
+        self.fields = ("voltage", "current", "charge", "percentage")
+        self.restart()
+
+    @override
+    def restart(self) -> None:
+        self.battery = Battery(self.spec)
+
+    @override
+    def constants(self) -> Mapping[str, Any]:
+        return {
+            "design_capacity": self.spec.capacity,
+            "temperature": math.nan,  # not measured, as the message has it
+            "capacity": math.nan,
+            "power_supply_status": 2,  # POWER_SUPPLY_STATUS_DISCHARGING
+            "power_supply_technology": 3,  # POWER_SUPPLY_TECHNOLOGY_LIPO
+            "present": True,
+        }
+
+    @override
+    def numbers(self, index: int) -> tuple[float, ...]:
+        now = self.battery
+        # V, A (below 0: discharging), Ah, and a percentage from 0 to 100.
+        return now.voltage, -now.current, now.charge * self.spec.capacity, now.percentage

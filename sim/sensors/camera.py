@@ -2,15 +2,44 @@
 
 from __future__ import annotations
 
+import array
 import math
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import override
 
-from bt_mission.core.robot.parts import CameraModel as CameraSpec
+from bt_mission.core.robot.model import CameraModel as CameraSpec
+from bt_mission.core.robot.model import RobotModel
+from sim.faults import SensorFaults, within
+from sim.frames import BASE_LINK, FramePose, Quaternion
 from sim.physics.names import BASE, CAMERA, FLOOR, LOOKS, MARKS, ROBOT, SCREENS, SOLID
-from sim.sensors.canvas import Canvas, Image
+from sim.sensors.canvas import Canvas, Image, NoCameraError
+from sim.sensors.noise import PictureNoise
+from sim.sensors.sensor import Mount, Sensor
+
+LINK = "camera_link"
+FRAME = "camera_rgb_frame"
+OPTICAL_FRAME = "camera_rgb_optical_frame"
+
+# REP 103: z into the picture, x to its right, y down.
+_OPTICAL: Quaternion = (-0.5, 0.5, -0.5, 0.5)
+
+
+class CameraFaults(SensorFaults):
+    """A camera that shows something else, or nothing: neither pictures nor camera_info."""
+
+    noise: Annotated[float, within(0, 1, "of full scale")] = 0.0
+    """1 sigma for each channel of each pixel, as a share of full scale."""
+    black: bool = False
+    frozen: bool = False
+    """It repeats its last picture, with fresh stamps."""
+
+
+NO_CAMERA_FAULTS = CameraFaults()
 
 
 class Camera:
@@ -117,3 +146,122 @@ class RaycastCamera:
 
     def close(self) -> None:
         """Nothing to give back."""
+
+
+class PictureDistortion:
+    """Changes a camera's pictures as its faults have it."""
+
+    def __init__(self, seed: int, prefix: str) -> None:
+        self._noise = PictureNoise(seed, f"{prefix}camera fault")
+
+    def apply(self, faults: CameraFaults, pixels: npt.NDArray[np.uint8], index: int) -> None:
+        """Change picture `index` in place."""
+        if faults.black:
+            pixels[:] = 0
+        if faults.noise:
+            self._noise.add(pixels, index, faults.noise)
+
+
+class CameraInfoSensor(Sensor):
+    """What a camera says of itself: a pinhole without distortion, square pixels."""
+
+    name = "camera"
+    topic = "camera/camera_info"
+    message = "sensor_msgs/msg/CameraInfo"
+    frame = FRAME
+    breaks = NO_CAMERA_FAULTS
+
+    @classmethod
+    @override
+    def frames(cls, robot: RobotModel) -> list[FramePose]:
+        return []
+
+    @override
+    def constants(self) -> Mapping[str, Any]:
+        spec = self.spec
+        focal = spec.width / (2 * math.tan(spec.hfov / 2))
+        cx, cy = spec.width / 2, spec.height / 2
+        return {
+            "width": spec.width,
+            "height": spec.height,
+            "distortion_model": "plumb_bob",
+            "d": [0.0] * 5,
+            "k": [focal, 0.0, cx, 0.0, focal, cy, 0.0, 0.0, 1.0],
+            "r": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            "p": [focal, 0.0, cx, 0.0, 0.0, focal, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+        }
+
+
+class CameraSensor(Sensor):
+    """A robot's camera. Pictures are drawn only while somebody wants them: they cost the most."""
+
+    name = "camera"
+    topic = "camera/image_raw"
+    message = "sensor_msgs/msg/Image"
+    frame = FRAME
+    breaks = NO_CAMERA_FAULTS
+
+    def __init__(self, mount: Mount) -> None:
+        super().__init__(mount)
+        prefix = mount.prefix
+        self._camera: Camera | RaycastCamera | None = None
+        noisy = mount.robot.sensors.camera.noise
+        self._noise = PictureNoise(mount.seed, f"{prefix}camera") if noisy else None
+        self._distortion = PictureDistortion(mount.seed, prefix)
+        self.restart()
+
+    @classmethod
+    @override
+    def frames(cls, robot: RobotModel) -> list[FramePose]:
+        spec = cls.figures(robot)
+        x, y, z = spec.link
+        return [
+            FramePose(BASE_LINK, LINK, spec.link),
+            FramePose(LINK, FRAME, (spec.x - x, spec.y - y, spec.z - z)),
+            FramePose(FRAME, OPTICAL_FRAME, (0.0, 0.0, 0.0), _OPTICAL),
+        ]
+
+    @override
+    def restart(self) -> None:
+        self._has_drawn = False
+
+    @override
+    def constants(self) -> Mapping[str, Any]:
+        """Return the form of a picture, and room for its pixels."""
+        spec = self.spec
+        return {
+            "width": spec.width,
+            "height": spec.height,
+            "encoding": "rgb8",
+            "step": 3 * spec.width,
+            "data": array.array("B", bytes(3 * spec.width * spec.height)),
+        }
+
+    @override
+    def fill(self, message: Any, index: int) -> None:
+        """Draw into the message, in place; a frozen one keeps its picture."""
+        faults, spec = self.faults, self.spec
+        if faults.frozen and self._has_drawn:
+            return
+        self._camera = self._camera or self._open()
+        pixels = np.frombuffer(message.data, np.uint8).reshape(spec.height, spec.width, 3)
+        self._camera.draw(self.mount.physics.data, pixels)
+        if self._noise is not None:
+            self._noise.add(pixels, index)
+        if faults is not NO_CAMERA_FAULTS:
+            self._distortion.apply(faults, pixels, index)
+        self._has_drawn = True
+
+    @override
+    def close(self) -> None:
+        if self._camera is not None:
+            self._camera.close()
+            self._camera = None
+
+    def _open(self) -> Camera | RaycastCamera:
+        model, prefix = self.mount.physics.model, self.mount.prefix
+        try:
+            return Camera(model, self.spec, prefix)
+        except NoCameraError as error:
+            self.notice = f"{error}; until then pictures are drawn ray by ray, more slowly"
+            return RaycastCamera(model, self.spec, prefix)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-import mujoco
+import numpy as np
+from typing_extensions import override
 
-from bt_mission.core.robot.model import RobotModel
 from sim.physics.names import ACCELEROMETER, BASE
 from sim.sensors.noise import Noise
+from sim.sensors.sensor import Mount, Sensor
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,22 +29,47 @@ class Inertial:
     linear_acceleration: tuple[float, float, float]
 
 
-class Imu:
+class Imu(Sensor):
     """Reads the model's accelerometer, and the base's turn rate and attitude."""
 
-    def __init__(
-        self, model: mujoco.MjModel, robot: RobotModel, seed: int, start_yaw: float, prefix: str
-    ) -> None:
-        noisy, spec = robot.sensors.imu.noise, robot.imu
+    name = "imu"
+    topic = "imu"
+    message = "sensor_msgs/msg/Imu"
+    frame = "imu_link"
+
+    def __init__(self, mount: Mount) -> None:
+        super().__init__(mount)
+        model, prefix = mount.physics.model, mount.prefix
+        noisy, spec = mount.robot.sensors.imu.noise, self.spec
         self._sigmas = (spec.gyro_noise, spec.accel_noise) if noisy else (0.0, 0.0)
         self._address = int(model.sensor(prefix + ACCELEROMETER).adr[0])
-        self._noise = Noise(seed, f"{prefix}imu", 6)
+        self._noise = Noise(mount.seed, f"{prefix}imu", 6)
         joint = model.joint(prefix + BASE)
         self._q, self._v = int(joint.qposadr[0]) + 3, int(joint.dofadr[0]) + 3
-        self._start = math.cos(start_yaw / 2), math.sin(start_yaw / 2)
+        self._start = math.cos(mount.start_yaw / 2), math.sin(mount.start_yaw / 2)
+        self.fields = (
+            *(f"orientation.{axis}" for axis in "xyzw"),
+            *(f"angular_velocity.{axis}" for axis in "xyz"),
+            *(f"linear_acceleration.{axis}" for axis in "xyz"),
+        )
 
-    def measure(self, data: mujoco.MjData, index: int) -> Inertial:
+    @override
+    def constants(self) -> Mapping[str, Any]:
+        # Covariances of independent axes.
+        return {
+            "angular_velocity_covariance": np.diag([self.spec.gyro_noise**2] * 3).ravel(),
+            "linear_acceleration_covariance": np.diag([self.spec.accel_noise**2] * 3).ravel(),
+        }
+
+    @override
+    def numbers(self, index: int) -> tuple[float, ...]:
+        reading = self.measure(index)
+        w, *axes = reading.orientation
+        return (*axes, w, *reading.angular_velocity, *reading.linear_acceleration)
+
+    def measure(self, index: int) -> Inertial:
         """Return measurement `index`. The acceleration is that of the last physics step."""
+        data = self.mount.physics.data
         g, a = self._sigmas
         n = self._noise.at(index).tolist()
         w, x, y, z = data.qpos[self._q : self._q + 4].tolist()

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import array
 import math
+from collections.abc import Mapping
 from statistics import NormalDist
+from typing import Annotated, Any
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import override
 
 from bt_mission.core.robot.model import RobotModel
-from sim.faults import NO_LIDAR_FAULTS, LidarFaults
+from sim.faults import SensorFaults, expected, within
 from sim.physics.names import BASE, MARKS, SCREENS, SOLID
 from sim.sensors.noise import Noise
+from sim.sensors.sensor import Mount, Sensor
 
 _TURN_JITTER = 0.005
 """1 sigma of the time an LDS-02 takes for a turn, relative: a few rays more or less."""
@@ -24,6 +29,35 @@ _NEAR, _MIDDLE = 0.3, 6.0
 _NEAR_SIGMA, _MIDDLE_SHARE, _FAR_SHARE = 0.010 / 3, 0.03 / 3, 0.05 / 3
 """Noise of an LDS-02: its data sheet's 10 mm below 0.3 m, 3 % below 6 m and 5 % beyond, taken for
 three sigma."""
+
+
+Bearing = Annotated[float, within(-360, 360, "deg")]
+
+
+class LidarFaults(SensorFaults):
+    """A lidar that reads wrong, in part or not at all.
+
+    A direction that is lost reads as where there is nothing: inf with an LDS-01, NaN with an
+    LDS-02.
+    """
+
+    noise: Annotated[float, within(0, 10, "m")] = 0.0
+    """1 sigma of normal noise on top of the sensor's own, m."""
+    bias: Annotated[float, within(-10, 10, "m")] = 0.0
+    """Added to every distance, m."""
+    sectors: Annotated[
+        tuple[tuple[Bearing, Bearing], ...],
+        expected("((FROM, TO), ...) in degrees from -360 to 360, left positive"),
+    ] = ()
+    """Lost directions, each from a bearing counter-clockwise to another, deg; ahead is 0 and left
+    positive: (-20, 20) is what lies ahead, (160, -160) what lies behind, (-180, 180) all."""
+    dropout: Annotated[float, within(0, 1, "of all rays")] = 0.0
+    """Share of the directions that are lost, other ones each time."""
+    frozen: bool = False
+    """It repeats its last scan, with fresh stamps."""
+
+
+NO_LIDAR_FAULTS = LidarFaults()
 
 
 class Lidar:
@@ -65,13 +99,11 @@ class Lidar:
         self,
         data: mujoco.MjData,
         index: int,
-        out: npt.NDArray[np.float32] | None = None,
         faults: LidarFaults = NO_LIDAR_FAULTS,
     ) -> npt.NDArray[np.float32]:
         """Return the ranges in metres of measurement `index`; positions in `data` must be current.
 
-        `out` is filled and returned where it is given; it must have room for the rays, whose
-        number an LDS-02 varies.
+        The number of rays of an LDS-02 varies.
         """
         if self._varies:
             self._aim(self._rays_of(index))
@@ -97,10 +129,7 @@ class Lidar:
         if faults is not NO_LIDAR_FAULTS:
             self._distortion.apply(faults, seen, missed, index)
         (self._finish_02 if self._varies else self._finish_01)(seen, missed, index)
-        if out is None:
-            return seen.astype(np.float32)
-        out[:] = seen
-        return out
+        return seen.astype(np.float32)
 
     def _finish_01(
         self, seen: npt.NDArray[np.float64], missed: npt.NDArray[np.bool], index: int
@@ -179,3 +208,64 @@ def sector(rays: int, start_deg: float, end_deg: float) -> npt.NDArray[np.bool]:
     beyond = np.round(bearings - start_deg, 9) % 360
     inside: npt.NDArray[np.bool] = beyond <= round(end_deg - start_deg, 9) % 360
     return inside
+
+
+class LidarSensor(Sensor):
+    """A robot's lidar, and its scans."""
+
+    name = "lidar"
+    topic = "scan"
+    message = "sensor_msgs/msg/LaserScan"
+    frame = "base_scan"
+    is_reliable = False
+    breaks = NO_LIDAR_FAULTS
+
+    def __init__(self, mount: Mount) -> None:
+        super().__init__(mount)
+        self._lidar = Lidar(mount.physics.model, mount.robot, mount.seed, mount.prefix)
+        self.fields = () if self.spec.model == "LDS-02" else ("ranges",)
+        self.restart()
+
+    @override
+    def restart(self) -> None:
+        self._last: npt.NDArray[np.float32] | None = None
+
+    @override
+    def constants(self) -> Mapping[str, Any]:
+        """Return what the drivers say.
+
+        That of the LDS-01: from 0 to one step before a full turn. All rays are measured at one
+        instant, so the times between them are 0. That of the LDS-02 says that ranges reach from 0
+        to 100 m, whatever the sensor can.
+        """
+        spec = self.spec
+        step = math.tau / spec.rays
+        least, most = (spec.min_range, spec.max_range) if self.fields else (0.0, 100.0)
+        return {
+            "angle_min": 0.0,
+            "angle_max": step * (spec.rays - 1),
+            "angle_increment": step,
+            "range_min": least,
+            "range_max": most,
+            "ranges": array.array("f", bytes(4 * spec.rays)),
+        }
+
+    def scan(self, index: int) -> npt.NDArray[np.float32]:
+        """Return the ranges of measurement `index`, m."""
+        faults = self.faults
+        if not faults.frozen or self._last is None:
+            self._last = self._lidar.measure(self.mount.physics.data, index, faults)
+        return self._last
+
+    @override
+    def numbers(self, index: int) -> list[float]:
+        ranges: list[float] = self.scan(index).tolist()
+        return ranges
+
+    @override
+    def fill(self, message: Any, index: int) -> None:
+        """Write a full turn of any number of rays."""
+        ranges = self.scan(index)
+        step = math.tau / len(ranges)
+        message.angle_max, message.angle_increment = step * (len(ranges) - 1), step
+        message.ranges = array.array("f", ranges.tobytes())

@@ -11,8 +11,6 @@ import zlib
 import numpy as np
 import numpy.typing as npt
 
-from sim.faults import CameraFaults
-
 _BLOCK = 64
 """Measurements drawn at once: making a generator costs as much as a thousand of its numbers."""
 
@@ -54,17 +52,3 @@ class PictureNoise:
         noise += pixels
         np.clip(np.rint(noise, out=noise), 0, 255, out=noise)
         pixels[:] = noise
-
-
-class PictureDistortion:
-    """Changes a camera's pictures as its faults have it."""
-
-    def __init__(self, seed: int, prefix: str) -> None:
-        self._noise = PictureNoise(seed, f"{prefix}camera fault")
-
-    def apply(self, faults: CameraFaults, pixels: npt.NDArray[np.uint8], index: int) -> None:
-        """Change picture `index` in place."""
-        if faults.black:
-            pixels[:] = 0
-        if faults.noise:
-            self._noise.add(pixels, index, faults.noise)

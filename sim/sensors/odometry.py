@@ -4,10 +4,36 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Annotated
 
 from bt_mission.core.robot.model import RobotModel
-from sim.faults import NO_ODOMETRY_FAULTS, OdometryFaults
+from sim.faults import PartFaults, SensorFaults, within
 from sim.sensors.noise import Noise
+
+Error = Annotated[float, within(-0.9, 9, "(relative)")]
+
+
+class OdometryFaults(PartFaults):
+    """Odometry that reckons with wrong figures, or drifts, or is silent."""
+
+    left_radius_error: Error = 0.0
+    """How much too large it takes the left wheel to be, relative; both: distances are off."""
+    right_radius_error: Error = 0.0
+    separation_error: Error = 0.0
+    """How much too far apart it takes the wheels to be, relative: turns are off."""
+    drift: Annotated[float, within(-10, 10, "m/s")] = 0.0
+    """It creeps ahead so fast, m/s, whatever the wheels do."""
+    turn_drift: Annotated[float, within(-360, 360, "deg/s")] = 0.0
+    """It turns to the left so fast, deg/s."""
+    dead: bool = False
+    """`odom` is not published, nor the transforms that come from it."""
+
+
+NO_ODOMETRY_FAULTS = OdometryFaults()
+
+
+class JointFaults(SensorFaults):
+    """Encoders whose `joint_states` are not published; odometry goes on."""
 
 
 @dataclass

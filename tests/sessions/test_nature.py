@@ -132,9 +132,9 @@ def test_a_fault_replaces_a_figure_while_it_lasts(tmp_path):
     options = StageOptions(nature=Nature("none", {"lidar_noise": 0.02}))
     with Stage(mission, image_folder=tmp_path, options=options) as stage:
         faults = stage.sim.robots[0].faults
-        assert faults.lidar.noise == 0.02
+        assert faults["lidar"].noise == 0.02
         assert faults.present == {}
         faults.set("lidar", noise=0.5)
-        assert faults.lidar.noise == 0.5
+        assert faults["lidar"].noise == 0.5
         faults.clear()
-        assert faults.lidar.noise == 0.02
+        assert faults["lidar"].noise == 0.02

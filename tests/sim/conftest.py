@@ -12,7 +12,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import BatteryState, CameraInfo, Image, Imu, JointState, LaserScan
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
@@ -21,6 +21,8 @@ from bt_mission.virtual_time import VirtualTimeExecutor
 from sim.physics.spawn import RobotSpawn
 from sim.robot.robot import SimulatedRobot
 from sim.ros.node import SimNode, SimOptions
+from sim.ros.sensor_topics import message_type
+from sim.sensors.kinds import SENSORS
 from sim.world.world import World
 from tests.support.simulated import alone
 
@@ -33,12 +35,8 @@ TOPICS = {
     "odom": Odometry,
     "tf": TFMessage,
     "ground_truth/odom": Odometry,
-    "imu": Imu,
-    "scan": LaserScan,
-    "camera/image_raw": Image,
-    "camera/camera_info": CameraInfo,
-    "battery_state": BatteryState,
     "motors_on": Bool,
+    **{sensor.topic: message_type(sensor) for sensor in SENSORS},
 }
 LATCHED = {"map", "tf_static", "motors_on"}
 

@@ -13,6 +13,7 @@ from sim.physics.spawn import RobotSpawn
 from sim.robot.fit import SpawnError
 from sim.sensors.camera import Camera
 from sim.sensors.canvas import NoCameraError
+from sim.sensors.imu import Imu
 from sim.simulation import Simulation
 from sim.world.world import Spawn
 from tests.support.simulated import alone
@@ -132,8 +133,8 @@ def test_noise_depends_on_the_name_and_not_on_the_company(pair, waffle, make_wor
     fleet = pair(walls=walls)
     alone = Simulation(make_world(walls=walls), [RobotSpawn(waffle, "one", Spawn(x=-1))], seed=1)
     assert fleet["one"].scan(3)[180] == alone["one"].scan(3)[180]
-    assert fleet["one"].inertial(3).angular_velocity == pytest.approx(
-        alone["one"].inertial(3).angular_velocity, abs=1e-9
+    assert fleet["one"].sensor(Imu).measure(3).angular_velocity == pytest.approx(
+        alone["one"].sensor(Imu).measure(3).angular_velocity, abs=1e-9
     )
 
 

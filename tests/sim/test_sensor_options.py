@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from bt_mission.core.robot.parts import SensorsModel
+from bt_mission.core.robot.model import SensorsModel
 from sim.robot.robot import SimulatedRobot
+from sim.sensors.imu import Imu
 from tests.support.simulated import alone
 
 WALLS = [
@@ -83,8 +84,8 @@ def test_without_noise_readings_are_exact(equipped):
     near = equipped(walls=walls, lidar={"noise": False})
     assert np.array_equal(near.scan(0), near.scan(1))
     assert near.scan(0)[0] == pytest.approx(1.9 - LIDAR_X, abs=2e-4)
-    assert near.inertial(0) != near.inertial(1)
-    assert simulation.inertial(0) == simulation.inertial(1)
+    assert near.sensor(Imu).measure(0) != near.sensor(Imu).measure(1)
+    assert simulation.sensor(Imu).measure(0) == simulation.sensor(Imu).measure(1)
 
 
 def test_wheels_taken_for_larger_make_odometry_run_ahead(equipped, drive):

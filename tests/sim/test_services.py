@@ -6,7 +6,7 @@ import pytest
 from geometry_msgs.msg import TwistStamped
 from std_srvs.srv import SetBool, Trigger
 
-from bt_mission.core.robot.parts import BatteryModel, SensorsModel
+from bt_mission.core.robot.model import BatteryModel, SensorsModel
 from bt_mission.core.stamps import set_ns
 from sim.physics.spawn import RobotSpawn
 from sim.world.loader import load_world

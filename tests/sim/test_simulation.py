@@ -7,6 +7,7 @@ import pytest
 
 from bt_mission.core.robot.model import load_robot
 from sim.robot.fit import SpawnError
+from sim.sensors.imu import Imu
 from sim.world.loader import load_world
 from tests.support.simulated import alone
 
@@ -141,7 +142,9 @@ def digest(seed: int) -> str:
         simulation.physics.advance_to(simulation.physics.time_ns + 100_000_000)
         odometry = simulation.read_odometry()
         seen.update(simulation.scan(index).tobytes())
-        seen.update(repr((simulation.pose, odometry, simulation.inertial(index))).encode())
+        seen.update(
+            repr((simulation.pose, odometry, simulation.sensor(Imu).measure(index))).encode()
+        )
     return seen.hexdigest()
 
 
@@ -157,4 +160,4 @@ def test_the_seed_changes_the_noise_and_not_the_physics(simulate, drive):
     for simulation in (one, two):
         drive(simulation, 2.0, 0.2, 0.5)
     assert one.pose == two.pose
-    assert one.inertial(0) != two.inertial(0)
+    assert one.sensor(Imu).measure(0) != two.sensor(Imu).measure(0)

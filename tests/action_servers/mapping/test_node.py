@@ -22,6 +22,7 @@ from bt_mission.core.robot.model import load_robot
 from bt_mission.virtual_time import VirtualTimeExecutor
 from sim.physics.spawn import RobotSpawn
 from sim.ros.node import SimNode, SimOptions
+from sim.sensors.lidar import LidarSensor
 from sim.world.loader import load_world
 from sim.world.occupancy import rasterise
 from sim.world.world import World
@@ -213,7 +214,7 @@ def test_a_map_without_news_is_not_sent_again(
     bench.run_for(2.0)
     count = len(bench.maps)
     nothing = np.full(bench.sim.robots[0].robot.lidar.rays, math.nan, dtype=np.float32)
-    monkeypatch.setattr(bench.sim.robots[0], "scan", lambda _: nothing)
+    monkeypatch.setattr(bench.sim.robots[0].sensor(LidarSensor), "scan", lambda _: nothing)
     bench.run_for(3.0)
     assert len(bench.maps) <= count + 1
 

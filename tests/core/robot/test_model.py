@@ -7,8 +7,7 @@ from pydantic import ValidationError
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.files import find, names
-from bt_mission.core.robot.model import RobotModel, load_robot
-from bt_mission.core.robot.parts import SensorsModel
+from bt_mission.core.robot.model import RobotModel, SensorsModel, load_robot
 
 
 def test_waffle_and_burger_are_shipped():

@@ -8,6 +8,7 @@ import pytest
 from sim.physics.prop_shapes import PropError
 from sim.physics.spawn import RobotSpawn
 from sim.sensors.camera import RaycastCamera
+from sim.sensors.imu import Imu
 from sim.simulation import Simulation
 from sim.world.loader import load_world
 from sim.world.world import Spawn
@@ -23,7 +24,9 @@ def readings(simulation, count=40):
         simulation.command(0.25, math.sin(index / 7))
         simulation.physics.advance_to(simulation.physics.time_ns + 100_000_000)
         odometry = simulation.read_odometry()
-        seen.append((simulation.pose, odometry.x, odometry.yaw, simulation.inertial(index)))
+        seen.append(
+            (simulation.pose, odometry.x, odometry.yaw, simulation.sensor(Imu).measure(index))
+        )
         seen.append(simulation.scan(index).tobytes())
     return seen
 
@@ -50,7 +53,7 @@ def test_without_one_placed_a_fleet_runs_as_without_any(make_world, waffle):
             for robot in fleet.robots:
                 robot.command(0.2, 0.0)
             fleet.physics.advance_to(fleet.physics.time_ns + 50_000_000)
-        assert fleet.collisions == 2
+        assert sum(robot.collisions for robot in fleet.robots) == 2
         seen.append([(robot.pose, robot.scan(0).tobytes()) for robot in fleet.robots])
     assert seen[0] == seen[1]
 
@@ -82,7 +85,7 @@ def test_it_is_like_an_obstacle_of_the_world(simulate, drive, shape, section, fi
     for simulation in (placed, built):
         drive(simulation, 3.0, linear=0.2)
     (one,), (other,) = placed.take_collisions(), built.take_collisions()
-    assert (one.obstacle, one.time_ns) == ("it", other.physics.time_ns)
+    assert (one.obstacle, one.time_ns) == ("it", other.time_ns)
     assert one.force == pytest.approx(other.force, rel=0.05)
 
 
@@ -163,7 +166,7 @@ def test_a_reset_removes_all_and_repeats_the_start(simulate, drive):
 
 def test_they_are_listed_and_found_by_name(simulate):
     """In the order in which they were placed."""
-    props = simulate(props=3).props
+    props = simulate(props=3).physics.props
     one, two = props.place("one", 1, 0, radius=0.1), props.place("two", 2, 0, radius=0.1)
     assert list(props) == [one, two]
     assert props["two"] is two

@@ -5,8 +5,9 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from bt_mission.core.robot.model import RobotModel, load_robot
-from sim.robot import frames
+from sim.frames import BASE_FOOTPRINT
 from sim.robot.description import description
+from sim.robot.frames import WHEEL_JOINTS, fixed_frames
 
 
 @pytest.fixture(params=["waffle", "burger"])
@@ -18,8 +19,8 @@ def robot(request: pytest.FixtureRequest) -> RobotModel:
 def test_links_are_the_frames_of_tf(robot: RobotModel) -> None:
     """All of `tf_static`, and `base_footprint`, which `tf` moves."""
     links = {link.get("name") for link in parsed(robot).findall("link")}
-    fixed = frames.fixed_frames(robot)
-    assert links == {frames.BASE_FOOTPRINT, *(frame.child for frame in fixed)}
+    fixed = fixed_frames(robot)
+    assert links == {BASE_FOOTPRINT, *(frame.child for frame in fixed)}
 
 
 def test_joints_stand_where_tf_has_them(robot: RobotModel) -> None:
@@ -32,12 +33,12 @@ def test_joints_stand_where_tf_has_them(robot: RobotModel) -> None:
         assert child is not None
         assert origin is not None
         found[child.get("link")] = (parent.get("link"), numbers(origin.get("xyz")))
-    for frame in frames.fixed_frames(robot):
+    for frame in fixed_frames(robot):
         parent_name, place = found[frame.child]
         assert parent_name == frame.parent
         assert place == pytest.approx(frame.translation)
     turning = {joint.get("name") for joint in joints if joint.get("type") == "continuous"}
-    assert turning == set(frames.WHEEL_JOINTS)
+    assert turning == set(WHEEL_JOINTS)
 
 
 def test_directions_are_those_of_tf() -> None:

@@ -5,7 +5,8 @@ import math
 import pytest
 
 from bt_mission.core.robot.model import load_robot
-from sim.robot.frames import fixed_frames, map_to_odom
+from sim.frames import map_to_odom
+from sim.robot.frames import fixed_frames
 
 WAFFLE, BURGER = load_robot("waffle"), load_robot("burger")
 

@@ -262,7 +262,7 @@ def test_advance_stops_at_the_last_whole_step(stage):
 def test_nothing_is_drawn_while_nobody_looks(stage, monkeypatch):
     """The camera is made with the first subscription to its pictures."""
     made = []
-    monkeypatch.setattr("sim.ros.pictures.Camera", lambda *_: made.append(1))
+    monkeypatch.setattr("sim.sensors.camera.Camera", lambda *_: made.append(1))
     here = stage("camera/camera_info")
     here.run(2 * S)
     assert made == []
@@ -293,7 +293,7 @@ def test_without_egl_pictures_are_drawn_ray_by_ray(stage, monkeypatch):
         tried.append(1)
         raise NoCameraError("EGL cannot be used on this machine")
 
-    monkeypatch.setattr("sim.ros.pictures.Camera", refuse)
+    monkeypatch.setattr("sim.sensors.camera.Camera", refuse)
     here = stage("camera/image_raw")
     here.run(1 * S + 300 * MS)
     assert tried == [1]

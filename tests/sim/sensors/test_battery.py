@@ -2,8 +2,8 @@
 
 import pytest
 
+from bt_mission.core.robot.model import BatteryModel as Spec
 from bt_mission.core.robot.model import load_robot
-from bt_mission.core.robot.parts import BatteryModel as Spec
 from sim.sensors.battery import Battery
 
 S = 1_000_000_000

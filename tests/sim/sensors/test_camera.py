@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bt_mission.core.robot.parts import SensorsModel
+from bt_mission.core.robot.model import SensorsModel
 from sim.sensors import canvas
 from sim.sensors.camera import Camera
 from sim.sensors.canvas import NoCameraError

@@ -105,11 +105,3 @@ def test_noise_has_the_published_deviation(simulate):
     assert errors.mean() == pytest.approx(0, abs=0.003)
     assert errors.std() == pytest.approx(0.01, rel=0.15)
     assert np.array_equal(simulation.scan(7), scans[7])
-
-
-def test_a_scan_can_be_written_into_an_array(simulate):
-    """That array is filled and returned."""
-    simulation = simulate(walls=ARENA)
-    out = np.empty(360, dtype=np.float32)
-    assert simulation.scan(3, out) is out
-    assert np.array_equal(out, simulation.scan(3))

@@ -1,0 +1,74 @@
+"""The topics of a robot's sensors, as they declare them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from operator import attrgetter
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
+
+from bt_mission.core.cdr.writer import MessageTemplate
+from bt_mission.core.ros_log import log_of
+from sim.robot.robot import SimulatedRobot
+from sim.ros.schedule import Schedule
+from sim.sensors.sensor import Sensor
+
+RELIABLE = QoSProfile(depth=10)
+SENSOR_DATA = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+def publish_sensor(
+    node: Node, schedule: Schedule, stamp: Any, robot: SimulatedRobot, sensor: Sensor
+) -> None:
+    """Publish a sensor's measurements, at its rate and while somebody subscribes.
+
+    The message is made once, and gets new numbers for each measurement. `stamp` is shared.
+    """
+    message = empty_message(sensor, stamp)
+    qos = RELIABLE if sensor.is_reliable else SENSOR_DATA
+    publisher = node.create_publisher(type(message), robot.prefix + sensor.topic, qos)
+    faults, name = robot.faults, sensor.name
+    measured = _packed(sensor, message, stamp) if sensor.fields else _filled(sensor, message, node)
+
+    def publish(index: int) -> None:
+        if publisher.get_subscription_count() and not faults.now[name].dead:
+            publisher.publish(measured(index))
+
+    schedule.every(sensor.rate, f"{name}.rate", publish)
+
+
+def message_type(sensor: Sensor | type[Sensor]) -> Any:
+    """Return the class of a sensor's messages."""
+    package, folder, name = sensor.message.split("/")
+    return getattr(import_module(f"{package}.{folder}"), name)
+
+
+def empty_message(sensor: Sensor, stamp: Any) -> Any:
+    """Return a message of a sensor with all that never changes."""
+    message = message_type(sensor)()
+    if hasattr(message, "header"):
+        message.header.stamp, message.header.frame_id = stamp, sensor.frame
+    for name, value in sensor.constants().items():
+        path, _, last = name.rpartition(".")
+        setattr(attrgetter(path)(message) if path else message, last, value)
+    return message
+
+
+def _packed(sensor: Sensor, message: Any, stamp: Any) -> Callable[[int], bytes]:
+    packed = MessageTemplate(message, stamp, [(message, sensor.fields)], serialize_message).packed
+    return lambda index: packed(*sensor.numbers(index))
+
+
+def _filled(sensor: Sensor, message: Any, node: Node) -> Callable[[int], Any]:
+    def measured(index: int) -> Any:
+        sensor.fill(message, index)
+        if sensor.notice:
+            log_of(node).warning(sensor.notice)
+            sensor.notice = ""
+        return message
+
+    return measured

@@ -1,0 +1,92 @@
+"""What a sensor declares: its figures, its frame, its topic, and what can break it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from bt_mission.core.robot.model import RobotModel
+from sim.faults import RobotFaultState, SensorFaults
+from sim.frames import BASE_LINK, FramePose
+from sim.physics.physics import Physics
+
+
+@dataclass(frozen=True, slots=True)
+class Mount:
+    """The robot that carries a sensor. `start_yaw` is its heading at the start, rad."""
+
+    physics: Physics
+    robot: RobotModel
+    prefix: str
+    seed: int
+    start_yaw: float
+    faults: RobotFaultState
+
+
+class Sensor:
+    """A sensor of one robot, and the topic on which its measurements are published.
+
+    A subclass is one kind of sensor. The numbers of a message that change from one measurement to
+    the next are `fields`, and `numbers` returns them; where `fields` is empty, `fill` writes each
+    message.
+    """
+
+    name: ClassVar[str]
+    """Of its figures in `RobotModel`, and of the part that can break."""
+    topic: ClassVar[str]
+    message: ClassVar[str]
+    """The type of its messages, such as sensor_msgs/msg/Imu."""
+    frame: ClassVar[str] = ""
+    """In which it measures; empty where its measurements have no place."""
+    is_reliable: ClassVar[bool] = True
+    """False: published best effort."""
+    breaks: ClassVar[SensorFaults] = SensorFaults()
+    """What can break it, without a fault; while nothing is wrong, `faults` is this object."""
+
+    def __init__(self, mount: Mount) -> None:
+        self.mount = mount
+        self.spec: Any = self.figures(mount.robot)
+        self.fields: tuple[str, ...] = ()
+        """Dotted names of floats, or of lists of floats, in the order of the message."""
+        self.notice = ""
+        """What people should know of how it measures, to be logged once."""
+
+    @classmethod
+    def figures(cls, robot: RobotModel) -> Any:
+        """Return the figures of a robot's sensor of this kind, or None where it has none."""
+        return getattr(robot, cls.name)
+
+    @classmethod
+    def frames(cls, robot: RobotModel) -> list[FramePose]:
+        """Return the frames that the sensor adds to those of the robot."""
+        spec = cls.figures(robot)
+        return [FramePose(BASE_LINK, cls.frame, (spec.x, spec.y, spec.z))] if cls.frame else []
+
+    @property
+    def rate(self) -> float:
+        """Measurements a second, Hz."""
+        rate: float = self.spec.rate
+        return rate
+
+    @property
+    def faults(self) -> Any:
+        """What is broken now."""
+        return self.mount.faults[self.name]
+
+    def restart(self) -> None:
+        """Be as at the start."""
+
+    def constants(self) -> Mapping[str, Any]:
+        """Return the fields of a message that never change, by their dotted names."""
+        return {}
+
+    def numbers(self, index: int) -> Sequence[float]:
+        """Return the numbers of `fields` in measurement `index`, which counts from the start."""
+        raise NotImplementedError
+
+    def fill(self, message: Any, index: int) -> None:
+        """Write measurement `index` into the message, which is always the same."""
+
+    def close(self) -> None:
+        """Give back what it holds. It measures no more."""
