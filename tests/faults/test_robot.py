@@ -119,7 +119,7 @@ def test_two_faults_of_one_figure(stage: Any) -> None:
     seen = []
     for action in (weak, strong, stage.faults.lidar_dead(), strong.end, weak.end):
         run.do(action)
-        seen.append((lidar.lidar.noise, lidar.lidar.dead))
+        seen.append((lidar["lidar"].noise, lidar["lidar"].dead))
     run.do(stage.faults.clear)
     assert seen == [(0.1, False), (0.5, False), (0.5, True), (0.1, True), (0.0, True)]
     assert lidar.present == {}

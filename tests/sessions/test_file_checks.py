@@ -16,8 +16,9 @@ from bt_mission.sessions.check import examine
 from bt_mission.sessions.file_checks import requirements_schema, robot_schema, world_schema
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
-from bt_mission.sessions.stage_checks import CAMERA_TOPICS, TOPICS, stage_problems
+from bt_mission.sessions.stage_checks import TOPICS, stage_problems
 from bt_mission.sweeps.ranges import RangesFile
+from sim.sensors.kinds import SENSORS
 from tests.support.project import ROOT
 
 WORLDS = sorted((ROOT / "worlds").glob("*.yaml"))
@@ -147,6 +148,6 @@ def test_the_topics_are_those_of_a_stage(tmp_path: Path) -> None:
             stage.step()
         names = {name.strip("/") for name, _ in stage.sim.get_topic_names_and_types()}
     public = {one for one in names if "/_action/" not in one and not one.startswith("mission")}
-    known = TOPICS | CAMERA_TOPICS
+    known = TOPICS | {kind.topic for kind in SENSORS}
     # Those of explorations, of viewers, and of faults are not there in this run.
     assert known - public <= {"coverage", "waypoints", "amcl_pose"}
