@@ -27,7 +27,7 @@ installed := $(VENV)/.installed
 bin := $(VENV)/bin
 install = $(bin)/python -m pip install -qq --disable-pip-version-check
 
-.PHONY: help demo test fuzz benchmarks lint layers types format docs generated doctor clean
+.PHONY: help demo test fuzz benchmarks lint layers types prose format docs generated doctor clean
 
 help: ## say what can be made
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -53,6 +53,9 @@ layers: ## print the layers of the packages, cycles and upward imports
 
 types: $(installed) ## check types
 	@$(bin)/mypy
+
+prose: ## check the words of the documentation; needs npm, which installs textlint below build/ on first use
+	@python3 tools/check_prose.py README.md docs
 
 format: $(installed) ## put the sources in order
 	@$(bin)/ruff check --fix

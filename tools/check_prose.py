@@ -174,9 +174,11 @@ def shadow_of(source: str) -> str:
             if isinstance(first.value.value, str) and not _is_private(node):
                 for offset, line in enumerate(first.value.value.splitlines()):
                     lines[first.value.lineno - 1 + offset] = _plain(line)
+    joined = [node for node in ast.walk(tree) if isinstance(node, ast.JoinedStr)]
+    pieces = {part for node in joined for part in node.values}
     for node in ast.walk(tree):
         text = _text_of(node)
-        if text and node not in docstrings and len(_WORD.findall(text)) >= LEAST_WORDS:
+        if text and node not in docstrings | pieces and len(_WORD.findall(text)) >= LEAST_WORDS:
             before = lines[node.lineno - 1]
             text = " ".join(map(_plain, text.splitlines()))
             lines[node.lineno - 1] = f"{before} {text}".strip()

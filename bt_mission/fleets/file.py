@@ -15,7 +15,7 @@ Seed = Annotated[int, Field(ge=0, lt=2**63)]
 
 
 class FleetRobotForm(Written):
-    """One robot: what it carries out, and where it starts."""
+    """One robot: its mission and its start."""
 
     mission: NameOrMapping
     robot: fields.Line | None = None

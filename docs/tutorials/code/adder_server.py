@@ -1,4 +1,4 @@
-"""A service of your own: it adds two whole numbers."""
+"""Your own service: it adds two whole numbers."""
 
 import contextlib
 

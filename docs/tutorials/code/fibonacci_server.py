@@ -1,4 +1,4 @@
-"""An action server of your own: Fibonacci numbers, one every half second."""
+"""Your own action server: Fibonacci numbers, one every half second."""
 
 import contextlib
 

@@ -1,4 +1,4 @@
-"""Runs a mission on a node of one's own: docs/tutorials/embed.md."""
+"""Runs a mission on your own node: docs/tutorials/embed.md."""
 
 import rclpy
 

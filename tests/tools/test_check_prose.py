@@ -1,0 +1,66 @@
+"""tools/check_prose.py: the words of the documentation are checked."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.support.project import ROOT
+from tools.check_prose import main, shadow_of
+
+SOURCE = '''"""Drives."""
+
+def drive(speed):
+    """Drive at ``speed``.
+
+    Raises :class:`ValueError`.
+    """
+    name = "two words"
+    raise ValueError(f"expected a speed above 0, got {speed}")
+
+
+def _private():
+    """Words of private names are not read."""
+'''
+
+
+def test_a_text_stands_in_its_line():
+    """So a finding names the line of the Python file."""
+    lines = shadow_of(SOURCE).splitlines()
+    assert lines[0] == "Drives."
+    assert lines[3] == "Drive at `speed`."
+    assert lines[5] == "Raises `ValueError`."
+    assert lines[8] == "expected a speed above 0, got `N`"
+
+
+def test_private_docstrings_and_names_are_not_read():
+    """What users never see may be short."""
+    text = shadow_of(SOURCE)
+    assert "private names" not in text
+    assert "two words" not in text
+
+
+@pytest.mark.process
+@pytest.mark.skipif(shutil.which("npm") is None, reason="npm is not installed")
+def test_a_page_in_the_old_voice_fails(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """Each phrase is a finding, with its place and a replacement."""
+    page = tmp_path / "page.md"
+    page.write_text("# Page\n\nA page is told what has changed, and goes on.\n", encoding="utf-8")
+    assert main([str(page), "--node", str(ROOT / "build" / "prose")]) == 1
+    assert capsys.readouterr().out.splitlines() == [
+        f'{page}:3:11: "told": send, report, name, show, distinguish',
+        f'{page}:3:38: "goes on": continues, runs',
+        "2 findings",
+    ]
+
+
+@pytest.mark.process
+@pytest.mark.skipif(shutil.which("npm") is None, reason="npm is not installed")
+def test_a_page_in_plain_words_passes(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """The same facts as subject, verb and object."""
+    page = tmp_path / "page.md"
+    page.write_text("# Page\n\nThe server sends changes and continues.\n", encoding="utf-8")
+    assert main([str(page), "--node", str(ROOT / "build" / "prose")]) == 0
+    assert capsys.readouterr().out == "no findings\n"
