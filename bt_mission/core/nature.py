@@ -210,7 +210,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "up to",
         *(0.01, 0.05, 0.15),
         *(0.0, 10.0),
-        "mean delay of goals, cancel requests, results and feedback, likewise",
+        "mean delay of goals, cancel requests, results and feedback, in the same way",
         _WIRELESS,
     ),
 )
