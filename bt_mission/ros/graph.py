@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -98,8 +99,12 @@ def destroy_actions(node: Node) -> None:
 
 
 def type_hash_of(node: Node, kind: Any) -> TypeHash:
-    """Return the hash by which the version of a message's type that is here is told from others."""
-    probe = node.create_subscription(kind, "~/probe", lambda _: None, QoSProfile(depth=1))
+    """Return the hash by which the version of a message's type that is here is told from others.
+
+    The name of the probe is random: other watchers, whose nodes have the same name, probe, too.
+    """
+    topic = f"~/probe_{secrets.token_hex(8)}"
+    probe = node.create_subscription(kind, topic, lambda _: None, QoSProfile(depth=1))
     (own,) = node.get_subscriptions_info_by_topic(probe.topic_name)
     node.destroy_subscription(probe)
     found: TypeHash = own.topic_type_hash

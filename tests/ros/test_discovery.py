@@ -17,7 +17,7 @@ from bt_mission.events.feed import MissionFeed
 from bt_mission.events.mission_state import MissionState
 from bt_mission.events.source import ControlRequest, ControlResponse, Verb
 from bt_mission.ros.discovery import ExecutiveDirectory
-from bt_mission.ros.graph import LATCHED
+from bt_mission.ros.graph import LATCHED, type_hash_of
 from bt_mission.ros.mission_client import MissionClient
 
 # A watcher finds the graph in wall time, while virtual time runs on: no limit is ever reached.
@@ -53,6 +53,13 @@ class Watcher:
         """Take what has come; gives whether there are so many answers."""
         self.look()
         return len(self.answers) >= count
+
+
+def test_watchers_that_start_at_once_find_their_types(ros: Any):
+    """Their nodes have the same name, and so has whatever the other one subscribes to meanwhile."""
+    expected = type_hash_of(ros.client, BatteryState)
+    ros.client.create_subscription(msg.Tree, "~/probe", lambda _: None, 1)
+    assert type_hash_of(ros.client, BatteryState) == expected
 
 
 def test_a_mission_is_followed_from_its_first_tick(ros: Any):
