@@ -115,6 +115,27 @@ def play(server: ScriptedServer) -> Callable[[str], Play]:
 
 
 @pytest.fixture
+def rig() -> Iterator[Any]:
+    """Nodes on one virtual clock."""
+    from tests.support.rig import Rig  # noqa: PLC0415 - after the environment is set
+
+    made = Rig()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def context() -> Iterator[Any]:
+    """A context of rclpy's, for nodes that the test makes."""
+    import rclpy  # noqa: PLC0415 - after the environment is set
+
+    made = rclpy.Context()
+    rclpy.init(context=made)
+    yield made
+    made.shutdown()
+
+
+@pytest.fixture
 def ros() -> Iterator[Any]:
     """Missions, and servers that the test plays, over real rclpy on one virtual clock."""
     from tests.support.graph import Graph  # noqa: PLC0415 - after the environment is set

@@ -22,28 +22,6 @@ from tools.check_layers import SPEAKS_ROS, TOPS, Import, is_in
 
 MAX_LINES = 700
 ROS_NAMES = ("rclpy", "rosidl_*", "unique_identifier_msgs", "*_msgs", "*_srvs", "*_interfaces")
-WALL_CLOCK = "bt_mission.core.wall_clock"
-"""The one module that reads the wall clock: it paces live runs."""
-
-WALL_CLOCK_NAMES = (
-    "time.time",
-    "time.time_ns",
-    "time.monotonic",
-    "time.monotonic_ns",
-    "time.perf_counter",
-    "time.perf_counter_ns",
-    "time.sleep",
-    "asyncio.sleep",
-    "datetime.datetime.now",
-    "datetime.datetime.today",
-    "datetime.datetime.utcnow",
-    "datetime.date.today",
-    "py_trees.decorators.Timeout",
-    "py_trees.timers",
-    "py_trees.timers.*",
-    "*.tick_tock",
-)
-
 IN_ONE_PROCESS = "bt_mission.virtual_time.self_test"
 """The one module whose service has no clients but its own."""
 
@@ -63,22 +41,6 @@ PATCHABLE = frozenset(
 
 def _imports(text: str) -> Iterator[str]:
     yield from (name for name, _ in check_layers.imported_names(ast.parse(text)))
-
-
-def _dotted_names(text: str) -> Iterator[str]:
-    """Each dotted name that is read, with local names replaced by what they were imported as."""
-    tree = ast.parse(text)
-    bound: dict[str, str] = {}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            bound |= {alias.asname: alias.name for alias in node.names if alias.asname}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            bound |= {one.asname or one.name: f"{node.module}.{one.name}" for one in node.names}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Attribute):
-            first, dot, rest = ast.unparse(node).partition(".")
-            yield bound.get(first, first) + dot + rest
-    yield from _imports(text)
 
 
 def _is_own(target: ast.expr) -> bool:
@@ -174,18 +136,12 @@ def faults(name: str, text: str) -> list[str]:
     found += [f"{name}: {one}" for one in patches(text)]
     if name != IN_ONE_PROCESS:
         found += [f"{name}: {one}" for one in shallow(text)]
-    if name != WALL_CLOCK:
-        found += [
-            f"{name}: {one} reads the wall clock; use the node's ROS clock"
-            for one in _dotted_names(text)
-            if any(fnmatch.fnmatchcase(one, pattern) for pattern in WALL_CLOCK_NAMES)
-        ]
     return found
 
 
 @pytest.mark.parametrize("name", KNOWN)
 def test_every_module_keeps_the_rules(name):
-    """No module imports upwards, speaks ROS where it may not, reads the clock, or patches."""
+    """No module imports upwards, speaks ROS where it may not, or patches."""
     assert faults(name, KNOWN[name].read_text(encoding="utf-8")) == []
 
 
@@ -242,11 +198,6 @@ def test_the_tool_says_what_it_found(capsys):
         ("bt_mission.new.room", "from bt_mission.cli import run\n", "a package without a layer"),
         ("bt_mission.executive.trace", "import sim.world.world\n", "import servers and simulator"),
         ("bt_mission.executive.trace", "import nav2_msgs.action\n", "SPEAKS_ROS"),
-        ("bt_mission.sessions.stage", "import time\ntime.monotonic()\n", "time.monotonic reads"),
-        ("bt_mission.core.text", "import time as t\nt.sleep(1)\n", "time.sleep reads the wall"),
-        ("sim.ros.node", "from datetime import datetime\ndatetime.now()\n", "datetime.now reads"),
-        ("bt_mission.core.text", "from py_trees.decorators import Timeout\n", "Timeout reads"),
-        ("bt_mission.core.text", "def run(tree):\n    tree.tick_tock(100)\n", "tick_tock reads"),
         ("bt_mission.core.text", "x = 1\n" * (MAX_LINES + 1), "at most"),
         ("bt_mission.core.text", "def f(x):\n    x.__class__ = int\n", "changes the class of"),
         ("bt_mission.core.text", "setattr(x, '__class__', int)\n", "changes the class of"),
@@ -282,7 +233,6 @@ def test_a_violation_is_found(name, text, expected):
         ("sim.ros.node", "import rclpy\nfrom sim.world.world import World\n"),
         ("sim.world.world", "import mujoco\nfrom bt_mission.core.errors import BtMissionError\n"),
         ("bt_mission.sessions.stage", "import rclpy\nfrom sim.ros.node import SimNode\n"),
-        ("bt_mission.core.wall_clock", "import time\nnow = time.monotonic\n"),
         ("bt_mission.cli.run", "import action_servers.server.node\n"),
         ("bt_mission.core.text", "ledger.on_event = self._on_goal\nself.call = lambda: 1\n"),
         ("bt_mission.core.text", "node.start_hook = self._stop\nsetattr(x, name, value)\n"),

@@ -9,12 +9,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import pytest
-import rclpy
 from bt_mission_interfaces.action import Move
 from example_interfaces.action import Fibonacci
 from rclpy.action import ActionClient
-from rclpy.context import Context
-from rclpy.node import Node
 
 import action_servers
 from action_servers import (
@@ -34,10 +31,10 @@ from action_servers import (
     refusal,
     stale,
 )
-from bt_mission.virtual_time import VirtualTimeExecutor
 from sim.physics.spawn import RobotSpawn
 from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
+from tests.support.rig import Rig
 
 START_NS = 1_000_000_000
 ROBOT = load_robot("waffle")
@@ -107,33 +104,19 @@ EXTRA = [
 ]
 
 
-class Bench:
+class Bench(Rig):
     """A simulated Waffle, the servers with two more actions, and a client, in virtual time."""
 
     def __init__(self, folder: Any) -> None:
-        self.context = Context()
-        rclpy.init(context=self.context)
-        self.sim = SimNode(
-            load_world("empty_arena"),
-            [RobotSpawn(ROBOT)],
-            SimOptions(seed=1, start_ns=START_NS, lean=True, context=self.context),
-        )
-        options = ServerOptions(
-            image_folder=folder, lean=True, context=self.context, extra_actions=EXTRA
-        )
-        self.servers = ServersNode(ROBOT, options)
-        self.client = Node("client", context=self.context, enable_rosout=False)
-        self.clock = VirtualTimeExecutor(start_ns=START_NS, world=self.sim, context=self.context)
-        self.nodes = (self.sim, self.servers, self.client)
-        for node in self.nodes:
-            self.clock.add_node(node)
+        super().__init__(start_ns=START_NS)
+        lean: Any = {"lean": True, "context": self.context}
+        simulated = SimOptions(seed=1, start_ns=START_NS, **lean)
+        self.sim = self.add(SimNode(load_world("empty_arena"), [RobotSpawn(ROBOT)], simulated))
+        self.clock.world = self.sim
+        options = ServerOptions(image_folder=folder, extra_actions=EXTRA, **lean)
+        self.servers = self.add(ServersNode(ROBOT, options))
+        self.client = self.node("client")
         self.run_for(1.0)
-
-    def run_for(self, seconds: float) -> None:
-        """Let time pass."""
-        end_ns = self.clock.now_ns + round(seconds * 1e9)
-        while self.clock.now_ns < end_ns:
-            self.clock.step()
 
     def send(self, action_type: Any, name: str, goal: Any) -> Any:
         """Send a goal; gives the client's handle."""
@@ -141,13 +124,6 @@ class Bench:
         answer = client.send_goal_async(goal)
         self.run_for(0.2)
         return answer.result()
-
-    def close(self) -> None:
-        """Take everything down."""
-        for node in self.nodes:
-            node.destroy_node()
-        self.clock.shutdown()
-        self.context.shutdown()
 
 
 @pytest.fixture

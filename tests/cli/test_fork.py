@@ -153,7 +153,7 @@ def test_a_variable_has_another_value_from_the_instant_on(run: Path, cli: Comman
     after, before = running_s(fork), running_s(cli.json(f"fork {run} --at 1"))
     assert after["0.1.0"] == before["0.1.0"]
     assert after["0.3.0"] > 1.5 * before["0.3.0"]
-    change = {"set": {"speed": 0.1}, "mission": None, "from_start": False, "faults": []}
+    change: Any = {"set": {"speed": 0.1}, "mission": None, "from_start": False, "faults": []}
     assert fork["change"] == change
     assert fork["first_difference"]["time_s"] > 1
 

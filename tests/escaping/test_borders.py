@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import ast
 import io
 import sys
 from collections.abc import Iterator
@@ -21,7 +22,9 @@ from bt_mission.core.terminal.streams import escaped_output, unescaped
 from bt_mission.core.text import escape_control, escape_lines
 from tests.support.hostile import ATTACKS, HOSTILE, MARK, escape_nothing, filled, leaks
 from tests.support.project import ROOT
-from tests.test_architecture import KNOWN, _dotted_names
+from tools import check_layers
+
+KNOWN = check_layers.modules()
 
 BORDERS = {
     "rich.console.Console": "bt_mission.core.terminal.console",
@@ -46,10 +49,26 @@ TYPES_ONLY = (
 """Modules that take a console, and make none: they import its class for annotations."""
 
 
+def dotted_names(text: str) -> Iterator[str]:
+    """Each dotted name that is read, with local names replaced by what they were imported as."""
+    tree = ast.parse(text)
+    bound: dict[str, str] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            bound |= {alias.asname: alias.name for alias in node.names if alias.asname}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            bound |= {one.asname or one.name: f"{node.module}.{one.name}" for one in node.names}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute):
+            first, dot, rest = ast.unparse(node).partition(".")
+            yield bound.get(first, first) + dot + rest
+    yield from (name for name, _ in check_layers.imported_names(tree))
+
+
 def strays(module: str, text: str) -> list[str]:
     """Name what a module uses past the borders."""
     found = []
-    for name in set(_dotted_names(text)):
+    for name in set(dotted_names(text)):
         for border, owner in BORDERS.items():
             is_it = name.endswith(border[1:]) if border[0] == "*" else name.startswith(border)
             if is_it and module != owner and not (border in name and module in TYPES_ONLY):

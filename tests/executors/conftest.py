@@ -1,6 +1,5 @@
-"""Executors with nodes made on demand."""
+"""An executor of the wall clock with nodes made on demand."""
 
-from tests.support.graph import rig
 from tests.support.live_rig import live
 
-__all__ = ["live", "rig"]
+__all__ = ["live"]

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import nav2_msgs
 import pytest
-import rclpy
 from bt_mission_interfaces.action import (
     CameraSweep,
     ExecuteMission,
@@ -41,7 +40,6 @@ from nav2_msgs.action import (
     Wait,
 )
 from nav2_msgs.msg import MissedWaypoint
-from rclpy.context import Context
 from rclpy.type_support import check_for_type_support
 from tf2_msgs.msg import TFMessage
 
@@ -349,17 +347,11 @@ def test_nav2_actions_have_the_type_hash_of_jazzy(action, expected):
     assert hashes[f"nav2_msgs/action/{action}"] == expected
 
 
-def test_tf_message_goes_out_under_the_type_hash_of_jazzy():
+def test_tf_message_goes_out_under_the_type_hash_of_jazzy(rig):
     """The hash that DDS announces for /tf is the one recorded in bags of a real Jazzy."""
-    context = Context()
-    rclpy.init(context=context)
-    node = rclpy.create_node("test_types", context=context)
-    try:
-        node.create_publisher(TFMessage, "tf", 1)
-        (info,) = node.get_publishers_info_by_topic("tf")
-        assert str(info.topic_type_hash) == (
-            "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"
-        )
-    finally:
-        node.destroy_node()
-        rclpy.shutdown(context=context)
+    node = rig.node("test_types")
+    node.create_publisher(TFMessage, "tf", 1)
+    (info,) = node.get_publishers_info_by_topic("tf")
+    assert str(info.topic_type_hash) == (
+        "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"
+    )

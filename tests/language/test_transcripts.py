@@ -61,7 +61,7 @@ def expression(text: str) -> str:
     except ExpressionError as error:
         return told(error)
     try:
-        kind = parsed.infer(lambda name: TYPES.get(name.name)) or "unknown"
+        kind: str = parsed.infer(lambda name: TYPES.get(name.name)) or "unknown"
     except ExpressionError as error:
         kind = told(error)
     try:

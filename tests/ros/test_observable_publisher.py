@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import pytest
-import rclpy
-from rclpy.context import Context
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from std_msgs.msg import String
 
@@ -12,16 +10,13 @@ from bt_mission.ros.observable_publisher import ObservableNode
 
 
 @pytest.fixture
-def node():
+def node(context):
     """A node of a stage."""
-    context = Context()
-    rclpy.init(context=context)
     made = ObservableNode(
         "observable", context=context, enable_rosout=False, start_parameter_services=False
     )
     yield made
     made.destroy_node()
-    context.shutdown()
 
 
 def test_there_are_no_handlers_of_events(node):

@@ -7,9 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import rclpy
 from rclpy.action import get_action_names_and_types
-from rclpy.context import Context
 
 from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.robot.model import load_robot
@@ -68,17 +66,14 @@ def ran(stage: Any) -> Any:
     return run
 
 
-def test_names_and_types_are_in_the_graph(tmp_path: Path) -> None:
+def test_names_and_types_are_in_the_graph(tmp_path: Path, context: Any) -> None:
     """What the command line of ROS 2 lists: every action that missions have a short name for."""
-    context = Context()
-    rclpy.init(context=context)
     servers = ServersNode(
         load_robot("waffle"), ServerOptions(image_folder=tmp_path, lean=True, context=context)
     )
     served = dict(get_action_names_and_types(servers))
     services = dict(servers.get_service_names_and_types())
     servers.destroy_node()
-    context.shutdown()
     names = {f"/{short.action}": [short.type] for short in ACTION_NAMES.values()}
     del names["/execute_mission"]  # it is the executive that serves this one
     assert names.items() <= served.items()

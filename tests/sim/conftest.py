@@ -4,11 +4,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import pytest
-import rclpy
 from bt_mission_interfaces.msg import Collision
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
-from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
@@ -17,13 +15,13 @@ from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 
 from bt_mission.core.robot.model import RobotModel, load_robot
-from bt_mission.virtual_time import VirtualTimeExecutor
 from sim.physics.spawn import RobotSpawn
 from sim.robot.robot import SimulatedRobot
 from sim.ros.node import SimNode, SimOptions
 from sim.ros.sensor_topics import message_type
 from sim.sensors.kinds import SENSORS
 from sim.world.world import World
+from tests.support.rig import Rig
 from tests.support.simulated import alone
 
 TOPICS = {
@@ -85,26 +83,25 @@ def drive():
     return drive
 
 
-class Stage:
+class Stage(Rig):
     """A simulated robot and a node that listens to some topics and commands, on one clock."""
 
     def __init__(
         self, world: World, robots: Sequence[RobotSpawn], *topics: str, **options: Any
     ) -> None:
-        self.context = Context()
-        rclpy.init(context=self.context)
+        super().__init__()
         options = {"seed": 1, "lean": True} | options
-        self.sim = SimNode(world, robots, SimOptions(context=self.context, **options))
-        self.ear = Node("ear", context=self.context, namespace=options.get("namespace"))
+        self.sim = self.add(SimNode(world, robots, SimOptions(context=self.context, **options)))
+        self.clock.world = self.sim
+        self.ear = self.add(Node("ear", context=self.context, namespace=options.get("namespace")))
         self.heard: list[tuple[str, Any]] = []
         for topic in topics:
             self.listen(topic)
         self._is_plain = options.get("command_type") == "plain"
         kind = Twist if self._is_plain else TwistStamped
         self.commands = self.ear.create_publisher(kind, "cmd_vel", 10)
-        self.clock = VirtualTimeExecutor(world=self.sim, context=self.context)
-        for node in (self.sim, self.ear):
-            self.clock.add_node(node)
+
+    run = Rig.steps_until
 
     def listen(self, topic: str) -> None:
         """Keep what comes on a topic from now on."""
@@ -121,11 +118,6 @@ class Stage:
             TOPICS[topic], topic, lambda message: self.heard.append((topic, message)), qos
         )
 
-    def run(self, time_ns: int) -> None:
-        """Serve everything due up to a time."""
-        while self.clock.next_due_ns() <= time_ns:
-            self.clock.step()
-
     def command(self, linear: float, angular: float = 0.0) -> None:
         """Publish a velocity, and see it delivered."""
         message: Any = Twist() if self._is_plain else TwistStamped()
@@ -137,13 +129,6 @@ class Stage:
     def messages(self, topic: str) -> list[Any]:
         """What has come on a topic."""
         return [message for heard, message in self.heard if heard == topic]
-
-    def close(self) -> None:
-        """Take it all down."""
-        if self.context.ok():
-            for node in (self.ear, self.sim):
-                node.destroy_node()
-            self.context.shutdown()
 
 
 @pytest.fixture

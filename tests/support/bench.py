@@ -6,12 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import rclpy
 from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
 from rclpy.action import ActionClient
-from rclpy.context import Context
-from rclpy.node import Node
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 from unique_identifier_msgs.msg import UUID
@@ -19,8 +16,7 @@ from unique_identifier_msgs.msg import UUID
 from action_servers.core.maneuver import ZERO
 from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.geometry import Twist2D
-from bt_mission.ros.graph import destroy_actions
-from bt_mission.virtual_time import VirtualTimeExecutor
+from tests.support.rig import Rig
 from tests.support.robot_node import LATCHED, PERIOD_NS, START_NS, RobotNode
 from tests.support.served import SERVED, goal
 
@@ -57,7 +53,7 @@ class Sent:
         self.events.append((self.name, self.status))
 
 
-class Bench:
+class Bench(Rig):
     """The servers, a fake robot and two clients in one process on one virtual clock.
 
     The clients are served first, so that a result would overtake a command that was sent after it.
@@ -73,27 +69,16 @@ class Bench:
         lean: bool = True,
         ros_args: Sequence[str] = (),
     ) -> None:
-        self.context = Context()
-        rclpy.init(context=self.context, args=["--ros-args", *ros_args])
-        options: dict[str, Any] = {
-            "context": self.context,
-            "start_parameter_services": False,
-            "enable_rosout": False,
-        }
-        self.clients = [Node(f"client_{number}", **options) for number in (1, 2)]
-        self.robot = RobotNode(fake, self.context)
-        self.servers = ServersNode(
-            fake.robot,
-            ServerOptions(
-                image_folder=image_folder,
-                lean=lean,
-                context=self.context,
-                parameters=parameters or {},
-            ),
+        super().__init__(ros_args, START_NS)
+        self.clients = [self.node(f"client_{number}") for number in (1, 2)]
+        self.robot = self.clock.world = self.add(RobotNode(fake, self.context))
+        options = ServerOptions(
+            image_folder=image_folder,
+            lean=lean,
+            context=self.context,
+            parameters=parameters or {},
         )
-        self.clock = VirtualTimeExecutor(start_ns=START_NS, world=self.robot, context=self.context)
-        for node in (*self.clients, self.robot, self.servers):
-            self.clock.add_node(node)
+        self.servers = self.add(ServersNode(fake.robot, options))
         self.events: list[Any] = []
         self.robot.on_command = self.events.append
         self._actions: dict[tuple[int, str], ActionClient] = {}
@@ -101,14 +86,6 @@ class Bench:
         self._cancels: dict[str, Any] = {}
         self._triggers: dict[str, Any] = {}
         self._motors: Any = None
-
-    def close(self) -> None:
-        """Take everything down."""
-        for node in reversed(self.clock.get_nodes()):
-            node.destroy_node()
-            destroy_actions(node)
-        self.clock.shutdown()
-        self.context.shutdown()
 
     def _client(self, name: str, number: int) -> ActionClient:
         key = (number, name)
@@ -155,9 +132,7 @@ class Bench:
 
     def steps(self, count: int) -> None:
         """Let some control steps pass."""
-        end_ns = self.clock.now_ns + count * PERIOD_NS
-        while self.clock.now_ns < end_ns:
-            self.clock.step()
+        self.run_for(count * PERIOD_NS / 1e9)
 
     def until(self, done: Callable[[], bool], limit: int = 2000) -> None:
         """Let control steps pass until something holds."""

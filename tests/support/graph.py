@@ -2,89 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from typing import Any
 
-import pytest
-import rclpy
-from rclpy.context import Context
 from rclpy.node import Node
 
 from bt_mission.events.events import Event, NodeChanged
 from bt_mission.executive.executive import Executive
-from bt_mission.ros.graph import NodeOptions, destroy_actions
+from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.sessions.load import load
 from bt_mission.sessions.mission_server import MissionServer, MissionServerOptions
 from bt_mission.sessions.served_missions import ServedMissions
 from bt_mission.testing.scripted_server import ScriptedServer
-from bt_mission.virtual_time import VirtualTimeExecutor
-from bt_mission.virtual_time.discovery import pause
+from tests.support.rig import Rig
 
 S = 1_000_000_000
 TURN = "bt_mission_interfaces/action/Turn"
-LEAN: dict[str, Any] = {"enable_rosout": False, "start_parameter_services": False}
-
-
-class Rig:
-    """Nodes on one virtual clock, which belong to a context of their own.
-
-    Args:
-        ros_args: For all nodes.
-        clock: For the executor: where time begins, and the world that moves with it.
-    """
-
-    def __init__(self, ros_args: Sequence[str] = (), **clock: Any) -> None:
-        self.context = Context()
-        rclpy.init(context=self.context, args=["--ros-args", *ros_args] if ros_args else None)
-        self.clock = VirtualTimeExecutor(context=self.context, **clock)
-        self.nodes: list[Node] = []
-
-    def close(self) -> None:
-        """Destroy all nodes."""
-        for node in reversed(list(dict.fromkeys([*self.nodes, *self.clock.get_nodes()]))):
-            node.destroy_node()
-            destroy_actions(node)
-        self.clock.shutdown()
-        self.context.shutdown()
-
-    def node(self, name: str) -> Node:
-        """Make a bare node."""
-        node = Node(name, context=self.context, **LEAN)
-        self.nodes.append(node)
-        self.clock.add_node(node)
-        return node
-
-    def now(self, node: Node) -> int:
-        """Return the time of a node's clock, ns."""
-        return int(node.get_clock().now().nanoseconds)
-
-    def step(self) -> None:
-        """Go to the next instant."""
-        self.clock.step()
-
-    def steps_until(self, time_ns: int) -> None:
-        """Go through all instants up to a time."""
-        while self.clock.next_due_ns() <= time_ns:
-            self.step()
-
-    def settle(self, condition: Callable[[], bool] = lambda: True) -> None:
-        """Serve until quiet, and until a condition holds, at this instant."""
-        for _ in range(2000):
-            self.clock.run_until_quiet()
-            if condition():
-                return
-            pause(self.context)  # latched messages come by a thread of the middleware
-        raise AssertionError("it never came")
-
-
-@pytest.fixture
-def rig() -> Iterator[Rig]:
-    """Nodes on one virtual clock."""
-    rig = Rig()
-    yield rig
-    rig.close()
 
 
 class Graph(Rig):
@@ -94,7 +29,6 @@ class Graph(Rig):
         super().__init__()
         self.client = self.node("client")
         self.client.create_timer(0.05, lambda: None)
-        self.start_ns = self.clock.now_ns
         self.changes: list[NodeChanged] = []
         self.said: list[str] = []
         self.served: MissionServer | None = None
@@ -151,11 +85,6 @@ class Graph(Rig):
         node.destroy_node()
 
     # ---- time ----------------------------------------------------------------------------
-
-    @property
-    def now_s(self) -> float:
-        """Virtual time since the start, s."""
-        return (self.clock.now_ns - self.start_ns) / S
 
     def step(self) -> None:
         """One instant."""

@@ -12,16 +12,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import rclpy
-from rclpy.context import Context
 
 from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.sessions.load import load
-from bt_mission.virtual_time import VirtualTimeExecutor
 from tests.support.processes import PATIENCE_S
 from tests.support.project import ROOT
+from tests.support.rig import Rig
 
 CODE = ROOT / "docs" / "tutorials" / "code"
 
@@ -36,28 +34,22 @@ def student(file: str, name: str) -> Any:
     return getattr(module, name)
 
 
-class Classroom:
+class Classroom(Rig):
     """Both servers and a mission on one virtual clock, without a robot."""
 
     def __init__(self, mission: Any, stack: ExitStack) -> None:
-        context = Context()
-        rclpy.init(context=context)
-        stack.callback(context.shutdown)
+        super().__init__()
+        stack.callback(self.close)
         self.said: list[str] = []
-        self.fibonacci = student("fibonacci_server", "FibonacciServer")(context=context)
-        adder = student("adder_server", "AdderServer")(context=context)
+        context = self.context
+        self.fibonacci = self.add(student("fibonacci_server", "FibonacciServer")(context=context))
+        self.add(student("adder_server", "AdderServer")(context=context))
         options = RunnerOptions(say=self.said.append, has_controls=False, has_presence=False)
-        self.mission = MissionNode(mission, options, node=NodeOptions(context=context, lean=True))
-        self.clock = VirtualTimeExecutor(context=context)
-        stack.callback(self.clock.shutdown)
-        for node in (self.fibonacci, adder, self.mission):
-            stack.callback(node.destroy_node)
-            self.clock.add_node(node)
-        start_ns = self.clock.now_ns
+        node = NodeOptions(context=context, lean=True)
+        self.mission = self.add(MissionNode(mission, options, node=node))
         while not self.mission.runner.executive.is_done:
-            self.clock.step()
-            self.seconds = (self.clock.now_ns - start_ns) / 1e9
-            assert self.seconds < 60
+            self.step()
+            assert self.now_s < 60
 
 
 @pytest.fixture
@@ -78,7 +70,7 @@ def test_the_mission_counts_adds_and_cancels(stack: ExitStack) -> None:
         "a few: 0, 1, 1, 2, 3, 5",
     ]
     assert executive.goals_left_behind == ()
-    assert room.seconds == pytest.approx(4.0 + 2.0, abs=0.3)
+    assert room.now_s == pytest.approx(4.0 + 2.0, abs=0.3)
 
 
 def test_the_server_serves_the_next_goal_after_a_cancel(stack: ExitStack) -> None:
@@ -106,7 +98,7 @@ def test_an_order_that_makes_no_sense_is_rejected(stack: ExitStack, order: str) 
     executive = room.mission.runner.executive
     assert str(executive.status) == "failure"
     assert executive.reason.startswith("'fibonacci' rejected: ")
-    assert room.seconds < 0.5
+    assert room.now_s < 0.5
 
 
 @pytest.mark.process

@@ -6,38 +6,32 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-import rclpy
 from geometry_msgs.msg import Twist, TwistStamped
-from rclpy.context import Context
-from rclpy.node import Node
 
 from action_servers.arbiter.node import ArbiterNode, ArbiterOptions
 from bt_mission.core.stamps import set_ns, to_ns
-from bt_mission.virtual_time import VirtualTimeExecutor
+from tests.support.rig import Rig
 
 START_NS = 10_000_000_000
 MS = 1_000_000
 
 
-class Desk:
+class Desk(Rig):
     """The arbiter between three sources and a base, all played by the test."""
 
     def __init__(self, **options: Any) -> None:
-        self.context = Context()
-        rclpy.init(context=self.context)
-        lean: Any = {"enable_rosout": False, "start_parameter_services": False}
-        self.people = Node("people", context=self.context, **lean)
-        self.arbiter = ArbiterNode(ArbiterOptions(lean=True, context=self.context, **options))
+        super().__init__(start_ns=START_NS)
+        self.people = self.node("people")
+        self.arbiter = self.add(
+            ArbiterNode(ArbiterOptions(lean=True, context=self.context, **options))
+        )
         self.sent: list[tuple[int, float]] = []
         self.stamps: list[int] = []
-        self.clock = VirtualTimeExecutor(start_ns=START_NS, context=self.context)
         self.people.create_subscription(TwistStamped, "cmd_vel", self._hear, 10)
         self.sources = {
             name: self.people.create_publisher(TwistStamped, f"cmd_vel_{name}", 10)
             for name in ("stop", "joy", "mission")
         }
-        for node in (self.people, self.arbiter):
-            self.clock.add_node(node)
 
     def _hear(self, message: Any) -> None:
         self.sent.append((self.clock.now_ns - START_NS, message.twist.linear.x))
@@ -55,8 +49,7 @@ class Desk:
 
     def wait_until(self, ms: int) -> None:
         """Let time pass until so many milliseconds after the start."""
-        while self.clock.next_due_ns() <= START_NS + ms * MS:
-            self.clock.step()
+        self.steps_until(START_NS + ms * MS)
 
     @property
     def moving(self) -> list[tuple[int, float]]:
@@ -66,12 +59,6 @@ class Desk:
     def first_zero_after(self, ms: int) -> int:
         """The time of the first command to stand after so many milliseconds."""
         return next(time for time, speed in self.sent if not speed and time > ms * MS) // MS
-
-    def close(self) -> None:
-        for node in (self.arbiter, self.people):
-            node.destroy_node()
-        self.clock.shutdown()
-        self.context.shutdown()
 
 
 @pytest.fixture
@@ -176,25 +163,15 @@ def test_sources_are_listened_to_only_while_the_base_would_hear():
     desk.close()
 
 
-def test_a_robot_that_takes_plain_commands_gets_them():
+def test_a_robot_that_takes_plain_commands_gets_them(rig):
     """The sources stay stamped."""
-    context = Context()
-    rclpy.init(context=context)
-    robot = rclpy.create_node("robot", context=context, enable_rosout=False)
     heard: list[Any] = []
-    robot.create_subscription(Twist, "cmd_vel", heard.append, 10)
-    arbiter = ArbiterNode(ArbiterOptions(lean=True, context=context, command_type="auto"))
-    clock = VirtualTimeExecutor(start_ns=START_NS, context=context)
-    for node in (robot, arbiter):
-        clock.add_node(node)
+    rig.node("robot").create_subscription(Twist, "cmd_vel", heard.append, 10)
+    rig.add(ArbiterNode(ArbiterOptions(lean=True, context=rig.context, command_type="auto")))
     while not heard:
-        clock.step()
-    assert clock.now_ns - START_NS == 500 * MS
+        rig.step()
+    assert rig.now_s == 0.5
     assert heard == [Twist()]
-    for node in (arbiter, robot):
-        node.destroy_node()
-    clock.shutdown()
-    context.shutdown()
 
 
 def test_a_stop_with_a_stamp_beyond_reason_stops(desk: Desk) -> None:

@@ -4,94 +4,67 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
 from bt_mission_interfaces.msg import Coverage
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import OccupancyGrid
-from rclpy.context import Context
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
 from action_servers.mapping.node import MOST_SAVES, MapperNode, MapperOptions
 from bt_mission.core.robot.model import load_robot
-from bt_mission.virtual_time import VirtualTimeExecutor
 from sim.physics.spawn import RobotSpawn
 from sim.ros.node import SimNode, SimOptions
 from sim.sensors.lidar import LidarSensor
 from sim.world.loader import load_world
 from sim.world.occupancy import rasterise
 from sim.world.world import World
+from tests.support.rig import Rig
 
 START_NS = 1_000_000_000
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
-class Bench:
+class Bench(Rig):
     """A Waffle in a world, its mapper, and somebody who listens."""
 
     def __init__(self, world: World, folder: Path) -> None:
-        self.context = Context()
-        rclpy.init(context=self.context)
+        super().__init__(start_ns=START_NS)
         robot = load_robot("waffle")
-        self.sim = SimNode(
-            world,
-            [RobotSpawn(robot)],
-            SimOptions(
-                seed=3,
-                start_ns=START_NS,
-                lean=True,
-                context=self.context,
-                camera=False,
-                with_map=False,
-            ),
-        )
-        self.mapper = MapperNode(
-            robot,
-            MapperOptions(lean=True, context=self.context, map_prefix=str(folder / "map")),
-        )
-        self.user = Node("user", context=self.context, enable_rosout=False)
+        lean: Any = {"lean": True, "context": self.context}
+        options = SimOptions(seed=3, start_ns=START_NS, camera=False, with_map=False, **lean)
+        self.sim = self.clock.world = self.add(SimNode(world, [RobotSpawn(robot)], options))
+        map_prefix = str(folder / "map")
+        self.mapper = self.add(MapperNode(robot, MapperOptions(map_prefix=map_prefix, **lean)))
+        self.user = self.node("user")
         self.maps: list[tuple[float, OccupancyGrid]] = []
         self.coverage: list[Coverage] = []
         self.user.create_subscription(OccupancyGrid, "map", self._on_map, LATCHED)
         self.user.create_subscription(Coverage, "coverage", self.coverage.append, LATCHED)
         self.twist = self.user.create_publisher(TwistStamped, "cmd_vel", 10)
         self.saver = self.user.create_client(Trigger, "save_map")
-        self.executor = VirtualTimeExecutor(start_ns=START_NS, world=self.sim, context=self.context)
-        for node in (self.sim, self.mapper, self.user):
-            self.executor.add_node(node)
-
-    @property
-    def seconds(self) -> float:
-        return (self.executor.now_ns - START_NS) / 1e9
 
     def _on_map(self, message: OccupancyGrid) -> None:
-        self.maps.append((self.seconds, message))
+        self.maps.append((self.now_s, message))
 
     def run_for(self, seconds: float, linear: float = 0.0, angular: float = 0.0) -> None:
         """Let time pass, with a command in each step."""
-        end = self.seconds + seconds
-        while self.seconds < end - 1e-9:
+        end = self.now_s + seconds
+        while self.now_s < end - 1e-9:
             if linear or angular:
                 message = TwistStamped()
                 message.twist.linear.x, message.twist.angular.z = linear, angular
                 self.twist.publish(message)
-            self.executor.step()
+            self.step()
 
     def save(self) -> Trigger.Response:
         answer = self.saver.call_async(Trigger.Request())
-        self.executor.run_until_quiet()
+        self.clock.run_until_quiet()
         return answer.result()
-
-    def close(self) -> None:
-        self.executor.shutdown()
-        for node in (self.user, self.mapper, self.sim):
-            node.destroy_node()
-        self.context.shutdown()
 
 
 @pytest.fixture
@@ -113,7 +86,7 @@ def test_the_first_map_comes_after_two_scans_and_the_next_once_a_second(bench: B
 def test_tuning_that_is_set_holds_at_once_and_the_period_is_fixed(bench: Bench) -> None:
     """From one map a second to one in two; the reason of a refusal says what to do."""
     bench.run_for(2.0, angular=1.0)
-    set_at_s = bench.seconds
+    set_at_s = bench.now_s
     period, each = bench.mapper.set_parameters(
         [Parameter("update_period", value=0.1), Parameter("updates_per_map", value=10)]
     )
@@ -223,7 +196,7 @@ def test_of_many_maps_to_save_at_once_some_are_saved(bench: Bench) -> None:
     """The others are refused with the reason; after a second there are more."""
     bench.run_for(2.0)
     answers = [bench.saver.call_async(Trigger.Request()) for _ in range(100)]
-    bench.executor.run_until_quiet()
+    bench.clock.run_until_quiet()
     told = [answer.result() for answer in answers]
     assert [one.success for one in told] == [True] * MOST_SAVES + [False] * (100 - MOST_SAVES)
     assert told[-1].message == "5 maps were saved within 1 s, which is the limit"

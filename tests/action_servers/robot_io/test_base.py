@@ -9,12 +9,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-import rclpy
 from bt_mission_interfaces.action import CameraSweep, Turn
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient
-from rclpy.context import Context
 from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -25,12 +23,11 @@ from action_servers.robot_io.command_types import COMMAND_TYPES
 from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.robot.model import load_robot
-from bt_mission.virtual_time import VirtualTimeExecutor
+from tests.support.rig import Rig
 
 START_NS = 10_000_000_000
 PERIOD_NS = 50_000_000
 BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
-LEAN: Any = {"enable_rosout": False, "start_parameter_services": False}
 
 
 class Driver:
@@ -40,8 +37,8 @@ class Driver:
     nothing.
     """
 
-    def __init__(self, context: Context, *types: type) -> None:
-        self.node = Node("turtlebot3", context=context, **LEAN)
+    def __init__(self, node: Node, *types: type) -> None:
+        self.node = node
         self.heard: list[Any] = []
         self.listen(*types)
         self._scan = self.node.create_publisher(LaserScan, "scan", BEST_EFFORT)
@@ -70,47 +67,29 @@ class Driver:
         self._odom.publish(odometry)
 
 
-class Bench:
+class Bench(Rig):
     """Servers as `--real` starts them, a robot, and a client."""
 
     def __init__(self, images: Path, *types: type, **options: Any) -> None:
-        self.context = Context()
-        rclpy.init(context=self.context)
-        self.robot = Driver(self.context, *types)
-        self.client = Node("client", context=self.context, **LEAN)
+        super().__init__(start_ns=START_NS)
+        self.robot = Driver(self.node("turtlebot3"), *types)
+        self.client = self.node("client")
         self.turns = ActionClient(self.client, Turn, "turn")
         self.sweeps = ActionClient(self.client, CameraSweep, "camera_sweep")
-        self.servers = ServersNode(
-            load_robot("waffle"),
-            ServerOptions(
-                image_folder=images,
-                lean=True,
-                context=self.context,
-                command_type="auto",
-                **options,
-            ),
+        made = ServerOptions(
+            image_folder=images, lean=True, context=self.context, command_type="auto", **options
         )
-        self.clock = VirtualTimeExecutor(start_ns=START_NS, context=self.context)
-        for node in (self.robot.node, self.client, self.servers):
-            self.clock.add_node(node)
+        self.servers = self.add(ServersNode(load_robot("waffle"), made))
         self.steps(12)
 
     def steps(self, count: int) -> None:
-        end_ns = self.clock.now_ns + count * PERIOD_NS
-        while self.clock.now_ns < end_ns:
-            self.clock.step()
+        self.run_for(count * PERIOD_NS / 1e9)
 
     def send(self, client: ActionClient, goal: Any) -> Any:
         """Send a goal; gives the client's handle."""
         future = client.send_goal_async(goal)
         self.steps(2)
         return future.result()
-
-    def close(self) -> None:
-        for node in (self.servers, self.client, self.robot.node):
-            node.destroy_node()
-        self.clock.shutdown()
-        self.context.shutdown()
 
 
 @pytest.fixture

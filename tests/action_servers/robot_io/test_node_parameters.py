@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,15 +16,6 @@ from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find, names
 from bt_mission.core.robot.model import load_robot
-
-
-@pytest.fixture
-def context() -> Iterator[Context]:
-    """A context of its own."""
-    made = Context()
-    rclpy.init(context=made)
-    yield made
-    made.shutdown()
 
 
 def servers(context: Context, folder: Path, text: str) -> ServersNode:

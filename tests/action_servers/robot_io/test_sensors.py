@@ -6,7 +6,6 @@ from functools import partial
 from typing import Any
 
 import pytest
-import rclpy
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -141,10 +140,8 @@ def test_a_map_of_the_wrong_length_is_passed_over(bench):
     assert sensors(bench).observe(on_map=True).grid is None
 
 
-def test_a_robot_in_a_namespace(fake, tmp_path, waffle):
+def test_a_robot_in_a_namespace(tmp_path, waffle, context):
     """All names are relative."""
-    context = rclpy.Context()
-    rclpy.init(context=context)
     node = ServersNode(
         waffle,
         ServerOptions(image_folder=tmp_path, lean=True, context=context, namespace="robot_7"),
@@ -154,7 +151,6 @@ def test_a_robot_in_a_namespace(fake, tmp_path, waffle):
     assert topics == {f"/robot_7/{name}" for name in names}
     assert node.count_publishers("/robot_7/cmd_vel") == 1
     node.destroy_node()
-    context.shutdown()
 
 
 GARBAGE = (b"", b"\x00", b"\x00\x01\x00\x00", b"\x00\x01\x00\x00" + b"\xff" * 400)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.parameter import Parameter
 
@@ -15,10 +14,8 @@ TUNINGS = (("", Tuning), ("navigation.", NavigationTuning), ("frontiers.", Front
 
 
 @pytest.fixture
-def make_node(waffle, tmp_path):
+def make_node(waffle, tmp_path, context):
     """Make a node: `make_node(**parameters)`."""
-    context = rclpy.Context()
-    rclpy.init(context=context)
     made = []
 
     def make(**parameters):
@@ -35,7 +32,6 @@ def make_node(waffle, tmp_path):
     yield make
     for node in made:
         node.destroy_node()
-    context.shutdown()
 
 
 def test_each_tuning_is_a_parameter_with_description_and_range(make_node):
@@ -104,18 +100,14 @@ def test_several_fixed_and_free_parameters_are_set_together_or_not_at_all(make_n
 
 
 @pytest.mark.parametrize("name", ["executive_lease", "executive_timeout"])
-def test_how_long_an_executive_may_be_late_is_fixed(waffle, tmp_path, name):
+def test_how_long_an_executive_may_be_late_is_fixed(make_node, name):
     """The middleware takes the lease when the servers start."""
-    context = rclpy.Context()
-    rclpy.init(context=context)
-    node = ServersNode(waffle, ServerOptions(image_folder=tmp_path, context=context))
+    node = make_node()
     (answer,) = node.set_parameters([Parameter(name, value=3.0)])
     assert not answer.successful
     assert answer.reason == (
         f"{name} is read when the node starts; start it again with --ros-args -p {name}:=3.0"
     )
-    node.destroy_node()
-    context.shutdown()
 
 
 def test_a_tuning_of_navigation_reaches_its_maneuvers(make_node):

@@ -3,6 +3,7 @@
 import math
 import random
 from contextlib import nullcontext
+from typing import Any
 
 import pytest
 
@@ -289,6 +290,6 @@ def test_the_second_side_is_evaluated_only_where_it_matters():
 )
 def test_what_is_not_selected_is_not_evaluated_before_the_run_either(text, is_refused):
     """Nor both values where the condition is not known yet."""
-    names = {"n": 2, "list": [1]}
+    names: dict[str, Any] = {"n": 2, "list": [1]}
     with pytest.raises(ExpressionError) if is_refused else nullcontext():
         evaluate_constants(Expression(text).root, names, lambda name: name.name in names)

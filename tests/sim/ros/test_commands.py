@@ -1,9 +1,7 @@
 """Velocity commands that have waited, without a virtual clock."""
 
 import pytest
-import rclpy
 from geometry_msgs.msg import TwistStamped
-from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
@@ -13,15 +11,6 @@ from sim.ros.node import SimNode, SimOptions
 from sim.world.loader import load_world
 
 MS = 1_000_000
-
-
-@pytest.fixture
-def context():
-    """Of nodes without a virtual clock."""
-    made = Context()
-    rclpy.init(context=made)
-    yield made
-    made.shutdown()
 
 
 def test_of_commands_that_wait_the_newest_counts(context):

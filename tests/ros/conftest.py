@@ -1,5 +1,0 @@
-"""Nodes made on demand."""
-
-from tests.support.graph import rig
-
-__all__ = ["rig"]

@@ -1,5 +1,0 @@
-"""An executor with nodes made on demand."""
-
-from tests.support.graph import rig
-
-__all__ = ["rig"]
