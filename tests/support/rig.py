@@ -34,7 +34,7 @@ class Rig:
         self.nodes: list[Node] = []
 
     def close(self) -> None:
-        """Destroy all nodes; once."""
+        """Destroy all nodes that are served, and all bare ones; once."""
         if not self.context.ok():
             return
         for node in reversed(list(dict.fromkeys([*self.nodes, *self.clock.get_nodes()]))):
@@ -45,13 +45,13 @@ class Rig:
 
     def add(self, node: OneNode) -> OneNode:
         """Serve a node; gives it back."""
-        self.nodes.append(node)
         self.clock.add_node(node)
         return node
 
     def node(self, name: str) -> Node:
         """Make a bare node."""
-        return self.add(Node(name, context=self.context, **LEAN))
+        self.nodes.append(self.add(Node(name, context=self.context, **LEAN)))
+        return self.nodes[-1]
 
     def now(self, node: Node) -> int:
         """Return the time of a node's clock, ns."""

@@ -100,14 +100,15 @@ def test_several_fixed_and_free_parameters_are_set_together_or_not_at_all(make_n
 
 
 @pytest.mark.parametrize("name", ["executive_lease", "executive_timeout"])
-def test_how_long_an_executive_may_be_late_is_fixed(make_node, name):
+def test_how_long_an_executive_may_be_late_is_fixed(waffle, tmp_path, context, name):
     """The middleware takes the lease when the servers start."""
-    node = make_node()
+    node = ServersNode(waffle, ServerOptions(image_folder=tmp_path, context=context))
     (answer,) = node.set_parameters([Parameter(name, value=3.0)])
     assert not answer.successful
     assert answer.reason == (
         f"{name} is read when the node starts; start it again with --ros-args -p {name}:=3.0"
     )
+    node.destroy_node()
 
 
 def test_a_tuning_of_navigation_reaches_its_maneuvers(make_node):
