@@ -25,7 +25,7 @@ MISSION = "mission: short\nworld: nav_arena\ntree: {turn: {angle: 90}, timeout: 
 @pytest.fixture
 def has_egl() -> None:
     """Skips where nothing can be drawn."""
-    model = alone(load_world("empty_arena"), load_robot("waffle"), seed=0).model
+    model = alone(load_world("empty_arena"), load_robot("waffle"), seed=0).physics.model
     try:
         Canvas(model).close()
     except NoCameraError as error:
