@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from typing import Any, Literal, TypeAlias
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -219,8 +219,10 @@ class ActionAdapter:
 
         def on_feedback(fields: Fields) -> None:
             told.feedback = self._filled(self._action.type.Feedback(), fields)
-            with suppress(InvalidHandle):  # the server is destroyed
+            try:
                 self._server.tell(told)
+            except InvalidHandle:
+                return  # the server is destroyed
 
         self._log.info(f"goal accepted: {shown(handle.request)}")
         run = ManeuverRun(self._interposed(maneuver), on_feedback, on_end, self._log.warning)

@@ -28,16 +28,10 @@ class Frames:
 
     def __init__(self, map_frame: str) -> None:
         self._map_frame = map_frame
-        self._fixed: deque[bytes] = deque(maxlen=KEPT)
-        self._moving: deque[bytes] = deque(maxlen=KEPT)
-
-    def take_fixed(self, data: bytes) -> None:
-        """Keep a serialized message of `tf_static`."""
-        self._fixed.append(data)
-
-    def take_moving(self, data: bytes) -> None:
-        """Keep a serialized message of `tf`."""
-        self._moving.append(data)
+        self.fixed: deque[bytes] = deque(maxlen=KEPT)
+        """Serialized messages of `tf_static`."""
+        self.moving: deque[bytes] = deque(maxlen=KEPT)
+        """Serialized messages of `tf`."""
 
     def on_map(self, frame: str) -> Pose2D | Refusal:
         """Return the place of a frame on the map, or why it is not known."""
@@ -64,7 +58,7 @@ class Frames:
         """Return parent and transform of each frame, the newest of each."""
         return {
             one.child_frame_id: (one.header.frame_id, one.transform)
-            for data in (*self._fixed, *self._moving)
+            for data in (*self.fixed, *self.moving)
             for one in transforms_of(data)
         }
 

@@ -7,7 +7,6 @@ as receiving it.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -51,7 +50,7 @@ TRANSFORMS = QoSProfile(depth=100)
 FIXED_TRANSFORMS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 LARGEST_STATE = 1 << 16
-"""Bytes of an odometry message or of transforms. Two hundred of transforms are kept; those of a
+"""Bytes of an odometry message or of transforms. A hundred of transforms are kept; those of a
 TurtleBot3 have 500 bytes."""
 
 LARGEST_SCAN = 1 << 19
@@ -189,7 +188,8 @@ class SensorSubscriptions:
         )
         self._odometry = Latest(odometry_picker().pick, odometry_of)
         self._grid = Latest(partial(deserialize_message, message_type=OccupancyGrid), grid_of)
-        self._transforms: deque[bytes] = deque(maxlen=100)
+        self._newest_read: bytes | None = None
+        """The newest of the transforms that have been looked through."""
         self._map_to_odom: Pose2D | None = None
         self._map_users = 0
         self._places = PlaceOnMap(wiring.map_frame)
@@ -198,9 +198,9 @@ class SensorSubscriptions:
         listen = partial(self._listen, largest=LARGEST_STATE)
         self._listen(LaserScan, wiring.scan, self._scan.take, NEWEST, largest=LARGEST_SCAN)
         listen(OdometryMessage, wiring.odom, self._odometry.take, NEWEST)
-        listen(TFMessage, wiring.tf, self._take_transforms, TRANSFORMS)
+        listen(TFMessage, wiring.tf, self._frames.moving.append, TRANSFORMS)
         if listen_to_map:
-            listen(TFMessage, wiring.tf_static, self._frames.take_fixed, FIXED_TRANSFORMS)
+            listen(TFMessage, wiring.tf_static, self._frames.fixed.append, FIXED_TRANSFORMS)
             self._listen(OccupancyGrid, wiring.map, self._grid.take, LATCHED, largest=LARGEST_MAP)
 
     def _listen(
@@ -248,18 +248,19 @@ class SensorSubscriptions:
             frame_on_map=self._frames.on_map if on_map else None,
         )
 
-    def _take_transforms(self, data: bytes) -> None:
-        self._transforms.append(data)
-        self._frames.take_moving(data)
-
     def _pose_on_map(self) -> Pose2D | None:
         odometry = self._odometry.value()
         if odometry is None:
             return None
         # The newest that places the odometry frame counts; other transforms lie in between.
-        while self._transforms:
-            found = self._places.place(self._transforms.pop(), odometry.frame)
-            if found is not None:
-                self._map_to_odom = found
-                self._transforms.clear()
+        transforms = self._frames.moving
+        for data in reversed(transforms):
+            if data is self._newest_read:
+                break
+            place = self._places.place(data, odometry.frame)
+            if place is not None:
+                self._map_to_odom = place
+                break
+        if transforms:
+            self._newest_read = transforms[-1]
         return self._map_to_odom and composed(self._map_to_odom, odometry.pose)

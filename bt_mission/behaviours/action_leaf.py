@@ -35,6 +35,9 @@ class ActionLeaf(ClientLeaf):
     """
 
     _client: GoalClient
+    _message = ""
+    _seen: tuple[str, Any] | None = None
+    """Stage and newest feedback of the attempt in the last tick, until they are put in words."""
 
     def __init__(self, node: GoalNode, values: Evaluator) -> None:
         super().__init__(node, values)
@@ -43,6 +46,17 @@ class ActionLeaf(ClientLeaf):
         self._progress_bounds: ProgressBounds | None = None
         self._limits = Limits()
         self._started_ns = 0
+
+    @property
+    def feedback_message(self) -> str:
+        """What the last tick has seen. It is put in words when somebody asks."""
+        if self._seen is not None:
+            self._message, self._seen = _doing(*self._seen), None
+        return self._message
+
+    @feedback_message.setter
+    def feedback_message(self, message: str) -> None:
+        self._message, self._seen = message, None
 
     def _connected(self, name: str, type_name: str) -> GoalClient:
         return self._runtime.goal_client(name, type_name)
@@ -93,7 +107,7 @@ class ActionLeaf(ClientLeaf):
             return Status.RUNNING
         ending = self.attempt.poll(now_ns)
         if ending is None:
-            self.feedback_message = self._doing(self.attempt)
+            self._seen = self.attempt.stage, self.attempt.feedback
             return Status.RUNNING
         self.feedback_message = _say(ending)
         if ending.result is not None:
@@ -132,7 +146,10 @@ class ActionLeaf(ClientLeaf):
         if ending is None and why:
             attempt.halt(now_ns, why)
             ending = attempt.ending
-        self.feedback_message = self._doing(attempt) if ending is None else _say(ending)
+        if ending is None:
+            self._seen = attempt.stage, attempt.feedback
+        else:
+            self.feedback_message = _say(ending)
 
     def _bounds_around(self) -> Iterator[Guard | Timeout | Finally]:
         node: Behaviour | None = self.parent
@@ -195,14 +212,15 @@ class ActionLeaf(ClientLeaf):
             return LeafProgress("s", elapsed_s, self._limits.goal)
         return None
 
-    def _doing(self, attempt: Attempt) -> str:
-        values = scalars(attempt.feedback)
-        if not values or attempt.stage != "active":
-            return attempt.stage
-        return ", ".join(
-            f"{name} {value:.2f}" if isinstance(value, float) else f"{name} {value}"
-            for name, value in values.items()
-        )
+
+def _doing(stage: str, feedback: Any) -> str:
+    values = scalars(feedback)
+    if not values or stage != "active":
+        return stage
+    return ", ".join(
+        f"{name} {value:.2f}" if isinstance(value, float) else f"{name} {value}"
+        for name, value in values.items()
+    )
 
 
 def _say(ending: AttemptResult) -> str:

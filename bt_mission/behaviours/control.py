@@ -167,15 +167,11 @@ class When(Pick):
 class Guard(HookedDecorator):
     """Ticks its child as long as a condition holds; then halts it and fails."""
 
-    def walk(self) -> Iterator[Behaviour]:
+    def enter(self) -> Status | None:
         """Ask, and tick the child only if the answer is yes."""
         result = self._values.ask(self._node.condition)
         self.feedback_message = result.text
-        if result.holds:
-            yield from super().walk()
-            return
-        self.stop(Status.FAILURE)
-        yield self
+        return super().enter() if result.holds else Status.FAILURE
 
     def why_over(self) -> str:
         """Return why the child may run no more, as of now; empty where it may."""
@@ -244,9 +240,9 @@ class ForEach(HookedDecorator):
         self._elements: list[Any] = []
         self._index = 0
 
-    def walk(self) -> Iterator[Behaviour]:
+    def enter(self) -> Status | None:
         """Read the list at entry; an empty one succeeds at once."""
-        if self.status != Status.RUNNING:
+        if self.status is not Status.RUNNING:
             elements, self._index = self._values.resolve(self._node.elements), 0
             if not isinstance(elements, list):
                 raise self._values.failure(f"expected a list, got {show(elements)}")
@@ -254,11 +250,9 @@ class ForEach(HookedDecorator):
             if not self._elements:
                 self.decorated.stop(Status.INVALID)
                 self.feedback_message = "0 of 0"
-                self.stop(Status.SUCCESS)
-                yield self
-                return
+                return Status.SUCCESS
         self._values.scope.values[self._variable] = self._elements[self._index]
-        yield from super().walk()
+        return super().enter()
 
     def save_state(self, _now_ns: int) -> dict[str, Any]:
         """The list, and how far it has come."""

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import py_trees
-from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.evaluator import Condition, Evaluator
@@ -41,21 +39,25 @@ class Repeat(HookedDecorator):
         self._done, self._count = state["done"], state["count"]
         self._is_within = state.get("within", True)
 
-    def walk(self) -> Iterator[Behaviour]:
+    def enter(self) -> Status | None:
         """Read the count at entry; ask before each round."""
+        if self._is_within and self.status is Status.RUNNING:
+            return None
         settings: RepeatSettings = self._node.settings
         if self.status is not Status.RUNNING:
             self._done, self._is_within, count = 0, False, settings.count
             self._count = None if count is None else int(self._values.number(count, TIMES))
-        before = None if self._is_within else settings.before
-        if before is not None and not self._holds(before):
+        if settings.before is not None and not self._holds(settings.before):
             if self._done == 0:
                 self.decorated.stop(Status.INVALID)
-            self.stop(Status.SUCCESS)
-            yield self
-            return
+            return Status.SUCCESS
         self._is_within = True
-        yield from super().walk()
+        self._say_round()
+        return super().enter()
+
+    def _say_round(self) -> None:
+        if not self._node.settings.has_condition:
+            self.feedback_message = self._which(self._done + 1)
 
     def update(self) -> Status:
         """Count a success; say which round this is."""
@@ -64,8 +66,8 @@ class Repeat(HookedDecorator):
             self._is_within = False
             self._done += 1
             return self._after_round()
-        if not self._node.settings.has_condition:
-            self.feedback_message = self._which(self._done + 1)
+        if not self.feedback_message:  # it was restored within a round
+            self._say_round()
         return status
 
     def _after_round(self) -> Status:
@@ -142,14 +144,13 @@ class Retry(HookedDecorator, py_trees.decorators.Retry):
         left_ns = state["left_ns"]
         self._resume_ns = None if left_ns is None else now_ns + left_ns
 
-    def walk(self) -> Iterator[Behaviour]:
+    def enter(self) -> Status | None:
         """Tick the child, unless a pause after a failure is on."""
-        if self.status == Status.RUNNING and self._resume_ns is not None:
+        if self.status is Status.RUNNING and self._resume_ns is not None:
             if self._runtime.now_ns < self._resume_ns:
-                yield self
-                return
+                return Status.RUNNING
             self._resume_ns = None
-        yield from super().walk()
+        return super().enter()
 
     def update(self) -> Status:
         """Count a failure, and pause after it if another attempt is left."""

@@ -144,6 +144,8 @@ class FollowedVariables:
         Raises:
             MissionFailure: When the first value of one takes too long.
         """
+        if not self._awaited:
+            return True
         self._awaited = [one for one in self._awaited if one.why_missing]
         if not self._awaited:
             return True

@@ -80,12 +80,18 @@ class HookedDecorator(Hooked, Decorator):
         super().__init__(node.label, values.children[0], **more)
         self._values = values
 
-    def walk(self) -> Iterator[Behaviour]:
-        """Begin, if it does not run; tick the child; update; stop, if it has ended."""
+    def enter(self) -> Status | None:
+        """Decide before the child is ticked; return a status to take instead, or None."""
         if self.status is not Status.RUNNING:
             self.initialise()
-        yield from self.decorated.tick()
-        status = self.update()
+        return None
+
+    def walk(self) -> Iterator[Behaviour]:
+        """Tick the child and update, unless the node decides otherwise; stop, if it has ended."""
+        status = self.enter()
+        if status is None:
+            yield from self.decorated.tick()
+            status = self.update()
         if status is not Status.RUNNING:
             self.stop(status)
         self.status = status

@@ -40,24 +40,33 @@ class Stream(Generic[T]):
     """
 
     def __init__(self) -> None:
-        self._subscribers: tuple[Callable[[T], object], ...] = ()
+        self._subscribers: tuple[tuple[Callable[[Any], object], tuple[type, ...]], ...] = ()
+        self._takers: dict[type, tuple[Callable[[Any], object], ...]] = {}
+        """Who gets the items of each class that has come so far."""
         self.raised: list[Exception] = []
         """By subscribers; whoever owns the stream takes them."""
 
     def __len__(self) -> int:
         return len(self._subscribers)
 
-    def subscribe(self, take: Callable[[T], object]) -> None:
-        """Hand each item to this function from now on."""
-        self._subscribers = (*self._subscribers, take)
+    def subscribe(self, take: Callable[[Any], object], *kinds: type) -> None:
+        """Hand each item to this function from now on; or only those of some classes."""
+        self._subscribers = (*self._subscribers, (take, kinds or (object,)))
+        self._takers = {}
 
-    def unsubscribe(self, take: Callable[[T], object]) -> None:
+    def unsubscribe(self, take: Callable[[Any], object]) -> None:
         """Hand it no more; it need not be subscribed."""
-        self._subscribers = tuple(one for one in self._subscribers if one != take)
+        self._subscribers = tuple(one for one in self._subscribers if one[0] != take)
+        self._takers = {}
 
     def emit(self, item: T) -> None:
-        """Hand an item to every subscriber."""
-        for take in self._subscribers:
+        """Hand an item to every subscriber that takes its class."""
+        kind = type(item)
+        if kind not in self._takers:
+            self._takers[kind] = tuple(
+                take for take, kinds in self._subscribers if issubclass(kind, kinds)
+            )
+        for take in self._takers[kind]:
             try:
                 take(item)
             except Exception as error:  # noqa: BLE001 - the owner decides what follows

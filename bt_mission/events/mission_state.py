@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, TypeVar
@@ -198,7 +198,7 @@ class MissionState:
 
     def apply(self, event: Event) -> bool:
         """Take an event in; return whether it changes anything that is known."""
-        is_new = self._APPLY.get(type(event), MissionState._other)(self, event)
+        is_new = self._APPLY[type(event)](self, event)
         if is_new and (entry := self.entry_of(event)) is not None:
             self.log.append(entry)
         return is_new
@@ -362,25 +362,28 @@ class MissionState:
         return known is None or replace(known, time_ns=event.time_ns) != event
 
     def _other(self, event: Event) -> bool:
-        if event.time_ns is not None:
-            self._see(event.time_ns)
+        if event.time_ns is not None and event.time_ns > self.now_ns:
+            self.now_ns = event.time_ns
         return True
 
     def _see(self, time_ns: int) -> None:
         self.now_ns = max(self.now_ns, time_ns)
 
-    _APPLY: ClassVar[Mapping[type, Callable[..., bool]]] = {
-        happened.RunStarted: _begin,
-        happened.NodeChanged: _change,
-        happened.NodesReset: _reset,
-        happened.NodeProgressed: _progress,
-        happened.GoalChanged: _goal,
-        happened.VariableChanged: _variable,
-        happened.StateChanged: _state,
-        happened.CountsChanged: _counts,
-        happened.BreakpointsChanged: _breakpoints,
-        happened.RequirementChanged: _requirement,
-    }
+    _APPLY: ClassVar[Mapping[type, Callable[..., bool]]] = defaultdict(
+        lambda: MissionState._other,
+        {
+            happened.RunStarted: _begin,
+            happened.NodeChanged: _change,
+            happened.NodesReset: _reset,
+            happened.NodeProgressed: _progress,
+            happened.GoalChanged: _goal,
+            happened.VariableChanged: _variable,
+            happened.StateChanged: _state,
+            happened.CountsChanged: _counts,
+            happened.BreakpointsChanged: _breakpoints,
+            happened.RequirementChanged: _requirement,
+        },
+    )
     """What events change besides the time; others have a line in the log."""
 
 

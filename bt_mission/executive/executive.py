@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     from bt_mission.executive.journal.recovery import Recovery
 
 
-FINAL = (MissionStatus.SUCCESS, MissionStatus.FAILURE, MissionStatus.INTERRUPTED)
 ENDED = (Status.SUCCESS, Status.FAILURE)
 
 
@@ -70,6 +69,9 @@ class Executive:
     Raises:
         BtMissionError: When a node cannot be set up, such as an unknown action type.
     """
+
+    is_done = False
+    """Has the mission ended, with every goal accounted for?"""
 
     def __init__(
         self,
@@ -147,11 +149,6 @@ class Executive:
                 node.resets = self._reset
 
     @property
-    def is_done(self) -> bool:
-        """Has the mission ended, with every goal accounted for?"""
-        return self.status in FINAL
-
-    @property
     def now_ns(self) -> int:
         """ROS time, ns; during a tick that of its start."""
         return self._runtime.now_ns
@@ -171,13 +168,16 @@ class Executive:
         if self.is_done:
             return
         self.cycles += 1
+        now_ns = self._runtime.now_ns
         self._followed.update()
-        if self._runtime.now_ns:
-            self.announce(self.started_ns or self._runtime.now_ns)
-        self._beat()
-        self._note_pause()
-        self._raised[0].extend(self.after_tick.notify())
-        if any(self._raised):
+        if now_ns and not self._has_started:
+            self.announce(self.started_ns or now_ns)
+        self._beat(now_ns)
+        if self.paused is not None:
+            self._note_pause()
+        raised, by_lines = self._raised
+        raised += self.after_tick.notify()
+        if raised or by_lines:
             self._end_by_callbacks()
 
     def announce(
@@ -190,11 +190,11 @@ class Executive:
                 RunStarted(time_ns, self.run, self.mission, self.node_infos, world, robot, seed)
             )
 
-    def _beat(self) -> None:
+    def _beat(self, now_ns: int) -> None:
         if self._recovery is not None:
             self._recover(self._recovery)
         elif self.status is MissionStatus.RUNNING:
-            self.started_ns = self.started_ns or self._runtime.now_ns
+            self.started_ns = self.started_ns or now_ns
             if self.paused is None or self._steps > 0:
                 self._steps = 0
                 self._tick_tree()
@@ -205,9 +205,10 @@ class Executive:
                 if node.status is not self._known[node]:
                     self._note(node)
             self._note_halted()
-        self._runtime.ledger.update(self._runtime.now_ns)
-        observed_ns = self._runtime.now_ns - self.ended_ns
-        if self.status is MissionStatus.OBSERVING and observed_ns >= round(self.observe_s * NS):
+        self._runtime.ledger.update(now_ns)
+        if self.status is MissionStatus.OBSERVING and (
+            now_ns - self.ended_ns >= round(self.observe_s * NS)
+        ):
             self._close()
         if (
             self.status is MissionStatus.ENDING
@@ -337,8 +338,8 @@ class Executive:
         self.events.emit(replace(event, is_update=is_update))
 
     def _note_pause(self) -> None:
-        """While it is paused, emit which goals are still under way, whenever that changes."""
-        if self.paused is not None and self._runtime.ledger.describe_under_way() != self._under_way:
+        """Emit which goals are still under way in a pause, whenever that changes."""
+        if self._runtime.ledger.describe_under_way() != self._under_way:
             self._emit_state(is_update=True)
 
     def _end_by_callbacks(self) -> None:
@@ -477,7 +478,7 @@ class Executive:
         self._emit_state()
 
     def _close(self) -> None:
-        self.status = self.verdict
+        self.status, self.is_done = self.verdict, True
         self._emit_state()
 
     def _cut_observation(self, reason: str) -> None:

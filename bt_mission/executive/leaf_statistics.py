@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.core.stamps import NS
-from bt_mission.events.events import Event, NodeChanged
+from bt_mission.events.events import NodeChanged
 from bt_mission.executive.executive import Executive
 
 
@@ -57,10 +57,10 @@ class LeafStatistics:
         self._distance_m = distance_m
         self._sums: dict[int, _Sum] = {}
         """By the node's index."""
-        executive.events.subscribe(self._take)
+        executive.events.subscribe(self._take, NodeChanged)
 
-    def _take(self, event: Event) -> None:
-        if not isinstance(event, NodeChanged) or not self._state.is_leaf[event.node]:
+    def _take(self, event: NodeChanged) -> None:
+        if not self._state.is_leaf[event.node]:
             return
         leaf, distance_m = self._sums.setdefault(event.node, _Sum()), self._distance_m() or 0.0
         if event.status is Status.RUNNING:

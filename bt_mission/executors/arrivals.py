@@ -28,7 +28,7 @@ from rclpy.service import Service
 from rclpy.subscription import Subscription
 
 _RCL, _RCL_ACTION = "librcl.so", "librcl_action.so"
-_SETTERS: dict[type, tuple[str, tuple[str, ...]]] = {
+TELLING: dict[type, tuple[str, tuple[str, ...]]] = {
     Subscription: (_RCL, ("rcl_subscription_set_on_new_message_callback",)),
     Service: (_RCL, ("rcl_service_set_on_new_request_callback",)),
     Client: (_RCL, ("rcl_client_set_on_new_response_callback",)),
@@ -54,20 +54,29 @@ _SETTERS: dict[type, tuple[str, tuple[str, ...]]] = {
     ),
     EventHandler: (_RCL, ("rcl_event_set_callback",)),
 }
+"""Kinds of entities of which the middleware tells, with the library and the functions for that."""
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class Arrived:
-    """What has arrived for one entity."""
+    """What has arrived for one entity.
+
+    Whoever serves the entity counts down what it takes. A subscription from which nothing can be
+    taken has none left: its queue has dropped what was counted. Others may have been sent something
+    that was not for them, such as the answer to another client of the service.
+    """
 
     entity: Any
+    handle: Any
     rank: int = 0
     """Those that come first are served first."""
+    file: int | None = None
+    """The kernel's counter; None for an entity of which the middleware does not tell."""
     count: int = 0
     """Messages that came and were not taken; more than there are where a queue overflowed."""
 
 
-_RANK = attrgetter("rank")
+RANK = attrgetter("rank")
 
 
 class Arrivals:
@@ -77,11 +86,12 @@ class Arrivals:
         self._epoll = select.epoll()
         self._by_file: dict[int, Arrived] = {}
         self._waiting: list[Arrived] = []
+        self._untold: list[Arrived] = []
         self._links: dict[int, _Link] = {}
         self._end = finalize(self, _close, self._epoll, self._links)
         self._end.atexit = False
 
-    def watch(self, entities: Sequence[Any]) -> list[Any]:
+    def watch(self, entities: Sequence[Any]) -> list[Arrived]:
         """Count for these entities, and for no others; they are served in this order.
 
         Returns:
@@ -92,57 +102,37 @@ class Arrivals:
             link = self._links.pop(key)
             del self._by_file[link.file]
             link.cut(self._epoll)
-        untold = []
+        known, self._untold = {id(one.entity): one for one in self._untold}, []
         for rank, entity in enumerate(entities):
             link_ = self._links.get(id(entity)) or self._link(entity)
             if link_ is None:
-                untold.append(entity)
+                arrived = known.get(id(entity)) or Arrived(entity, getattr(entity, "handle", None))
+                self._untold.append(arrived)
             else:
-                self._by_file[link_.file].rank = rank
+                arrived = self._by_file[link_.file]
+            arrived.rank = rank
         told = set(map(id, self._by_file.values()))
         self._waiting = [one for one in self._waiting if id(one) in told]
-        self._waiting.sort(key=_RANK)
-        return untold
+        self._waiting.sort(key=RANK)
+        return self._untold
 
     def waiting(self) -> list[Arrived]:
         """What has something to be served now, in order; it stays until its count is zero."""
         if self._waiting:
-            self._waiting = [one for one in self._waiting if one.count > 0]
-        found = self._epoll.poll(0)
-        if found:
-            for file, _ in found:
-                one = self._by_file[file]
-                if one not in self._waiting:
-                    self._waiting.append(one)
-                    one.count = 0
-                one.count += os.eventfd_read(file)
-            if len(self._waiting) > 1:
-                self._waiting.sort(key=_RANK)
+            self._waiting = [arrived for arrived in self._waiting if arrived.count > 0]
+        if changed := self._epoll.poll(0):
+            for file, _ in changed:
+                arrived = self._by_file[file]
+                if arrived.count <= 0:
+                    arrived.count = 0
+                    self._waiting.append(arrived)
+                arrived.count += os.eventfd_read(file)
+            self._waiting.sort(key=RANK)
         return self._waiting
 
     def leftovers(self) -> list[Any]:
         """Of what there may be more than has been taken, after the last look."""
         return [one.entity for one in self._waiting if one.count > 0]
-
-    def counts(self, entity: Any) -> bool:
-        """Is what arrives for an entity counted?"""
-        return id(entity) in self._links
-
-    def taken(self, entity: Any, number: int) -> None:
-        """Note how many messages were taken.
-
-        Where there was none, a subscription has none left: its queue has dropped what was counted.
-        An event tells at once of all that has happened. Others may have been sent something that
-        was not for them, such as the answer to another client of the service.
-        """
-        for one in self._waiting:
-            if one.entity is entity:
-                kind = type(entity)
-                if kind is EventHandler or (not number and kind is Subscription):
-                    one.count = 0
-                else:
-                    one.count -= number or 1
-                return
 
     def fileno(self) -> int:
         """The file that can be read from while something is counted that was not waited for."""
@@ -153,10 +143,15 @@ class Arrivals:
         self._end()
         self._by_file.clear()
         self._waiting.clear()
+        self._untold.clear()
 
     def _link(self, entity: Any) -> _Link | None:
-        library, names = next(found for kind, found in _SETTERS.items() if isinstance(entity, kind))
-        setters = [_setter(library, name) for name in names]
+        for kind, (library, names) in TELLING.items():
+            if isinstance(entity, kind):
+                setters = [_setter(library, name) for name in names]
+                break
+        else:
+            return None
         if None in setters:
             return None
         file = _new_counter()
@@ -167,7 +162,7 @@ class Arrivals:
             return None
         self._epoll.register(link.file, select.EPOLLIN)
         self._links[id(entity)] = link
-        self._by_file[link.file] = Arrived(entity)
+        self._by_file[link.file] = Arrived(entity, link.handle, file=link.file)
         return link
 
 
@@ -176,7 +171,7 @@ class _Link:
 
     def __init__(self, handle: Any, setters: Sequence[Any], file: int) -> None:
         self.file = file
-        self._handle = handle
+        self.handle = handle
         self._setters = setters
         self.made = self._set(_function(), self.file)
         if not self.made:
@@ -185,8 +180,8 @@ class _Link:
 
     def _set(self, function: Any, file: int) -> bool:
         try:
-            with self._handle:
-                pointer = self._handle.pointer
+            with self.handle:
+                pointer = self.handle.pointer
                 # All are asked, so that none is left with a file that is closed.
                 refused = [setter(pointer, function, file) for setter in self._setters]
                 return not any(refused)

@@ -7,7 +7,8 @@ by somebody else, or destroyed since it was found ready, is nothing to serve.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections import defaultdict
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from rclpy.action import ActionClient, ActionServer
@@ -19,10 +20,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
-from rclpy.waitable import Waitable
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.executors.arrivals import Arrivals
+from bt_mission.executors.arrivals import Arrived
 from bt_mission.executors.taps import ACTION_PARTS, Passing, PendingCallback, Side, Taps
 
 
@@ -30,7 +30,6 @@ class TapContext(Protocol):
     """The executor that serves a callback, as far as taps and futures need to know it."""
 
     taps: Taps
-    arrivals: Arrivals
 
     def passing(self, entity: Any, name: str, side: Side, message: Any) -> Passing:
         """Describe something on its way to an entity."""
@@ -44,7 +43,7 @@ def serve_timer(timer: Timer) -> tuple[bool, PendingCallback]:
     handle = timer.handle
     try:
         with handle:
-            if handle.is_timer_canceled() or not handle.is_timer_ready():
+            if not handle.is_timer_ready():  # nor is one that is canceled
                 return False, None
             handle.call_timer()
     except InvalidHandle:
@@ -63,22 +62,22 @@ def _is_to_be_awaited(callback: Any, outcome: Any) -> bool:
     return inspect.iscoroutine(outcome) and inspect.iscoroutinefunction(callback)
 
 
-def _serve_subscription(subscription: Subscription, executor: TapContext) -> PendingCallback:
-    handle = subscription.handle
+def _serve_subscription(arrived: Arrived, executor: TapContext) -> PendingCallback:
+    subscription, handle = arrived.entity, arrived.handle
     try:
         with handle:
             taken = handle.take_message(subscription.msg_type, subscription.raw)
     except InvalidHandle:
         return None
-    executor.arrivals.taken(subscription, taken is not None)
     if taken is None:
+        arrived.count = 0
         return None
     message, *about = taken
     if subscription._callback_type is Subscription.CallbackType.MessageOnly:
         about = []
     if executor.taps.is_open and _catch_message(subscription, message, about, executor):
         return None
-    callback = subscription.callback
+    callback = subscription._callback
     outcome = callback(message, *about)
     return None if outcome is None else _rest(callback, outcome)
 
@@ -102,14 +101,14 @@ def _catch_message(
     return executor.taps.catch(subscription, passing, deliver)
 
 
-def _serve_service(service: Service, executor: TapContext) -> PendingCallback:
+def _serve_service(arrived: Arrived, executor: TapContext) -> PendingCallback:
+    service = arrived.entity
     handle = service.handle
     try:
         with handle:
             request, header = handle.service_take_request(service.srv_type.Request)
     except InvalidHandle:
         return None
-    executor.arrivals.taken(service, header is not None)
     if header is None:
         return None
 
@@ -135,14 +134,14 @@ def _serve_service(service: Service, executor: TapContext) -> PendingCallback:
     return deliver(request)
 
 
-def _serve_client(client: Client, executor: TapContext) -> PendingCallback:
+def _serve_client(arrived: Arrived, executor: TapContext) -> PendingCallback:
+    client = arrived.entity
     handle = client.handle
     try:
         with handle:
             header, response = handle.take_response(client.srv_type.Response)
     except InvalidHandle:
         return None
-    executor.arrivals.taken(client, header is not None)
     if header is None:
         return None
 
@@ -162,35 +161,53 @@ def _serve_client(client: Client, executor: TapContext) -> PendingCallback:
     return None
 
 
-def _serve_guard(guard: GuardCondition, _: TapContext) -> PendingCallback:
+def _serve_guard(arrived: Arrived, _: TapContext) -> PendingCallback:
+    guard = arrived.entity
     return _rest(guard.callback, guard.callback())
 
 
-def serve_waitable(waitable: Waitable, executor: TapContext) -> PendingCallback:
+def _serve_waitable(arrived: Arrived, executor: TapContext) -> PendingCallback:
     """Serve an action client or server, or a waitable of somebody else's."""
-    data = _take_parts(waitable, executor.arrivals)
+    waitable = arrived.entity
+    data = _take_parts(arrived)
     for future in waitable._futures:
-        future._set_executor(executor)
+        if future._executor() is not executor:
+            future._set_executor(executor)
     if executor.taps.is_open and isinstance(waitable, ActionClient | ActionServer):
         data = _sift(waitable, data, executor)
     return waitable.execute(data)
 
 
-def _take_parts(waitable: Waitable, arrivals: Arrivals) -> Any:
+def _take_parts(arrived: Arrived) -> Any:
     """Take what a waitable has; of an action, one of each part."""
-    if arrivals.counts(waitable):
-        kind = next(one for one in _FLAGS if isinstance(waitable, one))
-        for flag in _FLAGS[kind]:  # what a wait set would have told, which was not asked
-            setattr(waitable, flag, True)
-        if isinstance(waitable, ActionServer):
-            # Old results are forgotten with the next request: they would wake a wait set by
-            # themselves, and for a whole instant, at which virtual time would then stand still.
-            waitable._is_goal_expired = bool(waitable._goal_handles)
+    waitable = arrived.entity
+    if arrived.file is None:
+        return waitable.take_data()  # a wait set has told what is ready
+    if isinstance(waitable, ActionClient):
+        return _take_answers(waitable, arrived)
+    if isinstance(waitable, EventHandler):
+        waitable._ready_to_take_data = True
+        arrived.count = 0  # it tells at once of all that has happened
+        return waitable.take_data()
+    waitable._is_goal_request_ready = True
+    waitable._is_cancel_request_ready = waitable._is_result_request_ready = True
+    # Old results are forgotten with the next request: they would wake a wait set by
+    # themselves, and for a whole instant, at which virtual time would then stand still.
+    waitable._is_goal_expired = bool(waitable._goal_handles)
     data = waitable.take_data()
-    if isinstance(waitable, ActionClient | ActionServer):
-        arrivals.taken(waitable, len(data.keys() & ACTION_PARTS.keys()))
-    elif isinstance(waitable, EventHandler):
-        arrivals.taken(waitable, 1)
+    arrived.count -= max(len(data.keys() & ACTION_PARTS.keys()) - 1, 0)
+    return data
+
+
+def _take_answers(client: Any, arrived: Arrived) -> dict[str, Any]:
+    """Take one of each part, and look no further once all that was counted is there."""
+    data: dict[str, Any] = {}
+    for flags in _ANSWERS:
+        client.__dict__.update(flags)
+        data |= client.take_data()
+        if len(data) > arrived.count:
+            break
+    arrived.count -= max(len(data) - 1, 0)
     return data
 
 
@@ -203,9 +220,10 @@ def _sift(end: Any, data: dict[str, Any], executor: TapContext) -> dict[str, Any
             " does not tell them apart: offer them on nodes of their own to tap them"
         )
     return {
-        part: taken
-        for part, taken in data.items()
-        if part not in ACTION_PARTS or not _catch_part(end, action, part, taken, executor)
+        part: data[part]
+        for part in (*ACTION_PARTS, "expired")
+        if part in data
+        and (part == "expired" or not _catch_part(end, action, part, data[part], executor))
     }
 
 
@@ -230,30 +248,22 @@ def _catch_part(end: Any, action: str, part: str, taken: Any, executor: TapConte
     return executor.taps.catch(end, passing, deliver, answer)
 
 
-_FLAGS: dict[type, tuple[str, ...]] = {
-    EventHandler: ("_ready_to_take_data",),
-    ActionServer: (
-        "_is_goal_request_ready",
-        "_is_cancel_request_ready",
-        "_is_result_request_ready",
-    ),
-    ActionClient: (
-        "_is_feedback_ready",
-        "_is_status_ready",
-        "_is_goal_response_ready",
-        "_is_cancel_response_ready",
-        "_is_result_response_ready",
-    ),
-}
+_READY = ("feedback", "status", "goal_response", "cancel_response", "result_response")
+_ANSWERS = tuple({f"_is_{one}_ready": one == part for one in _READY} for part in _READY)
+"""What tells an action client which part to take; most of what comes is feedback."""
+
 _SENDERS = {
     "goal": "send_goal_response",
     "cancel": "send_cancel_response",
     "result": "send_result_response",
 }
-SERVERS: dict[type, Callable[[Any, TapContext], PendingCallback]] = {
-    Subscription: _serve_subscription,
-    Service: _serve_service,
-    Client: _serve_client,
-    GuardCondition: _serve_guard,
-}
-"""What serves an entity that was found ready; :func:`serve_waitable` serves all others."""
+SERVERS: Mapping[type, Callable[[Arrived, TapContext], PendingCallback]] = defaultdict(
+    lambda: _serve_waitable,
+    {
+        Subscription: _serve_subscription,
+        Service: _serve_service,
+        Client: _serve_client,
+        GuardCondition: _serve_guard,
+    },
+)
+"""What serves an entity that was found ready, by its class."""

@@ -121,11 +121,17 @@ class Tasks:
         if self._new:
             self._tasks += [_Begun(task=task) for task in self._new]
             self._new = []
-        return bool(
-            (self._tasks and _give_turns(self._tasks, self._run_task))
-            or (self.holding and _give_turns(self.holding, self._run_callback))
-            or self._new
-        )
+        for begun in (*self._tasks, *self.holding):
+            awaited, task = begun.awaited, begun.task
+            # As `is_stuck`, without a call: this is asked several times at every instant.
+            if awaited is None or _PENDING is None or awaited._state is not _PENDING:
+                break
+            if task is not None and task._state is not _PENDING:
+                break
+        else:
+            return False
+        has_ended = _give_turns(self._tasks, self._run_task)
+        return has_ended or _give_turns(self.holding, self._run_callback) or bool(self._new)
 
     def _run_task(self, begun: _Begun) -> bool | None:
         task = begun.task
@@ -172,11 +178,6 @@ def _give_turns(begun: list[_Begun], run: Callable[[_Begun], bool | None]) -> bo
     Returns:
         Whether any has ended (True). One that was cancelled (None) is dropped.
     """
-    for one in begun:
-        if not one.is_stuck:
-            break
-    else:
-        return False
     turns = deque(begun)
     begun.clear()
     has_ended = False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -19,7 +19,7 @@ from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from rclpy.waitable import Waitable
 
-from bt_mission.executors.arrivals import Arrivals
+from bt_mission.executors.arrivals import RANK, TELLING, Arrivals, Arrived
 
 KINDS = ("subscriptions", "services", "clients", "guards", "waitables", "timers")
 COUNTS = (
@@ -32,7 +32,7 @@ COUNTS = (
 )
 
 
-TELLING_AGAIN = (Subscription, Service, Client, ActionServer, ActionClient, EventHandler)
+TELLING_AGAIN = tuple(TELLING)
 _ADDED: dict[type, str] = {
     Subscription: "subscription",
     Service: "service",
@@ -77,15 +77,8 @@ class Entities:
         self._arrivals = arrivals
         messages = (*self.subscriptions, *self.services, *self.clients)
         in_order = (*messages, *self.guards, *self.waitables)
-        told = [one for one in in_order if isinstance(one, TELLING_AGAIN)]
-        untold = set(map(id, arrivals.watch(told)))
-        self.asked = [
-            entity
-            for entity in in_order
-            if id(entity) in untold or not isinstance(entity, TELLING_AGAIN)
-        ]
+        self.asked = arrivals.watch(in_order)
         """Those of which the middleware does not tell by itself: they are asked at each look."""
-        self._ranks = {id(entity): rank for rank, entity in enumerate(in_order)}
         self.timers: list[Timer] = [e for node in nodes for e in node.timers]
         self._nodes = tuple(nodes)
         self._context = context
@@ -104,11 +97,11 @@ class Entities:
     def _wait_set(self) -> Any:
         sizes = dict.fromkeys(COUNTS, 0)
         sizes["num_guard_conditions"] = 1
-        for entity in self.asked:
+        for asked in self.asked:
             for known, kind in _ADDED.items():
-                sizes[f"num_{kind}s"] += isinstance(entity, known)
-            if isinstance(entity, Waitable):
-                numbers = entity.get_num_entities()
+                sizes[f"num_{kind}s"] += isinstance(asked.entity, known)
+            if isinstance(asked.entity, Waitable):
+                numbers = asked.entity.get_num_entities()
                 for name in COUNTS:
                     sizes[name] += getattr(numbers, name)
         with self._context.handle:
@@ -159,34 +152,29 @@ class Entities:
                 found[node.get_fully_qualified_name(), kind] = names
         return found
 
-    def ready(self, owed: Sequence[Any], *, any_held: bool) -> list[Any]:
-        """The entities that have something to serve now, in the order of their creation.
+    def ready(self, owed: Sequence[Arrived], *, any_held: bool) -> Sequence[Arrived]:
+        """Return what has something to serve now, in the order of the entities' creation.
 
         Args:
             owed: What was ready earlier, was not served, and does not tell again.
             any_held: May a callback group be held by a callback that awaits something?
         """
         waiting = self._arrivals.waiting()
-        if not waiting and not self.asked:
-            return []
-        found = [one.entity for one in waiting]
-        if not self.asked and not owed:
-            return found
-        found += self._tell(self._askable(owed) if any_held or owed else self.asked)
-        found += [entity for entity in owed if entity not in found and self.node_of(entity)]
-        found.sort(key=self._rank)
-        return found
+        if not self.asked:
+            return waiting
+        ready = [*waiting, *self._tell(self._askable(owed) if any_held or owed else self.asked)]
+        ready += [one for one in owed if one not in ready and self.node_of(one.entity)]
+        ready.sort(key=RANK)
+        return ready
 
-    def _rank(self, entity: Any) -> int:
-        return self._ranks[id(entity)]
-
-    def _tell(self, entities: Sequence[Any]) -> list[Any]:
+    def _tell(self, asked: Sequence[Arrived]) -> list[Arrived]:
         """Ask entities by a wait set; gives those that have something."""
         wait_set = self._wait_set
         wait_set.clear_entities()
         wait_set.add_guard_condition(self._awake)
         self._awake.trigger_guard_condition()
-        for entity in entities:
+        for one in asked:
+            entity = one.entity
             if isinstance(entity, Waitable):
                 entity.add_to_wait_set(wait_set)
             else:
@@ -197,23 +185,23 @@ class Entities:
             pointer for kind in _ADDED.values() for pointer in wait_set.get_ready_entities(kind)
         }
         return [
-            entity
-            for entity in entities
+            one
+            for one in asked
             if (
-                _has_work(entity, wait_set)
-                if isinstance(entity, Waitable)
-                else entity.handle.pointer in ready
+                _has_work(one.entity, wait_set)
+                if isinstance(one.entity, Waitable)
+                else one.entity.handle.pointer in ready
             )
         ]
 
-    def _askable(self, owed: Sequence[Any]) -> list[Any]:
+    def _askable(self, owed: Sequence[Arrived]) -> list[Arrived]:
         """Entities but those that would tell that they are ready, and could not be served."""
         return [
-            entity
-            for entity in self.asked
-            if not isinstance(entity, Waitable)
-            or isinstance(entity, TELLING_AGAIN)
-            or (entity not in owed and entity.callback_group.can_execute(entity))
+            one
+            for one in self.asked
+            if not isinstance(one.entity, Waitable)
+            or isinstance(one.entity, TELLING_AGAIN)
+            or (one not in owed and one.entity.callback_group.can_execute(one.entity))
         ]
 
     def ns_until_next_timer(
@@ -229,8 +217,7 @@ class Entities:
             timers = [timer for timer in timers if self.node_of(timer) not in stopped]
         if any_held:
             timers = [timer for timer in timers if timer.callback_group.can_execute(timer)]
-        waits = [wait for wait in map(ns_until_due, timers) if wait is not None]
-        return min(waits, default=None)
+        return ns_until_due(timers)
 
 
 def _has_work(waitable: Waitable, wait_set: Any) -> bool:
@@ -249,14 +236,19 @@ def _type_name(action_type: Any) -> str:
     return "/".join([*action_type.__module__.split(".")[:2], action_type.__name__])
 
 
-def ns_until_due(timer: Timer) -> int | None:
-    """Nanoseconds until a timer is due by its clock; None where it is canceled, or gone."""
-    handle = timer.handle
-    try:
-        with handle:
-            return None if handle.is_timer_canceled() else handle.time_until_next_call()
-    except InvalidHandle:
-        return None  # destroyed since the snapshot
+def ns_until_due(timers: Iterable[Timer]) -> int | None:
+    """Nanoseconds until the first of these timers is due by its clock; None where none is set."""
+    nearest: int | None = None
+    for timer in timers:
+        handle = timer.handle
+        try:
+            with handle:
+                wait_ns = handle.time_until_next_call()  # None where it is canceled
+        except InvalidHandle:
+            continue  # destroyed since the snapshot
+        if wait_ns is not None and (nearest is None or wait_ns < nearest):
+            nearest = wait_ns
+    return nearest
 
 
 def tells_once(entity: Any) -> bool:

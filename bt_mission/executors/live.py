@@ -160,8 +160,9 @@ class LiveExecutor(ServingExecutor):
         waits = [] if most_s is None else [most_s]
         if self._entities.asked or self._begun.await_the_unknown:
             waits.append(ASK_S)
-        due_ns = map(ns_until_due, filter(self._can_be_served, self._wall_timers))
-        waits += [max(wait_ns, 0) / NS for wait_ns in due_ns if wait_ns is not None]
+        wait_ns = ns_until_due(filter(self._can_be_served, self._wall_timers))
+        if wait_ns is not None:
+            waits.append(max(wait_ns, 0) / NS)
         return min(waits, default=None)
 
     def _ring(self) -> None:

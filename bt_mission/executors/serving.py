@@ -11,8 +11,8 @@ from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.task import Task
 
-from bt_mission.executors.arrivals import Arrivals
-from bt_mission.executors.callbacks import SERVERS, serve_waitable
+from bt_mission.executors.arrivals import Arrivals, Arrived
+from bt_mission.executors.callbacks import SERVERS
 from bt_mission.executors.coroutines import Tasks
 from bt_mission.executors.entities import Entities, exists, tells_once
 from bt_mission.executors.taps import Passing, Side, Taps
@@ -38,7 +38,7 @@ class ServingExecutor(Executor):
         self._ordered_nodes: list[Node] = []
         self._entities = Entities([], self._context, self.arrivals)
         self._begun = Tasks()
-        self._owed: list[Any] = []
+        self._owed: list[Arrived] = []
 
     @property
     @abstractmethod
@@ -130,26 +130,28 @@ class ServingExecutor(Executor):
                 self._structure_changed = True  # so that the next step sees it, too
                 raise
 
-    def _serve_ready(self) -> list[Any]:
+    def _serve_ready(self) -> Sequence[Arrived]:
         """Serve each entity that is ready once; gives those."""
         if self._structure_changed:
             self._refresh()
         if self._is_over:
-            return []
+            return ()
         holding = self._begun.holding
         ready = self._entities.ready(self._owed, any_held=bool(holding))
         # What tells only once that it is ready is owed a call until it is served, or gone.
         asked = self._entities.asked
-        self._owed = [entity for entity in ready if tells_once(entity)] if asked else []
+        self._owed = [one for one in ready if tells_once(one.entity)] if asked else []
         if holding:
-            ready = list(filter(self._can_be_served, ready))
-        for entity in ready:
+            ready = [one for one in ready if self._can_be_served(one.entity)]
+        for one in ready:
+            entity = one.entity
             if holding and not self._can_be_served(entity):
                 continue  # since it was found ready, a callback of its group has begun to await
-            if entity in self._owed:
-                self._owed.remove(entity)
+            if one in self._owed:
+                self._owed.remove(one)
             self._served += 1
-            rest = SERVERS.get(type(entity), serve_waitable)(entity, self)
+            one.count -= 1
+            rest = SERVERS[type(entity)](one, self)
             if rest is not None:
                 self._begin(entity, rest)
             if self._structure_changed:

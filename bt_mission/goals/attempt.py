@@ -168,17 +168,19 @@ class Attempt:
             return self._wait_for_answer(self.goal, now_ns)
         if self._accepted_ns is None:
             self._accepted_ns = self._heard_ns = now_ns
-        if self._server_is_gone(now_ns):
+        is_due = now_ns >= self._due_ns
+        if is_due and self._server_is_gone(now_ns):
             self._ledger.release_goal(self.goal, now_ns)
             return AttemptResult(
                 Outcome.SERVER_LOST, f"{self._courier.name} has gone from the graph"
             )
         if self._cause is None:
             self._check_feedback(self.goal, now_ns)
-        if self._cause is None:
+        if self._cause is None and is_due:
             self._check_limits(now_ns)
         if self._cause is None:
-            self._due_ns = self._next_due_ns(self._accepted_ns)
+            if is_due:
+                self._due_ns = self._next_due_ns(self._accepted_ns)
             return None
         return self._wait_for_cancel(self.goal, now_ns)
 
@@ -217,7 +219,10 @@ class Attempt:
         return not self._ledger.is_there(self._courier, now_ns)
 
     def _next_due_ns(self, accepted_ns: int) -> int:
-        """The first instant, rounded down, at which the server or a limit is to be looked at."""
+        """The first instant, rounded down, at which the server or a limit is to be looked at.
+
+        Feedback that comes until then may put off the limit of its silence; it is found not over.
+        """
         due_ns = self._next_server_check_ns
         for since_ns, limit_s in (
             (accepted_ns, self._limits.goal),

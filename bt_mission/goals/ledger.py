@@ -139,11 +139,7 @@ class Ledger:
     def update(self, now_ns: int) -> None:
         """Close what has ended, ask again where no cancel is confirmed, give up after the grace."""
         ended = Phase.ENDED
-        for goal in [
-            goal
-            for goal in self._open.values()
-            if goal.orphaned_ns is not None or goal.phase is ended
-        ]:
+        for goal in tuple(self._open.values()):
             if goal.phase is ended:
                 del self._open[goal.id]
                 self._retry_ns.pop(goal.id, None)

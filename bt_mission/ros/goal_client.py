@@ -61,6 +61,12 @@ class _Client(ActionClient):
 
     async def execute(self, taken_data: dict[str, Any]) -> None:
         """Take in what has come."""
+        if len(taken_data) == 1 and "feedback" in taken_data:  # of what comes, nearly all
+            message = taken_data["feedback"]
+            goal_id = bytes(message.goal_id.uuid)
+            if goal_id in self._feedback_callbacks:
+                self._feedback_callbacks[goal_id](message)
+            return
         if "goal" in taken_data:
             pending = self._pending_goal_requests.get(taken_data["goal"][0])
             if pending is not None and pending.done():

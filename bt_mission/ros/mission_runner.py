@@ -29,6 +29,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.listeners import Stream
 from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.events.events import GoalChanged
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.report import Report, report_on
 from bt_mission.executive.status import MissionStatus
@@ -194,7 +195,7 @@ class MissionRunner(MissionRuntime):
         """From now on publish the poses that goals name; once is enough."""
         if self._waypoints is None:
             self._waypoints = WaypointMarkers(self.node)
-            self.executive.events.subscribe(self._waypoints.take)
+            self.executive.events.subscribe(self._waypoints.take, GoalChanged)
 
     @override
     def tick(self) -> None:

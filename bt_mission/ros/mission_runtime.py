@@ -57,6 +57,7 @@ class MissionRuntime:
         self.scope = Scope(dict(mission.inputs), mission.seed)
         self.ledger = Ledger(goal_seed, CANCEL_GRACE_NS)
         self._say = say or self._log_line
+        self._clock = node.get_clock()
         self._time = MissionTime(self._on_clock_jump)
         self._tick_ns: int | None = None
         self._clients: dict[tuple[Callable[..., Any], str, str], Any] = {}
@@ -81,7 +82,7 @@ class MissionRuntime:
 
     def tick(self) -> None:
         """Tick the executive, all of it at one instant."""
-        self._tick_ns = self._time.advance(self._ros_ns)
+        self._tick_ns = self._time.advance(clock_ns(self._clock))
         was_observing = self.executive.status is MissionStatus.OBSERVING
         try:
             self.executive.tick()
@@ -166,7 +167,7 @@ class MissionRuntime:
 
     @property
     def _ros_ns(self) -> int:
-        return clock_ns(self.node.get_clock())
+        return clock_ns(self._clock)
 
     @property
     def _is_node_gone(self) -> bool:

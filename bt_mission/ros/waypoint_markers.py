@@ -6,7 +6,7 @@ from rclpy.node import Node
 from visualization_msgs.msg import Marker, MarkerArray
 
 from bt_mission.core.geometry import Pose2D, set_planar
-from bt_mission.events.events import Event, GoalChanged
+from bt_mission.events.events import GoalChanged
 from bt_mission.goals.poses import NamedPose
 from bt_mission.ros.graph import LATCHED
 
@@ -33,9 +33,9 @@ class WaypointMarkers:
         """Destroy the publisher."""
         self._node.destroy_publisher(self._publisher)
 
-    def take(self, event: Event) -> None:
+    def take(self, event: GoalChanged) -> None:
         """Show the targets of a goal that is sent."""
-        if not isinstance(event, GoalChanged) or event.change != "sent":
+        if event.change != "sent":
             return
         known = len(self._markers)
         for place in event.targets:

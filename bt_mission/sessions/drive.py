@@ -40,7 +40,8 @@ def finish(steps: Steps[R]) -> R:
     """Take all steps that are left, each when it is due; gives the result."""
     while True:
         try:
-            rest(next(steps))
+            if (wait_s := next(steps)) > 0:
+                rest(wait_s)
         except StopIteration as end:
             result: R = end.value
             return result
@@ -122,13 +123,15 @@ def driving(
         leaves = [_statistics(run) for run in session.runs]
         pacer = Pacer(speed, session.start_ns)
         running = {run: run.executive for run in session.runs if not run.executive.is_done}
+        executives = running.values()
         while running:
-            if not _step(session, running.values(), onlookers, interrupts):
+            if not _step(session, executives, onlookers, interrupts):
                 break
-            for run in [run for run, executive in running.items() if executive.is_done]:
-                del running[run]
-                ended_s[run] = wall.elapsed_s
-            while (ahead_s := pacer.ahead_s(session.now_ns)) > 0:
+            for run, executive in tuple(running.items()):
+                if executive.is_done:
+                    del running[run]
+                    ended_s[run] = wall.elapsed_s
+            while speed is not None and (ahead_s := pacer.ahead_s(session.now_ns)) > 0:
                 if interrupts.count > 0 and running:
                     break
                 yield ahead_s

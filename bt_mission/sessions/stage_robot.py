@@ -230,11 +230,12 @@ class StageRun(Run):
 
     def record_pose(self, now_ns: int) -> bool:
         """Write its pose into the trace after each control step; tell whether it is finite."""
-        if self.executive.cycles == self._cycles:
+        executive = self.executive
+        if executive.cycles == self._cycles:
             return True
-        self._cycles = self.executive.cycles
+        self._cycles = executive.cycles
         x, y, yaw = self.robot.pose
-        self.executive.events.emit(PoseSampled(now_ns, x, y, yaw, self.robot.collisions))
+        executive.events.emit(PoseSampled(now_ns, x, y, yaw, self.robot.collisions))
         return math.isfinite(x + y + yaw)
 
     def destroy(self) -> None:

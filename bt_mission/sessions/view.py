@@ -16,6 +16,9 @@ class View(Onlooker):
     fails. Subclasses implement :meth:`open`, :meth:`on_event` and :meth:`refresh`.
     """
 
+    kinds: tuple[type[Event], ...] = (Event,)
+    """Of the events that it shows."""
+
     def open(self, session: Session) -> None:
         """Show the first picture."""
 
@@ -29,7 +32,7 @@ class View(Onlooker):
         """Open the view, and hand it the events of each run."""
         self._show(lambda: self.open(session))
         for run in session.runs:
-            run.executive.events.subscribe(partial(self._take, run))
+            run.executive.events.subscribe(partial(self._take, run), *self.kinds)
 
     def after_step(self) -> None:
         """Draw again, as long as the view has a reader."""

@@ -32,6 +32,7 @@ from rclpy.task import Task
 from typing_extensions import override
 
 from bt_mission.core.errors import BtMissionError
+from bt_mission.executors.arrivals import Arrived
 from bt_mission.executors.callbacks import serve_timer
 from bt_mission.executors.entities import Entities, describe, describe_timer
 from bt_mission.virtual_time.discovery import wait_for_matching
@@ -41,6 +42,9 @@ from bt_mission.virtual_time.spin import NestedStepError, NothingDueError, Spinn
 
 CALLBACKS_PER_INSTANT = 100_000
 """Callbacks after which an instant of virtual time is taken for one that never ends."""
+
+_NEVER = 2**63
+"""Nanoseconds: beyond all that a ROS clock shows."""
 
 STEPS_PER_INSTANT = 1_000
 """Steps in a row that do not move time, after which it is taken for stuck."""
@@ -144,20 +148,21 @@ class VirtualTimeExecutor(Spinning):
         Raises:
             NothingDueError: When there is neither.
         """
-        self._refresh()
+        if self._structure_changed:
+            self._refresh()
         wait_ns = self._entities.ns_until_next_timer(
             any_held=bool(self._begun.holding), stopped=self.clocks.stopped
         )
-        due = [] if wait_ns is None else [self._now_ns + wait_ns]
-        if self.world is not None:
-            due.append(self.world.next_due_ns)
+        due_ns = _NEVER if wait_ns is None else self._now_ns + wait_ns
+        if self.world is not None and (world_ns := self.world.next_due_ns) < due_ns:
+            due_ns = world_ns
         if self.taps.held and (held_ns := self.taps.next_due_ns()) is not None:
-            due.append(held_ns)
+            due_ns = min(due_ns, held_ns)
         if self._alarms:
-            due.append(self._alarms[0][0])
-        if not due:
+            due_ns = min(due_ns, self._alarms[0][0])
+        if due_ns == _NEVER:
             raise NothingDueError
-        return max(min(due), self._now_ns)
+        return max(self._now_ns, due_ns)
 
     def step(self) -> int:
         """Jump to the next due instant and serve it; gives that instant, ns.
@@ -176,10 +181,10 @@ class VirtualTimeExecutor(Spinning):
             self.world.advance_to(time_ns)
         self._now_ns = time_ns
         self.clocks.tell(time_ns)
-        self._ring()
+        if self._alarms:
+            self._ring()
         self.run_until_quiet()
-        for timer in tuple(self._entities.timers):
-            self._fire(timer)
+        self._fire_timers()
         return self._now_ns
 
     def run_until_quiet(self) -> None:
@@ -217,11 +222,15 @@ class VirtualTimeExecutor(Spinning):
     def _actions_served(self, server: Any) -> tuple[str, ...]:
         return () if self._entities.node_of(server) is None else self.actions_of(server)
 
-    def _serve_round(self) -> list[Any]:
+    def _serve_round(self) -> Sequence[Arrived]:
         """Run tasks as far as they get, then serve each ready entity once; gives those."""
         if self.taps.held:
             self._release()
-        self._run_tasks()
+        # Resume suspended callbacks and tasks until none of them gets any further.
+        limit = self._begun.turns + CALLBACKS_PER_INSTANT
+        while self._begun.resume():
+            if self._begun.turns > limit:
+                raise self._stuck("tasks make tasks")
         return self._serve_ready()
 
     def _release(self) -> None:
@@ -234,13 +243,6 @@ class VirtualTimeExecutor(Spinning):
                 if rest is not None:
                     self._begin(entity, rest)
 
-    def _run_tasks(self) -> None:
-        """Resume suspended callbacks and tasks until none of them gets any further."""
-        limit = self._begun.turns + CALLBACKS_PER_INSTANT
-        while self._begun.resume():
-            if self._begun.turns > limit:
-                raise self._stuck("tasks make tasks")
-
     def _ring(self) -> None:
         """Call what was asked for at this instant."""
         for _ in range(CALLBACKS_PER_INSTANT):
@@ -249,23 +251,25 @@ class VirtualTimeExecutor(Spinning):
             self._alarms.pop(0)[1]()
         raise self._stuck("what was asked for at this instant asks for it again")
 
-    def _fire(self, timer: Any) -> None:
-        """Call a timer if it is due, and become quiet again."""
-        if self._entities.node_of(timer) is None:
-            return  # destroyed since the instant began, or its node has left
-        if self._begun.holding and not self._can_be_served(timer):
-            return
-        self._is_serving = True
-        try:
-            was_due, rest = serve_timer(timer)
+    def _fire_timers(self) -> None:
+        """Call the timers that are due, and become quiet again after each."""
+        entities = self._entities
+        for timer in tuple(entities.timers):
+            if self._entities is not entities and self._entities.node_of(timer) is None:
+                continue  # destroyed since the instant began, or its node has left
+            if self._begun.holding and not self._can_be_served(timer):
+                continue
+            self._is_serving = True
+            try:
+                was_due, rest = serve_timer(timer)
+                if was_due:
+                    self._served += 1
+                    if rest is not None:
+                        self._begin(timer, rest)
+            finally:
+                self._is_serving = False
             if was_due:
-                self._served += 1
-                if rest is not None:
-                    self._begin(timer, rest)
-        finally:
-            self._is_serving = False
-        if was_due:
-            self.run_until_quiet()
+                self.run_until_quiet()
 
     def _names_of_due(self) -> str:
         names = [
@@ -280,7 +284,7 @@ class VirtualTimeExecutor(Spinning):
     def _report_stuck(self) -> None:
         names: Counter[str] = Counter()
         for _ in range(100):
-            names.update(describe(entity) for entity in self._serve_round())
+            names.update(describe(one.entity) for one in self._serve_round())
         busiest = ", ".join(name for name, _ in names.most_common(3)) or "tasks"
         raise self._stuck(f"callbacks do not end; busiest: {busiest}")
 

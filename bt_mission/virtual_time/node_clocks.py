@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import Any
-from weakref import WeakKeyDictionary
 
 from rclpy.clock_type import ClockType
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.time import Time
-
-_NONE: frozenset[Node] = frozenset()
 
 
 class Clocks:
@@ -21,8 +19,10 @@ class Clocks:
     """
 
     def __init__(self) -> None:
-        self._ahead_ns: WeakKeyDictionary[Node, int] = WeakKeyDictionary()
-        self._stopped_ns: WeakKeyDictionary[Node, int] = WeakKeyDictionary()
+        self.stopped: frozenset[Node] = frozenset()
+        """The nodes whose clocks stand still: no timer of theirs is ever due."""
+        self._ahead_ns: dict[Node, int] = {}
+        self._stopped_ns: dict[Node, int] = {}
         self._handles: list[tuple[Node, Any]] = []
 
     def start(self, node: Node, now_ns: int) -> None:
@@ -44,7 +44,7 @@ class Clocks:
             for node, _ in self._handles:
                 self._set(node, now_ns)
             return
-        time = _ros_time(now_ns)._time_handle
+        time = _rclpy.rcl_time_point_t(now_ns, ClockType.ROS_TIME)
         for _, handle in self._handles:
             with handle:
                 handle.set_ros_time_override(time)
@@ -67,15 +67,12 @@ class Clocks:
         """Have a node's clock stand still."""
         self._ahead_ns.setdefault(node, 0)
         self._stopped_ns.setdefault(node, now_ns)
-
-    @property
-    def stopped(self) -> frozenset[Node]:
-        """The nodes whose clocks stand still: no timer of theirs is ever due."""
-        return frozenset(self._stopped_ns) if self._stopped_ns else _NONE
+        self.stopped = frozenset(self._stopped_ns)
 
     def go_on(self, node: Node, now_ns: int) -> None:
         """Have a node's clock go on from where it stands."""
         stopped_ns = self._stopped_ns.pop(node, now_ns)
+        self.stopped = frozenset(self._stopped_ns)
         self._ahead_ns[node] -= now_ns - stopped_ns
 
 

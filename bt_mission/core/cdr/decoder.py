@@ -14,6 +14,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache, cached_property
+from itertools import groupby
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
@@ -207,18 +208,20 @@ class _Compiler:
             return self._known[name]
         if name not in self._specs:
             raise KeyError(f"it has no definition of {name}")
-        sizes = {_size(field) for field in self._specs[name]}
-        if len(sizes) == 1 and (size := sizes.pop()):
-            self._known[name] = self._numbers_in_a_row(self._specs[name], size)
-            return self._known[name]
-        fields = [(field.name, self._field(field)) for field in self._specs[name]]
-
-        message_class = _message_class(key for key, _ in fields)
+        steps: list[tuple[list[str], Step, bool]] = []
+        for size, group in groupby(self._specs[name], _size):
+            row = list(group)
+            if size:
+                steps.append(([field.name for field in row], self._row(row, size), True))
+            else:
+                steps += (([field.name], self._field(field), False) for field in row)
+        message_class = _message_class(key for keys, *_ in steps for key in keys)
 
         def read(data: bytes, at: int) -> tuple[Any, int]:
             values = message_class()
-            for key, step in fields:
-                values[key], at = step(data, at)
+            for keys, step, is_row in steps:
+                value, at = step(data, at)
+                values |= zip(keys, value if is_row else (value,), strict=True)
             return values, at
 
         def read_nothing(data: bytes, at: int) -> tuple[Any, int]:
@@ -226,18 +229,17 @@ class _Compiler:
                 raise ValueError("it ends too early")
             return DecodedMessage(), at + 1  # a message without fields is sent with one byte
 
-        self._known[name] = read if fields else read_nothing
+        self._known[name] = read if steps else read_nothing
         return self._known[name]
 
-    def _numbers_in_a_row(self, fields: list[Field], size: int) -> Step:
+    def _row(self, fields: list[Field], size: int) -> Step:
         """Read numbers of one size, such as a quaternion's, in one go."""
         row = struct.Struct(self._order + "".join(FORMATS[field.type] for field in fields))
-        names, length, unpack = [field.name for field in fields], row.size, row.unpack_from
-        message_class = _message_class(names)
+        length, unpack = row.size, row.unpack_from
 
         def read(data: bytes, at: int) -> tuple[Any, int]:
             at += -(at - HEAD) % size
-            return message_class(zip(names, unpack(data, at), strict=True)), at + length
+            return unpack(data, at), at + length
 
         return read
 
@@ -249,11 +251,11 @@ class _Compiler:
         if field.size >= 0:
             size = field.size
             return lambda data, at: many(data, at, size)
-        length = self._one("uint32")
+        unpack = struct.Struct(self._order + "I").unpack_from
 
         def sequence(data: bytes, at: int) -> tuple[Any, int]:
-            count, at = length(data, at)
-            return many(data, at, count)
+            at += -(at - HEAD) % 4
+            return many(data, at + 4, unpack(data, at)[0])
 
         return sequence
 
@@ -277,10 +279,11 @@ class _Compiler:
         return read
 
     def _string(self) -> Step:
-        length = self._number("I")
+        unpack = struct.Struct(self._order + "I").unpack_from
 
         def read(data: bytes, at: int) -> tuple[Any, int]:
-            count, at = length(data, at)
+            at += -(at - HEAD) % 4
+            count, at = unpack(data, at)[0], at + 4
             end = at + count
             if end > len(data):
                 raise ValueError("a text is longer than the message")

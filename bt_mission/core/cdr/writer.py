@@ -110,9 +110,9 @@ class MessageTemplate:
         """
         if len(numbers) != self._count:
             raise ValueError(f"expected {self._count} numbers, got {len(numbers)}")
-        arguments, stamp = self._arguments, self._stamp
+        arguments, sec, nanosec = self._arguments, self._stamp.sec, self._stamp.nanosec
         for at in self._stamp_places:
-            arguments[at], arguments[at + 1] = stamp.sec, stamp.nanosec
+            arguments[at], arguments[at + 1] = sec, nanosec
         for place, which in self._number_places:
             arguments[place] = numbers[which]
         return self._row.pack(*arguments)

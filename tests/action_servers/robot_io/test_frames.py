@@ -35,11 +35,11 @@ def message(*links: tuple[str, str, float, float, float], roll: float = 0.0) -> 
 def frames() -> Frames:
     """A robot at (1, 2) that faces up, as its odometry and localisation tell."""
     made = Frames("map")
-    made.take_fixed(message(("base_link", "base_scan", -0.064, 0.0, 0.0)))
-    made.take_fixed(message(("base_footprint", "base_link", 0.0, 0.0, 0.0)))
-    made.take_moving(message(("map", "odom", 1.0, 1.0, math.pi / 2)))
-    made.take_moving(message(("odom", "base_footprint", 9.0, 9.0, 0.0)))
-    made.take_moving(message(("odom", "base_footprint", 1.0, 0.0, 0.0)))
+    made.fixed.append(message(("base_link", "base_scan", -0.064, 0.0, 0.0)))
+    made.fixed.append(message(("base_footprint", "base_link", 0.0, 0.0, 0.0)))
+    made.moving.append(message(("map", "odom", 1.0, 1.0, math.pi / 2)))
+    made.moving.append(message(("odom", "base_footprint", 9.0, 9.0, 0.0)))
+    made.moving.append(message(("odom", "base_footprint", 1.0, 0.0, 0.0)))
     return made
 
 
@@ -69,7 +69,7 @@ def test_a_frame_that_nobody_publishes_is_refused_with_those_that_are_known(fram
 
 def test_a_tilted_frame_is_refused(frames):
     """What is ahead in a camera's optical frame is below in the map."""
-    frames.take_fixed(message(("base_link", "optical", 0.0, 0.0, 0.0), roll=-math.pi / 2))
+    frames.fixed.append(message(("base_link", "optical", 0.0, 0.0, 0.0), roll=-math.pi / 2))
     found = frames.on_map("optical")
     assert isinstance(found, Refusal)
     assert "tilted" in found.reason
@@ -78,13 +78,13 @@ def test_a_tilted_frame_is_refused(frames):
 def test_frames_in_a_circle_end_in_a_refusal():
     """And not in a search without an end."""
     made = Frames("map")
-    made.take_moving(message(("a", "b", 0.0, 0.0, 0.0), ("b", "a", 0.0, 0.0, 0.0)))
+    made.moving.append(message(("a", "b", 0.0, 0.0, 0.0), ("b", "a", 0.0, 0.0, 0.0)))
     assert isinstance(made.on_map("a"), Refusal)
 
 
 def test_a_transform_without_finite_numbers_is_refused(frames):
     """A localisation that has lost itself publishes such."""
-    frames.take_moving(message(("map", "odom", math.nan, 0.0, 0.0)))
+    frames.moving.append(message(("map", "odom", math.nan, 0.0, 0.0)))
     found = frames.on_map("base_link")
     assert isinstance(found, Refusal)
     assert "'map' to 'odom' holds no finite numbers" in found.reason
