@@ -26,8 +26,8 @@ from rclpy.qos import QoSProfile
 
 from bt_mission.core.stamps import clock_ns
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.codec import KINDS
 from bt_mission.events.events import (
+    KINDS,
     Event,
     NodeChanged,
     NodesReset,
