@@ -61,6 +61,7 @@ class CommandPublisher:
     def __init__(self, node: Node, wiring: CommandWiring, on_fault: Callable[[str], None]) -> None:
         self._node = node
         self._clock = node.get_clock()
+        self._context: Any = node.context
         self._log = log_of(node)
         self._topic = node.resolve_topic_name(wiring.topic)
         self._frame = wiring.frame
@@ -95,7 +96,7 @@ class CommandPublisher:
         `stamp_ns` is when it was decided upon, ns of ROS time; None is now.
         """
         publisher = self._publisher
-        if publisher is None or not self._node.context.ok():
+        if publisher is None or not self._context.ok():
             return  # whoever shut the context down has taken the publisher away
         set_ns(self._stamp, clock_ns(self._clock) if stamp_ns is None else stamp_ns)
         publisher.publish(self._message.packed(twist.linear, twist.angular))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 from typing import Any
 
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
@@ -23,15 +22,16 @@ class ObservablePublisher(Publisher):
 
     _take: Callable[[bytes], None] | None = None
     msg_type: Any
-    _counts: bool
     _is_latched: bool
-    _send: Callable[[bytes], None]
-    _count: Callable[[], int]
+    get_subscription_count: Callable[[], int]
+    """How many subscriptions it has, and one more where its observer counts as one."""
 
-    @cached_property
-    def handle(self) -> Any:
-        """That of rclpy, which would ask for it with every message."""
-        return super().handle
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        # What rclpy's own methods call in the end; they also ask what kind of message it is.
+        self._send: Callable[[bytes], None] = self.handle.publish_raw
+        self._count: Callable[[], int] = self.handle.get_subscription_count
+        self.get_subscription_count = self._count
 
     def observe(self, take: Callable[[bytes], None], *, counts: bool) -> None:
         """Have an observer take each message from now on.
@@ -39,21 +39,19 @@ class ObservablePublisher(Publisher):
         Args:
             counts: Be taken for a subscription, so that what is only sent to somebody is sent.
         """
-        self._take, self._counts = take, counts
+        self._take = take
         self._is_latched = self.qos_profile.durability is not DurabilityPolicy.VOLATILE
-        # What rclpy's own methods call in the end; they also ask what kind of message it is.
-        self._send, self._count = self.handle.publish_raw, self.handle.get_subscription_count
+        self.get_subscription_count = lambda: self._count() + counts
 
     def unobserve(self) -> None:
         """Let the observer go."""
-        self._take = None
+        self._take, self.get_subscription_count = None, self._count
 
     def publish(self, msg: Any) -> None:
         """Send a message; while it is observed, only where somebody else hears it, or will."""
         take = self._take
-        if take is None and isinstance(msg, bytes):
-            with (handle := self.handle):
-                handle.publish_raw(msg)
+        if take is None and type(msg) is bytes:
+            self._send(msg)
             return
         if take is None or not isinstance(msg, (bytes, self.msg_type)):
             super().publish(msg)
@@ -62,13 +60,6 @@ class ObservablePublisher(Publisher):
         take(data)
         if self._is_latched or self._count():
             self._send(data)
-
-    def get_subscription_count(self) -> int:
-        """How many subscriptions it has, and one more where its observer counts as one."""
-        if self._take is None:
-            with (handle := self.handle):
-                return int(handle.get_subscription_count())
-        return self._count() + self._counts
 
 
 class ObservableNode(Node):

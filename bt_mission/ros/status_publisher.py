@@ -27,7 +27,6 @@ from rclpy.qos import QoSProfile
 from bt_mission.core.stamps import clock_ns
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.events import (
-    KINDS,
     Event,
     NodeChanged,
     NodesReset,
@@ -43,10 +42,6 @@ from bt_mission.ros.requirement_watch import RequirementWatch
 CHANGES = QoSProfile(depth=100)
 DETAILS = QoSProfile(depth=10)
 LOG = QoSProfile(depth=100)
-
-_OF_LOG = (kind for kind in KINDS.values() if kind.event_topic == "log")
-_TAKEN = (NodeChanged, NodesReset, StateChanged, RequirementChanged, *_OF_LOG)
-"""Classes of events that topics are made of."""
 
 DETAILS_PERIOD_S = 0.1
 """Wall time between two messages of details."""
@@ -135,7 +130,7 @@ class StatusPublisher:
         self._state, self._has_state = None, False
         if had_verdicts:
             self._send_requirements(run)  # those of the mission before are over
-        executive.events.subscribe(self._take, *_TAKEN)
+        executive.events.subscribe(self._take)
         if self._topics:
             self._details = MissionDetailsBuilder(run)
             self._details_count = 0

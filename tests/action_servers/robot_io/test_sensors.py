@@ -75,7 +75,7 @@ def test_the_map_is_left_out_unless_it_is_wanted(bench):
 
 def test_the_pose_on_the_map_is_that_of_odometry_moved(bench):
     """The newest transform from the map to the odometry frame counts, in whatever message."""
-    take = sensors(bench)._take_transforms
+    take = sensors(bench)._frames.moving.append
     for transforms in (
         [transform("map", "odom", 1.0)],
         [transform("odom", "base_footprint", 9.0), transform("map", "odom", 2.0)],
