@@ -202,7 +202,8 @@ class MissionRunner(MissionRuntime):
         try:
             super().tick()
         finally:
-            self._note_end()
+            if self.executive.is_done:
+                self._note_end()
 
     # ---- inside --------------------------------------------------------------------------
 

@@ -283,7 +283,7 @@ class Stage(Session):
         finally:
             self.is_stepping = False
         for run in self.runs:
-            if not run.record_pose(self.now_ns):
+            if not run.record_pose(self.clock.now_ns):
                 raise StageError("the simulation became unstable: the robot's pose is not finite")
         self._call_onlookers()
 

@@ -232,7 +232,7 @@ class Physics:
             )
         model, data, step = self.model, self.data, mujoco.mj_step
         movers, grip = self._movers, self.grip if self.world.slippery else None
-        props = self.props or None
+        props = self.props if self.props.placed else None
         robots, on_floor = self._hooks, self._on_floor
         began = data.time
         for now in range(self.time_ns, time_ns, STEP_NS):
@@ -278,5 +278,5 @@ class Physics:
     def _place(self) -> None:
         if self._movers is not None:
             self._movers.place(self.data, self.time_ns - self._epoch_ns)
-        if self.props:
+        if self.props.placed:
             self.props.move(self.data, self.time_ns)

@@ -165,16 +165,17 @@ class Props:
             _Slot(*addresses, geom)
             for addresses, geom in zip(bodies.addresses, bodies.geoms, strict=True)
         ]
-        self._placed: dict[int, Prop] = {}
+        self.placed: dict[int, Prop] = {}
+        """Those in the world, by their spare bodies, in the order in which they were placed."""
         self.shown: tuple[Obstacle | None, ...] = tuple(bodies.shown)
         """What every spare body shows now."""
 
     def __len__(self) -> int:
-        return len(self._placed)
+        return len(self.placed)
 
     def __iter__(self) -> Iterator[Prop]:
         """Those in the world, in the order in which they were placed."""
-        return iter(tuple(self._placed.values()))
+        return iter(tuple(self.placed.values()))
 
     def __getitem__(self, name: str) -> Prop:
         """Return the prop of that name in the world. Raises KeyError."""
@@ -228,7 +229,7 @@ class Props:
         self._check_name(obstacle.name)
         if not nearest_free:
             self.check_floor(obstacle.name, obstacle.x, obstacle.y)
-        prop = self._placed[slot] = Prop(self, slot, obstacle)
+        prop = self.placed[slot] = Prop(self, slot, obstacle)
         touched: str | None = None
         for tried in self._around(obstacle) if nearest_free else (obstacle,):
             prop.obstacle = tried
@@ -263,7 +264,7 @@ class Props:
         """
         x, y, yaw = place
         self.check_floor(prop.name, x, y)
-        (slot,) = (slot for slot, one in self._placed.items() if one is prop)
+        (slot,) = (slot for slot, one in self.placed.items() if one is prop)
         before = prop.obstacle, prop.course, prop.since_ns
         prop.obstacle = replace(prop.obstacle, x=x, y=y).turned(yaw)
         prop.begin_anew()
@@ -288,7 +289,7 @@ class Props:
             return []
         self._changed()
         names = []
-        for slot, prop in tuple(self._placed.items()):
+        for slot, prop in tuple(self.placed.items()):
             if self._touched(slot, robots=True) is not None:
                 names.append(prop.name)
                 self.remove(slot)
@@ -296,7 +297,7 @@ class Props:
 
     def clear(self) -> None:
         """Remove all."""
-        for slot in tuple(self._placed):
+        for slot in tuple(self.placed):
             self.remove(slot)
 
     # ---- for the physics and for props ---------------------------------------------------
@@ -304,7 +305,7 @@ class Props:
     def move(self, data: mujoco.MjData, time_ns: int) -> None:
         """Set positions and velocities to those at this time."""
         qpos, qvel = data.qpos, data.qvel
-        for index, prop in self._placed.items():
+        for index, prop in self.placed.items():
             slot = self._slots[index]
             x, y, vx, vy = prop.course.at((time_ns - prop.since_ns) / 1e9)
             qpos[slot.q], qpos[slot.q + 1] = x, y
@@ -312,13 +313,13 @@ class Props:
 
     def holds(self, prop: Prop, index: int) -> bool:
         """Whether that prop is in the world."""
-        return self._placed.get(index) is prop
+        return self.placed.get(index) is prop
 
     def remove(self, index: int) -> None:
         """Put a spare body away."""
         slot, data = self._slots[index], self._physics.data
         self._bodies.hide(index)
-        del self._placed[index]
+        del self.placed[index]
         data.qpos[slot.q : slot.q + 2] = 0.0
         data.qvel[slot.v : slot.v + 2] = 0.0
         self._changed()
@@ -343,7 +344,7 @@ class Props:
 
     def _free(self, name: str) -> int:
         for index in range(self.count):
-            if index not in self._placed:
+            if index not in self.placed:
                 return index
         there = listed([prop.name for prop in self]) if self else ""
         raise PropError(

@@ -172,7 +172,7 @@ class SimNode(Node):
 
     def publish_clock(self) -> None:
         """Say what time it is, where somebody listens."""
-        set_ns(self._stamp, self.clock_ns)
+        set_ns(self._stamp, self._schedule.clock_ns(self.physics.time_ns))
         if self._time_out.get_subscription_count():
             self._time_out.publish(self._time)
 
