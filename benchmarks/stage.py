@@ -22,11 +22,11 @@ from std_msgs.msg import Empty
 
 from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.dds.discovery import isolate
+from bt_mission.core.draws import SeededDraws
 from bt_mission.core.robot.model import load_robot
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
-from bt_mission.testing.generators.draws import SeededDraws
 from bt_mission.testing.generators.scenarios import drawn_scenario
 from bt_mission.testing.stages import Stages
 from bt_mission.virtual_time import VirtualTimeExecutor

@@ -32,11 +32,11 @@ from pathlib import Path
 from action_msgs.msg import GoalStatus
 
 from benchmarks.measuring import CpuWatch, figure
+from bt_mission.core.draws import SeededDraws, maybe, one_of
 from bt_mission.core.files import names
-from bt_mission.faults import PlannedFault
+from bt_mission.faults import FAULTS, PlannedFault
+from bt_mission.faults.drawing import drawn_faults
 from bt_mission.testing import ScenarioError
-from bt_mission.testing.generators.draws import SeededDraws, maybe, one_of
-from bt_mission.testing.generators.faults import DRAWN, drawn_faults
 from bt_mission.testing.generators.missions import drawn_mission
 from bt_mission.testing.generators.scenarios import DrawnScenario, as_text
 from bt_mission.testing.generators.worlds import drawn_world
@@ -74,12 +74,16 @@ class Outcome:
     findings: list[str] = field(default_factory=list)
 
 
+_DRAWN = tuple(name for name in FAULTS if name != "raise_in_leaf")
+"""Leaves have other names in every mission."""
+
+
 def scenario(number: int) -> DrawnScenario:
     """Everything that follows from a number."""
     draws = SeededDraws(f"campaign/{number}")
     mission = one_of(draws, MISSIONS) if maybe(draws, 3) else as_text(drawn_mission(draws))
     world = one_of(draws, WORLDS) if maybe(draws, 2) else as_text(drawn_world(draws))
-    return DrawnScenario(mission, world, draws.whole(0, 999), drawn_faults(draws, tuple(DRAWN)))
+    return DrawnScenario(mission, world, draws.whole(0, 999), drawn_faults(draws, _DRAWN))
 
 
 def carry_out(number: int) -> Outcome:

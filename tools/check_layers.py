@@ -71,6 +71,7 @@ SHARED = ("bt_mission.core", "bt_mission.executors")
 
 ASSEMBLES = (
     "bt_mission.sessions",
+    "bt_mission.faults",
     "bt_mission.scenarios",
     "bt_mission.fleets",
     "bt_mission.sweeps",

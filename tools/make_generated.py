@@ -16,8 +16,9 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from bt_mission.core.nature import QUANTITIES, Quantity  # noqa: E402 - from the root
-from bt_mission.faults import FAULTS, Faults  # noqa: E402
-from bt_mission.faults.table import FaultKind  # noqa: E402
+from bt_mission.faults import FAULTS  # noqa: E402
+from bt_mission.faults.drawing import GROUPS  # noqa: E402
+from bt_mission.faults.kind import FaultKind  # noqa: E402
 from bt_mission.fleets.file import fleet_schema  # noqa: E402
 from bt_mission.scenarios.file import ScenarioFile  # noqa: E402
 from bt_mission.sessions.file_checks import (  # noqa: E402
@@ -36,14 +37,23 @@ DOCS = ROOT / "docs"
 
 def fault_table() -> str:
     """Return a table for each area of faults."""
-    lines = []
-    for area in Faults.__mro__:
-        kinds = [FAULTS[name] for name in vars(area) if name in FAULTS]
-        if kinds:
-            title = (area.__doc__ or "").partition(".")[0]
-            lines += ["", f"**{title}**", "", "| fault | what happens |", "|---|---|"]
-            lines += [f"| {_code(one.usage)} | {_effect(one)} |" for one in kinds]
-    return "\n".join(lines).removeprefix("\n")
+    tables = []
+    for area in dict.fromkeys(one.area for one in FAULTS.values()):
+        rows = [
+            f"| {_code(one.usage)} | {_effect(one)} |"
+            for one in FAULTS.values()
+            if one.area == area
+        ]
+        tables.append(
+            "\n".join([f"**{area}**", "", "| fault | what happens |", "|---|---|", *rows])
+        )
+    return "\n\n".join(tables)
+
+
+def fault_groups() -> str:
+    """Return the table of the groups that a search draws faults from."""
+    rows = [f"| `{name}` | {', '.join(members)} |" for name, members in GROUPS.items()]
+    return "\n".join(["| group | faults |", "|---|---|", *rows])
 
 
 def _code(usage: str) -> str:
@@ -56,7 +66,7 @@ def _effect(kind: FaultKind) -> str:
         for one in kind.parameters.values()
         if one.text
     ]
-    return " ".join([kind.text, *arguments]).replace("``", "`").replace("|", "\\|")
+    return " ".join([kind.text, *arguments]).replace("|", "\\|")
 
 
 def nature_table() -> str:
@@ -217,6 +227,7 @@ _KINDS = {
 
 GENERATED: Mapping[Path, Callable[[str], str]] = {
     DOCS / "reference" / "scenarios.md": lambda page: between("faults", fault_table(), page),
+    DOCS / "reference" / "search.md": lambda page: between("faults", fault_groups(), page),
     DOCS / "reference" / "nature.md": lambda page: between("quantities", nature_table(), page),
     DOCS / "reference" / "files.md": lambda _: keys_page(),
     DOCS / "images" / "layers.svg": lambda _: draw(),

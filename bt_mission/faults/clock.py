@@ -1,55 +1,58 @@
-"""A clock that is set, or stands still."""
+"""Faults of the clock that one node follows, while all other nodes and the world continue."""
 
 from __future__ import annotations
 
-from bt_mission.faults.errors import ScenarioError
-from bt_mission.faults.fault import Begin, FaultInstance
-from bt_mission.faults.maker import Maker, makes_fault
-from bt_mission.faults.parameters import NodeName, Seconds
-
-EXECUTIVE = "bt_mission"
+from bt_mission.faults.fault import FaultInstance
+from bt_mission.faults.kind import Arguments, FaultKind
+from bt_mission.faults.parameters import Parameter, any_of, steps
 
 
-class ClockFaults(Maker):
-    """Faults of the clock that one node follows, while all others go on."""
+def _jump(fault: FaultInstance, given: Arguments) -> None:
+    clock = fault.run.stage.clock
+    whose = fault.node(given["node"])
+    by_ns = max(round(given["by"] * 1e9), -clock.clocks.at(whose, clock.now_ns))
+    clock.clocks.set_ahead(whose, by_ns, clock.now_ns)
+    if fault.fault.lasting is not None:
+        fault.undo(lambda: clock.clocks.set_ahead(whose, -by_ns, clock.now_ns))
 
-    @makes_fault
-    def jump_clock(
-        self, by: Seconds, *, node: NodeName = EXECUTIVE, lasting: Seconds | None = None
-    ) -> Begin:
-        """Have a node's clock jump, as when a simulator is reset or skips time.
 
-        It goes on from there; where the fault ends, it jumps back to where it would be.
+def _stop(fault: FaultInstance, given: Arguments) -> None:
+    clock = fault.run.stage.clock
+    whose = fault.node(given["node"])
+    clock.clocks.stop(whose, clock.now_ns)
+    fault.undo(lambda: clock.clocks.go_on(whose, clock.now_ns))
 
-        Args:
-            by: Seconds; below zero, back. What would be before zero is zero.
-            node: Whose clock.
-        """
-        if by == 0:
-            raise ScenarioError("jump_clock: expected seconds other than 0")
 
-        def begin(fault: FaultInstance) -> None:
-            clock = fault.run.stage.clock
-            whose = fault.node(node)
-            by_ns = max(round(by * 1e9), -clock.clocks.at(whose, clock.now_ns))
-            clock.clocks.set_ahead(whose, by_ns, clock.now_ns)
-            if lasting is not None:
-                fault.undo(lambda: clock.clocks.set_ahead(whose, -by_ns, clock.now_ns))
+NODE = Parameter(
+    "node",
+    "text",
+    "Whose clock.",
+    "bt_mission",
+    names="node",
+    by_name=True,
+    drawn=any_of("bt_mission", "bt_mission_servers"),
+)
 
-        return begin
-
-    @makes_fault
-    def stop_clock(self, *, node: NodeName = EXECUTIVE, lasting: Seconds | None = None) -> Begin:
-        """Have a node's clock stand still, as when a simulator is paused; then it goes on.
-
-        Args:
-            node: Whose clock.
-        """
-
-        def begin(fault: FaultInstance) -> None:
-            clock = fault.run.stage.clock
-            whose = fault.node(node)
-            clock.clocks.stop(whose, clock.now_ns)
-            fault.undo(lambda: clock.clocks.go_on(whose, clock.now_ns))
-
-        return begin
+ROWS = (
+    FaultKind(
+        "jump_clock",
+        "The clock is set forward, or back if `by` is below 0, to zero at the least, as when a "
+        "simulator skips time or is reset. At the end of the fault it jumps back.",
+        _jump,
+        (
+            Parameter("by", "number", unit="s", drawn=steps(-2, 2, 0.5, instead_of_0=0.5)),
+            NODE,
+        ),
+        "The clock of a node",
+        "clock",
+        check=lambda given: "" if given["by"] else "expected seconds other than 0",
+    ),
+    FaultKind(
+        "stop_clock",
+        "The clock stands still, as when a simulator is paused, and resumes from there.",
+        _stop,
+        (NODE,),
+        "The clock of a node",
+        "clock",
+    ),
+)

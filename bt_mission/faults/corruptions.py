@@ -1,11 +1,12 @@
-"""What can be wrong with a message: ready-made changes, and those that a test makes itself."""
+"""What can be wrong with a message: ready-made changes, and those that a test makes."""
 
 from __future__ import annotations
 
 import math
 from array import array
 from collections.abc import Callable, Iterator, Mapping
-from typing import Annotated, Any
+from functools import cache
+from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
@@ -13,26 +14,20 @@ from std_msgs.msg import Header
 
 from bt_mission.core.errors import described
 from bt_mission.faults.errors import ScenarioError, no_such
-from bt_mission.faults.parameters import OneOf
-from bt_mission.ros.interface_types import FillError, fill
+from bt_mission.ros.interface_types import FillError, fill, message_type
 
 STAMP_S = 10
-"""By so many seconds a wrong stamp is wrong."""
+"""A wrong stamp is off by this, s."""
 
 
 def changed_by(how: str | Callable[[Any], Any], field: str | None) -> Callable[[Any], Any]:
-    """What changes a message, or gives another in its place.
+    """Return what changes a message, or gives another in its place.
 
     Args:
         how: One of :data:`READY_MADE`, or a function of the test's own.
-        field: Dotted name of the one field that is concerned.
-
-    Raises:
-        ScenarioError: For a name that is none.
+        field: Dotted name of the one field that is affected.
     """
     if isinstance(how, str):
-        if how not in READY_MADE:
-            raise no_such("ready-made corruption", how, sorted(READY_MADE))
         ready_made = READY_MADE[how]
 
         def change(message: Any) -> Any:
@@ -43,8 +38,6 @@ def changed_by(how: str | Callable[[Any], Any], field: str | None) -> Callable[[
             return message
 
         return change
-    if field is not None:
-        raise ScenarioError("corrupt: a field goes with a ready-made corruption, not a function")
 
     def change_freely(message: Any) -> Any:
         try:
@@ -68,11 +61,8 @@ def setting(what: str, fields: Mapping[str, Any]) -> Callable[[Any], Any]:
         what: The fault, for errors.
         fields: Values by dotted names.
 
-    Raises:
-        ScenarioError: When there are none; later, for a field or a value that does not fit.
+    It raises ScenarioError for a field or a value that does not fit.
     """
-    if not fields:
-        raise ScenarioError(f"{what}: give fields, such as error_code=906")
 
     def change(message: Any) -> Any:
         for field, value in fields.items():
@@ -213,5 +203,13 @@ READY_MADE: dict[str, ReadyMade] = {
     "future stamp": _stamp(STAMP_S),
 }
 
-ReadyMadeName = Annotated[str, OneOf(tuple(READY_MADE))]
-"""The name of a ready-made corruption."""
+DRAWN = ("nan", "zeros", "empty", "old stamp", "wrong frame")
+"""Those that are drawn at random."""
+
+
+@cache
+def corruptions_of(type_name: str) -> tuple[str, ...]:
+    """Return the corruptions to draw from that change a message of a type."""
+    message = message_type(type_name)
+    fields = list(message.get_fields_and_field_types())
+    return tuple(name for name in DRAWN if READY_MADE[name](message(), fields))

@@ -32,6 +32,26 @@ Tap = Callable[["FaultInstance", Passing], Fates]
 """Decides what becomes of something that passes, while a fault goes on."""
 
 
+class PlayedServer(Protocol):
+    """An action server that a test plays."""
+
+    goals: list[Any]
+
+    @property
+    def goal(self) -> Any:
+        """Its newest goal."""
+
+    @property
+    def node(self) -> Node:
+        """Owns its services and topics."""
+
+    def forget(self) -> None:
+        """Know nothing of its goals any more."""
+
+    def offer(self, node: Node, /) -> None:
+        """Offer the action by another node."""
+
+
 class FaultTarget(Protocol):
     """The run in which something goes wrong.
 
@@ -43,6 +63,13 @@ class FaultTarget(Protocol):
     stage: Stage
     robot_run: StageRun
     faults: list[FaultInstance]
+
+    @property
+    def scripted(self) -> Mapping[str, PlayedServer]:
+        """The servers that a test plays, by the full names of their actions."""
+
+    def make_node(self, name: str) -> Node:
+        """Return a new node of the test's own."""
 
     def find(self, name: str) -> Behaviour:
         """Return the node of this name, or at this path. Raises ScenarioError."""

@@ -1,66 +1,50 @@
-"""All faults in one class, and the table of them."""
+"""The table of faults, and the methods of the fixture ``stage`` that are made of it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
-from bt_mission.faults.clock import ClockFaults
-from bt_mission.faults.errors import ScenarioError
-from bt_mission.faults.fault import FaultTarget
-from bt_mission.faults.goals import GoalFaults
-from bt_mission.faults.maker import PlayedServer
-from bt_mission.faults.raising import CodeFaults
-from bt_mission.faults.robot import RobotFaults
-from bt_mission.faults.servers import ServerFaults
-from bt_mission.faults.table import fault_kinds
-from bt_mission.faults.topics import TopicFaults
-from bt_mission.faults.world import WorldFaults
+from bt_mission.faults import clock, messages, robot, servers, world
+from bt_mission.faults.fault import Fault, FaultTarget
+from bt_mission.faults.kind import FaultKind
 
-if TYPE_CHECKING:
-    from rclpy.node import Node
+FAULTS: Mapping[str, FaultKind] = MappingProxyType(
+    {
+        row.name: row
+        for rows in (messages.ROWS, servers.ROWS, robot.ROWS, world.ROWS, clock.ROWS)
+        for row in rows
+    }
+)
+"""Every fault, by its name."""
 
 
-class _NoTest:
-    """Stands for the test where there is none."""
-
-    scripted: Mapping[str, PlayedServer] = MappingProxyType({})
-
-    def node(self, name: str) -> Node:
-        """Refuse: there is no test that has nodes."""
-        raise ScenarioError(f"no test is there that could have a node '{name}'")
-
-
-class Faults(
-    TopicFaults,
-    GoalFaults,
-    ServerFaults,
-    CodeFaults,
-    RobotFaults,
-    WorldFaults,
-    ClockFaults,
-):
+class Faults:
     """Makes faults: in tests actions for ``run.do``, ``run.at`` and ``run.when``.
 
         blind = stage.faults.drop("scan")
         run.at(5.0, blind)
         run.at(8.0, blind.end)
 
-    Each leaves events in the run's trace, draws what is random from the mission's seed, and
-    repeats bit for bit.
+    Each fault of the table is a method of its name. Each leaves events in the run's trace, draws
+    what is random from the mission's seed, and repeats bit for bit.
     """
 
-    @classmethod
-    def alone(cls) -> Faults:
-        """Make faults where no test plays a server."""
-        return cls(_NoTest())
+    def __getattr__(self, name: str) -> Callable[..., Fault]:
+        """Return what makes the faults of a name. Raises AttributeError for an unknown one."""
+        if name not in FAULTS:
+            raise AttributeError(f"there is no fault '{name}'", name=name, obj=self)
+        kind = FAULTS[name]
+        make = partial(kind.make)
+        make.__doc__ = kind.text
+        make.__signature__ = kind.signature  # type: ignore[attr-defined]
+        return make
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *FAULTS]
 
     def clear(self, run: FaultTarget) -> None:
-        """End every fault that goes on; an action, too."""
+        """End every fault that has not ended; an action, too."""
         for fault in run.faults:
             fault.end_from_outside()
-
-
-FAULTS = fault_kinds(Faults)
-"""Every fault that can be written down, by its name."""

@@ -18,7 +18,6 @@ from bt_mission.core.diagnostics import (
 )
 from bt_mission.executive.report import Report
 from bt_mission.faults.fault import FaultTarget
-from bt_mission.faults.faults import Faults
 from bt_mission.faults.plan import FaultPlan, FaultProblem
 from bt_mission.faults.planned import PlannedFault
 from bt_mission.faults.targets import StageTarget
@@ -126,13 +125,12 @@ def planned_on(
 
 @contextmanager
 def planned_in(
-    targets: Sequence[FaultTarget], written: Sequence[WrittenFault], faults: Faults | None = None
+    targets: Sequence[FaultTarget], written: Sequence[WrittenFault]
 ) -> Iterator[WithOutcomes]:
     """Have faults begin for robots; gives what adds the outcomes to their reports.
 
     Args:
         targets: The robots of a stage.
-        faults: Makes them; where a test plays servers, those of its stage.
 
     Raises:
         InputError: For names that are not there, before the run begins; and at the end, where a
@@ -143,7 +141,7 @@ def planned_in(
     for target in targets:
         robot = target.robot_run.name
         own = [one for one in written if one.robot in ("", robot)]
-        plan = FaultPlan(target, [one.planned for one in own], faults)
+        plan = FaultPlan(target, [one.planned for one in own])
         plans[robot] = own, plan
         for problem in plan.problems():
             fault = own[problem.number]

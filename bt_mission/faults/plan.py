@@ -11,12 +11,10 @@ from typing import Any
 from bt_mission.core.stamps import NS
 from bt_mission.core.text import seconds
 from bt_mission.executive.report import FaultOutcome
+from bt_mission.faults.effects import mistakes_of_test
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.fault import Fault, FaultInstance, FaultTarget
-from bt_mission.faults.faults import Faults
-from bt_mission.faults.maker import mistakes_of_test
 from bt_mission.faults.planned import AfterStep, AtTime, PlannedFault, WhenTrue
-from bt_mission.faults.robot import Breakage
 from bt_mission.faults.world import OBSTACLES
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.requirements import MissionNames
@@ -57,21 +55,17 @@ class FaultPlan:
     Args:
         target: The run.
         planned: The faults, in the order in which those of one instant begin.
-        faults: Makes them; where a test plays servers, those of its stage.
     """
 
-    def __init__(
-        self, target: FaultTarget, planned: Sequence[PlannedFault], faults: Faults | None = None
-    ) -> None:
+    def __init__(self, target: FaultTarget, planned: Sequence[PlannedFault]) -> None:
         self.planned = tuple(planned)
         self.errors: dict[int, Exception] = {}
         """Why faults could not begin, by their numbers."""
-        makes = faults or Faults.alone()
         self._target = target
         self._stage = stage = target.stage
         self._run = target.robot_run
         self._run.facts["faults"] = json.dumps([one.text for one in planned])
-        self._faults: list[Fault] = [one.make(makes) for one in planned]
+        self._faults: list[Fault] = [one.make() for one in planned]
         self._signals: StageSignals | None = None
         self._conditions: dict[int, ConditionMonitor] = {}
         self._true: set[int] = set()
@@ -97,11 +91,8 @@ class FaultPlan:
                     finders[parameter.names](name)
                 except ScenarioError as error:
                     yield FaultProblem(number, str(error), name)
-            begin = self._faults[number].begin
-            if isinstance(begin, Breakage):
-                why = self._run.robot.faults.lacks.get(begin.part)
-                if why:
-                    yield FaultProblem(number, why, one.kind.name)
+            if why := self._run.robot.faults.lacks.get(one.kind.part):
+                yield FaultProblem(number, why, one.kind.name)
             if isinstance(one.begins, WhenTrue):
                 yield from self._unknown(number, one.begins.condition)
 

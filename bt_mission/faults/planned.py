@@ -6,11 +6,11 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from bt_mission.faults.fault import Fault
-from bt_mission.faults.faults import FAULTS, Faults
-from bt_mission.faults.table import FaultKind
+from bt_mission.faults.faults import FAULTS
+from bt_mission.faults.kind import FaultKind
 from bt_mission.language.requirements.formula import Condition
 
 Value: TypeAlias = "bool | int | float | str | tuple[Value, ...]"
@@ -81,24 +81,18 @@ class PlannedFault:
         """What the fault takes."""
         return FAULTS[self.name]
 
-    def make(self, faults: Faults) -> Fault:
+    def make(self) -> Fault:
         """Make the fault.
-
-        Args:
-            faults: Those of a stage.
 
         Raises:
             ScenarioError: When the arguments are not what the fault takes.
         """
-        repeated = [one.name for one in self.kind.parameters.values() if one.repeats]
-        several = [value for name in repeated for value in self._several(name)]
-        named: dict[str, Any] = {
-            name: value for name, value in self.arguments.items() if name not in repeated
-        }
+        repeats = [one.name for one in self.kind.parameters.values() if one.repeats]
+        several = [value for name in repeats for value in self._several(name)]
+        named = {name: one for name, one in self.arguments.items() if name not in repeats}
         if self.lasting is not None:
             named["lasting"] = self.lasting
-        made: Fault = getattr(faults, self.name)(*several, **named)
-        return made
+        return self.kind.make(*several, **named)
 
     @property
     def text(self) -> str:

@@ -1,253 +1,287 @@
-"""Faults of the robot itself: sensors, wheels, motors, and what pushes it."""
+"""Faults of the robot itself: sensors, wheels, motors, and what pushes it.
+
+A sensor's fault shows from its next measurement on, a wheel's from the next step of the physics.
+Of two faults that set the same figure, the later counts; when it ends, the other counts again.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
-from bt_mission.faults.errors import ScenarioError, no_such
-from bt_mission.faults.fault import Begin, FaultInstance
-from bt_mission.faults.maker import Maker, makes_fault, mistakes_of_test
+from bt_mission.core.draws import Draws, maybe, number
+from bt_mission.core.units import UNITS
+from bt_mission.faults.drawable import Drawable
+from bt_mission.faults.effects import mistakes_of_test
+from bt_mission.faults.fault import FaultInstance
+from bt_mission.faults.kind import Arguments, Effect, FaultKind
 from bt_mission.faults.parameters import (
-    Degrees,
-    DegreesPerSecond,
-    Metres,
-    MetresPerSecond,
-    NewtonMetres,
-    Newtons,
-    RadiansPerSecond,
-    Seconds,
+    ABOVE_0,
+    Parameter,
+    Range,
+    any_of,
+    seconds,
+    steps,
 )
+from sim.faults import PartFaults, WheelFaults
+from sim.sensors.camera import CameraFaults
+from sim.sensors.lidar import LidarFaults
+from sim.sensors.odometry import OdometryFaults
 
-Side = Literal["left", "right", "both"]
-Sector = tuple[Degrees, Degrees]
-
-
-class RobotFaults(Maker):
-    """Faults of the simulated robot: all others see of them what they do to its topics.
-
-    A sensor's fault shows from its next measurement on, a wheel's from the next step of the
-    physics. Of two that say something about the same figure, the later counts; when it ends, the
-    other does again. A figure that cannot be is a ScenarioError when the fault begins.
-    """
-
-    # ---- sensors -------------------------------------------------------------------------
-
-    @makes_fault
-    def lidar_noise(self, sigma: Metres, *, lasting: Seconds | None = None) -> Begin:
-        """Add normal noise of so many metres (1 sigma) to every distance, on top of its own."""
-        return _broken("lidar", noise=sigma)
-
-    @makes_fault
-    def lidar_bias(self, metres: Metres, *, lasting: Seconds | None = None) -> Begin:
-        """Add the same to every distance."""
-        return _broken("lidar", bias=metres)
-
-    @makes_fault
-    def lidar_blind(
-        self, *sectors: Sector, share: float = 0.0, lasting: Seconds | None = None
-    ) -> Begin:
-        """Lose rays, as where there is nothing.
-
-        Args:
-            sectors: Each from a bearing counter-clockwise to another, deg, left positive: (-20, 20)
-                lies ahead, (160, -160) behind.
-            share: Of all rays, others in each scan.
-        """
-        changes: dict[str, Any] = {}
-        if sectors:
-            changes["sectors"] = sectors
-        if share:
-            changes["dropout"] = share
-        if not changes:
-            raise ScenarioError("lidar_blind: give sectors, such as (-20, 20), or a share")
-        return _broken("lidar", **changes)
-
-    @makes_fault
-    def lidar_frozen(self, *, lasting: Seconds | None = None) -> Begin:
-        """Repeat the last scan with fresh stamps."""
-        return _broken("lidar", frozen=True)
-
-    @makes_fault
-    def lidar_dead(self, *, lasting: Seconds | None = None) -> Begin:
-        """Publish no scans."""
-        return _broken("lidar", dead=True)
-
-    @makes_fault
-    def odometry_error(
-        self,
-        *,
-        left_radius: float = 0.0,
-        right_radius: float = 0.0,
-        separation: float = 0.0,
-        lasting: Seconds | None = None,
-    ) -> Begin:
-        """Reckon with wrong figures, each by its relative error: 0.1 is a tenth too large."""
-        given = {"left_radius": left_radius, "right_radius": right_radius, "separation": separation}
-        changes = {f"{name}_error": value for name, value in given.items() if value}
-        if not changes:
-            raise ScenarioError("odometry_error: give left_radius, right_radius or separation")
-        return _broken("odometry", **changes)
-
-    @makes_fault
-    def odometry_drift(
-        self,
-        ahead: MetresPerSecond = 0.0,
-        *,
-        turn: DegreesPerSecond = 0.0,
-        lasting: Seconds | None = None,
-    ) -> Begin:
-        """Reckon with a motion that is none: m/s ahead, deg/s to the left."""
-        return _broken("odometry", drift=ahead, turn_drift=turn)
-
-    @makes_fault
-    def odometry_dead(self, *, lasting: Seconds | None = None) -> Begin:
-        """Publish no odometry, nor the transforms that come from it."""
-        return _broken("odometry", dead=True)
-
-    @makes_fault
-    def imu_dead(self, *, lasting: Seconds | None = None) -> Begin:
-        """Publish nothing of the IMU."""
-        return _broken("imu", dead=True)
-
-    @makes_fault
-    def joints_dead(self, *, lasting: Seconds | None = None) -> Begin:
-        """Publish no joint states; odometry goes on."""
-        return _broken("joints", dead=True)
-
-    @makes_fault
-    def camera_noise(self, sigma: float, *, lasting: Seconds | None = None) -> Begin:
-        """Add normal noise to each channel of each pixel, 1 sigma as a share of full scale."""
-        return _broken("camera", noise=sigma)
-
-    @makes_fault
-    def camera_black(self, *, lasting: Seconds | None = None) -> Begin:
-        """Show nothing but black."""
-        return _broken("camera", black=True)
-
-    @makes_fault
-    def camera_frozen(self, *, lasting: Seconds | None = None) -> Begin:
-        """Repeat the last picture with fresh stamps."""
-        return _broken("camera", frozen=True)
-
-    @makes_fault
-    def camera_dead(self, *, lasting: Seconds | None = None) -> Begin:
-        """Publish no pictures."""
-        return _broken("camera", dead=True)
-
-    # ---- wheels and motors ---------------------------------------------------------------
-
-    @makes_fault
-    def slip_wheel(
-        self, wheel: Side, grip: float = 0.05, *, lasting: Seconds | None = None
-    ) -> Begin:
-        """Let a wheel slip.
-
-        Args:
-            wheel: Left, right or both.
-            grip: Its coefficient of friction, 0 to 1.
-        """
-        return _broken("wheels", **{f"{side}_grip": grip for side in _sides("slip_wheel", wheel)})
-
-    @makes_fault
-    def block_wheel(self, wheel: Side, *, lasting: Seconds | None = None) -> Begin:
-        """Block a wheel: left, right or both."""
-        sides = _sides("block_wheel", wheel)
-        return _broken("wheels", **{f"{side}_blocked": True for side in sides})
-
-    @makes_fault
-    def motors_off(self, *, lasting: Seconds | None = None) -> Begin:
-        """Take the motors' power; the base rolls to rest."""
-
-        def begin(fault: FaultInstance) -> None:
-            robot = _robot(fault)
-            robot.power_motors(on=False)
-            fault.undo(lambda: robot.power_motors(on=True))
-
-        return begin
-
-    @makes_fault
-    def battery_charge(self, share: float) -> Begin:
-        """Set the battery's charge, 0 to 1; empty, it takes the motors' power."""
-        return _at_once(lambda robot: robot.charge_battery(share))
-
-    # ---- from outside --------------------------------------------------------------------
-
-    @makes_fault
-    def push(
-        self,
-        ahead: Newtons = 0.0,
-        left: Newtons = 0.0,
-        *,
-        seconds: Seconds = 0.2,
-        torque: NewtonMetres = 0.0,
-    ) -> Begin:
-        """Push the base at its centre of mass; it stands against 6 N.
-
-        Args:
-            ahead: N; ``left``, too.
-            seconds: For so long.
-            torque: N m, turns it to the left.
-        """
-        return _at_once(lambda robot: robot.push((ahead, left), seconds, torque=torque))
-
-    @makes_fault
-    def shove(
-        self,
-        ahead: MetresPerSecond = 0.0,
-        left: MetresPerSecond = 0.0,
-        *,
-        turn: RadiansPerSecond = 0.0,
-    ) -> Begin:
-        """Give the base a velocity at once, m/s, and a turn rate, rad/s to the left."""
-        return _at_once(lambda robot: robot.shove((ahead, left), turn=turn))
+SECTORS = "sectors"
+SIDES = {"left": ("left",), "right": ("right",), "both": ("left", "right")}
 
 
 @dataclass(frozen=True, eq=False)
 class Breakage:
-    """Breaks a part of the robot; where it ends, what earlier and later faults say counts again."""
+    """What a fault has changed of a part."""
 
     part: str
     changes: Mapping[str, Any]
 
-    def __call__(self, fault: FaultInstance) -> None:
-        """Begin."""
+
+def _breaks(part: str, changes_of: Callable[[Arguments], Mapping[str, Any]]) -> Effect:
+    """Return the effect that breaks a part; where it ends, other faults of the part count again."""
+
+    def effect(fault: FaultInstance, given: Arguments) -> None:
         faults = _robot(fault).faults
+        fault.made = made = Breakage(part, changes_of(given))
         with mistakes_of_test(fault.fault.what):
-            faults.set(self.part, **self.changes)
-        fault.made = self
+            faults.set(part, **made.changes)
 
-        def mend() -> None:
-            faults.clear(self.part)
-            others = (one.made for one in fault.run.faults if one.ended_ns is None)
-            for other in others:
-                if isinstance(other, Breakage) and other.part == self.part and other is not self:
-                    faults.set(self.part, **other.changes)
+        def repair() -> None:
+            faults.clear(part)
+            for other in (one.made for one in fault.run.faults if one.ended_ns is None):
+                if isinstance(other, Breakage) and other.part == part and other is not made:
+                    faults.set(part, **other.changes)
 
-        fault.undo(mend)
+        fault.undo(repair)
 
-
-def _broken(part: str, **changes: Any) -> Begin:
-    return Breakage(part, changes)
+    return effect
 
 
-def _at_once(act: Callable[[Any], None]) -> Begin:
-    """Give what happens to the robot once."""
+def _at_once(act: Callable[[Any, Arguments], None]) -> Effect:
+    """Return the effect of what happens to the robot once."""
 
-    def begin(fault: FaultInstance) -> None:
+    def effect(fault: FaultInstance, given: Arguments) -> None:
         with mistakes_of_test(fault.fault.what):
-            act(_robot(fault))
+            act(_robot(fault), given)
 
-    return begin
+    return effect
+
+
+def _motors_off(fault: FaultInstance, _: Arguments) -> None:
+    robot = _robot(fault)
+    robot.power_motors(on=False)
+    fault.undo(lambda: robot.power_motors(on=True))
 
 
 def _robot(fault: FaultInstance) -> Any:
     return fault.run.robot_run.robot
 
 
-def _sides(what: str, wheel: str) -> tuple[str, ...]:
-    sides = {"left": ("left",), "right": ("right",), "both": ("left", "right")}
-    if wheel not in sides:
-        raise no_such(f"wheel for {what}", wheel, list(sides))
-    return sides[wheel]
+def _per_side(figure: str, value: Callable[[Arguments], Any]) -> Callable[[Arguments], Any]:
+    """Return what sets a figure of each wheel that is named."""
+    return lambda given: {f"{side}_{figure}": value(given) for side in SIDES[given["wheel"]]}
+
+
+def _any_of(names: Iterable[str], message: str) -> Callable[[Arguments], str]:
+    """Return the check that at least one of some arguments is given."""
+    return lambda given: "" if any(given[name] for name in names) else message
+
+
+def _drawn_sectors(draws: Draws, _: Drawable) -> Arguments:
+    if maybe(draws, 2):
+        middle, half = number(draws, -180, 180, 15), number(draws, 5, 90, 5)
+        return {SECTORS: ((middle - half, middle + half),)}
+    return {"share": number(draws, 0.1, 1, 0.1)}
+
+
+# ---- rows --------------------------------------------------------------------------------------
+
+
+def _figure(
+    name: str, of: type[PartFaults], figure: str, text: str = "", **options: Any
+) -> Parameter:
+    """Return the parameter that sets a figure of a part, with its unit and limits."""
+    field = of.model_fields[figure]
+    limits = {
+        name: getattr(one, name)
+        for one in field.metadata
+        for name in ("ge", "le")
+        if hasattr(one, name)
+    }
+    unit = (field.description or "").rpartition(" ")[2]
+    unit = unit if unit in UNITS else ""
+    within = Range(limits["ge"], limits["le"])
+    return Parameter(name, "number", text, **{"unit": unit, "allowed": within, **options})
+
+
+def _part(
+    name: str,
+    text: str,
+    changes: Mapping[str, Any] | Callable[[Arguments], Mapping[str, Any]],
+    *declared: Parameter,
+    **options: Any,
+) -> FaultKind:
+    """Return a fault of the part that its name begins with; a text in `changes` is an argument."""
+    part = name.partition("_")[0]
+    group = "camera" if part == "camera" else "hardware"
+
+    def changes_of(given: Arguments) -> Mapping[str, Any]:
+        if callable(changes):
+            return changes(given)
+        return {
+            figure: given[value] if isinstance(value, str) else value
+            for figure, value in changes.items()
+        }
+
+    effect = _breaks(part, changes_of)
+    return FaultKind(name, text, effect, declared, "The robot", group, part=part, **options)
+
+
+def _robot_fault(
+    name: str, text: str, effect: Effect, *declared: Parameter, **options: Any
+) -> FaultKind:
+    return FaultKind(name, text, effect, declared, "The robot", **{"group": "hardware", **options})
+
+
+def _speed(name: str, unit: str, drawn: Any, **options: Any) -> Parameter:
+    return Parameter(name, "number", default=0.0, unit=unit, drawn=drawn, **options)
+
+
+ERRORS = ("left_radius", "right_radius", "separation")
+WHEEL = Parameter("wheel", "text", choices=tuple(SIDES), drawn=any_of(*SIDES))
+BEARING = Range(-360, 360)
+
+ROWS = (
+    _part(
+        "lidar_noise",
+        "Ranges have normal noise of this size (1 sigma), on top of the sensor's own.",
+        {"noise": "sigma"},
+        _figure("sigma", LidarFaults, "noise", drawn=steps(0.01, 0.2, 0.01)),
+    ),
+    _part(
+        "lidar_bias",
+        "All ranges are too long by this constant, or too short if it is below 0.",
+        {"bias": "metres"},
+        _figure("metres", LidarFaults, "bias", drawn=steps(-0.3, 0.3, 0.1)),
+    ),
+    _part(
+        "lidar_blind",
+        "Rays have no return, as where there is nothing: those of sectors, or a share of all rays.",
+        lambda given: {
+            **({SECTORS: given[SECTORS]} if given[SECTORS] else {}),
+            **({"dropout": given["share"]} if given["share"] else {}),
+        },
+        Parameter(
+            SECTORS,
+            "numbers",
+            "Each from a bearing counter-clockwise to another, left positive: (-20, 20) is ahead, "
+            "(160, -160) behind.",
+            unit="deg",
+            allowed=BEARING,
+            count=2,
+            repeats=True,
+        ),
+        _figure(
+            "share", LidarFaults, "dropout", "Other rays in each scan.", default=0.0, by_name=True
+        ),
+        check=_any_of((SECTORS, "share"), "give sectors, such as (-20, 20), or a share"),
+        draw=_drawn_sectors,
+    ),
+    _part("lidar_frozen", "The last scan is repeated with fresh stamps.", {"frozen": True}),
+    _part("lidar_dead", "No scans are published.", {"dead": True}),
+    _part(
+        "odometry_error",
+        "Odometry uses wrong parameters, each by its relative error: 0.1 is a tenth too large.",
+        lambda given: {f"{name}_error": given[name] for name in ERRORS if given[name]},
+        *(
+            _figure(
+                name,
+                OdometryFaults,
+                f"{name}_error",
+                default=0.0,
+                by_name=True,
+                drawn=steps(-0.2, 0.2, 0.05, instead_of_0=0.05) if name == ERRORS[0] else None,
+            )
+            for name in ERRORS
+        ),
+        check=_any_of(ERRORS, "give left_radius, right_radius or separation"),
+    ),
+    _part(
+        "odometry_drift",
+        "Odometry adds a motion that does not exist, ahead and to the left.",
+        {"drift": "ahead", "turn_drift": "turn"},
+        _figure("ahead", OdometryFaults, "drift", default=0.0, drawn=steps(-0.1, 0.1, 0.05)),
+        _figure(
+            "turn", OdometryFaults, "turn_drift", default=0.0, by_name=True, drawn=steps(-20, 20, 5)
+        ),
+    ),
+    _part(
+        "odometry_dead",
+        "Neither odometry nor the transforms that come from it are published.",
+        {"dead": True},
+    ),
+    _part("imu_dead", "No IMU messages are published.", {"dead": True}),
+    _part("joints_dead", "No joint states are published; odometry continues.", {"dead": True}),
+    _part(
+        "camera_noise",
+        "Each channel of each pixel has normal noise; 1 sigma is a share of full scale.",
+        {"noise": "sigma"},
+        _figure("sigma", CameraFaults, "noise", drawn=steps(0.1, 0.5, 0.1)),
+    ),
+    _part("camera_black", "Images are black.", {"black": True}),
+    _part("camera_frozen", "The last image is repeated with fresh stamps.", {"frozen": True}),
+    _part("camera_dead", "No images are published.", {"dead": True}),
+    _robot_fault(
+        "slip_wheel",
+        "Wheels slip.",
+        _breaks("wheels", _per_side("grip", lambda given: given["grip"])),
+        WHEEL,
+        _figure("grip", WheelFaults, "left_grip", "Their coefficient of friction.", default=0.05),
+        part="wheels",
+    ),
+    _robot_fault(
+        "block_wheel",
+        "Wheels do not turn.",
+        _breaks("wheels", _per_side("blocked", lambda _: True)),
+        WHEEL,
+        part="wheels",
+    ),
+    _robot_fault("motors_off", "The motors have no power; the base rolls to rest.", _motors_off),
+    _robot_fault(
+        "battery_charge",
+        "The battery has this charge, 0 to 1. An empty one takes the motors' power.",
+        _at_once(lambda robot, given: robot.charge_battery(given["share"])),
+        Parameter("share", "number", allowed=Range(0, 1), drawn=steps(0, 1, 0.1)),
+        group="battery",
+        lasts=False,
+    ),
+    _robot_fault(
+        "push",
+        "A force pushes the base at its centre of mass; up to 6 N it stands.",
+        _at_once(
+            lambda robot, given: robot.push(
+                (given["ahead"], given["left"]), given["seconds"], torque=given["torque"]
+            )
+        ),
+        _speed("ahead", "N", steps(-20, 20, 5)),
+        _speed("left", "N", steps(-20, 20, 5)),
+        seconds("seconds", "For how long.", default=0.2, by_name=True, allowed=ABOVE_0),
+        _speed("torque", "Nm", None, by_name=True, text="Turns it to the left."),
+        lasts=False,
+    ),
+    _robot_fault(
+        "shove",
+        "The base has a velocity at once, ahead and to the left, and a turn rate to the left.",
+        _at_once(
+            lambda robot, given: robot.shove((given["ahead"], given["left"]), turn=given["turn"])
+        ),
+        _speed("ahead", "m/s", steps(-0.3, 0.3, 0.1)),
+        _speed("left", "m/s", steps(-0.3, 0.3, 0.1)),
+        _speed("turn", "rad/s", steps(-2, 2, 0.5), by_name=True),
+        lasts=False,
+    ),
+)

@@ -1,175 +1,61 @@
-"""Faults of servers themselves: goals that they abort, their death, services that fail."""
+"""Faults of servers themselves, of services, and exceptions in code."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any, Literal
+from typing import Any
 
+from rclpy.node import Node
+
+from bt_mission.behaviours.hooks import Hooked
+from bt_mission.core.draws import Draws, one_of
 from bt_mission.core.errors import described
+from bt_mission.faults.drawable import Drawable
+from bt_mission.faults.effects import late, lose, mistakes_of_test, on, passed, service
 from bt_mission.faults.errors import ScenarioError, no_such
-from bt_mission.faults.fault import Begin, FaultInstance, Tap
-from bt_mission.faults.maker import Maker, later, lost, makes_fault, mistakes_of_test
-from bt_mission.faults.parameters import ActionText, Seconds, ServiceName
+from bt_mission.faults.fault import Fates, FaultInstance, Tap
+from bt_mission.faults.kind import Arguments, Effect, FaultKind
+from bt_mission.faults.parameters import (
+    ACTION,
+    ERROR,
+    ON,
+    SERVICE,
+    Parameter,
+    always,
+    any_of,
+    period,
+    seconds,
+    whole,
+)
 from bt_mission.ros.interface_types import fill
-from bt_mission.virtual_time import Answer, Side
+from bt_mission.virtual_time import Answer, Passing, Side
+
+# ---- servers -----------------------------------------------------------------------------------
 
 
-class ServerFaults(Maker):
-    """Faults of action servers, ours and those that a test plays, and of services."""
+def _abort(fault: FaultInstance, given: Arguments) -> None:
+    name, when = fault.action(given["action"]), given["when"]
+    played = fault.run.scripted.get(name)
+    if played is not None:
+        if when is not None:
+            raise ScenarioError(f"abort_goal: {name} is played by the test, which says when")
+        if not played.goals:
+            raise ScenarioError(f"abort_goal: {name} has no goal yet")
+        played.goal.abort(error_code=given["code"], error_msg=given["message"])
+        return
 
-    @makes_fault
-    def abort_goal(
-        self,
-        action: ActionText,
-        code: int = 0,
-        message: str = "",
-        *,
-        when: Callable[[Any], Any] | None = None,
-        lasting: Seconds | None = None,
-    ) -> Begin:
-        """Abort a goal: the one that runs, or else the next.
+    def before(method: str, feedback: Mapping[str, Any]) -> tuple[int, str] | None:
+        if method != "step" or (when is not None and not _holds(fault, when, feedback)):
+            return None
+        fault.end()
+        return given["code"], given["message"]
 
-        A server of ours does so at its next control step, and stops the robot first.
-
-        Args:
-            code: The result's ``error_code``.
-            message: The result's ``error_msg``.
-            when: Looks at feedback, and tells whether it is time; None is at once.
-        """
-
-        def begin(fault: FaultInstance) -> None:
-            name = fault.action(action)
-            played = self._stages.scripted.get(name)
-            if played is not None:
-                if when is not None:
-                    raise ScenarioError(
-                        f"abort_goal: {name} is played by the test, which says when"
-                    )
-                if not played.goals:
-                    raise ScenarioError(f"abort_goal: {name} has no goal yet")
-                played.goal.abort(error_code=code, error_msg=message)
-                return
-
-            def before(method: str, feedback: Mapping[str, Any]) -> tuple[int, str] | None:
-                if method != "step" or (when is not None and not _asked(fault, when, feedback)):
-                    return None
-                fault.end()
-                return code, message
-
-            fault.undo(self._servers(fault, name).interpose(name, before))
-
-        return begin
-
-    @makes_fault
-    def kill_server(self, action: ActionText, *, lasting: Seconds | None = None) -> Begin:
-        """Have the node that offers an action leave the graph without a word, with all it offers.
-
-        At the end of the fault it is back, and knows nothing of the goals before.
-        """
-
-        def begin(fault: FaultInstance) -> None:
-            stage, name = fault.run.stage, fault.action(action)
-            played = self._stages.scripted.get(name)
-            if played is None:
-                self._servers(fault, name)
-                run = fault.run.robot_run
-                stage.kill_servers(run)
-                fault.undo(lambda: stage.start_servers(run))
-                return
-            node_name = played.node.get_name()
-            stage.clock.remove_node(played.node)
-            played.node.destroy_node()
-
-            def restart() -> None:
-                played.forget()
-                played.offer(self._stages.node(node_name))
-                stage.add_node(played.node)
-
-            fault.undo(restart)
-
-        return begin
-
-    @makes_fault
-    def raise_in_maneuver(
-        self,
-        action: ActionText,
-        error: Exception | None = None,
-        *,
-        method: Literal["step", "feedback", "result"] = "step",
-        on: int = 1,
-        lasting: Seconds | None = None,
-    ) -> Begin:
-        """Raise an exception in a server of ours, where it carries a goal out.
-
-        Args:
-            error: RuntimeError where it is None.
-            method: ``step``, ``feedback`` or ``result``.
-            on: At which call from now on.
-        """
-        if method not in ("step", "feedback", "result"):
-            raise ScenarioError(
-                f"raise_in_maneuver: expected a method of step, feedback, result, got '{method}'"
-            )
-        raised = error or RuntimeError("made by a fault")
-
-        def begin(fault: FaultInstance) -> None:
-            name = fault.action(action)
-
-            def before(called: str, _feedback: Mapping[str, Any]) -> None:
-                if called == method and fault.ends_at_call(on):
-                    raise raised
-
-            fault.undo(self._servers(fault, name).interpose(name, before))
-
-        return begin
-
-    # ---- services --------------------------------------------------------------------------
-
-    @makes_fault
-    def delay_service(
-        self, service: ServiceName, by: Seconds, *, lasting: Seconds | None = None
-    ) -> Begin:
-        """Deliver the answers of a service late; it has done its work then."""
-        return _service(service, Side.RESPONSE, later("delay_service", by))
-
-    @makes_fault
-    def ignore_service(self, service: ServiceName, *, lasting: Seconds | None = None) -> Begin:
-        """Lose requests to a service: it does nothing, and never answers."""
-        return _service(service, Side.REQUEST, lost)
-
-    @makes_fault
-    def fail_service(
-        self, /, service: ServiceName, *, lasting: Seconds | None = None, **fields: Any
-    ) -> Begin:
-        """Answer in a service's place; it does nothing.
-
-        Args:
-            fields: Of the response, such as ``success=False, message="worn out"``; the others are
-                empty.
-        """
-
-        def begin(fault: FaultInstance) -> None:
-            name, kind = fault.service(service)
-            with mistakes_of_test(f"fail_service: {name}"):
-                fill(kind.Response(), fields)
-            fault.tap(name, Side.REQUEST, lambda *_: (Answer(fill(kind.Response(), fields)),))
-
-        return begin
-
-    def _servers(self, fault: FaultInstance, name: str) -> Any:
-        """Our servers, where it is they that offer an action."""
-        servers = fault.run.robot_run.servers
-        if name not in servers.actions:
-            raise no_such("action of ours", name, list(servers.actions))
-        return servers
+    fault.undo(_our_servers(fault, name).interpose(name, before))
 
 
-def _service(service: str, side: Side, tap: Tap) -> Begin:
-    return lambda fault: fault.tap(fault.service(service)[0], side, tap)
-
-
-def _asked(fault: FaultInstance, when: Callable[[Any], Any], feedback: Mapping[str, Any]) -> bool:
+def _holds(fault: FaultInstance, when: Callable[[Any], Any], feedback: Mapping[str, Any]) -> bool:
     if not feedback:
         return False
     try:
@@ -177,3 +63,193 @@ def _asked(fault: FaultInstance, when: Callable[[Any], Any], feedback: Mapping[s
     except Exception as error:  # noqa: BLE001 - whatever a test's function raises is the test's
         fault.run.blame_test(ScenarioError(f"abort_goal: `when` raised {described(error)}"))
         return False
+
+
+def _kill(fault: FaultInstance, given: Arguments) -> None:
+    stage, name = fault.run.stage, fault.action(given["action"])
+    played = fault.run.scripted.get(name)
+    if played is None:
+        _our_servers(fault, name)
+        run = fault.run.robot_run
+        stage.kill_servers(run)
+        fault.undo(lambda: stage.start_servers(run))
+        return
+    node_name = played.node.get_name()
+    stage.clock.remove_node(played.node)
+    played.node.destroy_node()
+
+    def restart() -> None:
+        played.forget()
+        played.offer(fault.run.make_node(node_name))
+        stage.add_node(played.node)
+
+    fault.undo(restart)
+
+
+def _our_servers(fault: FaultInstance, name: str) -> Any:
+    """Return our servers, if it is they that offer an action."""
+    servers = fault.run.robot_run.servers
+    if name not in servers.actions:
+        raise no_such("action of ours", name, list(servers.actions))
+    return servers
+
+
+def _fail(fault: FaultInstance, given: Arguments) -> Tap:
+    name, kind = fault.service(given["service"])
+    with mistakes_of_test(f"{fault.fault.what}: {name}"):
+        fill(kind.Response(), given["fields"])
+    return lambda *_: (Answer(fill(kind.Response(), given["fields"])),)
+
+
+# ---- code --------------------------------------------------------------------------------------
+
+
+def _error(given: Arguments) -> Exception:
+    error: Exception = given["error"] or RuntimeError("made by a fault")
+    return error
+
+
+def _raise_in_maneuver(fault: FaultInstance, given: Arguments) -> None:
+    name = fault.action(given["action"])
+
+    def before(called: str, _feedback: Mapping[str, Any]) -> None:
+        if called == given["method"] and fault.ends_at_call(given["on"]):
+            raise _error(given)
+
+    fault.undo(_our_servers(fault, name).interpose(name, before))
+
+
+def _raise_in_leaf(fault: FaultInstance, given: Arguments) -> None:
+    leaf = given["leaf"]
+    node = fault.run.find(leaf)
+    if node.children:
+        leaves = [one.name for one in fault.run.robot_run.executive.nodes if not one.children]
+        raise no_such("leaf", leaf, leaves)
+    if not isinstance(node, Hooked):
+        raise ScenarioError(
+            f"raise_in_leaf: '{leaf}' is inside a behaviour written in Python; name that"
+        )
+
+    def hook(called: str) -> None:
+        if called == given["method"] and fault.ends_at_call(given["on"]):
+            raise _error(given)
+
+    node.call_hooks = (hook, *node.call_hooks)
+    fault.undo(lambda: node.remove_call_hook(hook))
+
+
+def _raise_in_callback(fault: FaultInstance, given: Arguments) -> None:
+    node = fault.node(given["node"])
+    name, side = _callback(node, given["name"])
+
+    def tap(fault: FaultInstance, passing: Passing) -> Fates:
+        if fault.ends_at_call(given["on"]):
+            raise _error(given)
+        return passed(fault, passing)
+
+    fault.tap(name, side, tap, node.get_fully_qualified_name())
+
+
+def _callback(node: Node, name: str) -> tuple[str, Side]:
+    """Find what wakes a node under a name."""
+    full = node.resolve_topic_name(name)
+    topics = {one.topic_name for one in node.subscriptions}
+    services = {one.service_name for one in node.services}
+    if full not in topics | services:
+        what = f"topic or service of {node.get_fully_qualified_name()}"
+        raise no_such(what, full, sorted(topics | services))
+    return full, Side.MESSAGE if full in topics else Side.REQUEST
+
+
+def _drawn_leaf(draws: Draws, found: Drawable) -> Arguments:
+    method = one_of(draws, ("update", "initialise", "terminate"))
+    return {"leaf": one_of(draws, found.leaves), "method": method}
+
+
+# ---- rows --------------------------------------------------------------------------------------
+
+
+def _service(name: str, text: str, effect: Effect, *own: Parameter, **options: Any) -> FaultKind:
+    return FaultKind(name, text, effect, (SERVICE, *own), "Services", "servers", **options)
+
+
+def _code(name: str, text: str, effect: Effect, *declared: Parameter, **options: Any) -> FaultKind:
+    return FaultKind(name, text, effect, declared, "Code", "code", **options)
+
+
+def _method(usual: str, *choices: str) -> Parameter:
+    return Parameter("method", "text", default=usual, choices=choices, by_name=True)
+
+
+ROWS = (
+    FaultKind(
+        "abort_goal",
+        "The goal that runs, or else the next, is aborted. Our servers do so at their next control "
+        "step, and stop the robot first.",
+        _abort,
+        (
+            ACTION,
+            Parameter("code", "integer", "The `error_code` of the result.", 0),
+            Parameter("message", "text", "The `error_msg` of the result.", ""),
+            Parameter("when", "python", default=None, by_name=True, takes=Callable),
+        ),
+        "Action servers",
+        "servers",
+    ),
+    FaultKind(
+        "kill_server",
+        "The node disappears from the graph without notice, with everything it offers. It returns "
+        "at the end of the fault, and then knows no goals.",
+        _kill,
+        (ACTION,),
+        "Action servers",
+        "servers",
+    ),
+    _service(
+        "delay_service",
+        "Responses are late, the work is done in time.",
+        on(service(Side.RESPONSE), late),
+        seconds("by", drawn=period(0.1, 1.5, 0.1)),
+    ),
+    _service("ignore_service", "Requests are lost.", on(service(Side.REQUEST), lose)),
+    _service(
+        "fail_service",
+        "Nothing is done, and the response has these fields.",
+        on(service(Side.REQUEST), _fail),
+        takes_fields=True,
+    ),
+    _code(
+        "raise_in_leaf",
+        "An exception is raised in a leaf of the tree.",
+        _raise_in_leaf,
+        Parameter("leaf", "text", "Its name or path.", names="leaf"),
+        ERROR,
+        _method("update", "initialise", "update", "terminate"),
+        ON,
+        draw=_drawn_leaf,
+        waits=True,
+    ),
+    _code(
+        "raise_in_maneuver",
+        "An exception is raised in the maneuver of one of our action servers.",
+        _raise_in_maneuver,
+        ACTION,
+        ERROR,
+        _method("step", "step", "feedback", "result"),
+        replace(ON, drawn=whole(1, 20)),
+    ),
+    _code(
+        "raise_in_callback",
+        "An exception is raised in a callback of a node, which ends the mission on the stage.",
+        _raise_in_callback,
+        Parameter("node", "text", names="node", drawn=always("bt_mission_servers")),
+        Parameter(
+            "name",
+            "text",
+            "Of a topic that the node subscribes to, or of a service that it offers.",
+            drawn=any_of("scan", "odom", "stop"),
+        ),
+        ERROR,
+        replace(ON, drawn=whole(1, 20)),
+    ),
+)

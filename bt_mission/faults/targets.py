@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from py_trees.behaviour import Behaviour
+from rclpy.node import Node
 
 from bt_mission.executive.executive import Executive
 from bt_mission.faults.errors import ScenarioError, no_such
-from bt_mission.faults.fault import FaultInstance
+from bt_mission.faults.fault import FaultInstance, PlayedServer
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageRun
 
@@ -22,6 +25,15 @@ class StageTarget:
         self.robot_run = robot_run
         self.faults: list[FaultInstance] = []
         self.errors: list[Exception] = []
+
+    @property
+    def scripted(self) -> Mapping[str, PlayedServer]:
+        """None: no test is here to play a server."""
+        return {}
+
+    def make_node(self, name: str) -> Node:
+        """Refuse, as nothing is scripted."""
+        raise ScenarioError(f"no test is there that could have a node '{name}'")
 
     def find(self, name: str) -> Behaviour:
         """Return the node of this name, or at this path. Raises ScenarioError."""

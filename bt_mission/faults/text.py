@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from bt_mission.core.diagnostics import did_you_mean, listed, quoted
 from bt_mission.core.units import UNITS
 from bt_mission.faults.planned import WORD, AfterStep, AtTime, Beginning, PlannedFault, WhenTrue
-from bt_mission.faults.values import ArgumentReader, Given, WrittenQuantity, read_time
+from bt_mission.faults.values import TIME, ArgumentReader, Given, WrittenQuantity, argument_value
 from bt_mission.language.expressions.parser import tokenized
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.formula import CONTROL_STEP_S, Condition
@@ -61,10 +61,9 @@ def parse_beginning(text: str) -> Beginning:
     """Return when a fault begins: ``at 5.0``. Raises ExpressionError, with the column."""
     word = re.match(r"\s*(\w+)\s*", text)
     assert word is not None, "the text begins with a word"
-    rest, column = text[word.end() :], word.end() + 1
     if word[1] == "when":
-        return _condition(rest, column)
-    time_s = read_time(rest.strip(), column, rest)
+        return _condition(text[word.end() :], word.end() + 1)
+    time_s = _Parser(text, word.end()).time()
     return AtTime(time_s) if word[1] == "at" else AfterStep(time_s)
 
 
@@ -121,6 +120,18 @@ class _Parser:
         token = self._next
         return self._take() if token.kind == kind and (not texts or token.text in texts) else None
 
+    def time(self) -> float:
+        """Take a time, s, which is all that is left."""
+        token = self._take()
+        if token.kind != "number":
+            message = f"expected a time such as '5.0', in seconds, got {token.shown}"
+            raise ExpressionError(message, token.column)
+        time_s = argument_value(TIME, self._number(token, None, has_unit=True), token.column)
+        if self._next.kind != "end":
+            raise ExpressionError(f"unexpected {self._next.shown}", self._next.column)
+        assert isinstance(time_s, int | float), "it is a number"
+        return float(time_s)
+
     def fault(self, begins: Beginning) -> PlannedFault:
         """Take the whole fault."""
         name = self._take()
@@ -173,14 +184,15 @@ class _Parser:
         raise ExpressionError(f"expected a value, got {token.shown}", token.column)
 
     def _number(
-        self, token: _Token, reader: ArgumentReader, *, has_unit: bool
+        self, token: _Token, reader: ArgumentReader | None, *, has_unit: bool
     ) -> int | float | WrittenQuantity:
         is_whole = re.fullmatch(r"[-+]?[0-9]+", token.text) and len(token.text) < 20
         number = int(token.text) if is_whole else float(token.text)
         if not math.isfinite(number):
             raise ExpressionError(f"{token.shown} is too large", token.column)
         unit = self._next
-        is_unit = unit.text in UNITS or (has_unit and not reader.knows(unit.text))
+        is_name = reader is not None and reader.knows(unit.text)
+        is_unit = unit.text in UNITS or (has_unit and not is_name)
         if unit.kind != "word" or not is_unit:
             return number
         self._take()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass
 from typing import Any
@@ -10,13 +9,13 @@ from typing import Any
 from bt_mission.core.diagnostics import describe, did_you_mean, listed, quoted
 from bt_mission.core.units import UNITS, converted
 from bt_mission.faults.errors import ScenarioError
-from bt_mission.faults.faults import FAULTS, Faults
+from bt_mission.faults.faults import FAULTS
+from bt_mission.faults.parameters import LASTING, Parameter, seconds
 from bt_mission.faults.planned import Beginning, PlannedFault, Value
-from bt_mission.faults.table import LASTING, FaultParameter
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.formula import CONTROL_STEP_S
 
-_TIME = FaultParameter("time", "number", unit="s")
+TIME = seconds("time")
 
 
 @dataclass(frozen=True)
@@ -36,36 +35,6 @@ class Given:
     column: int = 1
 
 
-def read_time(written: Any, column: int = 1, within: str | None = None) -> float:
-    """Return a time, s.
-
-    Args:
-        written: A number, or a text with or without a unit.
-        column: Of the text; of what stands around it where that is `within`.
-
-    Raises:
-        ExpressionError: When it is none, or below 0.
-    """
-    if within is not None:
-        column += len(within) - len(within.lstrip())
-    if isinstance(written, str):
-        number = re.fullmatch(r"([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*([A-Za-z/]*)", written)
-        try:
-            value: Any = float(number[1]) if number else None
-        except ValueError:
-            value = None
-        if number is None or value is None:
-            got = quoted(written) if written else "nothing"
-            raise ExpressionError(f"expected a time such as '5.0', in seconds, got {got}", column)
-        written = (
-            WrittenQuantity(value, number[2], column + number.start(2)) if number[2] else value
-        )
-    found = _in_unit(_TIME, written, column)
-    if not 0 <= found < math.inf:
-        raise ExpressionError(f"expected a time from 0 s up, got {found:g} s", column)
-    return found
-
-
 class ArgumentReader:
     """Takes the arguments of one fault, each by its position or its name.
 
@@ -83,7 +52,7 @@ class ArgumentReader:
         self._found: dict[str, Value] = {}
         self._lasting: float | None = None
         self._bare: set[str] = set()
-        self._free = [one for one in self._kind.parameters.values() if one.by_position]
+        self._free = [one for one in self._kind.parameters.values() if not one.by_name]
 
     def knows(self, name: str) -> bool:
         """Tell whether an argument has this name."""
@@ -96,11 +65,7 @@ class ArgumentReader:
 
     def takes(self, name: str) -> bool:
         """Tell whether the fault takes an argument of this name."""
-        return (
-            name in self._kind.parameters
-            or self._kind.takes_fields
-            or (name == "lasting" and self._kind.lasts)
-        )
+        return self._kind.takes_fields or name in self._kind.optional
 
     def is_flag(self, name: str) -> bool:
         """Tell whether this is an argument that is on where its name stands alone."""
@@ -124,7 +89,7 @@ class ArgumentReader:
             message = f"unexpected {_described(given.value)}"
             near = did_you_mean(str(given.value), (*self._kind.parameters, "lasting"))
             raise ExpressionError(message, given.column, near or f"write '{self._kind.usage}'")
-        value = _value(one, given.value, given.column)
+        value = argument_value(one, given.value, given.column)
         self._note_bare(one.name, given)
         if one.repeats:
             before = self._found.get(one.name, ())
@@ -146,9 +111,8 @@ class ArgumentReader:
         elif kind.takes_fields:
             self._found[name] = _anything(given)
         else:
-            known = [*kind.parameters, *(["lasting"] if kind.lasts else [])]
-            message = f"{kind.name} has no argument {quoted(name)} (known: {listed(known)})"
-            raise ExpressionError(message, column, did_you_mean(name, known))
+            message = f"{kind.name} has no argument {quoted(name)} (known: {listed(kind.optional)})"
+            raise ExpressionError(message, column, did_you_mean(name, kind.optional))
 
     def planned(self, begins: Beginning) -> PlannedFault:
         """Return the fault with the arguments that were taken.
@@ -167,7 +131,7 @@ class ArgumentReader:
         bare = frozenset(self._bare)
         planned = PlannedFault(begins, self._kind.name, self._found, self._lasting, bare)
         try:
-            planned.make(Faults.alone())
+            planned.make()
         except ScenarioError as error:
             raise ExpressionError(str(error), self._column) from None
         return planned
@@ -176,13 +140,13 @@ class ArgumentReader:
         if isinstance(given.value, int | float):
             self._bare.add(name)
 
-    def _unset(self) -> list[FaultParameter]:
+    def _unset(self) -> list[Parameter]:
         return [one for one in self._free if one.repeats or one.name not in self._found]
 
     def _read_lasting(self, given: Given, column: int) -> float:
         if not self._kind.lasts:
             raise ExpressionError(f"{self._kind.name} is over at once: it has no 'lasting'", column)
-        value = _value(LASTING, given.value, given.column)
+        value = argument_value(LASTING, given.value, given.column)
         assert isinstance(value, int | float)
         if value < CONTROL_STEP_S:
             message = f"{value:g} s is shorter than a control step of {CONTROL_STEP_S:g} s"
@@ -204,68 +168,67 @@ def planned_fault(begins: Beginning, name: str, /, *arguments: Any, **options: A
     return reader.planned(begins)
 
 
-def _argument(one: FaultParameter, given: Given) -> Value:
+def _argument(one: Parameter, given: Given) -> Value:
     """Return what is written for an argument by its name."""
     if not one.repeats:
-        return _value(one, given.value, given.column)
+        return argument_value(one, given.value, given.column)
     values = given.value
     if not isinstance(values, list | tuple) or not values:
         raise ExpressionError(f"expected a list, each of {one.expected}", given.column)
     if not isinstance(values[0], list | tuple):
         values = (values,)
-    return tuple(_value(one, value, given.column) for value in values)
+    return tuple(argument_value(one, value, given.column) for value in values)
 
 
-def _value(one: FaultParameter, value: Any, column: int) -> Value:
-    """Return what an argument comes to."""
+def argument_value(one: Parameter, value: Any, column: int) -> Value:
+    """Return the value of an argument in its own unit.
+
+    Raises:
+        ExpressionError: For a value that it cannot be.
+    """
+    found = _converted(one, value, column)
+    if found is None or not (one.accepts((found,)) if one.repeats else one.accepts(found)):
+        got = quoted(value) if one.choices and isinstance(value, str) else _described(value)
+        message = f"expected {one.expected} for '{one.name}', got {got}"
+        raise ExpressionError(message, column, did_you_mean(str(value), one.choices))
+    return found
+
+
+def _converted(one: Parameter, value: Any, column: int) -> Value | None:
+    """Return a value in the unit of its argument; None for one of another form."""
     match one.form, value:
         case "number", str() if re.match(r"\s*[-+.0-9]", value):
             return _text_number(one, value, column)
-        case "number", bool():
-            pass
         case "number", int() | float() | WrittenQuantity():
-            return _in_unit(one, value, column)
-        case "integer", int() if not isinstance(value, bool):
-            return value
-        case "flag", bool():
-            return value
-        case "text", str() if not one.choices or value in one.choices:
-            return value
-        case "text", str():
-            message = f"expected {one.expected} for '{one.name}', got {quoted(value)}"
-            raise ExpressionError(message, column, did_you_mean(value, one.choices))
+            return _in_unit(one, value)
         case "numbers", list() | tuple() if len(value) == one.count:
-            return tuple(_value(_single(one), part, column) for part in value)
+            return tuple(argument_value(_single(one), part, column) for part in value)
+        case "integer" | "flag" | "text", bool() | int() | float() | str():
+            return value
         case "anything", _:
             return _anything(Given(value, column))
-    message = f"expected {one.expected} for '{one.name}', got {_described(value)}"
-    raise ExpressionError(message, column)
+    return None
 
 
-def _single(one: FaultParameter) -> FaultParameter:
-    return FaultParameter(one.name, "number", unit=one.unit)
+def _single(one: Parameter) -> Parameter:
+    return Parameter(one.name, "number", unit=one.unit, allowed=one.allowed)
 
 
-def _text_number(one: FaultParameter, text: str, column: int) -> Value:
-    """Return a number that is written as text with its unit, such as ``2 s``."""
+def _text_number(one: Parameter, text: str, column: int) -> float | None:
+    """Return a number that is written as text with its unit, such as ``2 s``; else None."""
     found = re.fullmatch(r"\s*([-+0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S+)\s*", text)
     try:
-        return (
-            _in_unit(one, WrittenQuantity(float(found[1]), found[2], column), column)
-            if found
-            else 0.0
-        )
+        number = float(found[1]) if found else None
     except ValueError:
-        message = f"expected {one.expected} for '{one.name}', got {quoted(text)}"
-        raise ExpressionError(message, column) from None
+        number = None
+    if found is None or number is None:
+        return None
+    return _in_unit(one, WrittenQuantity(number, found[2], column))
 
 
-def _in_unit(one: FaultParameter, value: Any, column: int) -> float:
+def _in_unit(one: Parameter, value: float | WrittenQuantity) -> float:
     """Return a number in the unit of its argument."""
     if not isinstance(value, WrittenQuantity):
-        if not isinstance(value, int | float) or not math.isfinite(value):
-            message = f"expected {one.expected} for '{one.name}', got {_described(value)}"
-            raise ExpressionError(message, column)
         return value
     fitting = [name for name, (_, base) in UNITS.items() if base == _base(one.unit)]
     if value.unit not in fitting:

@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 from bt_mission.faults import FAULTS
-from bt_mission.faults.table import LASTING, FaultKind, FaultParameter
+from bt_mission.faults.kind import FaultKind
+from bt_mission.faults.parameters import Parameter
 from bt_mission.faults.world import OBSTACLES
 from bt_mission.language.schema import DIALECT
 from bt_mission.scenarios.file import FAULT_MARK, OBSTACLE_MARK, ScenarioFile
@@ -45,18 +46,17 @@ def _unquoted() -> dict[str, Any]:
 
 
 def _arguments(kind: FaultKind) -> dict[str, Any]:
-    parameters = {**kind.parameters, **({"lasting": LASTING} if kind.lasts else {})}
     schema: dict[str, Any] = {
         "type": "object",
         "description": kind.text,
-        "properties": {name: _argument(one) for name, one in parameters.items()},
+        "properties": {name: _argument(one) for name, one in kind.optional.items()},
         "additionalProperties": kind.takes_fields,
     }
     required = [one.name for one in kind.parameters.values() if one.is_required]
     return {**schema, "required": required} if required else schema
 
 
-def _argument(one: FaultParameter) -> dict[str, Any]:
+def _argument(one: Parameter) -> dict[str, Any]:
     number: dict[str, Any] = {"type": ["number", "string"]} if one.unit else {"type": "number"}
     forms: dict[str, dict[str, Any]] = {
         "number": number,

@@ -17,7 +17,9 @@ from typing import Any, NamedTuple, TypeVar
 from action_servers.core.tuning import TUNING
 from bt_mission.core.errors import BtMissionError
 from bt_mission.faults.corruptions import setting
+from bt_mission.faults.drawable import TOPICS, FieldValues
 from bt_mission.faults.errors import ScenarioError
+from bt_mission.faults.faults import FAULTS
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.requirements import MissionNames
 from bt_mission.language.expressions.expression import Expression
@@ -35,8 +37,6 @@ from bt_mission.ros.interface_types import action_type, message_type
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.concrete import ConcreteScenario
 from bt_mission.sweeps.work import ScenarioRunner
-from bt_mission.testing.generators.faults import TOPICS, FieldValues
-from bt_mission.testing.generators.kinds import GROUPS
 
 T = TypeVar("T")
 
@@ -387,7 +387,7 @@ PROBE_S = 0.05
 NEVER = "when time > 1000000"
 """When the faults of a probe begin: names are looked for before the run."""
 
-SENSORS = ("lidar", "odometry", "imu", "joints", "camera")
+SENSORS = tuple(one.part for one in FAULTS.values() if one.name == f"{one.part}_dead")
 
 
 async def present_in(material: Material, base: BaseScenario, runner: ScenarioRunner) -> Material:
@@ -405,8 +405,7 @@ async def present_in(material: Material, base: BaseScenario, runner: ScenarioRun
         return material
     wrong = await _missing(base, runner, [[one] for one in probes.values()])
     lost = {key for number, key in enumerate(probes) if number in wrong}
-    faults = (one for group in ("hardware", "camera") for one in GROUPS[group])
-    lacking = (one for one in faults if ("sensor", one.partition("_")[0]) in lost)
+    lacking = (one.name for one in FAULTS.values() if ("sensor", one.part) in lost)
     topics = {one: kind for one, kind in material.topics.items() if ("topic", one) not in lost}
     actions = tuple(one for one in material.actions if ("action", one) not in lost)
     known = {*topics, *(one.strip("/") for one in actions)}

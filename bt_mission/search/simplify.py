@@ -9,11 +9,11 @@ from dataclasses import replace
 from typing import Any
 
 from bt_mission.faults.planned import AtTime, Beginning, PlannedFault, Value, WhenTrue
+from bt_mission.faults.world import OF_A_BOX
 from bt_mission.language.requirements.formula import CONTROL_STEP_S
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.search import Search, run_all
 from bt_mission.search.space import SearchSpace
-from bt_mission.testing.generators.faults import OF_A_BOX
 
 AT_ONCE = 4
 """Candidates that are tried at once, however many workers there are."""

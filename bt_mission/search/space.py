@@ -6,6 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
+from bt_mission.core.draws import Draws, maybe, number, one_of
+from bt_mission.faults.drawable import ACTIONS, LONGEST_S, STEP_S, Drawable
+from bt_mission.faults.drawing import (
+    DEFAULT_KINDS,
+    can_be_drawn,
+    drawn_beginning,
+    drawn_fault,
+    faults_of,
+)
 from bt_mission.faults.planned import PlannedFault
 from bt_mission.faults.values import planned_fault
 from bt_mission.faults.world import MOST_OBSTACLES, OBSTACLES
@@ -22,15 +31,6 @@ from bt_mission.sweeps.ranges import (
     Span,
     StartRanges,
 )
-from bt_mission.testing.generators.draws import Draws, maybe, number, one_of
-from bt_mission.testing.generators.faults import (
-    LONGEST_S,
-    STEP_S,
-    FaultChoice,
-    can_be_drawn,
-    drawn_fault,
-)
-from bt_mission.testing.generators.kinds import DEFAULT_KINDS, faults_of
 
 PartDraws = Callable[[str], Draws]
 """Gives what draws a part of a candidate, by the part's name."""
@@ -86,10 +86,10 @@ class SearchSpace:
         self._lasting: Span | None = ranges.faults.lasting
         lasting = self._lasting or Span(STEP_S, LONGEST_S)
         limits = [one for one in given.limits if self._lasting is None or _is_in(lasting, one)]
-        choice = FaultChoice(
+        choice = Drawable(
             (),
             given.leaves,
-            given.actions,
+            given.actions or ACTIONS,
             _steps(self._fault_times),
             _steps(Span(max(STEP_S, lasting.low), lasting.high)),
             topics=given.topics,
@@ -171,7 +171,7 @@ class SearchSpace:
     def _drawn_obstacle(self, draws: Draws, slot: int) -> list[PlannedFault]:
         """Draw an obstacle that appears, and perhaps its way."""
         ranges = self._obstacles
-        begins = self._appearing.beginning(draws)
+        begins = drawn_beginning(draws, self._appearing)
         ahead = _within(draws, ranges.ahead, PLACE_STEP)
         left = _within(draws, ranges.left, PLACE_STEP)
         name = f"drawn {slot}"

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Protocol
 
+from bt_mission.core.draws import SeededDraws
 from bt_mission.core.errors import BtMissionError
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.space import SearchSpace
-from bt_mission.testing.generators.draws import SeededDraws
 
 BATCH = 16
 """Candidates that are asked for at once, however many workers there are: so a search repeats."""

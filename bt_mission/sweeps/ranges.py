@@ -23,6 +23,7 @@ from bt_mission.core.diagnostics import (
 from bt_mission.core.files import look_for, names
 from bt_mission.core.yaml.document import Document, read, read_text
 from bt_mission.core.yaml.models import validate
+from bt_mission.faults.drawing import unknown_kind
 from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.checks.requirements import MissionNames
 from bt_mission.language.expressions.values import Plain
@@ -34,7 +35,6 @@ from bt_mission.language.schema import DIALECT
 from bt_mission.scenarios.faults import FaultReader
 from bt_mission.sessions.check import has_camera
 from bt_mission.sessions.file_checks import CheckedFile
-from bt_mission.testing.generators.kinds import unknown_kind
 from sim.world.world import FASTEST
 
 EXAMPLES = "'speed=0.1,0.2' or 'speed=0.1..0.26'"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from bt_mission.core.text import escape_control, seconds
 from bt_mission.executive.report import Report, report_on
 from bt_mission.faults import FaultInstance
 from bt_mission.faults.errors import ScenarioError, no_such
+from bt_mission.faults.fault import PlayedServer
 from bt_mission.faults.targets import find_node
 from bt_mission.language.mission import Mission
 from bt_mission.ros.subscriber import LatestMessageSubscriber
@@ -59,6 +60,8 @@ class Run(Assertions):
         self.history = History(self.stage)
         self._topics: dict[str, Recorded] = {}
         self.faults: list[FaultInstance] = []
+        self.scripted: Mapping[str, PlayedServer] = {}
+        self.make_node: Callable[[str], Node] = self.stage.make_node
         self.recording: FailureRecording | None = None
         """Where the run is recorded."""
         self.replay_command: Callable[[], str] = str

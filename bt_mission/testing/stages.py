@@ -70,7 +70,7 @@ class Stages:
         """Requirements that no test expected to be violated."""
         self.not_violated: list[str] = []
         """Requirements that a test expected to be violated."""
-        self.faults = Faults(self)
+        self.faults = Faults()
         self.spawn_box = self.faults.spawn_box
         self.spawn_cylinder = self.faults.spawn_cylinder
         self.move_box = self.faults.move_box
@@ -138,7 +138,7 @@ class Stages:
             ExpressionError: For a text that is no fault.
         """
         planned = [parse_fault(one) if isinstance(one, str) else one for one in faults]
-        return FaultPlan(run, planned, self.faults)
+        return FaultPlan(run, planned)
 
     def run_scenario(self, scenario: str | Path | Scenario) -> ScenarioResult:
         """Carry a scenario out; gives what it came to, of which :attr:`runs` has the run.
@@ -151,7 +151,7 @@ class Stages:
         self._clear()
         with scenario.at_its_start():
             run = self._begin(scenario.mission, scenario_options(scenario))
-        with planned_in([run], scenario.faults, self.faults) as with_outcomes:
+        with planned_in([run], scenario.faults) as with_outcomes:
             stop_at(run.stage, scenario.limit)
             while not run.is_done:
                 run.step()
@@ -250,6 +250,7 @@ class Stages:
             without=tuple(name.strip("/") for name in self.scripted),
             **{"props": MOST_OBSTACLES, "default_nature": self.nature, **options},
         )
+        made.scripted, made.make_node = self.scripted, self.node
         for server in self.scripted.values():
             made.stage.add_node(server.node)
         if self._replay is not None:

@@ -9,18 +9,10 @@ from bt_mission.core.yaml.document import read_text
 from bt_mission.search.guide import AIMS
 from bt_mission.search.strategies import STRATEGIES
 from bt_mission.sweeps.ranges import FaultRanges, ObstacleRanges, Ranges, RangesFile
-from bt_mission.testing.generators.kinds import GROUPS
 
 PAGE = Path("docs/reference/search.md").read_text(encoding="utf-8")
 RANGES = Path("docs/reference/ranges.md").read_text(encoding="utf-8")
 HOW_TO = Path("docs/how-to/break-your-mission.md").read_text(encoding="utf-8")
-
-
-def test_the_groups_of_faults() -> None:
-    """Each with its faults."""
-    rows = re.findall(r"^\| `(\w+)` \| ([\w, ]+) \|$", PAGE, re.MULTILINE)
-    told = {name: tuple(kinds.split(", ")) for name, kinds in rows}
-    assert {name: told.get(name) for name in GROUPS} == dict(GROUPS)
 
 
 def test_the_files_of_ranges() -> None:

@@ -69,12 +69,10 @@ def test_it_stands_in_the_trace(stage: Any) -> None:
 
 
 def test_what_is_not_there_is_listed(stage: Any) -> None:
-    """A node of another name; and a jump goes somewhere."""
+    """A node of another name."""
     run = stage.run(WAIT)
     with pytest.raises(ScenarioError, match="/bt_mission_servers"):
         run.do(stage.faults.jump_clock(1.0, node="nobody"))
-    with pytest.raises(ScenarioError, match="expected seconds other than 0"):
-        stage.faults.jump_clock(0)
 
 
 # ---- the mission's answer ----------------------------------------------------------------

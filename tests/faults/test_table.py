@@ -1,48 +1,61 @@
-"""The table of faults: every fault that tests have, as it can be written."""
+"""The table of faults: every row can be written, called, drawn and read."""
 
 from __future__ import annotations
 
+import inspect
+
+import pytest
+
 from bt_mission.core.units import UNITS
 from bt_mission.faults import FAULTS, Faults
-from bt_mission.faults.world import OF_THE_WORLD, WorldFaults
-from bt_mission.testing.generators.faults import DRAWN, IN_LEAVES, OF_A_BOX
-from bt_mission.testing.generators.kinds import GROUPS
+from bt_mission.faults.drawing import DEFAULT_KINDS, GRAPH_FAULTS, GROUPS
+from bt_mission.faults.errors import ScenarioError
+from bt_mission.faults.kind import FaultKind
+from bt_mission.faults.world import OF_THE_WORLD
+
+KINDS = pytest.mark.parametrize("kind", FAULTS.values(), ids=FAULTS)
 
 
-def test_every_fault_of_tests_is_in_the_table() -> None:
-    """`clear` is none."""
-    public = {
-        name
-        for base in Faults.__mro__
-        for name, method in vars(base).items()
-        if callable(method) and hasattr(method, "__wrapped__")
-    }
-    assert set(FAULTS) == public
-    assert set(FAULTS) >= {*DRAWN, *IN_LEAVES}
-
-
-def test_the_faults_of_the_world_are_named() -> None:
-    """Of a fleet, each is for one robot."""
-    assert set(OF_THE_WORLD) == {name for name in vars(WorldFaults) if name in FAULTS}
-
-
-def test_every_fault_and_every_number_says_what_it_is() -> None:
-    """A number has a unit, or its text tells of it: a share, a count, a code."""
+@KINDS
+def test_a_row_says_what_it_is(kind: FaultKind) -> None:
+    """A number has a unit, or it is a share, a count or a code."""
     bare = {"share", "every", "times", "goals", "on", "code", "grip"}
     relative = {"left_radius", "right_radius", "separation"}
-    for kind in FAULTS.values():
-        assert kind.text.endswith(".")
-        for one in kind.parameters.values():
-            if one.form in ("number", "integer", "numbers") and not one.unit:
-                assert one.name in bare | relative or kind.name == "camera_noise", one
+    assert kind.text.endswith(".")
+    assert kind.area
+    for one in kind.parameters.values():
+        assert one.unit in ("", *UNITS)
+        if one.form in ("number", "integer", "numbers") and not one.unit:
+            assert one.name in bare | relative or kind.name == "camera_noise", one
 
 
-def test_every_unit_can_be_written_behind_its_number() -> None:
-    """And a search has a group for each fault that it may draw."""
-    units = {one.unit for kind in FAULTS.values() for one in kind.parameters.values()}
-    assert units - {""} <= set(UNITS)
-    grouped = {name for group in GROUPS.values() for name in group}
-    assert {*DRAWN, *IN_LEAVES} - {*OF_A_BOX, "spawn_box", "spawn_cylinder"} == grouped
+@KINDS
+def test_a_row_is_a_method_of_the_fixture(kind: FaultKind) -> None:
+    """With its parameters, so that `help` shows them."""
+    method = getattr(Faults(), kind.name)
+    assert kind.name in dir(Faults())
+    assert list(inspect.signature(method).parameters)[: len(kind.declared)] == [
+        one.name for one in kind.declared
+    ]
+    assert method.__doc__ == kind.text
+
+
+@KINDS
+def test_a_row_has_a_group_but_for_those_of_the_world(kind: FaultKind) -> None:
+    """Obstacles have ranges of their own; of a fleet, each is for one robot."""
+    assert bool(kind.group) == (kind.name not in OF_THE_WORLD)
+
+
+def test_groups_that_are_named_are_there() -> None:
+    """The default ones."""
+    assert set(DEFAULT_KINDS) < set(GROUPS)
+    assert set(GRAPH_FAULTS) < set(FAULTS)
+
+
+def test_an_unknown_fault_is_no_method() -> None:
+    """As of any object."""
+    with pytest.raises(AttributeError, match="there is no fault 'dorp'"):
+        Faults().dorp  # noqa: B018 - it raises
 
 
 def test_how_a_fault_is_written_shows_units_and_choices() -> None:
@@ -62,8 +75,53 @@ def test_what_only_python_can_give_is_left_out() -> None:
     assert FAULTS["corrupt"].parameters["how"].choices[0] == "nan"
 
 
-def test_arguments_carry_what_their_docstring_says() -> None:
-    """For the documentation and for editors."""
-    assert FAULTS["drop"].parameters["every"].text == (
-        "Lose each so-manieth message instead, beginning with the first."
-    )
+@pytest.mark.parametrize(
+    ("name", "arguments", "options", "message"),
+    [
+        ("drop", ("scan",), {"share": 1.5}, "a number above 0 and at most 1 for 'share', got 1.5"),
+        ("drop", ("scan",), {"share": 0.5, "every": 2}, "give a share, or every, not both"),
+        ("drop", ("scan",), {"lasting": -1}, "a number in s above 0 for 'lasting', got -1"),
+        ("drop", (5,), {}, "the name of a topic for 'topic', got 5"),
+        ("delay", ("scan", -0.1), {}, "a number in s from 0 up for 'by', got -0.1"),
+        ("delay", ("scan", float("nan")), {}, "a number in s from 0 up for 'by', got nan"),
+        ("duplicate", ("scan",), {"times": 1}, "an integer from 2 up for 'times', got 1"),
+        ("corrupt", ("scan", "wrong"), {}, "expected one of nan, inf, zeros"),
+        ("corrupt", ("scan", max), {"field": "ranges"}, "a field goes with a ready-made"),
+        ("set_fields", ("odom",), {}, "give fields, such as error_code=906"),
+        ("set_result", ("turn",), {}, "give fields, such as error_code=906"),
+        ("reject_goals", ("turn", 0), {}, "an integer from 1 up for 'goals', got 0"),
+        ("reject_goals", ("turn", 1.5), {}, "an integer from 1 up for 'goals', got 1.5"),
+        ("repeat_answers", ("turn", "feedback"), {}, "one of goal, cancel, result for 'part'"),
+        ("raise_in_leaf", ("turn",), {"method": "x"}, "one of initialise, update, terminate"),
+        ("raise_in_maneuver", ("turn",), {"method": "x"}, "one of step, feedback, result"),
+        ("raise_in_leaf", ("turn", "no error"), {}, "an object of Python for 'error'"),
+        ("lidar_noise", (-1,), {}, "a number in m from 0 to 10 for 'sigma', got -1"),
+        ("lidar_blind", (), {}, "give sectors, such as (-20, 20), or a share"),
+        ("lidar_blind", ((1, 2, 3),), {}, "2 numbers in deg from -360 to 360"),
+        ("odometry_error", (), {}, "give left_radius, right_radius or separation"),
+        ("slip_wheel", ("left", 2), {}, "a number from 0 to 1 for 'grip', got 2"),
+        ("slip_wheel", ("front",), {}, "one of left, right, both for 'wheel', got 'front'"),
+        ("battery_charge", (2,), {}, "a number from 0 to 1 for 'share', got 2"),
+        ("push", (1,), {"seconds": 0}, "a number in s above 0 for 'seconds', got 0"),
+        ("spawn_box", (), {}, "give a place, as ahead=1.0 (and left=) or at=(x, y)"),
+        ("spawn_box", (1,), {"at": (1, 2)}, "give a place, as ahead=1.0"),
+        ("move_box", ("box", 1), {"speed": 3}, "a number in m/s above 0 and at most 2"),
+        ("jump_clock", (0,), {}, "expected seconds other than 0"),
+    ],
+)
+def test_what_a_fault_does_not_take_is_refused_when_it_is_made(
+    name: str, arguments: tuple[object, ...], options: dict[str, object], message: str
+) -> None:
+    """With what it takes."""
+    with pytest.raises(ScenarioError) as caught:
+        FAULTS[name].make(*arguments, **options)
+    assert str(caught.value).startswith(f"{name}: ")
+    assert message in str(caught.value)
+
+
+def test_a_call_that_python_refuses_is_a_type_error() -> None:
+    """As of any function."""
+    with pytest.raises(TypeError, match="missing a required argument: 'topic'"):
+        Faults().drop()
+    with pytest.raises(TypeError, match="unexpected keyword argument 'shar'"):
+        Faults().drop("scan", shar=1)

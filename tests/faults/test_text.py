@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bt_mission.faults import FAULTS, Faults, PlannedFault, parse_fault
+from bt_mission.faults import FAULTS, PlannedFault, parse_fault
 from bt_mission.faults.errors import ScenarioError
 from bt_mission.faults.located import fault_in_text
+from bt_mission.faults.parameters import Parameter
 from bt_mission.faults.planned import AfterStep, AtTime, Beginning, Value, WhenTrue
-from bt_mission.faults.table import FaultParameter
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.requirements.formula import Condition
 
@@ -110,15 +110,19 @@ def test_a_word_before_another_name_is_a_value() -> None:
         ("att 5: imu_dead", 1, "got 'att' in place of at, after or when; did you mean 'at'?"),
         ("at 5 imu_dead", 14, "expected ':' between when a fault begins and what it is"),
         ("at five: imu_dead", 4, "expected a time such as '5.0', in seconds, got 'five'"),
-        ("at -1: imu_dead", 4, "expected a time from 0 s up, got -1 s"),
+        ("at -1: imu_dead", 4, "expected a number in s from 0 up for 'time', got the number -1"),
         ("at 5 m: imu_dead", 6, "'time' is in s (s, ms, min), got 'm'"),
         ("at 5: imu_ded", 7, "there is no fault 'imu_ded'; did you mean 'imu_dead'?"),
         ("at 5: 3", 7, "expected the name of a fault, got '3'"),
         ("at 5: drop", 7, "drop needs topic; write 'drop TOPIC [share N]"),
         ("at 5: drop scan shar 0.3", 17, "unexpected string 'shar'; did you mean 'share'?"),
         ("at 5: drop scan shar=0.3", 17, "drop has no argument 'shar' (known: topic, share"),
-        ("at 5: drop scan share 3", 7, "drop: expected a share above 0 and at most 1, got 3"),
-        ("at 5: drop scan share x", 23, "expected a number for 'share', got string 'x'"),
+        (
+            "at 5: drop scan share 3",
+            23,
+            "expected a number above 0 and at most 1 for 'share', got the number 3",
+        ),
+        ("at 5: drop scan share x", 23, "for 'share', got string 'x'"),
         ("at 5: drop scan share 1 share 1", 25, "'share' is given twice"),
         ("at 5: drop scan lasting 2 m", 27, "'lasting' is in s (s, ms, min), got 'm'"),
         ("at 5: drop scan lasting 2 sec", 27, "'lasting' is in s (s, ms, min), got 'sec'"),
@@ -157,7 +161,7 @@ _TEXTS = st.text(
 _NUMBERS = st.floats(0.05, 1.0) | st.integers(1, 9)
 
 
-def _values(one: FaultParameter) -> st.SearchStrategy[Any]:
+def _values(one: Parameter) -> st.SearchStrategy[Any]:
     values: dict[str, st.SearchStrategy[Any]] = {
         "number": _NUMBERS,
         "integer": st.integers(2, 9),
@@ -193,7 +197,7 @@ def planned_faults(draw: st.DrawFn) -> PlannedFault:
 def test_what_is_written_of_a_fault_is_read_as_the_same(fault: PlannedFault) -> None:
     """Unless the fault itself refuses the figures."""
     try:
-        fault.make(Faults.alone())
+        fault.make()
     except ScenarioError:
         with pytest.raises(ExpressionError):
             parse_fault(fault.text)

@@ -180,22 +180,6 @@ def test_a_fault_on_something_that_is_not_there(stage: Any) -> None:
     assert run.succeeded
 
 
-def test_a_fault_that_makes_no_sense(stage: Any) -> None:
-    """Is refused where it is made."""
-    faults = stage.faults
-    for make, reason in (
-        (lambda: faults.drop("scan", share=1.5), "expected a share above 0 and at most 1, got 1.5"),
-        (lambda: faults.drop("scan", share=0.5, every=2), "give a share, or every"),
-        (lambda: faults.drop("scan", lasting=-1), "expected lasting above 0 s, got -1"),
-        (lambda: faults.delay("scan", -0.1), "expected delay in seconds, 0 or more, got -0.1"),
-        (lambda: faults.duplicate("scan", times=1), "expected 2 times or more, got 1"),
-        (lambda: faults.corrupt("scan", "nam"), "no ready-made corruption 'nam', but: .*'nan'"),
-        (lambda: faults.corrupt("scan", print, field="ranges"), "not a function"),
-    ):
-        with pytest.raises(ScenarioError, match=reason):
-            make()
-
-
 @pytest.mark.parametrize(
     ("fault", "reason"),
     [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bt_mission.testing.generators.draws import Draws, maybe, number, one_of
+from bt_mission.core.draws import Draws, maybe, number, one_of
 
 CELL = 0.9
 """m. Obstacles stand in cells of this size, one in each, so that they do not touch."""

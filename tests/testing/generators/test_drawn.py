@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from hypothesis import find, given, settings
 
+from bt_mission.core.draws import SeededDraws
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.sessions.check import examine
-from bt_mission.testing.generators.draws import SeededDraws
 from bt_mission.testing.generators.missions import drawn_mission
 from bt_mission.testing.generators.scenarios import DrawnScenario, as_text, drawn_scenario
 from bt_mission.testing.generators.strategies import fault_schedules, missions, scenarios, worlds

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import inspect
 from pathlib import Path
 
 import pytest
 
-from bt_mission.faults import Faults
-from bt_mission.faults.fault import Fault
-from bt_mission.testing.generators.draws import SeededDraws
-from bt_mission.testing.generators.faults import DRAWN, GRAPH_FAULTS, IN_LEAVES, drawn_faults
+from bt_mission.core.draws import SeededDraws
+from bt_mission.faults import FAULTS
+from bt_mission.faults.drawing import drawn_faults
 from bt_mission.testing.stages import Stages
 
 DRIVES = """\
@@ -28,17 +26,7 @@ tree:
 """
 
 
-def test_every_fault_of_the_fixture_can_be_drawn() -> None:
-    """A new one is named here until it stands in the table."""
-    methods = inspect.getmembers(Faults, inspect.isfunction)
-    faults = {
-        name for name, method in methods if method.__annotations__["return"] == Fault.__name__
-    }
-    assert faults == {*DRAWN, *IN_LEAVES}
-    assert set(GRAPH_FAULTS) < set(DRAWN)
-
-
-@pytest.mark.parametrize("name", [*DRAWN, *IN_LEAVES])
+@pytest.mark.parametrize("name", FAULTS)
 def test_a_drawn_fault_can_begin(name: str, tmp_path: Path) -> None:
     """Whatever it breaks, the mission ends, and no goal is left that nobody names."""
     draws = SeededDraws(name)

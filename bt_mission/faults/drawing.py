@@ -1,0 +1,115 @@
+"""Random faults: of every kind, at drawn times, each of which ends by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from bt_mission.core.diagnostics import did_you_mean, quoted
+from bt_mission.core.draws import Draws, maybe, number, one_of
+from bt_mission.faults.drawable import STEP_S, Drawable
+from bt_mission.faults.faults import FAULTS
+from bt_mission.faults.kind import FaultKind
+from bt_mission.faults.planned import AtTime, Beginning, PlannedFault, WhenTrue
+from bt_mission.faults.values import planned_fault
+from bt_mission.faults.world import OF_A_BOX
+from bt_mission.language.requirements.formula import Condition
+
+MOST_FAULTS = 5
+LONGEST_HELD_S = 3.0
+"""An event has been true for so long at most when a fault begins, s."""
+
+GROUPS: Mapping[str, tuple[str, ...]] = {
+    group: tuple(one.name for one in FAULTS.values() if one.group == group)
+    for group in dict.fromkeys(one.group for one in FAULTS.values())
+    if group
+}
+"""The faults of each group; the first is the simplest."""
+
+DEFAULT_KINDS = ("network", "hardware", "servers", "messages")
+"""Groups that faults are drawn from where the ranges name none; those of the camera and the battery
+besides, where the mission uses them."""
+
+GRAPH_FAULTS = (
+    "drop",
+    "delay",
+    "duplicate",
+    "freeze",
+    "corrupt",
+    "reject_goals",
+    "delay_answers",
+    "delay_results",
+    "refuse_cancels",
+    "slow_server",
+    "silence_feedback",
+)
+"""Some faults of topics and of goals on their way: none touches the robot, or code."""
+
+
+def unknown_kind(name: str) -> tuple[str, str | None] | None:
+    """Return what is wrong with the name of a kind or group, and a hint; None if it is one."""
+    if name in GROUPS or (name in FAULTS and FAULTS[name].group):
+        return None
+    if name in FAULTS:
+        return f"{quoted(name)}: obstacles have ranges of their own, 'obstacles:'", None
+    near = did_you_mean(name, (*GROUPS, *(one.name for one in FAULTS.values() if one.group)))
+    known = None if near else f"groups: {', '.join(GROUPS)}; or the name of a fault"
+    return f"there is no fault {quoted(name)} that can be drawn", near or known
+
+
+def faults_of(kinds: Iterable[str]) -> tuple[str, ...]:
+    """Return the faults of kinds and groups, each once."""
+    return tuple(dict.fromkeys(one for kind in kinds for one in GROUPS.get(kind, (kind,))))
+
+
+def drawn_faults(
+    draws: Draws, names: Sequence[str] = (), leaves: Sequence[str] = ()
+) -> tuple[PlannedFault, ...]:
+    """Return some random faults, each of which ends by itself.
+
+    Args:
+        names: Of faults; by default those of topics, goals and feedback.
+        leaves: Names or paths of leaves in which exceptions may be raised.
+    """
+    count = draws.whole(0, MOST_FAULTS)
+    drawable = Drawable(names or GRAPH_FAULTS, leaves)
+    return tuple(fault for _ in range(count) for fault in drawn_fault(draws, drawable))
+
+
+def can_be_drawn(name: str, drawable: Drawable) -> bool:
+    """Tell whether there is anything that a fault could be about."""
+    kind = FAULTS[name]
+    needed: dict[str, Sequence[Any]] = {"leaf": drawable.leaves, "service": drawable.services}
+    if kind.needs_fields and not drawable.fields_of(name):
+        return False
+    return all(needed.get(one.names, True) for one in kind.parameters.values() if one.is_required)
+
+
+def drawn_fault(draws: Draws, drawable: Drawable) -> tuple[PlannedFault, ...]:
+    """Return a random fault, and what it needs before it."""
+    begins = drawn_beginning(draws, drawable)
+    kind = FAULTS[one_of(draws, drawable.names)]
+    fault = planned_fault(begins, kind.name, **_drawn_arguments(kind, draws, drawable))
+    if kind.name in OF_A_BOX:
+        return (planned_fault(begins, "spawn_box", 1.0, 0.0, nearest_free=True), fault)
+    return (fault,)
+
+
+def drawn_beginning(draws: Draws, drawable: Drawable) -> Beginning:
+    """Draw when a fault begins: at the first time, at any, or with an event."""
+    time = number(draws, *drawable.times, STEP_S)
+    time = drawable.times[0] if maybe(draws, 4) else time
+    if not drawable.events or not maybe(draws, 2):
+        return AtTime(time)
+    held = number(draws, 0, LONGEST_HELD_S, STEP_S) if maybe(draws, 2) else 0.0
+    return WhenTrue(Condition(one_of(draws, drawable.events)), held)
+
+
+def _drawn_arguments(kind: FaultKind, draws: Draws, drawable: Drawable) -> dict[str, Any]:
+    if kind.draw is not None:
+        given = dict(kind.draw(draws, drawable))
+    else:
+        given = {one.name: one.drawn(draws, drawable) for one in kind.declared if one.drawn}
+    if kind.lasts and not kind.waits:
+        given["lasting"] = drawable.period(draws, *drawable.lasting, STEP_S)
+    return given
