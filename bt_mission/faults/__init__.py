@@ -1,16 +1,13 @@
 """What can be broken on purpose: faults of the robot, its servers, its topics and its world.
 
-- ``fault``: :class:`Fault`, an action on a run that goes on for a while
-- ``maker``, ``parameters``: how a fault is declared, and what it makes of what passes
-- ``table``: every fault with what it takes, for files, texts and documentation
-- ``topics``, ``corruptions``: messages on their way between nodes
-- ``goals``: what passes between an action server and its clients
-- ``servers``: servers that abort, die or fail
-- ``clock``: a clock that is set, or stands still
-- ``raising``: exceptions in code
+- ``faults``: the table of all faults, and the methods of ``stage.faults``
+- ``messages``, ``servers``, ``robot``, ``world``, ``clock``: its rows by area, each with its effect
+- ``kind``, ``parameters``: what a row says; usage, checks and the fault itself derive from it
+- ``effects``, ``corruptions``: what becomes of things that pass on a channel
+- ``fault``: :class:`Fault`, an action on a run that lasts for a while
 - ``planned``, ``text``, ``values``: :class:`PlannedFault`, a fault as data, and how it is written
-- ``plan``: has planned faults begin in a run
-- ``robot``, ``world``: sensors, wheels, pushes; obstacles that appear, move and vanish
+- ``plan``, ``located``: planned faults begin in a run; errors have the place of their text
+- ``drawable``, ``drawing``: random faults
 """
 
 from __future__ import annotations
