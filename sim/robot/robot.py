@@ -337,7 +337,7 @@ class SimulatedRobot:
         time_ns = self.physics.time_ns
         if time_ns != self.odometry.time_ns:
             turned = self._encoders.read(*self._qpos[7:9].tolist())
-            self.odometry.read(*self.wheels[0], time_ns, self.faults["odometry"])
+            self.odometry.read(*self.wheels[0], time_ns, self.faults.now["odometry"])
             self.battery.use(time_ns, turned if self.motors_on else 0.0)
             if self.motors_on and self.battery.is_empty:
                 self._switch_motors(on=False)

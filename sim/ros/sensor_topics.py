@@ -8,6 +8,7 @@ from operator import attrgetter
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 
@@ -31,14 +32,10 @@ def publish_sensor(
     message = empty_message(sensor, stamp)
     qos = RELIABLE if sensor.is_reliable else SENSOR_DATA
     publisher = node.create_publisher(type(message), robot.prefix + sensor.topic, qos)
-    faults, name = robot.faults, sensor.name
-    measured = _packed(sensor, message, stamp) if sensor.fields else _filled(sensor, message, node)
-
-    def publish(index: int) -> None:
-        if publisher.get_subscription_count() and not faults.now[name].dead:
-            publisher.publish(measured(index))
-
-    schedule.every(sensor.rate, f"{name}.rate", publish)
+    make = _packed if sensor.fields else _filled
+    schedule.every(
+        sensor.rate, f"{sensor.name}.rate", make(node, publisher, sensor, message, stamp)
+    )
 
 
 def message_type(sensor: Sensor | type[Sensor]) -> Any:
@@ -58,17 +55,30 @@ def empty_message(sensor: Sensor, stamp: Any) -> Any:
     return message
 
 
-def _packed(sensor: Sensor, message: Any, stamp: Any) -> Callable[[int], bytes]:
+def _packed(
+    _: Node, publisher: Publisher, sensor: Sensor, message: Any, stamp: Any
+) -> Callable[[int], None]:
     packed = MessageTemplate(message, stamp, [(message, sensor.fields)], serialize_message).packed
-    return lambda index: packed(*sensor.numbers(index))
+    parts, name = sensor.mount.faults.now, sensor.name
+
+    def publish(index: int) -> None:
+        if publisher.get_subscription_count() and not parts[name].dead:
+            publisher.publish(packed(*sensor.numbers(index)))
+
+    return publish
 
 
-def _filled(sensor: Sensor, message: Any, node: Node) -> Callable[[int], Any]:
-    def measured(index: int) -> Any:
-        sensor.fill(message, index)
-        if sensor.notice:
-            log_of(node).warning(sensor.notice)
-            sensor.notice = ""
-        return message
+def _filled(
+    node: Node, publisher: Publisher, sensor: Sensor, message: Any, _: Any
+) -> Callable[[int], None]:
+    parts, name = sensor.mount.faults.now, sensor.name
 
-    return measured
+    def publish(index: int) -> None:
+        if publisher.get_subscription_count() and not parts[name].dead:
+            sensor.fill(message, index)
+            if sensor.notice:
+                log_of(node).warning(sensor.notice)
+                sensor.notice = ""
+            publisher.publish(message)
+
+    return publish

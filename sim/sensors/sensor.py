@@ -72,7 +72,7 @@ class Sensor:
     @property
     def faults(self) -> Any:
         """What is broken now."""
-        return self.mount.faults[self.name]
+        return self.mount.faults.now[self.name]
 
     def restart(self) -> None:
         """Be as at the start."""
