@@ -338,8 +338,9 @@ class SimulatedRobot:
         if time_ns != self.odometry.time_ns:
             turned = self._encoders.read(*self._qpos[7:9].tolist())
             self.odometry.read(*self.wheels[0], time_ns, self.faults.now["odometry"])
-            self.battery.use(time_ns, turned if self.motors_on else 0.0)
-            if self.motors_on and self.battery.is_empty:
+            battery = self._battery.battery
+            battery.use(time_ns, turned if self.motors_on else 0.0)
+            if self.motors_on and battery.is_empty:
                 self._switch_motors(on=False)
         return self.odometry
 
