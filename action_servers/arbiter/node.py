@@ -13,18 +13,18 @@ from rclpy.subscription import Subscription
 
 from action_servers.arbiter.arbiter import SOURCES, Arbiter, CommandAge, CommandSource
 from action_servers.core.maneuver import ZERO
-from action_servers.core.parameters import ParameterSpec
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
-from action_servers.robot_io.node import (
+from bt_mission.core.geometry import Twist2D
+from bt_mission.core.parameters import ParameterSpec
+from bt_mission.core.stamps import to_ns
+from bt_mission.executors.process import (
     NO_ARGUMENTS,
     ProcessOptions,
     RobotNode,
     RobotNodeOptions,
     run,
 )
-from bt_mission.core.geometry import Twist2D
-from bt_mission.core.stamps import to_ns
 
 NODE_NAME = "bt_mission_arbiter"
 CHECK_HZ = 50.0

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from action_servers.core.parameters import number
+from bt_mission.core.parameters import number
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,22 +14,22 @@ from rclpy.qos import QoSProfile
 from std_srvs.srv import Trigger
 
 from action_servers.core.maneuver import Grid, Scan
-from action_servers.core.parameters import ParameterSpec
 from action_servers.core.tuning import MapperTuning
 from action_servers.mapping.coverage import Measure, VisitedArea
 from action_servers.mapping.files import MapFileError, save
 from action_servers.mapping.occupancy import FREE, OccupancyMapper
 from action_servers.navigation.senses import PoseHistory
-from action_servers.robot_io.node import (
+from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
+from bt_mission.core.goal_rate import MOST_WAITING, RateLimit
+from bt_mission.core.parameters import ParameterSpec
+from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.executors.process import (
     NO_ARGUMENTS,
     ProcessOptions,
     RobotNode,
     RobotNodeOptions,
     run,
 )
-from action_servers.robot_io.sensors import LATCHED, SensorSubscriptions, SensorWiring
-from bt_mission.core.goal_rate import MOST_WAITING, RateLimit
-from bt_mission.core.robot.model import RobotModel, load_robot
 
 NODE_NAME = "bt_mission_mapper"
 MAP_PREFIX = "map_prefix"

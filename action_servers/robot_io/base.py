@@ -14,11 +14,11 @@ from rclpy.publisher import Publisher
 from rclpy.serialization import serialize_message
 
 from action_servers.core.maneuver import Action, Maneuver, Observation, Refusal
-from action_servers.core.parameters import text
 from action_servers.robot_io.command_types import CHOICES, STAMPED, Choice, Listeners
 from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.geometry import Twist2D
+from bt_mission.core.parameters import text
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import clock_ns, set_ns
 

@@ -24,7 +24,6 @@ from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
 from action_servers.core.maneuver import Image, Observation
-from action_servers.core.parameters import text
 from action_servers.robot_io.frames import Frames, PlaceOnMap
 from action_servers.robot_io.messages import (
     grid_of,
@@ -36,6 +35,7 @@ from action_servers.robot_io.messages import (
 )
 from bt_mission.core.cdr.decoder import decoder_of
 from bt_mission.core.geometry import Pose2D, composed
+from bt_mission.core.parameters import text
 from bt_mission.core.robot.model import LidarModel
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import clock_ns

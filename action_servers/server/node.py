@@ -20,13 +20,6 @@ from action_servers.navigation.senses import missing
 from action_servers.robot_io.adapter import ActionAdapter, Before
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
-from action_servers.robot_io.node import (
-    NO_ARGUMENTS,
-    ProcessOptions,
-    RobotNode,
-    RobotNodeOptions,
-    run,
-)
 from action_servers.robot_io.publisher_watch import PublisherWatch
 from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
 from action_servers.server.actions import ACTIONS, ServerContext, action
@@ -39,6 +32,13 @@ from action_servers.server.parameters import (
 from action_servers.server.topics import PlanTopic, Switches, answer_as_navigator, watch_executives
 from bt_mission.core.action_requests import BURST
 from bt_mission.core.robot.model import RobotModel, load_robot
+from bt_mission.executors.process import (
+    NO_ARGUMENTS,
+    ProcessOptions,
+    RobotNode,
+    RobotNodeOptions,
+    run,
+)
 
 NODE_NAME = "bt_mission_servers"
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from action_servers.core.goal_limits import SLOWEST_TURN
-from action_servers.core.parameters import ParameterSpec
 from action_servers.driving import turn
-from action_servers.robot_io.node import RobotNode
+from bt_mission.core.parameters import ParameterSpec
 from bt_mission.core.robot.model import RobotModel
+from bt_mission.executors.process import RobotNode
 
 DEFAULT_TURN_VELOCITY = "default_turn_velocity"
 SLOWEST_CONTROL_HZ, FASTEST_CONTROL_HZ = 5.0, 100.0

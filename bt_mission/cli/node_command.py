@@ -89,7 +89,7 @@ def _driving(options: argparse.Namespace) -> dict[str, Any]:
 
 def _common(options: argparse.Namespace) -> dict[str, Any]:
     """The arguments of every node but the simulated robot's."""
-    from action_servers.robot_io.node import ProcessOptions
+    from bt_mission.executors.process import ProcessOptions
 
     return {
         "namespace": options.namespace,

@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import ExitStack, closing
 from importlib.util import find_spec
 
-import rclpy
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
-from rclpy.exceptions import ParameterException
+from rclpy.executors import Executor
 from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
 
 from bt_mission.core.dds.endpoints import UNNAMED, unheard
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.core.parameters import ParameterSpec
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.wall_clock import Pacer, Stopwatch
-from bt_mission.executors.live import LiveExecutor
+from bt_mission.executors.process import LOOK_S, ProcessOptions, run
 from sim.physics.spawn import RobotSpawn
-from sim.ros.node import SimNode, SimOptions
+from sim.ros.node import NODE_NAME, SimNode, SimOptions
 from sim.ros.run_control import RunControl, RunState
 from sim.ros.topics import COMMAND_TYPES
 from sim.views.window import Window, check_display
 from sim.world.loader import load_world
+from sim.world.world import World
 
 SLOWEST, FASTEST = 0.01, 1000.0
 """Times real time."""
@@ -36,9 +34,6 @@ _FRAME_S = 0.03
 _WATCH_S = 1.0
 _TICKS_A_CLOCK = 10
 _FAREWELL_S = 0.3
-
-LOOK_S = 0.1
-"""How often at least a signal is looked for, s."""
 
 
 class SpeedError(BtMissionError):
@@ -70,36 +65,127 @@ def main(
     if view:
         check_display()
     scene = load_world(world)
-    # With handlers of our own: rclpy's would pull the context from under the callback that runs.
-    rclpy.init(args=["--ros-args", *ros_args], signal_handler_options=SignalHandlerOptions.NO)
-    with ExitStack() as stack:
-        interrupts = stack.enter_context(InterruptSignals())
-        stack.callback(rclpy.shutdown)
-        try:
-            node = SimNode(scene, robots, options)
-            control = RunControl(node)
-            _declare_parameters(node, options.seed)
-            _pace(node, control, speed)
-        except ParameterException as error:
-            raise BtMissionError(str(error)) from error
-        node.publish_clock_at(CLOCK_HZ)
-        wall = Clock(clock_type=ClockType.STEADY_TIME)
-        node.create_timer(_WATCH_S, CommandWatch(node).look, clock=wall)
-        _offer_services(node, control, world)
-        if view:
-            window = stack.enter_context(closing(Window(node.physics)))
-            node.create_timer(_FRAME_S, window.look, clock=wall)
-        speed = node.get_parameter("speed").value
-        log_of(node).info(f"{_names(node)} in {scene.name}, seed {options.seed}, speed {speed:g}")
-        executor = LiveExecutor()
-        executor.add_node(node)
-        while not interrupts.count and control.state is not RunState.QUITTING:
+
+    def make(chosen: SimOptions) -> LiveSimNode:
+        return LiveSimNode(scene, robots, chosen, source=world, speed=speed, view=view)
+
+    return run(NODE_NAME, ProcessOptions(ros_args=ros_args), options, make)
+
+
+class LiveSimNode(SimNode):
+    """The simulator's node, paced against the wall clock.
+
+    Its parameter `speed` may be set any time. `source` is what the world was loaded from.
+    """
+
+    def __init__(
+        self,
+        world: World,
+        robots: Sequence[RobotSpawn],
+        options: SimOptions,
+        *,
+        source: str,
+        speed: float,
+        view: bool,
+    ) -> None:
+        super().__init__(world, robots, options)
+        self._source, self._seed, self._view = source, options.seed, view
+        self._control = RunControl(self)
+        self._window: Window | None = None
+        self._wall = Clock(clock_type=ClockType.STEADY_TIME)
+        self._show_what_is_fixed()
+        description = "How many times faster than the wall clock virtual time runs."
+        speed = self.declare(
+            "speed", ParameterSpec(speed, description, SLOWEST, FASTEST, is_fixed=False)
+        )
+        self._pacer = Pacer(speed, self.next_due_ns)
+        self._stood = 0
+        self._be_patient(speed)
+        self.add_post_set_parameters_callback(self._change_speed)
+        self.create_timer(_TICK_S, self._tick, clock=self._wall)
+
+    @property
+    def is_done(self) -> bool:
+        """Whether it was asked to quit."""
+        return self._control.state is RunState.QUITTING
+
+    def begin(self) -> None:
+        """Offer what a process offers, and say what is simulated."""
+        self.publish_clock_at(CLOCK_HZ)
+        self.create_timer(_WATCH_S, CommandWatch(self).look, clock=self._wall)
+        self._offer_services()
+        if self._view:
+            self._window = Window(self.physics)
+            self.create_timer(_FRAME_S, self._window.look, clock=self._wall)
+        world, speed = self.physics.world.name, self._pacer.speed
+        self._log.info(f"{self._names} in {world}, seed {self._seed}, speed {speed:g}")
+
+    def end(self, signal: str, executor: Executor) -> None:
+        """Send the answer to whoever had it quit, which needs a moment to get there."""
+        since = Stopwatch()
+        while not signal and since.elapsed_s < _FAREWELL_S:
             executor.spin_once(timeout_sec=LOOK_S)
-        said = Stopwatch()  # the answer to whoever has it quit needs a moment to get there
-        while not interrupts.count and said.elapsed_s < _FAREWELL_S:
-            executor.spin_once(timeout_sec=LOOK_S)
-        node.destroy_node()
-    return 0
+
+    def destroy_node(self) -> None:
+        """Close the window with the node."""
+        if self._window is not None:
+            self._window.close()
+        super().destroy_node()
+
+    @property
+    def _names(self) -> str:
+        return ", ".join(
+            f"{one.name} ({one.robot.name})" if one.name else one.robot.name for one in self.robots
+        )
+
+    def _show_what_is_fixed(self) -> None:
+        """Declare parameters that show what cannot be changed while it runs."""
+        for name, value, description in (
+            ("world", self.physics.world.name, "Name of the world."),
+            ("robot", self._names, "Model of the robot, or names and models of several."),
+            ("seed", self._seed, "Seed of all sensor noise."),
+        ):
+            descriptor = ParameterDescriptor(description=description, read_only=True)
+            self.declare_parameter(name, value, descriptor, ignore_override=True)
+
+    def _tick(self) -> None:
+        pacer, control = self._pacer, self._control
+        if not control.is_running:
+            pacer.set_speed(pacer.speed, self.time_ns)  # there is nothing to catch up with
+            self._stood += 1
+            if self._stood % _TICKS_A_CLOCK == 0:  # for those who join
+                self.publish_clock()
+            return
+        control.advance_to(pacer.due_ns(self.time_ns))
+        reached = pacer.shortfall()
+        if reached is not None:
+            self._log.warning(f"too slow for speed {pacer.speed:g}: reached {reached:.2g}")
+
+    def _change_speed(self, parameters: list[Parameter]) -> None:
+        for parameter in parameters:
+            if parameter.name == "speed":
+                self._pacer.set_speed(parameter.value, self.physics.time_ns)
+                self._be_patient(parameter.value)
+
+    def _be_patient(self, speed: float) -> None:
+        """Let commands hold as long on the wall as at real time: they do not come any sooner."""
+        for robot in self.robots:
+            robot.be_patient(max(1.0, speed))
+
+    def _offer_services(self) -> None:
+        """Answer the standard interfaces of simulators, where their types are installed."""
+        if find_spec("simulation_interfaces") is None:
+            self._log.warning(
+                "the standard services of simulators are not there: the package"
+                " simulation_interfaces is not installed; install bt-mission anew, or"
+                " ros-jazzy-simulation-interfaces"
+            )
+            return
+        from sim.ros.standard_services import (  # noqa: PLC0415 - needs what may not be installed
+            offer_standard_services,
+        )
+
+        offer_standard_services(self, self._control, self._source)
 
 
 class CommandWatch:
@@ -131,80 +217,3 @@ class CommandWatch:
             )
         self._told |= lost
         self._unnamed = unnamed
-
-
-def _names(node: SimNode) -> str:
-    return ", ".join(
-        f"{one.name} ({one.robot.name})" if one.name else one.robot.name for one in node.robots
-    )
-
-
-def _declare_parameters(node: SimNode, seed: int) -> None:
-    """Show what cannot be changed while it runs."""
-    for name, value, description in (
-        ("world", node.physics.world.name, "Name of the world."),
-        ("robot", _names(node), "Model of the robot, or names and models of several."),
-        ("seed", seed, "Seed of all sensor noise."),
-    ):
-        descriptor = ParameterDescriptor(description=description, read_only=True)
-        node.declare_parameter(name, value, descriptor, ignore_override=True)
-
-
-def _offer_services(node: SimNode, control: RunControl, world: str) -> None:
-    """Answer the standard interfaces of simulators, where their types are installed."""
-    if find_spec("simulation_interfaces") is None:
-        log_of(node).warning(
-            "the standard services of simulators are not there: the package simulation_interfaces"
-            " is not installed; install bt-mission anew, or ros-jazzy-simulation-interfaces"
-        )
-        return
-    from sim.ros.standard_services import (  # noqa: PLC0415 - needs what may not be installed
-        offer_standard_services,
-    )
-
-    offer_standard_services(node, control, world)
-
-
-def _pace(node: SimNode, control: RunControl, speed: float) -> None:
-    """Move the node from a timer on the wall clock; its parameter `speed` may be set any time.
-
-    While it stands, the time is told all the same, for those who join.
-    """
-    wall = Clock(clock_type=ClockType.STEADY_TIME)
-    allowed = FloatingPointRange(from_value=SLOWEST, to_value=FASTEST)
-    description = "How many times faster than the wall clock virtual time runs."
-    descriptor = ParameterDescriptor(description=description, floating_point_range=[allowed])
-    speed = node.declare_parameter("speed", speed, descriptor).value
-    pacer = Pacer(speed, node.next_due_ns)
-    _be_patient(node, speed)
-
-    stood = 0
-
-    def tick() -> None:
-        nonlocal stood
-        if not control.is_running:
-            pacer.set_speed(pacer.speed, node.time_ns)  # there is nothing to catch up with
-            stood += 1
-            if stood % _TICKS_A_CLOCK == 0:
-                node.publish_clock()
-            return
-        control.advance_to(pacer.due_ns(node.time_ns))
-        reached = pacer.shortfall()
-        if reached is not None:
-            log_of(node).warning(f"too slow for speed {pacer.speed:g}: reached {reached:.2g}")
-
-    def on_parameters(parameters: list[Parameter]) -> None:
-        for parameter in parameters:
-            if parameter.name == "speed":
-                pacer.set_speed(parameter.value, node.physics.time_ns)
-                _be_patient(node, parameter.value)
-
-    node.add_post_set_parameters_callback(on_parameters)
-
-    node.create_timer(_TICK_S, tick, clock=wall)
-
-
-def _be_patient(node: SimNode, speed: float) -> None:
-    """Let commands hold as long on the wall as at real time: they do not come any sooner."""
-    for robot in node.robots:
-        robot.be_patient(max(1.0, speed))

@@ -11,17 +11,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.context import Context
-from rclpy.exceptions import InvalidParameterValueException
-from rclpy.logging import LoggingSeverity
-from rclpy.node import Node
-from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from bt_mission.core.ros_log import log_of
+from bt_mission.core.parameters import ParameterSpec
 from bt_mission.core.stamps import set_ns
+from bt_mission.executors.process import RobotNode, RobotNodeOptions
 from sim.physics.names import STEP_NS
 from sim.physics.spawn import RobotSpawn
 from sim.ros.localization import localise
@@ -44,16 +39,12 @@ NODE_NAME = "bt_mission_sim"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SimOptions:
+class SimOptions(RobotNodeOptions):
     """How the simulator's node is made.
 
     Args:
         seed: Of all sensor noise.
         start_ns: The first instant, ns.
-        context: The rclpy context; None is the default one.
-        namespace: Of the robot's topics.
-        lean: No parameter services, no /rosout, and only warnings in the log.
-        has_parameters: Parameter services all the same, where others look on.
         camera: Whether there are cameras.
         with_map: Whether the map of the world is published.
         localises: Whether `tf` has the place of `odom` on the map; else something else has to
@@ -65,10 +56,6 @@ class SimOptions:
 
     seed: int
     start_ns: int = 1_000_000_000
-    context: Context | None = None
-    namespace: str | None = None
-    lean: bool = False
-    has_parameters: bool = False
     camera: bool = True
     with_map: bool = True
     localises: bool = True
@@ -77,7 +64,7 @@ class SimOptions:
     places: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
-class SimNode(Node):
+class SimNode(RobotNode):
     """One robot in one world, or several. Messages are sent only where somebody subscribes.
 
     The topics of a robot without a name, which is alone, are the node's own (`scan`). Those of a
@@ -94,16 +81,7 @@ class SimNode(Node):
         )
         self.robots, self.physics = self.simulation.robots, self.simulation.physics
         lean = options.lean
-        super().__init__(
-            NODE_NAME,
-            context=options.context,
-            namespace=options.namespace,
-            start_parameter_services=not lean or options.has_parameters,
-            enable_rosout=not lean,
-            parameter_overrides=[Parameter("start_type_description_service", value=not lean)],
-        )
-        if lean:
-            log_of(self).set_level(LoggingSeverity.WARN)
+        super().__init__(NODE_NAME, options)
         self.command_type = self._declare_command_type(options)
         self._schedule = Schedule(options.start_ns)
         self._time = Clock()
@@ -133,7 +111,7 @@ class SimNode(Node):
                 if options.camera or sensor.name != "camera":
                     publish_sensor(self, self._schedule, self._stamp, one, sensor)
             for warning in unseen(world, one.robot):
-                log_of(self).warning(warning)
+                self._log.warning(warning)
         self.create_service(Trigger, "reset_simulation", self._on_reset, qos_profile=REQUESTS)
 
     # ---- time ----------------------------------------------------------------------------
@@ -202,16 +180,9 @@ class SimNode(Node):
         """Declare the parameter `cmd_vel_type`; the stage, without parameters, has the option."""
         if options.lean:
             return options.command_type
-        choices = " or ".join(COMMAND_TYPES)
-        descriptor = ParameterDescriptor(
-            description="Type of cmd_vel: TwistStamped (stamped) or Twist (plain).",
-            additional_constraints=choices,
-            read_only=True,
-        )
-        value: Any = self.declare_parameter("cmd_vel_type", options.command_type, descriptor).value
-        if value not in COMMAND_TYPES:
-            raise InvalidParameterValueException("cmd_vel_type", value, f"must be {choices}")
-        chosen: CommandType = value
+        description = "Type of cmd_vel: TwistStamped (stamped) or Twist (plain)."
+        spec = ParameterSpec(options.command_type, description, choices=tuple(COMMAND_TYPES))
+        chosen: CommandType = self.declare("cmd_vel_type", spec)
         return chosen
 
     def _latch(self, message: Any, topic: str) -> None:
@@ -224,4 +195,4 @@ class SimNode(Node):
         for robot in self.robots:
             for sensor in robot.sensors:
                 sensor.close()
-        Node.destroy_node(self)
+        super().destroy_node()

@@ -6,8 +6,8 @@ from dataclasses import fields
 
 import pytest
 
-from action_servers.core.parameters import specs
 from action_servers.core.tuning import FrontierTuning, MapperTuning, NavigationTuning, Tuning
+from bt_mission.core.parameters import specs
 
 ALL = (Tuning, NavigationTuning, FrontierTuning, MapperTuning)
 

@@ -6,9 +6,9 @@ import pytest
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.parameter import Parameter
 
-from action_servers.core.parameters import specs
 from action_servers.core.tuning import FrontierTuning, NavigationTuning, Tuning
 from action_servers.server.node import ServerOptions, ServersNode
+from bt_mission.core.parameters import specs
 
 TUNINGS = (("", Tuning), ("navigation.", NavigationTuning), ("frontiers.", FrontierTuning))
 

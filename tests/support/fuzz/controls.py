@@ -19,7 +19,6 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 
 from action_servers.core.tuning import NAVIGATION, TUNING
-from action_servers.robot_io.node import RobotNode, RobotNodeOptions
 from action_servers.server.parameters import declare_server_parameters, limited
 from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import Scope
@@ -28,6 +27,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.trace import Trace
+from bt_mission.executors.process import RobotNode, RobotNodeOptions
 from bt_mission.ros.control_services import MOST_BREAKPOINTS, ControlServices
 from bt_mission.sessions.served_missions import ServedMissions
 from tests.support.fuzz.finding import Case, Finding, Verdict, crash

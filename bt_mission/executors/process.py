@@ -1,4 +1,4 @@
-"""What our nodes beside a robot have in common: options, parameters, life as a process."""
+"""What the nodes of a robot have in common: options, parameters, life as a process."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
-from action_servers.core.parameters import ParameterSpec, specs
-from action_servers.robot_io.parameter_file import ParameterFile, read_parameters
 from bt_mission.core.clock_messages import ValidClock
 from bt_mission.core.diagnostics import InputError, did_you_mean
 from bt_mission.core.errors import BtMissionError, cause_of
 from bt_mission.core.interrupts import InterruptSignals
+from bt_mission.core.parameters import ParameterSpec, specs
 from bt_mission.core.ros_log import log_of
 from bt_mission.executors.live import LiveExecutor
+from bt_mission.executors.parameter_file import ParameterFile, read_parameters
 
 D = TypeVar("D", bound=Any)
 N = TypeVar("N", bound="RobotNode")
@@ -167,6 +167,11 @@ class RobotNode(ValidClock, Node):
                 f"no such parameter '{name}': passed over{f'; {hint}' if hint else ''}"
             )
 
+    @property
+    def is_done(self) -> bool:
+        """Has somebody else than a signal ended it?"""
+        return False
+
     def begin(self) -> None:
         """Begin as a process, before the first callback."""
 
@@ -178,7 +183,7 @@ class RobotNode(ValidClock, Node):
         Node.destroy_node(self)
 
     def end(self, signal: str, executor: Executor) -> None:
-        """Come to a good end after the signal of that name."""
+        """Come to a good end after the signal of that name; empty without a signal."""
 
 
 def _descriptor(spec: ParameterSpec) -> ParameterDescriptor:
@@ -289,7 +294,7 @@ def _serve(node: RobotNode) -> None:
     node.begin()
     with InterruptSignals(most=1) as interrupts:
         try:
-            while not interrupts.count:
+            while not (interrupts.count or node.is_done):
                 executor.spin_once(timeout_sec=LOOK_S)
                 node.look()
         except Exception as error:

@@ -1,7 +1,7 @@
 """What a ROS parameter of a node may be, declared once: its default, its limits, what it is for.
 
 Parameters that belong together are the fields of a frozen dataclass, made by `number` and `text`;
-those whose limits depend on the robot are single specs by name. `robot_io.node` declares both.
+those whose limits depend on the robot are single specs by name. `executors.process` declares both.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from action_servers.robot_io.parameter_file import read_parameters
 from bt_mission.core.diagnostics import InputError
+from bt_mission.executors.parameter_file import read_parameters
 
 NODE = "bt_mission_servers"
 

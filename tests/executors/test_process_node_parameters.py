@@ -9,13 +9,13 @@ import rclpy
 from rclpy.context import Context
 
 from action_servers.mapping import node as mapper
-from action_servers.robot_io.node import made_with
-from action_servers.robot_io.parameter_file import read_parameters
 from action_servers.server.node import NODE_NAME, ServerOptions, ServersNode
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find, names
 from bt_mission.core.robot.model import load_robot
+from bt_mission.executors.parameter_file import read_parameters
+from bt_mission.executors.process import made_with
 
 
 def servers(context: Context, folder: Path, text: str) -> ServersNode:

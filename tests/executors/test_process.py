@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from action_servers.robot_io import node as module
+from bt_mission.executors import process as module
 
 
 def test_an_exception_stops_the_robot_before_it_ends_the_process(
@@ -20,6 +20,7 @@ def test_an_exception_stops_the_robot_before_it_ends_the_process(
         raise ValueError("a defect")
 
     node: Any = SimpleNamespace(
+        is_done=False,
         begin=lambda: events.append("begin"),
         end=lambda why, _: events.append(why.partition(" (")[0]),
     )
