@@ -22,7 +22,6 @@ from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.ros_arguments import EPILOG, checked
 from bt_mission.cli.view import VIEW
 from bt_mission.core.files import find
-from bt_mission.core.robot.model import load_robot
 
 ROBOT_MODEL = "waffle"
 
@@ -30,6 +29,7 @@ ROBOT_MODEL = "waffle"
 def sim(options: argparse.Namespace) -> int:
     """Simulate until interrupted."""
     prepare_graph(options)
+    from bt_mission.core.robot.model import load_robot
     from sim.physics.spawn import RobotSpawn, read
     from sim.ros.live import main
     from sim.ros.node import SimOptions

@@ -110,6 +110,7 @@ def test_ctrl_c_halts_the_missions_of_all_robots(
             case "one", NodeChanged(node=node, status=Status.RUNNING) if node == TURN:
                 signal.raise_signal(signal.SIGINT)
 
+    monkeypatch.setattr(Speech, "kinds", (NodeChanged,))
     monkeypatch.setattr(Speech, "on_event", interrupt)
     report = fleet.json("run two.yaml", 130)
     assert report["status"] == "interrupted"

@@ -74,7 +74,7 @@ def test_the_limits_of_goals_are_those_of_the_servers():
         for name, rules in ACTIONS.items()
         for limit in rules.limits(waffle, TUNING)
     ]
-    section = TEXT.partition("## Limits of our goals")[2].partition("\n# ")[0]
+    section = TEXT.partition("## Limits of goals")[2].partition("\n# ")[0]
     assert re.findall(r"^\| `.*$", section, re.MULTILINE) == rows
 
 
