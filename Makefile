@@ -64,7 +64,7 @@ format: $(installed) ## put the sources in order
 docs: $(installed) ## build the documentation site, build/site; REFS="v1 main" adds these versions
 	@$(bin)/python tools/build_site.py $(REFS)
 
-generated: $(installed) ## write what docs/ takes from the code: the tables of faults, nature and keys, the picture of the packages
+generated: $(installed) ## write what docs/ takes from the code: the tables of faults, nature, limits and keys, the picture of the packages
 	@$(bin)/python tools/make_generated.py
 
 doctor: $(runs) ## say what this machine lacks

@@ -6,7 +6,7 @@ beside ours.
     def plan(goal, now):
         return Circle(goal.secs) if goal.secs > 0 else Refusal("secs must be above 0")
 
-    circle = Action("circle", Move, plan)
+    circle = Action(name="circle", type="my_interfaces/action/Circle", plan=plan)
     options = ServerOptions(image_folder=Path("images"), extra_actions=[circle])
     rclpy.spin(ServersNode(load_robot("waffle"), options))
 
@@ -20,12 +20,12 @@ from typing import TYPE_CHECKING
 from bt_mission.core.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from action_servers.core.action import Action
     from action_servers.core.checks import refusal, stale
-    from action_servers.core.limits import outside
+    from action_servers.core.limits import ColourLimit, NumberLimit, outside
     from action_servers.core.maneuver import (
         SUCCEEDED,
         ZERO,
-        Action,
         ErrorCode,
         Finished,
         Grid,
@@ -45,12 +45,14 @@ __all__ = [
     "SUCCEEDED",
     "ZERO",
     "Action",
+    "ColourLimit",
     "DriveGuard",
     "ErrorCode",
     "Finished",
     "Grid",
     "Image",
     "Maneuver",
+    "NumberLimit",
     "Observation",
     "Pose2D",
     "Refusal",
@@ -70,13 +72,14 @@ __getattr__ = lazy_names(
     __name__,
     {
         **dict.fromkeys(__all__, "action_servers.core.maneuver"),
+        "Action": "action_servers.core.action",
         **dict.fromkeys(("refusal", "stale"), "action_servers.core.checks"),
         **dict.fromkeys(("ServerOptions", "ServersNode"), "action_servers.server.node"),
         **dict.fromkeys(("Pose2D", "Twist2D"), "bt_mission.core.geometry"),
         **dict.fromkeys(("RobotModel", "load_robot"), "bt_mission.core.robot.model"),
         "DriveGuard": "action_servers.driving.drive",
         "Tuning": "action_servers.core.tuning",
-        "outside": "action_servers.core.limits",
+        **dict.fromkeys(("ColourLimit", "NumberLimit", "outside"), "action_servers.core.limits"),
     },
 )
 

@@ -26,6 +26,7 @@ from typing import TYPE_CHECKING, Any
 from bt_mission.core.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from bt_mission.core.actions import ActionName
     from bt_mission.core.diagnostics import Diagnostic, InputError
     from bt_mission.core.errors import BtMissionError
     from bt_mission.executive.executive import Executive
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     from bt_mission.fleets.run import run_fleet
     from bt_mission.goals.goal import GoalClient
     from bt_mission.goals.outcome import Outcome
-    from bt_mission.language.action_names import ActionName
     from bt_mission.language.mission import Mission
     from bt_mission.recording.contents import RecordingOptions
     from bt_mission.recording.reader import read_run as read_recording
@@ -89,7 +89,7 @@ __all__ = [
 _load = lazy_names(
     __name__,
     {
-        "ActionName": "bt_mission.language.action_names",
+        "ActionName": "bt_mission.core.actions",
         "BtMissionError": "bt_mission.core.errors",
         "Diagnostic": "bt_mission.core.diagnostics",
         "Executive": "bt_mission.executive.executive",

@@ -95,7 +95,6 @@ SPEAKS_ROS = (
     "bt_mission.cli",
     "sim.ros",
     "action_servers.mapping.node",
-    "action_servers.navigation.actions",
     "action_servers.robot_io",
     "action_servers.arbiter.node",
     "action_servers.server",

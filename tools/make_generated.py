@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Write what docs/ takes from the code: tables of faults, nature and keys, the picture of packages.
+"""Write what docs/ takes from the code: tables of faults, nature, limits, keys, and a picture.
 
 A test compares each file with the result; `make generated` writes them.
 """
@@ -15,7 +15,12 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from bt_mission.core.nature import QUANTITIES, Quantity  # noqa: E402 - from the root
+from action_servers.core.limits import NumberLimit  # noqa: E402 - from the root
+from action_servers.core.tuning import TUNING  # noqa: E402
+from action_servers.server.actions import action  # noqa: E402
+from bt_mission.core.actions import declared  # noqa: E402
+from bt_mission.core.nature import QUANTITIES, Quantity  # noqa: E402
+from bt_mission.core.robot.model import load_robot  # noqa: E402
 from bt_mission.faults import FAULTS  # noqa: E402
 from bt_mission.faults.drawing import GROUPS  # noqa: E402
 from bt_mission.faults.kind import FaultKind  # noqa: E402
@@ -32,7 +37,7 @@ from tools.draw_layers import draw  # noqa: E402
 DOCS = ROOT / "docs"
 
 
-# ---- the tables of faults and of nature's quantities -------------------------------------------
+# ---- tables within pages -------------------------------------------
 
 
 def fault_table() -> str:
@@ -79,6 +84,18 @@ def _quantity(one: Quantity) -> str:
     values = " | ".join(f"{value:g}" for value in (one.mild, one.usual, one.harsh))
     cells = (f"`{one.name}`", one.unit, values, one.shape, one.text, one.source)
     return f"| {' | '.join(cells)} |"
+
+
+def limit_table() -> str:
+    """Return the table of the limits of goals, of a Waffle and servers without parameters."""
+    waffle = load_robot("waffle")
+    rows = ["| action | field | accepted | limit |", "|---|---|---|---|"]
+    for name in declared():
+        for limit in action(name).limits(waffle, TUNING):
+            zero = limit.zero if isinstance(limit, NumberLimit) else ""
+            accepted = f"{limit.words}; 0: {zero}" if zero else limit.words
+            rows.append(f"| `{name}` | `{limit.field}` | {accepted} | {limit.source} |")
+    return "\n".join(rows)
 
 
 def between(name: str, table: str, page: str) -> str:
@@ -229,6 +246,7 @@ GENERATED: Mapping[Path, Callable[[str], str]] = {
     DOCS / "reference" / "scenarios.md": lambda page: between("faults", fault_table(), page),
     DOCS / "reference" / "search.md": lambda page: between("faults", fault_groups(), page),
     DOCS / "reference" / "nature.md": lambda page: between("quantities", nature_table(), page),
+    DOCS / "reference" / "actions.md": lambda page: between("limits of goals", limit_table(), page),
     DOCS / "reference" / "files.md": lambda _: keys_page(),
     DOCS / "images" / "layers.svg": lambda _: draw(),
 }

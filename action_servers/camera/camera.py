@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
 
+from action_servers.core.action import CameraSwitch
 from action_servers.core.maneuver import ErrorCode, Finished, Image, Observation
 
 
-class CameraSwitch(Protocol):
-    """Whether pictures are sent to one maneuver; both may be called in any state."""
-
-    def on(self) -> None:
-        """Have pictures sent; they come with the observations from then on."""
-
-    def off(self) -> None:
-        """Have no more pictures sent."""
+@contextmanager
+def looking(maneuver: Any, _goal_id: str) -> Iterator[None]:
+    """Turn the camera of a maneuver off at the end of its goal."""
+    try:
+        yield
+    finally:
+        maneuver.camera.off()
 
 
 class Snapshot:

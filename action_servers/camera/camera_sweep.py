@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import io
 import math
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Protocol
+from typing import Any
 
 from PIL import Image as Picture
 
-from action_servers.camera.camera import CameraSwitch, Snapshot
-from action_servers.core.checks import refusal, stale
-from action_servers.core.goal_limits import camera_sweep_limits
-from action_servers.core.limits import faults
+from action_servers.camera.camera import Snapshot, looking
+from action_servers.core.action import Action, CameraSwitch, FeedbackRanges
+from action_servers.core.limits import OVERSHOOT_DEG, Limits, NumberLimit, around, parameter
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -23,7 +23,6 @@ from action_servers.core.maneuver import (
     Finished,
     Image,
     Observation,
-    Refusal,
 )
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
@@ -84,30 +83,55 @@ class ImageFolder:
         return str(path)
 
 
-class CameraSweepGoal(Protocol):
-    """The goal fields of `bt_mission_interfaces/action/CameraSweep`."""
+def limits(_robot: RobotModel, tuning: Tuning) -> Limits:
+    """Return the limits of `camera_sweep`; the angle's is that of the Sheffield course."""
+    return (
+        NumberLimit(
+            field="sweep_angle",
+            low=0.0,
+            high=180.0,
+            unit="deg",
+            source="the Sheffield course's camera sweep",
+            above=True,
+        ),
+        NumberLimit(
+            field="image_count",
+            low=1,
+            high=tuning.sweep_images,
+            unit="images",
+            source=parameter("sweep_images"),
+        ),
+    )
 
-    sweep_angle: float
-    """How far to turn left, degrees."""
-    image_count: int
-    """Number of pictures, one at the end of each equal part of the angle."""
+
+def feedback(goal: Any) -> FeedbackRanges:
+    """Return the ranges of pictures and angle."""
+    return {
+        "current_image": (0.0, goal.image_count),
+        "current_angle": around(goal.sweep_angle, OVERSHOOT_DEG),
+    }
 
 
 def plan(
-    goal: CameraSweepGoal,
+    goal: Any,
     now: Observation,
     robot: RobotModel,
     camera: CameraSwitch,
-    store: ImageFolder,
+    image_folder: Path,
     tuning: Tuning = TUNING,
-) -> CameraSweep | Refusal:
-    """Check a goal against the robot and what it sees."""
-    if robot.camera is None:
-        return Refusal(f"the robot '{robot.name}' has no camera")
-    wrong = faults(goal, camera_sweep_limits(tuning))
-    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
+) -> CameraSweep:
+    """Return the maneuver for a goal."""
+    store = ImageFolder(image_folder, f"sweep_{now.time_s:.3f}")
     angle = math.radians(goal.sweep_angle)
-    return refused or CameraSweep(angle, goal.image_count, robot, camera, store, tuning)
+    return CameraSweep(angle, goal.image_count, robot, camera, store, tuning)
+
+
+@contextmanager
+def sweeping(sweep: CameraSweep, goal_id: str) -> Iterator[None]:
+    """Name the folder after the goal, and turn the camera off at its end."""
+    sweep.store.name += f"_{goal_id[:8]}"
+    with looking(sweep, goal_id):
+        yield
 
 
 class CameraSweep:
@@ -199,3 +223,15 @@ class CameraSweep:
         """Return whether the robot has turned to where picture `number` is taken."""
         angle = self._angle * min(number, self._count) / self._count
         return self._drive.yaw >= angle - ARRIVED_WITHIN
+
+
+CAMERA_SWEEP = Action(
+    name="camera_sweep",
+    type="bt_mission_interfaces/action/CameraSweep",
+    needs=("base", "scan", "odometry", "camera"),
+    example={"sweep_angle": 180.0, "image_count": 6},
+    plan=plan,
+    limits=limits,
+    feedback=feedback,
+    during=sweeping,
+)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import Any
 
-from action_servers.camera.camera import CameraSwitch
+from action_servers.camera.camera import looking
 from action_servers.camera.colours import ColourPatch, largest_patch
-from action_servers.core.checks import refusal
-from action_servers.core.goal_limits import FIND_COLOUR
-from action_servers.core.limits import faults
+from action_servers.core.action import Action, CameraSwitch
+from action_servers.core.limits import ColourLimit, NumberLimit
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -18,31 +17,35 @@ from action_servers.core.maneuver import (
     Finished,
     Image,
     Observation,
-    Refusal,
 )
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import CameraModel, RobotModel
 
-
-class FindColourGoal(Protocol):
-    """The goal fields of `bt_mission_interfaces/action/FindColour`."""
-
-    colour: str
-    """Name of the colour."""
-    min_share: float
-    """Share of the picture that it must cover; 0 for the default."""
+LIMITS = (
+    ColourLimit("colour"),
+    NumberLimit(
+        field="min_share",
+        low=1e-4,  # eight pixels of a picture of 320 x 240: less is no patch
+        high=1.0,
+        unit="of the picture",
+        source="what is still a patch of colour",
+        zero="the server's default",
+    ),
+)
 
 
 def plan(
-    goal: FindColourGoal, robot: RobotModel, camera: CameraSwitch, tuning: Tuning = TUNING
-) -> FindColour | Refusal:
-    """Check a goal."""
-    if robot.camera is None:
-        return Refusal(f"the robot '{robot.name}' has no camera")
+    goal: Any,
+    _now: Observation,
+    robot: RobotModel,
+    camera: CameraSwitch,
+    tuning: Tuning = TUNING,
+) -> FindColour:
+    """Return the maneuver for a goal."""
+    assert robot.camera is not None  # the action needs it
     share = goal.min_share or tuning.colour_share
-    refused = refusal(*faults(goal, FIND_COLOUR))
-    return refused or FindColour(goal.colour, share, robot.camera, camera, tuning)
+    return FindColour(goal.colour, share, robot.camera, camera, tuning)
 
 
 class FindColour:
@@ -104,3 +107,15 @@ class FindColour:
             return ZERO
         reason = f"no image from the camera for {self._timeout_s:g} s"
         return Finished("aborted", ErrorCode.NO_IMAGE, reason)
+
+
+FIND_COLOUR = Action(
+    name="find_colour",
+    type="bt_mission_interfaces/action/FindColour",
+    needs=("camera",),
+    example={"colour": "blue"},
+    plan=plan,
+    limits=lambda _robot, _tuning: LIMITS,
+    feedback=lambda _goal: {"share": (0.0, 1.0)},
+    during=looking,
+)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import io
 from dataclasses import replace
-from typing import Protocol
+from typing import Any
 
 from PIL import Image as Picture
 
-from action_servers.camera.camera import CameraSwitch, Snapshot
-from action_servers.core.checks import refusal
-from action_servers.core.goal_limits import take_pictures_limits
-from action_servers.core.limits import faults
+from action_servers.camera.camera import Snapshot, looking
+from action_servers.core.action import Action, CameraSwitch
+from action_servers.core.limits import NumberLimit, parameter
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -19,29 +18,17 @@ from action_servers.core.maneuver import (
     Finished,
     Image,
     Observation,
-    Refusal,
 )
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import RobotModel
-
-
-class TakePicturesGoal(Protocol):
-    """The goal fields of `bt_mission_interfaces/action/TakePictures`."""
-
-    nseconds: int
-    """How many pictures, one a second."""
 
 
 def plan(
-    goal: TakePicturesGoal, robot: RobotModel, camera: CameraSwitch, tuning: Tuning = TUNING
-) -> TakePictures | Refusal:
-    """Check a goal. So many pictures that memory would suffer are refused."""
-    if robot.camera is None:
-        return Refusal(f"the robot '{robot.name}' has no camera")
-    refused = refusal(*faults(goal, take_pictures_limits(tuning)))
-    return refused or TakePictures(goal.nseconds, camera, tuning)
+    goal: Any, _now: Observation, camera: CameraSwitch, tuning: Tuning = TUNING
+) -> TakePictures:
+    """Return the maneuver for a goal."""
+    return TakePictures(goal.nseconds, camera, tuning)
 
 
 class TakePictures:
@@ -94,3 +81,18 @@ def compressed(image: Image, quality: int) -> Fields:
         "format": "jpeg",
         "data": encoded.getvalue(),
     }
+
+
+TAKE_PICTURES = Action(
+    name="take_pictures",
+    type="bt_mission_interfaces/action/TakePictures",
+    needs=("camera",),
+    example={"nseconds": 10},
+    plan=plan,
+    limits=lambda _robot, tuning: (
+        NumberLimit(
+            field="nseconds", low=1, high=tuning.pictures, unit="s", source=parameter("pictures")
+        ),
+    ),
+    during=looking,
+)

@@ -15,6 +15,19 @@ def refusal(*faults: str | None, unready: Finished | None = None) -> Refusal | N
     return next((Refusal(reason) for reason in reasons if reason is not None), None)
 
 
+def missing(now: Observation) -> str | None:
+    """Return what navigation needs and has not got yet, or None."""
+    if now.grid is None:
+        return "no map has arrived yet; is something publishing the topic map?"
+    if now.grid.cells.size == 0:
+        return "the map has no cells"
+    if now.map_pose is None:
+        return "the robot's place on the map is not known yet; is something publishing map to odom?"
+    if now.scan is None:
+        return "no scan has arrived yet; is the robot running?"
+    return None
+
+
 def stale(now: Observation, limit_s: float = STALE_AFTER_S) -> Finished | None:
     """Return how a goal ends that drives without fresh scan and odometry, or None if both are.
 

@@ -8,11 +8,18 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import Any, TypeAlias
 
+from action_servers.core.tuning import Tuning
 from bt_mission.core.diagnostics import did_you_mean, listed
 from bt_mission.core.stamps import NS, to_ns
 
 # A goal field is a float32: 1.82 arrives as 1.8200000525, and must still be within 1.82.
 FLOAT32_ROUNDING = 1e-6
+
+SLOWEST_TURN = 0.05
+"""rad/s: the lowest rate that is accepted, and the one at which the last of a turn is made."""
+
+SLOWEST_DRIVE = 0.01
+"""m/s: the lowest speed that is accepted, and the one of the last millimetres."""
 
 COLOURS = ("red", "yellow", "green", "turquoise", "blue")
 """The colours that are known by name; `camera.colours` has their hues."""
@@ -94,6 +101,40 @@ class ColourLimit:
 
 Limit: TypeAlias = NumberLimit | ColourLimit
 Limits: TypeAlias = tuple[Limit, ...]
+
+LINEAR = "max_linear_velocity of the robot"
+ANGULAR = "max_angular_velocity of the robot"
+NOT_NEGATIVE = "a time is not negative"
+ALLOWANCE = NumberLimit(
+    field="time_allowance", low=0.0, high=math.inf, unit="s", source=NOT_NEGATIVE
+)
+"""The limit of Nav2's recoveries."""
+
+
+def parameter(name: str) -> str:
+    """Return a parameter of the servers as the source of a limit."""
+    return f"parameter {name} of the servers"
+
+
+def duration_limit(field: str, tuning: Tuning) -> NumberLimit:
+    """Return the limit of a whole number of seconds."""
+    longest, source = tuning.duration_limit, parameter("duration_limit")
+    return NumberLimit(field=field, low=1, high=longest, unit="s", source=source)
+
+
+OVERSHOOT_DEG = 5.0
+"""What a rotation may turn too far, and what odometry may be wrong by, with much to spare."""
+
+OVERSHOOT_M = 0.1
+"""The same for a way."""
+
+UNBOUNDED = (0.0, math.inf)
+"""The range of a feedback that only is not negative."""
+
+
+def around(target: float, slack: float) -> tuple[float, float]:
+    """Return the range of a feedback from 0 to a target of either sign, with some slack."""
+    return min(0.0, target) - slack, max(0.0, target) + slack
 
 
 def faults(goal: Any, limits: Limits) -> Iterator[str | None]:

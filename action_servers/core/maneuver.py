@@ -11,7 +11,7 @@ those of ``base_footprint``, the point on the floor below the middle of the axle
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, Literal, Protocol, TypeAlias, Union
@@ -160,18 +160,13 @@ class Maneuver(Protocol):
         """
 
 
-def _nothing(_maneuver: Maneuver, _goal_id: str) -> AbstractContextManager[None]:
-    return nullcontext()
-
-
-@dataclass(frozen=True, slots=True)
-class Action:
-    """An action that the servers offer.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServedAction:
+    """An action as the servers of one robot offer it.
 
     Args:
         name: Its name, relative to the namespace of the servers.
-        type: Its generated type. Where a result has `error_code` and `error_msg`, they tell how
-            the goal ended.
+        type: Its generated type.
         plan: Checks a goal message against what is known of the robot; returns the maneuver that
             carries it out, or why it is refused.
         needs_map: Whether its observations hold the map, and the robot's pose on it.
@@ -182,5 +177,5 @@ class Action:
     name: str
     type: Any
     plan: Callable[[Any, Observation], Maneuver | Refusal]
-    needs_map: bool = False
-    during: Callable[[Any, str], AbstractContextManager[None]] = _nothing
+    needs_map: bool
+    during: Callable[[Any, str], AbstractContextManager[None]]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from action_servers.core.checks import stale
 from action_servers.core.clearance import Points, obstacle_points
 from action_servers.core.drive_limits import speed_to_stop_in
-from action_servers.core.goal_limits import SLOWEST_DRIVE, SLOWEST_TURN
 from action_servers.core.guard import footprint, free_angle, free_distance
+from action_servers.core.limits import SLOWEST_DRIVE, SLOWEST_TURN
 from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Observation, Scan
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.geometry import Pose2D, Twist2D

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import Any
 
-from action_servers.core.checks import refusal, stale
+from action_servers.core.action import Action
 from action_servers.core.clearance import ObstaclePoint, ahead, nearest_in_front, obstacle_points
-from action_servers.core.goal_limits import explore_forward_limits
-from action_servers.core.limits import faults
+from action_servers.core.limits import (
+    LINEAR,
+    SLOWEST_DRIVE,
+    UNBOUNDED,
+    Limits,
+    NumberLimit,
+    parameter,
+)
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
     Fields,
     Finished,
     Observation,
-    Refusal,
     Scan,
 )
 from action_servers.core.ticker import News
@@ -28,22 +33,33 @@ GONE_BEYOND = 0.05
 """Metres beyond the stopping distance at which an obstacle that was there has left."""
 
 
-class ExploreForwardGoal(Protocol):
-    """The goal fields of `bt_mission_interfaces/action/ExploreForward`."""
-
-    fwd_velocity: float
-    """Speed, m/s."""
-    stopping_distance: float
-    """Gap between hull and obstacle at which to stop, metres."""
+def limits(robot: RobotModel, tuning: Tuning) -> Limits:
+    """Return the limits of `explore_forward`."""
+    lidar, front = robot.lidar, robot.hull.front
+    blind = lidar.min_range - (front - lidar.x)
+    return (
+        NumberLimit(
+            field="fwd_velocity",
+            low=SLOWEST_DRIVE,
+            high=robot.max_linear_velocity,
+            unit="m/s",
+            source=LINEAR,
+        ),
+        NumberLimit(
+            field="stopping_distance",
+            low=tuning.explore_nearest + max(0.0, blind),
+            high=lidar.max_range - (front - lidar.x),
+            unit="m",
+            source=f"{parameter('explore_nearest')}, and the lidar of the robot",
+        ),
+    )
 
 
 def plan(
-    goal: ExploreForwardGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
-) -> ExploreForward | Refusal:
-    """Check a goal against the robot and what it sees."""
-    wrong = faults(goal, explore_forward_limits(robot, tuning))
-    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
-    return refused or ExploreForward(goal.fwd_velocity, goal.stopping_distance, robot, tuning)
+    goal: Any, _now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+) -> ExploreForward:
+    """Return the maneuver for a goal."""
+    return ExploreForward(goal.fwd_velocity, goal.stopping_distance, robot, tuning)
 
 
 class ExploreForward:
@@ -132,3 +148,17 @@ class ExploreForward:
         if seen is None:
             return 0.0
         return math.degrees(math.atan2(seen.y, seen.x - self._advance()))
+
+
+EXPLORE_FORWARD = Action(
+    name="explore_forward",
+    type="bt_mission_interfaces/action/ExploreForward",
+    needs=("base", "scan", "odometry"),
+    example={"fwd_velocity": 0.2, "stopping_distance": 0.5},
+    plan=plan,
+    limits=limits,
+    feedback=lambda _goal: {
+        "current_distance_travelled": UNBOUNDED,
+        "closest_obstacle": UNBOUNDED,
+    },
+)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any
 
-from action_servers.core.checks import refusal, stale
-from action_servers.core.goal_limits import move_limits
-from action_servers.core.limits import faults
+from action_servers.core.action import Action
+from action_servers.core.limits import ANGULAR, LINEAR, Limits, NumberLimit, duration_limit
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -14,7 +13,6 @@ from action_servers.core.maneuver import (
     Fields,
     Finished,
     Observation,
-    Refusal,
 )
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
@@ -26,27 +24,24 @@ DEFAULT_SPEED = 0.1
 """m/s straight on, for a goal that gives no velocity."""
 
 
-class MoveGoal(Protocol):
-    """The goal fields of `bt_mission_interfaces/action/Move`."""
+def limits(robot: RobotModel, tuning: Tuning) -> Limits:
+    """Return the limits of `move`."""
+    fastest, sharpest = robot.max_linear_velocity, robot.max_angular_velocity
+    return (
+        duration_limit("secs", tuning),
+        NumberLimit(field="linear_velocity", low=-fastest, high=fastest, unit="m/s", source=LINEAR),
+        NumberLimit(
+            field="angular_velocity", low=-sharpest, high=sharpest, unit="rad/s", source=ANGULAR
+        ),
+    )
 
-    secs: int
-    """How long to drive, s."""
-    linear_velocity: float
-    """m/s, forward positive."""
-    angular_velocity: float
-    """rad/s, left positive."""
 
-
-def plan(
-    goal: MoveGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
-) -> Move | Refusal:
-    """Check a goal against the robot and what it sees."""
-    wrong = faults(goal, move_limits(robot, tuning))
-    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
+def plan(goal: Any, _now: Observation, robot: RobotModel, tuning: Tuning = TUNING) -> Move:
+    """Return the maneuver for a goal."""
     twist = Twist2D(goal.linear_velocity, goal.angular_velocity)
     if twist == Twist2D():
         twist = Twist2D(DEFAULT_SPEED, 0.0)
-    return refused or Move(goal.secs, twist, robot, tuning)
+    return Move(goal.secs, twist, robot, tuning)
 
 
 class Move:
@@ -94,3 +89,13 @@ class Move:
     def _done(self) -> str:
         elapsed_s = min(self._ticker.elapsed_s, self._secs)
         return f"{elapsed_s:.2f} of {self._secs} s, {self._drive.distance:.2f} m"
+
+
+MOVE = Action(
+    name="move",
+    type="bt_mission_interfaces/action/Move",
+    needs=("base", "scan", "odometry"),
+    example={"secs": 10, "linear_velocity": 0.1},
+    plan=plan,
+    limits=limits,
+)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any
 
-from action_servers.core.checks import refusal, stale_odometry
-from action_servers.core.goal_limits import record_distance_limits
-from action_servers.core.limits import faults
+from action_servers.core.action import Action
+from action_servers.core.checks import stale_odometry
+from action_servers.core.limits import UNBOUNDED, duration_limit
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -15,7 +15,6 @@ from action_servers.core.maneuver import (
     Fields,
     Finished,
     Observation,
-    Refusal,
 )
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
@@ -24,26 +23,15 @@ from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 
-class RecordDistanceGoal(Protocol):
-    """The goal fields of `bt_mission_interfaces/action/RecordDistance`."""
-
-    seconds: int
-    """How long to measure, s."""
-
-
 def plan(
-    goal: RecordDistanceGoal,
-    now: Observation,
+    goal: Any,
+    _now: Observation,
     robot: RobotModel,
-    publish: Callable[[float], None],
+    publish_distance: Callable[[float], None],
     tuning: Tuning = TUNING,
-) -> RecordDistance | Refusal:
-    """Check a goal; `publish` is told the distance so far, in metres, once a second."""
-    refused = refusal(
-        *faults(goal, record_distance_limits(tuning)),
-        unready=stale_odometry(now, tuning.sensor_timeout),
-    )
-    return refused or RecordDistance(goal.seconds, robot, publish, tuning)
+) -> RecordDistance:
+    """Return the maneuver for a goal; it publishes the distance so far, in metres, each second."""
+    return RecordDistance(goal.seconds, robot, publish_distance, tuning)
 
 
 class RecordDistance:
@@ -90,3 +78,14 @@ class RecordDistance:
             "status": self._ticker.has_reached(self._seconds),
             "total_dist": self._odometer.distance,
         }
+
+
+RECORD_DISTANCE = Action(
+    name="record_distance",
+    type="bt_mission_interfaces/action/RecordDistance",
+    needs=("odometry",),
+    example={"seconds": 10},
+    plan=plan,
+    limits=lambda _robot, tuning: (duration_limit("seconds", tuning),),
+    feedback=lambda _goal: {"current_dist": UNBOUNDED},
+)

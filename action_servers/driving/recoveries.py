@@ -1,4 +1,4 @@
-"""What Nav2's recoveries have in common, and its Wait: codes, a time allowance, useless goals.
+"""What Nav2's recoveries have in common, and its Wait: codes and a time allowance.
 
 Behaviour and codes follow the behaviour server of Nav2 for ROS 2 Jazzy: a goal that cannot be
 carried out is accepted and then aborted, a time allowance of 0 is none, and every result has the
@@ -8,12 +8,12 @@ rejected, which a client of Nav2 understands, too.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
-from action_servers.core.checks import refusal
-from action_servers.core.goal_limits import WAIT
-from action_servers.core.limits import faults
+from action_servers.core.action import Action
+from action_servers.core.limits import NOT_NEGATIVE, NumberLimit
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -21,7 +21,6 @@ from action_servers.core.maneuver import (
     Fields,
     Finished,
     Observation,
-    Refusal,
 )
 from action_servers.core.ticker import ROUNDING_S, News, Ticker
 from bt_mission.core.geometry import Twist2D
@@ -86,37 +85,9 @@ class Allowance(Ticker):
         return Finished("aborted", self._codes.timeout, reason)
 
 
-class Useless:
-    """A goal that is accepted and then aborted, because nothing can come of it."""
-
-    needs_base = False
-
-    def __init__(self, code: int, reason: str) -> None:
-        self._end = Finished("aborted", code, reason)
-
-    def step(self, now: Observation) -> Twist2D | Finished:  # noqa: ARG002 - a maneuver's
-        """End."""
-        return self._end
-
-    def feedback(self) -> Fields | None:
-        """Return nothing: nothing was done."""
-        return None
-
-    def result(self) -> Fields:
-        """Return that no time was used."""
-        return {"total_elapsed_time": 0.0}
-
-
-class WaitGoal(Protocol):
-    """The goal fields of `nav2_msgs/action/Wait`."""
-
-    time: Duration
-    """How long to wait."""
-
-
-def plan_wait(goal: WaitGoal) -> WaitManeuver | Refusal:
-    """Check a goal; 0 s end at once."""
-    return refusal(*faults(goal, WAIT)) or WaitManeuver(seconds_of(goal.time))
+def plan_wait(goal: Any, _now: Observation) -> WaitManeuver:
+    """Return the maneuver for a goal; 0 s end at once."""
+    return WaitManeuver(seconds_of(goal.time))
 
 
 class WaitManeuver:
@@ -141,3 +112,16 @@ class WaitManeuver:
     def result(self) -> Fields:
         """Return the time that has passed."""
         return {"total_elapsed_time": self._ticker.elapsed_s}
+
+
+WAIT = Action(
+    name="wait",
+    short="",  # the language has a node of its own
+    type="nav2_msgs/action/Wait",
+    needs=(),
+    example={"time": 10},
+    plan=plan_wait,
+    limits=lambda _robot, _tuning: (
+        NumberLimit(field="time", low=0.0, high=math.inf, unit="s", source=NOT_NEGATIVE),
+    ),
+)

@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from functools import partial
+from typing import Any
 
-from action_servers.core.checks import refusal, stale
-from action_servers.core.goal_limits import straight_limits, straight_misfit
-from action_servers.core.limits import faults
+from action_servers.core.action import Action, FeedbackRanges
+from action_servers.core.limits import (
+    ALLOWANCE,
+    LINEAR,
+    OVERSHOOT_M,
+    SLOWEST_DRIVE,
+    Limits,
+    NumberLimit,
+    around,
+    parameter,
+)
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -25,72 +34,68 @@ from action_servers.driving.recoveries import (
     DRIVE_ON_HEADING,
     Allowance,
     Codes,
-    Duration,
-    Useless,
     seconds_of,
 )
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 
-class Point(Protocol):
-    """A `geometry_msgs/Point`, metres."""
+def limits(robot: RobotModel, tuning: Tuning) -> Limits:
+    """Return the limits of `backup` and `drive_on_heading`."""
+    fastest, longest = robot.max_linear_velocity, tuning.distance_limit
+    source = parameter("distance_limit")
+    return (
+        NumberLimit(field="target.x", low=-longest, high=longest, unit="m", source=source),
+        NumberLimit(field="speed", low=-fastest, high=fastest, unit="m/s", source=LINEAR),
+        ALLOWANCE,
+    )
 
-    x: float
-    """Ahead."""
-    y: float
-    """To the left."""
-    z: float
-    """Up."""
+
+def misfit(goal: Any, *, backwards: bool) -> str | None:
+    """Return why a goal is aborted at once, or None.
+
+    Backwards the signs of distance and speed do not matter, as with Nav2. Numbers that are not
+    finite are refused by the plan.
+    """
+    target, speed = goal.target, goal.speed
+    if not math.isfinite(target.y + target.z):
+        return None
+    if target.y != 0.0 or target.z != 0.0:
+        return f"target.y and target.z must be 0, got {target.y:g} and {target.z:g}"
+    if not backwards and (target.x > 0.0) != (speed > 0.0):
+        return f"target.x and speed must have one sign, got {target.x:g} m and {speed:g} m/s"
+    if abs(speed) < SLOWEST_DRIVE and target.x != 0.0:
+        shown = -abs(speed) if backwards else speed
+        return f"speed must be {SLOWEST_DRIVE:g} m/s or more, got {shown:g}"
+    return None
 
 
-class StraightGoal(Protocol):
-    """The goal fields of `nav2_msgs/action/BackUp` and `DriveOnHeading`."""
-
-    target: Point
-    """How far to drive."""
-    speed: float
-    """How fast, m/s."""
-    time_allowance: Duration
-    """When to give up; 0 for never."""
+def feedback(goal: Any) -> FeedbackRanges:
+    """Return the range of the distance."""
+    return {"distance_traveled": around(abs(goal.target.x), OVERSHOOT_M)}
 
 
 def plan_back_up(
-    goal: StraightGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
-) -> Straight | Useless | Refusal:
-    """Check a goal; whatever the signs, the robot drives backwards."""
-    distance, speed = -abs(goal.target.x), -abs(goal.speed)
-    return _plan(goal, (distance, speed), BACK_UP, now, robot, tuning)
+    goal: Any, _now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+) -> Straight | Refusal:
+    """Return the maneuver for a goal; whatever the signs, the robot drives backwards."""
+    return _plan(goal, -abs(goal.target.x), BACK_UP, robot, tuning)
 
 
 def plan_drive_on_heading(
-    goal: StraightGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
-) -> Straight | Useless | Refusal:
-    """Check a goal; the signs of distance and speed must agree."""
-    return _plan(goal, (goal.target.x, goal.speed), DRIVE_ON_HEADING, now, robot, tuning)
+    goal: Any, _now: Observation, robot: RobotModel, tuning: Tuning = TUNING
+) -> Straight | Refusal:
+    """Return the maneuver for a goal; the signs of distance and speed agree."""
+    return _plan(goal, goal.target.x, DRIVE_ON_HEADING, robot, tuning)
 
 
 def _plan(
-    goal: StraightGoal,
-    way: tuple[float, float],
-    codes: Codes,
-    now: Observation,
-    robot: RobotModel,
-    tuning: Tuning,
-) -> Straight | Useless | Refusal:
-    distance, speed = way
+    goal: Any, distance: float, codes: Codes, robot: RobotModel, tuning: Tuning
+) -> Straight | Refusal:
+    if not math.isfinite(goal.target.y + goal.target.z):
+        return Refusal("target must be finite")
     allowance = seconds_of(goal.time_allowance)
-    refused = refusal(
-        *faults(goal, straight_limits(robot, tuning)),
-        None if math.isfinite(goal.target.y + goal.target.z) else "target must be finite",
-    )
-    if refused is not None:
-        return refused
-    misfit = straight_misfit(goal, backwards=codes is BACK_UP)
-    if misfit is not None:
-        return Useless(codes.invalid_input, misfit)
-    refused = refusal(unready=stale(now, tuning.sensor_timeout))
-    return refused or Straight(distance, abs(speed), allowance, codes, robot, tuning)
+    return Straight(distance, abs(goal.speed), allowance, codes, robot, tuning)
 
 
 class Straight:
@@ -148,3 +153,29 @@ class Straight:
             reason = f"{obstacle}, after {self._drive.distance:.2f} of {self._length:.2f} m"
             return Finished("aborted", ErrorCode.BLOCKED, reason)
         return self._drive.command(now, twist)
+
+
+BACK_UP_ACTION = Action(
+    name="backup",
+    short="back_up",
+    type="nav2_msgs/action/BackUp",
+    needs=("base", "scan", "odometry"),
+    example={"target": [1.5, 0.0, 0.0], "speed": 0.15},
+    plan=plan_back_up,
+    limits=limits,
+    misfit=partial(misfit, backwards=True),
+    misfit_code=BACK_UP.invalid_input,
+    feedback=feedback,
+)
+
+DRIVE_ON_HEADING_ACTION = Action(
+    name="drive_on_heading",
+    type="nav2_msgs/action/DriveOnHeading",
+    needs=("base", "scan", "odometry"),
+    example={"target": [1.5, 0.0, 0.0], "speed": 0.15},
+    plan=plan_drive_on_heading,
+    limits=limits,
+    misfit=partial(misfit, backwards=False),
+    misfit_code=DRIVE_ON_HEADING.invalid_input,
+    feedback=feedback,
+)

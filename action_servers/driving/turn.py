@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import Any
 
-from action_servers.core.checks import refusal, stale
+from action_servers.core.action import Action, FeedbackRanges
 from action_servers.core.clearance import obstacle_points
-from action_servers.core.goal_limits import spin_limits, turn_limits
 from action_servers.core.guard import footprint, free_angle
-from action_servers.core.limits import faults
+from action_servers.core.limits import (
+    ALLOWANCE,
+    ANGULAR,
+    OVERSHOOT_DEG,
+    SLOWEST_TURN,
+    Limits,
+    NumberLimit,
+    around,
+    parameter,
+)
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -17,13 +25,12 @@ from action_servers.core.maneuver import (
     Fields,
     Finished,
     Observation,
-    Refusal,
     Scan,
 )
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import DriveGuard
-from action_servers.driving.recoveries import SPIN, Allowance, Duration, seconds_of
+from action_servers.driving.recoveries import SPIN, Allowance, seconds_of
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
@@ -91,30 +98,40 @@ class Rotation:
         self._end_of_room = direction * yaw_at_scan + free - self._margin
 
 
-class TurnGoal(Protocol):
-    """The goal fields of `bt_mission_interfaces/action/Turn`."""
+def turn_limits(robot: RobotModel, tuning: Tuning) -> Limits:
+    """Return the limits of `turn`. An angle of 0 succeeds without moving."""
+    angle, fastest = tuning.turn_limit, robot.max_angular_velocity
+    return (
+        NumberLimit(
+            field="angle", low=-angle, high=angle, unit="deg", source=parameter("turn_limit")
+        ),
+        NumberLimit(
+            field="angular_velocity",
+            low=SLOWEST_TURN,
+            high=fastest,
+            unit="rad/s",
+            source=ANGULAR,
+            zero="the server's default",
+        ),
+    )
 
-    angle: float
-    """How far to turn, degrees, left positive, not wrapped."""
-    angular_velocity: float
-    """Speed, rad/s; 0 for the default."""
+
+def turn_feedback(goal: Any) -> FeedbackRanges:
+    """Return the ranges of the angles."""
+    turned = around(goal.angle, OVERSHOOT_DEG)
+    return {"current_angle": turned, "remaining_angle": turned}
 
 
 def plan(
-    goal: TurnGoal,
-    now: Observation,
+    goal: Any,
+    _now: Observation,
     robot: RobotModel,
-    default_speed: float = DEFAULT_SPEED,
+    turn_velocity: float = DEFAULT_SPEED,
     tuning: Tuning = TUNING,
-) -> Turn | Refusal:
-    """Check a goal against the robot and what it sees. An angle of 0 succeeds without moving."""
-    fastest = robot.max_angular_velocity
-    speed = goal.angular_velocity
-    wrong = faults(goal, turn_limits(robot, tuning))
-    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
-    return refused or Turn(
-        math.radians(goal.angle), speed or min(default_speed, fastest), robot, tuning
-    )
+) -> Turn:
+    """Return the maneuver for a goal of `turn`."""
+    speed = goal.angular_velocity or min(turn_velocity, robot.max_angular_velocity)
+    return Turn(math.radians(goal.angle), speed, robot, tuning)
 
 
 class Turn:
@@ -171,22 +188,35 @@ class Turn:
         return {"angle_turned": math.degrees(self._drive.yaw)}
 
 
-class SpinGoal(Protocol):
-    """The goal fields of `nav2_msgs/action/Spin`."""
+TURN = Action(
+    name="turn",
+    type="bt_mission_interfaces/action/Turn",
+    needs=("base", "scan", "odometry"),
+    example={"angle": 720.0},
+    plan=plan,
+    limits=turn_limits,
+    feedback=turn_feedback,
+)
 
-    target_yaw: float
-    """How far to turn, rad, left positive, not wrapped."""
-    time_allowance: Duration
-    """When to give up; 0 for never."""
+
+def spin_limits(_robot: RobotModel, tuning: Tuning) -> Limits:
+    """Return the limits of `spin`."""
+    angle = math.radians(tuning.turn_limit)
+    source = parameter("turn_limit")
+    return (
+        NumberLimit(field="target_yaw", low=-angle, high=angle, unit="rad", source=source),
+        ALLOWANCE,
+    )
 
 
-def plan_spin(
-    goal: SpinGoal, now: Observation, robot: RobotModel, tuning: Tuning = TUNING
-) -> Spin | Refusal:
-    """Check a goal against what the robot sees."""
-    wrong = faults(goal, spin_limits(tuning))
-    refused = refusal(*wrong, unready=stale(now, tuning.sensor_timeout))
-    return refused or Spin(goal.target_yaw, seconds_of(goal.time_allowance), robot, tuning)
+def spin_feedback(goal: Any) -> FeedbackRanges:
+    """Return the range of the angle."""
+    return {"angular_distance_traveled": around(goal.target_yaw, math.radians(OVERSHOOT_DEG))}
+
+
+def plan_spin(goal: Any, _now: Observation, robot: RobotModel, tuning: Tuning = TUNING) -> Spin:
+    """Return the maneuver for a goal of `spin`."""
+    return Spin(goal.target_yaw, seconds_of(goal.time_allowance), robot, tuning)
 
 
 class Spin:
@@ -217,3 +247,14 @@ class Spin:
     def result(self) -> Fields:
         """Return the time used."""
         return {"total_elapsed_time": self._allowance.elapsed_s}
+
+
+SPIN_ACTION = Action(
+    name="spin",
+    type="nav2_msgs/action/Spin",
+    needs=("base", "scan", "odometry"),
+    example={"target_yaw": 12.0},
+    plan=plan_spin,
+    limits=spin_limits,
+    feedback=spin_feedback,
+)

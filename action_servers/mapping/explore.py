@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from collections.abc import Callable
+from typing import Any
 
-from action_servers.core.checks import refusal
-from action_servers.core.goal_limits import EXPLORE_FRONTIERS
-from action_servers.core.limits import faults
+from action_servers.core.action import Action
+from action_servers.core.checks import missing
+from action_servers.core.grid import Floats
+from action_servers.core.limits import UNBOUNDED, NumberLimit
 from action_servers.core.maneuver import (
     SUCCEEDED,
     ZERO,
@@ -16,7 +18,6 @@ from action_servers.core.maneuver import (
     Finished,
     Grid,
     Observation,
-    Refusal,
     Value,
 )
 from action_servers.core.ticker import News
@@ -24,7 +25,7 @@ from action_servers.core.tuning import FRONTIERS, NAVIGATION, FrontierTuning, Na
 from action_servers.mapping.frontiers import Frontier, Target, choose, frontiers
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.planner import Point
-from action_servers.navigation.senses import Code, missing
+from action_servers.navigation.senses import Code
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
@@ -49,27 +50,34 @@ _OUR_CODE = {
 _NO_WAY = (Code.GOAL_OCCUPIED, Code.GOAL_OUTSIDE_MAP, Code.NO_VALID_PATH)
 
 
-class ExploreFrontiersGoal(Protocol):
-    """The goal fields of `bt_mission_interfaces/action/ExploreFrontiers`."""
-
-    max_duration: float
-    """Limit, s; 0 for none."""
-    min_frontier: float
-    """Length of the shortest frontier worth a visit, m; 0 for the default."""
+LIMITS = (
+    NumberLimit(field="max_duration", low=0.0, high=86_400.0, unit="s", source="a day"),
+    NumberLimit(
+        field="min_frontier",
+        low=0.05,
+        high=100.0,
+        unit="m",
+        source="a cell of the map",
+        zero="the server's default",
+    ),
+)
+"""The shortest frontier is a cell of a map of the usual resolution."""
 
 
 def plan(
-    goal: ExploreFrontiersGoal,
+    goal: Any,
     _now: Observation,
     robot: RobotModel,
-    tuning: FrontierTuning = FRONTIERS,
+    frontiers: FrontierTuning = FRONTIERS,
     navigation: NavigationTuning = NAVIGATION,
-) -> ExploreFrontiers | Refusal:
-    """Check a goal. A map that has not come yet is no reason to refuse: it is waited for."""
-    shortest = goal.min_frontier
-    return refusal(*faults(goal, EXPLORE_FRONTIERS)) or ExploreFrontiers(
-        robot, goal.max_duration, shortest or tuning.min_length, tuning, navigation
-    )
+    publish_path: Callable[[Floats], None] | None = None,
+) -> ExploreFrontiers:
+    """Return the maneuver for a goal. A map that has not come yet is waited for."""
+    shortest = goal.min_frontier or frontiers.min_length
+    maneuver = ExploreFrontiers(robot, goal.max_duration, shortest, frontiers, navigation)
+    if publish_path is not None:
+        maneuver.surroundings.on_path = publish_path
+    return maneuver
 
 
 class ExploreFrontiers:
@@ -253,3 +261,15 @@ def _code_for(now: Observation) -> ErrorCode:
     if now.odom is None:
         return ErrorCode.NO_ODOMETRY
     return ErrorCode.NO_SCAN if now.scan is None else ErrorCode.NO_MAP
+
+
+EXPLORE_FRONTIERS = Action(
+    name="explore_frontiers",
+    type="bt_mission_interfaces/action/ExploreFrontiers",
+    needs=("base", "scan", "odometry", "map"),
+    example={"max_duration": 120.0, "min_frontier": 0.5},
+    plan=plan,
+    limits=lambda _robot, _tuning: LIMITS,
+    feedback=lambda _goal: {"frontiers_left": UNBOUNDED, "area_mapped": UNBOUNDED},
+    waits=True,
+)

@@ -1,4 +1,4 @@
-"""From goals in Nav2's messages to maneuvers.
+"""The actions of Nav2 that drive on a map: from goals in its messages to maneuvers.
 
 Feedback and results need no translation here: the maneuvers answer with Nav2's field names.
 """
@@ -6,90 +6,124 @@ Feedback and results need no translation here: the maneuvers answer with Nav2's 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
-from geometry_msgs.msg import PoseStamped
-from nav2_msgs.action import FollowWaypoints as FollowWaypointsAction
-from nav2_msgs.action import NavigateThroughPoses as NavigateThroughPosesAction
-from nav2_msgs.action import NavigateToPose as NavigateToPoseAction
-
-from action_servers.core.checks import refusal, stale
-from action_servers.core.goal_limits import (
-    poses_misfit,
-    through_poses_misfit,
-    waypoints_misfit,
-)
+from action_servers.core.action import Action, FeedbackRanges
+from action_servers.core.grid import Floats
+from action_servers.core.limits import UNBOUNDED
 from action_servers.core.maneuver import Observation, Refusal
 from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.navigate import NavigateToPose
-from action_servers.navigation.senses import missing
 from action_servers.navigation.surroundings import Surroundings
 from action_servers.navigation.through_poses import NavigateThroughPoses
 from action_servers.navigation.waypoints import FollowWaypoints
 from bt_mission.core.geometry import Pose2D, composed, relative, yaw_of
 from bt_mission.core.robot.model import RobotModel
 
+_Driving = TypeVar("_Driving", NavigateToPose, NavigateThroughPoses, FollowWaypoints)
+
 _UNIT_TOLERANCE = 0.01
+
+MOST_POSES = 1_000
+"""Poses of a goal: each is checked and placed on the map between two control steps."""
+
+
+def pose_misfit(goal: Any) -> str | None:
+    """Return why a goal of `navigate_to_pose` leads nowhere, or None."""
+    return None if goal.pose.header.frame_id else "the pose is missing, or its header.frame_id"
+
+
+def waypoints_misfit(goal: Any) -> str | None:
+    """Return why a goal of `follow_waypoints` cannot be carried out, or None."""
+    if not goal.poses:
+        return "the list of poses is empty"
+    too_many = poses_misfit(goal)
+    if too_many is not None:
+        return too_many
+    last = len(goal.poses) - 1
+    if goal.goal_index > last:
+        return f"goal_index must be from 0 to {last}, got {goal.goal_index}"
+    return None
+
+
+def through_poses_misfit(goal: Any) -> str | None:
+    """Return why a goal of `navigate_through_poses` cannot be carried out, or None."""
+    return poses_misfit(goal) if goal.poses else "poses must hold at least one pose"
+
+
+def poses_misfit(goal: Any) -> str | None:
+    """Return why there are too many poses in a goal, or None."""
+    count = len(goal.poses)
+    return None if count <= MOST_POSES else f"poses must be {MOST_POSES:,} or less, got {count:,}"
+
+
+def navigation_feedback(_goal: Any) -> FeedbackRanges:
+    """Return the ranges of a way that is driven."""
+    return {"distance_remaining": UNBOUNDED, "number_of_recoveries": UNBOUNDED}
+
+
+def through_poses_feedback(goal: Any) -> FeedbackRanges:
+    """Return the ranges of a way, and of the poses on it."""
+    poses = (1.0, max(1, len(goal.poses)))
+    return {**navigation_feedback(goal), "number_of_poses_remaining": poses}
 
 
 def plan_navigate_to_pose(
-    goal: NavigateToPoseAction.Goal,
+    goal: Any,
     now: Observation,
     robot: RobotModel,
-    tuning: NavigationTuning = NAVIGATION,
+    navigation: NavigationTuning = NAVIGATION,
+    publish_path: Callable[[Floats], None] | None = None,
 ) -> NavigateToPose | Refusal:
     """Check a goal of NavigateToPose; a pose in another frame is moved to the map as of now."""
     if goal.behavior_tree:
         return _no_tree(goal.behavior_tree)
-    unready = refusal(missing(now), unready=stale(now))
-    if unready is not None:
-        return unready
     pose = _on_map(goal.pose, "pose", now)
     if isinstance(pose, Refusal):
         return pose
-    return NavigateToPose(pose, robot, Surroundings(robot, tuning))
+    return _publishing(NavigateToPose(pose, robot, Surroundings(robot, navigation)), publish_path)
 
 
 def plan_follow_waypoints(
-    goal: FollowWaypointsAction.Goal,
+    goal: Any,
     now: Observation,
     robot: RobotModel,
-    tuning: NavigationTuning = NAVIGATION,
+    navigation: NavigationTuning = NAVIGATION,
+    publish_path: Callable[[Floats], None] | None = None,
 ) -> FollowWaypoints | Refusal:
     """Check a goal of FollowWaypoints. An empty list is accepted and then aborted, as by Nav2."""
-    unready = refusal(poses_misfit(goal), missing(now), unready=stale(now))
-    if unready is not None:
-        return unready
-    poses = _all_on_map(goal.poses, now)
+    poses = _poses_on_map(goal, now, waypoints_misfit if goal.poses else poses_misfit)
     if isinstance(poses, Refusal):
         return poses
-    misfit = waypoints_misfit(goal) if poses else None
-    if misfit is not None:
-        return Refusal(misfit)
-    return FollowWaypoints(
-        poses, robot, loops=goal.number_of_loops, first=goal.goal_index, tuning=tuning
+    maneuver = FollowWaypoints(
+        poses, robot, loops=goal.number_of_loops, first=goal.goal_index, tuning=navigation
     )
+    return _publishing(maneuver, publish_path)
 
 
 def plan_navigate_through_poses(
-    goal: NavigateThroughPosesAction.Goal,
+    goal: Any,
     now: Observation,
     robot: RobotModel,
-    tuning: NavigationTuning = NAVIGATION,
+    navigation: NavigationTuning = NAVIGATION,
+    publish_path: Callable[[Floats], None] | None = None,
 ) -> NavigateThroughPoses | Refusal:
     """Check a goal of NavigateThroughPoses."""
     if goal.behavior_tree:
         return _no_tree(goal.behavior_tree)
-    unready = refusal(poses_misfit(goal), missing(now), unready=stale(now))
-    if unready is not None:
-        return unready
-    poses = _all_on_map(goal.poses, now)
+    poses = _poses_on_map(goal, now, through_poses_misfit)
     if isinstance(poses, Refusal):
         return poses
-    misfit = through_poses_misfit(goal)
-    if misfit is not None:
-        return Refusal(misfit)
-    return NavigateThroughPoses(poses, robot, Surroundings(robot, tuning))
+    maneuver = NavigateThroughPoses(poses, robot, Surroundings(robot, navigation))
+    return _publishing(maneuver, publish_path)
+
+
+def _publishing(maneuver: _Driving, publish_path: Callable[[Floats], None] | None) -> _Driving:
+    """Have the paths of a maneuver published."""
+    if publish_path is not None:
+        maneuver.surroundings.on_path = publish_path
+    return maneuver
 
 
 def _no_tree(name: str) -> Refusal:
@@ -98,17 +132,23 @@ def _no_tree(name: str) -> Refusal:
     )
 
 
-def _all_on_map(poses: Sequence[PoseStamped], now: Observation) -> list[Pose2D] | Refusal:
+def _poses_on_map(
+    goal: Any, now: Observation, misfit: Callable[[Any], str | None]
+) -> Sequence[Pose2D] | Refusal:
+    too_many = poses_misfit(goal)
+    if too_many is not None:
+        return Refusal(too_many)
     found: list[Pose2D] = []
-    for index, stamped in enumerate(poses):
+    for index, stamped in enumerate(goal.poses):
         pose = _on_map(stamped, f"poses[{index}]", now)
         if isinstance(pose, Refusal):
             return pose
         found.append(pose)
-    return found
+    why = misfit(goal)
+    return found if why is None else Refusal(why)
 
 
-def _on_map(stamped: PoseStamped, name: str, now: Observation) -> Pose2D | Refusal:
+def _on_map(stamped: Any, name: str, now: Observation) -> Pose2D | Refusal:
     position, turn = stamped.pose.position, stamped.pose.orientation
     parts = (position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w)
     if not all(math.isfinite(part) for part in parts):
@@ -130,3 +170,34 @@ def _on_map(stamped: PoseStamped, name: str, now: Observation) -> Pose2D | Refus
     if isinstance(origin, Refusal):
         return Refusal(f"{name}: {origin.reason}")
     return composed(origin, pose)
+
+
+NAVIGATE_TO_POSE = Action(
+    name="navigate_to_pose",
+    type="nav2_msgs/action/NavigateToPose",
+    needs=("base", "scan", "odometry", "map"),
+    example={"pose": [1.5, 0.0, 0.0]},
+    plan=plan_navigate_to_pose,
+    misfit=pose_misfit,
+    feedback=navigation_feedback,
+)
+
+NAVIGATE_THROUGH_POSES = Action(
+    name="navigate_through_poses",
+    type="nav2_msgs/action/NavigateThroughPoses",
+    needs=("base", "scan", "odometry", "map"),
+    example={"poses": [[1.0, 0.0, 0.0], [1.5, 0.5, 0.0]]},
+    plan=plan_navigate_through_poses,
+    misfit=through_poses_misfit,
+    feedback=through_poses_feedback,
+)
+
+FOLLOW_WAYPOINTS = Action(
+    name="follow_waypoints",
+    type="nav2_msgs/action/FollowWaypoints",
+    needs=("base", "scan", "odometry", "map"),
+    example={"poses": [[1.0, 0.0, 0.0], [1.5, 0.5, 0.0]]},
+    plan=plan_follow_waypoints,
+    misfit=waypoints_misfit,
+    feedback=lambda goal: {"current_waypoint": (0.0, max(0, len(goal.poses) - 1))},
+)

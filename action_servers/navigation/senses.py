@@ -36,19 +36,6 @@ class Code(IntEnum):
     WAYPOINTS_UNKNOWN = 600
 
 
-def missing(now: Observation) -> str | None:
-    """Return what navigation needs and has not got yet, or None."""
-    if now.grid is None:
-        return "no map has arrived yet; is something publishing the topic map?"
-    if now.grid.cells.size == 0:
-        return "the map has no cells"
-    if now.map_pose is None:
-        return "the robot's place on the map is not known yet; is something publishing map to odom?"
-    if now.scan is None:
-        return "no scan has arrived yet; is the robot running?"
-    return None
-
-
 class Senses:
     """Watches the age of pose and scan, from the first step of a goal on."""
 

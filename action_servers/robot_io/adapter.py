@@ -20,12 +20,12 @@ from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
 from action_servers.core.maneuver import (
-    Action,
     Fields,
     Finished,
     Maneuver,
     Observation,
     Refusal,
+    ServedAction,
 )
 from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot, raised
 from action_servers.robot_io.messages import fill
@@ -109,7 +109,7 @@ class ActionAdapter:
         self,
         node: Node,
         pilot: Pilot,
-        action: Action,
+        action: ServedAction,
         sensors: SensorSubscriptions,
         refusal: Callable[[Maneuver], str | None],
         burst: int = 1,
@@ -157,7 +157,7 @@ class ActionAdapter:
         """Refuse every goal from now on."""
         self._closed = reason
 
-    def plan_by(self, action: Action) -> None:
+    def plan_by(self, action: ServedAction) -> None:
         """Plan goals that come from now on by another form of this action."""
         self._action = action
 

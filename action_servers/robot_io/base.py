@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.serialization import serialize_message
 
-from action_servers.core.maneuver import Action, Maneuver, Observation, Refusal
+from action_servers.core.maneuver import Maneuver, Observation, Refusal, ServedAction
 from action_servers.robot_io.command_types import CHOICES, STAMPED, Choice, Listeners
 from bt_mission.core.cdr.writer import MessageTemplate
 from bt_mission.core.dds.liveliness import RECORDER
@@ -115,7 +115,7 @@ class CommandPublisher:
             self._tell()
         return self._fault
 
-    def guarded(self, action: Action) -> Action:
+    def guarded(self, action: ServedAction) -> ServedAction:
         """Return the action, with goals that drive refused while the robot would not hear."""
 
         def plan(goal: Any, now: Observation) -> Maneuver | Refusal:

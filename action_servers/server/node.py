@@ -11,18 +11,19 @@ from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 
+from action_servers.core.action import Action, ServerContext
+from action_servers.core.checks import missing
 from action_servers.core.executive_watch import ExecutiveLimits
 from action_servers.core.give_way import GiveWay
-from action_servers.core.maneuver import Action, Maneuver
+from action_servers.core.maneuver import Maneuver, ServedAction
 from action_servers.core.pilot import Interlock, Pilot
 from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
-from action_servers.navigation.senses import missing
 from action_servers.robot_io.adapter import ActionAdapter, Before
 from action_servers.robot_io.base import CommandPublisher, CommandWiring
 from action_servers.robot_io.command_types import Choice
 from action_servers.robot_io.publisher_watch import PublisherWatch
 from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
-from action_servers.server.actions import ACTIONS, ServerContext, action
+from action_servers.server.actions import action, served
 from action_servers.server.parameters import (
     DEFAULT_TURN_VELOCITY,
     ON_NEW_GOAL,
@@ -31,6 +32,7 @@ from action_servers.server.parameters import (
 )
 from action_servers.server.topics import PlanTopic, Switches, answer_as_navigator, watch_executives
 from bt_mission.core.action_requests import BURST
+from bt_mission.core.actions import declared
 from bt_mission.core.robot.model import RobotModel, load_robot
 from bt_mission.executors.process import (
     NO_ARGUMENTS,
@@ -73,7 +75,7 @@ class ServerOptions(RobotNodeOptions):
 
 
 class ServersNode(RobotNode):
-    """Offers the actions of `actions.py`, those of the options, and the services `stop`, `release`.
+    """Offers the declared actions, those of the options, and the services `stop`, `release`.
 
     It knows the robot only through its topics: `scan`, `odom`, `tf`, `map`, `camera/image_raw`,
     `motors_on` and `cmd_vel`, relative to the namespace.
@@ -113,16 +115,16 @@ class ServersNode(RobotNode):
             tuning=tuning,
             navigation=self.declare_all(NAVIGATION, "navigation."),
             frontiers=self.declare_all(FRONTIERS, "frontiers."),
-            sensors=self._sensors,
+            camera=self._sensors.camera,
             image_folder=options.image_folder,
-            turn_velocity=lambda: self.get_parameter(DEFAULT_TURN_VELOCITY).value,
+            turn_velocity=self.get_parameter(DEFAULT_TURN_VELOCITY).value,
             publish_distance=lambda metres: self._distance.publish(Float64(data=metres)),
             publish_path=PlanTopic(self, lean=options.lean).publish,
         )
         self._extra = {one.name: one for one in options.extra_actions}
         # On a stage, requests pass by the taps of tests one by one.
         self._burst = 1 if options.lean else BURST
-        names = (*ACTIONS, *(one for one in self._extra if one not in ACTIONS))
+        names = dict.fromkeys((*declared(), *self._extra))
         mine = [name for name in names if name not in options.without]
         first = set(names) if options.at_first is None else set(options.at_first)
         self._adapters = [self._offered(name) for name in mine if name in first]
@@ -210,9 +212,9 @@ class ServersNode(RobotNode):
             executor.spin_once(timeout_sec=0.0)
         self._base.wait_until_stopped(LAST_WORDS_S)
 
-    def _action(self, name: str) -> Action:
+    def _action(self, name: str) -> ServedAction:
         """Return an action; one of the user's own takes the place of ours."""
-        return self._extra[name] if name in self._extra else action(name, self._kit)
+        return served(self._extra[name] if name in self._extra else action(name), self._kit)
 
     def _retune(self, _parameters: Sequence[Parameter]) -> None:
         """Have the goals that come from now on planned with the present parameters."""
@@ -221,6 +223,7 @@ class ServersNode(RobotNode):
             tuning=self.read_all(TUNING),
             navigation=self.read_all(NAVIGATION, "navigation."),
             frontiers=self.read_all(FRONTIERS, "frontiers."),
+            turn_velocity=self.get_parameter(DEFAULT_TURN_VELOCITY).value,
         )
         self._give_way.tuning = self._kit.tuning
         for adapter in self._adapters:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from action_servers.core.goal_limits import SLOWEST_TURN
+from action_servers.core.limits import SLOWEST_TURN
 from action_servers.driving import turn
 from bt_mission.core.parameters import ParameterSpec
 from bt_mission.core.robot.model import RobotModel

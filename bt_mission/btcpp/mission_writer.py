@@ -158,7 +158,7 @@ class _NodeWriter:
         kind = NodeReader(self.document).kind(data, path)
         assert kind is not None, "the mission was read before"
         if kind in ACTION_NAMES or kind == "action":
-            action = data["action"]["name"] if kind == "action" else ACTION_NAMES[kind].action
+            action = data["action"]["name"] if kind == "action" else ACTION_NAMES[kind].name
             limits = self.limits.of(action).items()
             given = {name: limit for name, limit in limits if limit != DEFAULTS.get(name)}
             data = {**given, **data}

@@ -289,7 +289,7 @@ class FaultInstance:
             ScenarioError: when nobody offers it.
         """
         full = self.run.robot_run.node.resolve_topic_name(
-            ACTION_NAMES[name].action if name in ACTION_NAMES else name
+            ACTION_NAMES[name].name if name in ACTION_NAMES else name
         )
         if full not in self._actions():
             self.run.stage.offer_all()

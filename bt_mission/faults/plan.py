@@ -216,8 +216,8 @@ class FaultPlan:
     def _find_action(self, name: str) -> None:
         """Look for an action without having it offered before its time."""
         node = self._run.node
-        full = node.resolve_topic_name(ACTION_NAMES[name].action if name in ACTION_NAMES else name)
-        known = {node.resolve_topic_name(one.action) for one in ACTION_NAMES.values()}
+        full = node.resolve_topic_name(ACTION_NAMES[name].name if name in ACTION_NAMES else name)
+        known = {node.resolve_topic_name(one.name) for one in ACTION_NAMES.values()}
         known |= set(self._run.servers.actions)
         if full not in known:
             raise no_such("action", full, sorted(known))

@@ -23,7 +23,7 @@ DEFAULTS: Mapping[str, float] = {
 def plain_name(name: str) -> str:
     """Return the name of an action without leading slashes, a short name as its action."""
     short = ACTION_NAMES.get(name)
-    return (short.action if short else name).strip("/")
+    return (short.name if short else name).strip("/")
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,16 @@ from functools import cached_property
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from action_servers.core.goal_rules import ACTIONS, ActionRules
+from action_servers.core.action import Action
 from action_servers.core.limits import Limit, NumberLimit
 from action_servers.core.tuning import TUNING, Tuning
+from action_servers.server.actions import action
+from bt_mission.core.actions import declared
 from bt_mission.core.diagnostics import Diagnostic
 from bt_mission.core.robot.model import RobotModel
 from bt_mission.core.stamps import NS
 from bt_mission.core.yaml.document import Document
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.checks.types import Ranges
 from bt_mission.language.message_types import MAP_FRAME
 from bt_mission.language.nodes.base import Path
@@ -53,6 +56,10 @@ class ServerSettings:
 
 OUR_SERVERS = ServerSettings()
 """The servers as they are started without any parameters."""
+
+
+_OF_PACKAGES = {one.name: one for one in ACTION_NAMES.values() if isinstance(one, Action)}
+"""Actions that other packages declare, with their limits."""
 
 
 class ServerGoalRules:
@@ -124,12 +131,16 @@ class ServerGoalRules:
         rules = self._rules(node)
         return {} if rules is None or _has_unknown(values) else rules.feedback(_as_goal(values))
 
-    def _rules(self, node: InterfaceNode) -> ActionRules | None:
-        """Return the rules for the goals of a node, if its action is one of ours."""
+    def _rules(self, node: InterfaceNode) -> Action | None:
+        """Return the declaration for the goals of a node, if its action has one."""
         name = node.ros_name.rpartition("/")[2]
         offered = self._settings.offered
-        rules = ACTIONS.get(name) if offered is None or name in offered else None
-        return rules if rules is not None and rules.type == node.type else None
+        if offered is not None and name not in offered:
+            return None
+        found = declared()[name].known if name in declared() else _OF_PACKAGES.get(name)
+        if found is None or found.type != node.type:
+            return None
+        return found if isinstance(found, Action) else action(name)
 
     def _refusal(
         self, document: Document, node: InterfaceNode, limit: Limit, why: str, value: Any

@@ -64,7 +64,7 @@ def _delay(
             name = f"{namespace}/{topic}"
             clock.taps.add(name, Side.MESSAGE, _late(mean_s, seed, name))
     if mean_s := nature["server_latency"]:
-        known = {one.action for one in ACTION_NAMES.values()}
+        known = {one.name for one in ACTION_NAMES.values()}
         known |= {one.ros_name for one in all_steps(member.mission) if isinstance(one, GoalNode)}
         for action in sorted(known):
             full = action if action.startswith("/") else f"{namespace}/{action}"

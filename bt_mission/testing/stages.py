@@ -202,7 +202,7 @@ class Stages:
             if name not in ACTION_NAMES:
                 raise no_such("short name of an action", name, sorted(ACTION_NAMES))
             short = ACTION_NAMES[name]
-            name, type_name = short.action, short.type
+            name, type_name = short.name, short.type
         server = ScriptedServer(self.node(f"scripted_{name}"), type_name, name, **habits)
         self.scripted[server.node.resolve_topic_name(name)] = server
         return server

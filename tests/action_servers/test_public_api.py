@@ -20,6 +20,7 @@ from action_servers import (
     Action,
     DriveGuard,
     Finished,
+    NumberLimit,
     Observation,
     Refusal,
     RobotModel,
@@ -27,9 +28,6 @@ from action_servers import (
     ServersNode,
     Twist2D,
     load_robot,
-    outside,
-    refusal,
-    stale,
 )
 from sim.physics.spawn import RobotSpawn
 from sim.ros.node import SimNode, SimOptions
@@ -70,10 +68,11 @@ class Circle:
         return {"status": f"turned by {math.degrees(self._drive.yaw):.0f} deg"}
 
 
-def plan_circle(goal: Move.Goal, now: Observation) -> Circle | Refusal:
-    """Check a goal: its seconds, and that the robot can see."""
-    refused = refusal(outside("secs", goal.secs, 1, 60, "s"), unready=stale(now))
-    return refused or Circle(ROBOT, goal.secs, radius=0.5)
+def plan_circle(goal: Move.Goal, _now: Observation, robot: RobotModel) -> Circle | Refusal:
+    """Return the maneuver; a velocity of its own is not for a circle."""
+    if goal.linear_velocity:
+        return Refusal("linear_velocity must be 0")
+    return Circle(robot, goal.secs, radius=0.5)
 
 
 class Count:
@@ -99,8 +98,21 @@ class Count:
 
 
 EXTRA = [
-    Action("circle", Move, plan_circle),
-    Action("count", Fibonacci, lambda goal, _now: Count(goal.order), needs_map=True),
+    Action(
+        name="circle",
+        type="bt_mission_interfaces/action/Move",
+        needs=("base", "scan", "odometry"),
+        plan=plan_circle,
+        limits=lambda _robot, _tuning: (
+            NumberLimit(field="secs", low=1, high=60, unit="s", source="a minute"),
+        ),
+    ),
+    Action(
+        name="count",
+        type="example_interfaces/action/Fibonacci",
+        needs=("map",),
+        plan=lambda goal, _now: Count(goal.order),
+    ),
 ]
 
 
@@ -152,6 +164,8 @@ def test_its_refusal_is_a_rejection(bench):
     """With the reason for whoever asks the servers."""
     assert not bench.send(Move, "circle", Move.Goal(secs=0)).accepted
     assert bench.servers.why_rejected("/circle") == "secs must be from 1 to 60 s, got 0"
+    assert not bench.send(Move, "circle", Move.Goal(secs=8, linear_velocity=0.1)).accepted
+    assert bench.servers.why_rejected("/circle") == "linear_velocity must be 0"
 
 
 def test_a_type_without_error_code_serves_as_well(bench):

@@ -24,6 +24,13 @@ def begun(bench, name):
     return sent
 
 
+def maneuver(bench, name):
+    """The class of the maneuver that carries out a goal of an action."""
+    (adapter,) = [one for one in bench.servers._adapters if one.action_name == name]
+    ((run, _),) = adapter._running.values()
+    return type(run.maneuver)
+
+
 def alive(bench, name):
     """Whether the next goal is carried out as usual."""
     following = bench.send(name)
@@ -41,7 +48,7 @@ def test_a_maneuver_that_raises_ends_its_goal_and_not_the_server(bench, name, me
         raise KeyError("no such sensor")
 
     with monkeypatch.context() as patch:
-        patch.setattr(SERVED[name].maneuver, method, broken)
+        patch.setattr(maneuver(bench, name), method, broken)
         bench.steps(2)
     assert sent.status == "aborted"
     assert sent.result.error_code == ErrorCode.UNKNOWN
@@ -60,7 +67,7 @@ def test_a_result_that_raises_still_ends_the_goal(bench, name, monkeypatch):
         raise KeyError("no such sensor")
 
     with monkeypatch.context() as patch:
-        patch.setattr(SERVED[name].maneuver, "result", broken)
+        patch.setattr(maneuver(bench, name), "result", broken)
         bench.cancel(name, sent.id)
         bench.steps(1)
     assert sent.status == "canceled"
@@ -71,7 +78,7 @@ def test_fields_that_do_not_exist_end_the_goal_and_not_the_server(bench, name, m
     """The reason lists the fields that there are."""
     sent = begun(bench, name)
     with monkeypatch.context() as patch:
-        patch.setattr(SERVED[name].maneuver, method, lambda *_: {"angel": 1.0})
+        patch.setattr(maneuver(bench, name), method, lambda *_: {"angel": 1.0})
         bench.steps(1)
         if method == "result":
             bench.trigger("stop")

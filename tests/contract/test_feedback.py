@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 from action_servers.core.maneuver import ZERO
-from tests.support.served import goal
+from tests.support.served import SERVED, goal
 
 # Repeats what it last told once a second, as a sign of life.
 SIGN_OF_LIFE = {"follow_waypoints", "explore_frontiers"}
@@ -21,6 +21,18 @@ def test_feedback_comes_only_when_something_changed(bench, name):
     if name not in SIGN_OF_LIFE | EACH_IS_NEWS:
         for one, next_one in pairwise(sent.feedback):
             assert one != next_one
+
+
+def test_feedback_stays_within_the_declared_ranges(bench, name):
+    """By which `check` knows conditions that never hold."""
+    sent = bench.send(name)
+    bench.steps(200)
+    ranges = SERVED[name].action.feedback(goal(name))
+    assert sent.feedback
+    for field, (low, high) in ranges.items():
+        values = [getattr(one, field) for one in sent.feedback]
+        assert low <= min(values), field
+        assert max(values) <= high, field
 
 
 def test_idle_servers_command_nothing(bench):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from geometry_msgs.msg import Point
 
 from tests.support.robot_node import pose
 from tests.support.served import NOT_FINITE, SERVED, goal
@@ -15,11 +16,10 @@ FAR = (1e6, -1e6, 1e300)
 
 def test_bad_values_are_rejected_and_nothing_moves(bench, name):
     """In every field of the goal, before acceptance; then a sound goal is accepted as usual."""
-    for field, values in SERVED[name].bad.items():
-        for value in values:
-            bad = bench.send(name, goal(name, **{field: value}))
-            bench.steps(1)
-            assert bad.accepted is False, (field, value)
+    for bad_goal in SERVED[name].bad_goals():
+        bad = bench.send(name, bad_goal)
+        bench.steps(1)
+        assert bad.accepted is False, bad_goal
     bench.steps(2)
     assert not bench.moved
     sound = bench.send(name)
@@ -27,12 +27,13 @@ def test_bad_values_are_rejected_and_nothing_moves(bench, name):
     assert sound.accepted is True
 
 
-def test_every_number_of_a_goal_is_tried(name):
-    """A field that is added is not forgotten here."""
+def test_every_number_of_a_goal_has_a_limit(name):
+    """A field that is added is not forgotten in the declaration."""
     fields = SERVED[name].type.Goal.get_fields_and_field_types()
     poses = {field for field, kind in fields.items() if "PoseStamped" in kind}
     harmless = {"behavior_tree", "number_of_loops", "goal_index"}
-    assert SERVED[name].bad.keys() == fields.keys() - poses - harmless
+    limited = {limit.field.partition(".")[0] for limit in SERVED[name].limits}
+    assert limited == fields.keys() - poses - harmless
 
 
 @pytest.mark.parametrize(
@@ -57,6 +58,15 @@ def test_bad_poses_are_rejected_and_nothing_moves(bench, action):
     stranger.header.frame_id = "kitchen"
     assert refused(stranger)
     bench.steps(2)
+    assert not bench.moved
+
+
+@pytest.mark.parametrize("action", ["backup", "drive_on_heading"])
+def test_a_target_that_is_not_finite_is_rejected_and_nothing_moves(bench, action):
+    """Also where the robot does not drive to it: to the side."""
+    sent = bench.send(action, goal(action, target=Point(x=1.0, y=math.nan)))
+    bench.steps(3)
+    assert sent.accepted is False
     assert not bench.moved
 
 

@@ -6,9 +6,6 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.goal_rules import ACTIONS
-from action_servers.core.tuning import TUNING
-from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.parser import RESERVED
@@ -64,20 +61,3 @@ def test_there_are_examples_and_rows():
     """The page has not changed its form under this test."""
     assert len(EXAMPLES) >= 15
     assert len(ROWS) >= 25
-
-
-def test_the_limits_of_goals_are_those_of_the_servers():
-    """Row by row, with the numbers of a Waffle."""
-    waffle = load_robot("waffle")
-    rows = [
-        f"| `{name}` | `{limit.field}` | {limit.words}{_zero(limit)} | {limit.source} |"
-        for name, rules in ACTIONS.items()
-        for limit in rules.limits(waffle, TUNING)
-    ]
-    section = TEXT.partition("## Limits of goals")[2].partition("\n# ")[0]
-    assert re.findall(r"^\| `.*$", section, re.MULTILINE) == rows
-
-
-def _zero(limit):
-    meaning = getattr(limit, "zero", "")
-    return f"; 0: {meaning}" if meaning else ""

@@ -13,9 +13,9 @@ from bt_mission.language.plugins import PythonError, find_class
 MODULE = """
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
-from bt_mission.language.action_names import ActionName
+from bt_mission import ActionName
 
-DOCK = ActionName("dock", "bt_mission_interfaces/action/Turn")
+DOCK = ActionName(name="dock", type="bt_mission_interfaces/action/Turn")
 WRONG = "no short name"
 
 class Blink(Behaviour):
@@ -72,7 +72,7 @@ def test_a_package_brings_leaves_and_actions(installed: Path) -> None:
         "_, faults = examine('mission.yaml')\n"
         "print(*(str(one).splitlines()[0] for one in faults), sep='\\n')\n"
         "from bt_mission.language.action_names import ACTION_NAMES\n"
-        "print(ACTION_NAMES['turn'].action, ACTION_NAMES['dock'].action)\n"
+        "print(ACTION_NAMES['turn'].name, ACTION_NAMES['dock'].name)\n"
     )
     done = subprocess.run(
         [sys.executable, "-c", f"import sys; sys.path.insert(0, '.')\n{code}"],
@@ -108,3 +108,57 @@ def test_a_module_that_ends_python_ends_only_itself(tmp_path: Path) -> None:
     with pytest.raises(PythonError) as caught:
         find_class("script.py:Blink", str(tmp_path / "mission.yaml"))
     assert str(caught.value) == "script.py cannot be imported: SystemExit: bye"
+
+
+DECLARED = """
+from action_servers import Action, NumberLimit, Refusal
+
+DOCK = Action(
+    name="dock",
+    type="bt_mission_interfaces/action/Turn",
+    needs=("base", "scan", "odometry"),
+    example={"angle": 45.0},
+    plan=lambda _goal, _now, robot: Refusal(f"no {robot.name} docks here"),
+    limits=lambda robot, tuning: (
+        NumberLimit(field="angle", low=0.0, high=90.0, unit="deg", source="the dock"),
+    ),
+)
+"""
+
+
+def test_the_limits_of_a_declared_action_are_checked(installed: Path) -> None:
+    """As those of our servers, and a value without its field is recognized."""
+    (installed / "my_robot.py").write_text(DECLARED, encoding="utf-8")
+    (installed / "mission.yaml").write_text(
+        "mission: t\ntree:\n  sequence:\n"
+        "    - dock: {angle: 100}\n      timeout: 9\n"
+        "    - dock: 30\n      timeout: 9\n",
+        encoding="utf-8",
+    )
+    code = (
+        "from bt_mission.sessions.check import examine\n"
+        "for text in ('mission.yaml',):\n"
+        "    _, faults = examine(text)\n"
+        "    print(*faults, sep='\\n')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.path.insert(0, '.')\n{code}"],
+        cwd=installed,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "write 'dock: {angle: 30}'" in done.stdout
+    (installed / "mission.yaml").write_text(
+        "mission: t\ntree:\n  dock: {angle: 100}\n  timeout: 9\n", encoding="utf-8"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.path.insert(0, '.')\n{code}"],
+        cwd=installed,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert (
+        "angle must be from 0 to 90 deg, got 100: the server of dock refuses that (limit: the dock)"
+    ) in done.stdout

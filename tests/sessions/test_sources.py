@@ -74,7 +74,7 @@ def test_names_and_types_are_in_the_graph(tmp_path: Path, context: Any) -> None:
     served = dict(get_action_names_and_types(servers))
     services = dict(servers.get_service_names_and_types())
     servers.destroy_node()
-    names = {f"/{short.action}": [short.type] for short in ACTION_NAMES.values()}
+    names = {f"/{short.name}": [short.type] for short in ACTION_NAMES.values()}
     del names["/execute_mission"]  # it is the executive that serves this one
     assert names.items() <= served.items()
     assert services["/stop"] == services["/release"] == ["std_srvs/srv/Trigger"]

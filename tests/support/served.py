@@ -1,198 +1,97 @@
-"""Every action that we serve: what it needs, a sound goal, and numbers that are not."""
+"""Every action that we serve, from its declaration: its type, a valid goal, and invalid ones."""
 
 from __future__ import annotations
 
+import copy
 import math
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
-from bt_mission_interfaces.action import (
-    CameraSweep,
-    ExploreForward,
-    ExploreFrontiers,
-    FindColour,
-    Move,
-    RecordDistance,
-    TakePictures,
-    Turn,
-)
 from builtin_interfaces.msg import Duration
-from geometry_msgs.msg import Point
-from nav2_msgs.action import (
-    BackUp,
-    DriveOnHeading,
-    FollowWaypoints,
-    NavigateThroughPoses,
-    NavigateToPose,
-    Spin,
-    Wait,
-)
 
-from action_servers.camera.camera_sweep import CameraSweep as CameraSweepManeuver
-from action_servers.camera.find_colour import FindColour as FindColourManeuver
-from action_servers.camera.take_pictures import TakePictures as TakePicturesManeuver
-from action_servers.driving.explore_forward import ExploreForward as ExploreForwardManeuver
-from action_servers.driving.move import Move as MoveManeuver
-from action_servers.driving.record_distance import RecordDistance as RecordDistanceManeuver
-from action_servers.driving.recoveries import WaitManeuver
-from action_servers.driving.straight import Straight
-from action_servers.driving.turn import Spin as SpinManeuver
-from action_servers.driving.turn import Turn as TurnManeuver
-from action_servers.mapping.explore import ExploreFrontiers as ExploreFrontiersManeuver
-from action_servers.navigation.navigate import NavigateToPose as NavigateToPoseManeuver
-from action_servers.navigation.through_poses import (
-    NavigateThroughPoses as NavigateThroughPosesManeuver,
-)
-from action_servers.navigation.waypoints import FollowWaypoints as FollowWaypointsManeuver
-from tests.support.robot_node import pose
+from action_servers.core.action import Action
+from action_servers.core.limits import ColourLimit, Limit
+from action_servers.core.tuning import TUNING
+from action_servers.server.actions import action, generated_type
+from bt_mission.core.actions import declared
+from bt_mission.core.robot.model import load_robot
+from bt_mission.ros.interface_types import fill
 
 HUGE = 3.0e38
 NOT_FINITE = (math.nan, math.inf, -math.inf)
-NO_SPEED = (*NOT_FINITE, 0.27, -0.27, HUGE, -HUGE)
 LEAST, MOST = -(2**31), 2**31 - 1
-NEGATIVE = Duration(sec=-1)
+TOPICS = {"scan": "scan", "odometry": "odom", "camera": "camera"}
+WAFFLE = load_robot("waffle")
 
 
 @dataclass(frozen=True)
 class Served:
-    """One action; `goal` takes several seconds, `bad` has values of fields that are rejected.
+    """One action; its example takes several seconds.
 
     `watches` are the topics whose silence ends a goal, `asks` those without which none is accepted.
     """
 
+    action: Action
     type: Any
-    maneuver: Any
-    goal: dict[str, Any]
-    bad: dict[str, tuple[Any, ...]] = field(default_factory=dict)
-    drives: bool = True
-    watches: tuple[str, ...] = ("scan", "odom")
-    asks: tuple[str, ...] = ("scan", "odom")
+
+    @property
+    def drives(self) -> bool:
+        """Whether it drives."""
+        return self.action.moves_base
+
+    @property
+    def watches(self) -> tuple[str, ...]:
+        """What it needs, as topics."""
+        return tuple(TOPICS[need] for need in self.action.needs if need in TOPICS)
+
+    @property
+    def asks(self) -> tuple[str, ...]:
+        """A camera only sends pictures when asked, and what waits asks for nothing."""
+        return () if self.action.waits else tuple(one for one in self.watches if one != "camera")
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """The limits of its goals."""
+        return self.action.limits(WAFFLE, TUNING)
+
+    def bad_goals(self) -> Iterator[Any]:
+        """Yield goals that are rejected, each for one value of one field."""
+        valid = fill(self.type.Goal(), self.action.example)
+        for limit in self.limits:
+            parent, _, name = limit.field.rpartition(".")
+            for value in _outside(limit, attrgetter(limit.field)(valid)):
+                bad = copy.deepcopy(valid)
+                setattr(attrgetter(parent)(bad) if parent else bad, name, value)
+                yield bad
 
 
-def _along(*values: float) -> tuple[Point, ...]:
-    return tuple(Point(x=value) for value in values)
+def _outside(limit: Limit, valid: Any) -> tuple[Any, ...]:
+    """Return values that a limit excludes, of the type of a valid one."""
+    if isinstance(limit, ColourLimit):
+        return ("", "bleu", "x" * 10_000)
+    if isinstance(valid, Duration):
+        return Duration(sec=-1), Duration(sec=LEAST)
+    if isinstance(valid, int):
+        return math.ceil(limit.low) - 1, math.floor(limit.high) + 1, MOST, LEAST
+    below = limit.low if limit.above else limit.low - 0.01 * abs(limit.low or 1.0)
+    return *NOT_FINITE, HUGE, -HUGE, below, limit.high + 0.01 * abs(limit.high)
 
 
-STRAIGHT_BAD = {
-    "target": (*_along(*NOT_FINITE, 101.0, HUGE, -HUGE), Point(x=1.0, y=math.nan)),
-    "speed": NO_SPEED,
-    "time_allowance": (NEGATIVE,),
-}
+def _served(name: str) -> Served:
+    found = action(name)
+    return Served(found, generated_type(found.type))
 
-SERVED: dict[str, Served] = {
-    "explore_forward": Served(
-        ExploreForward,
-        ExploreForwardManeuver,
-        {"fwd_velocity": 0.2, "stopping_distance": 0.5},
-        {
-            "fwd_velocity": (*NOT_FINITE, 0.0, -0.2, 0.3, HUGE, -HUGE),
-            "stopping_distance": (*NOT_FINITE, 0.0, -0.5, HUGE, -HUGE),
-        },
-    ),
-    "turn": Served(
-        Turn,
-        TurnManeuver,
-        {"angle": 720.0},
-        {
-            "angle": (*NOT_FINITE, HUGE, -HUGE),
-            "angular_velocity": (*NOT_FINITE, -1.0, 1.9, HUGE, -HUGE),
-        },
-    ),
-    "camera_sweep": Served(
-        CameraSweep,
-        CameraSweepManeuver,
-        {"sweep_angle": 180.0, "image_count": 6},
-        {
-            "sweep_angle": (*NOT_FINITE, 0.0, -90.0, 181.0, HUGE, -HUGE),
-            "image_count": (0, -1, 31, MOST, LEAST),
-        },
-        watches=("scan", "odom", "camera"),
-    ),
-    "move": Served(
-        Move,
-        MoveManeuver,
-        {"secs": 10, "linear_velocity": 0.1},
-        {
-            "secs": (0, -1, 3601, MOST, LEAST),
-            "linear_velocity": NO_SPEED,
-            "angular_velocity": (*NOT_FINITE, 1.9, -1.9, HUGE, -HUGE),
-        },
-    ),
-    "navigate_to_pose": Served(NavigateToPose, NavigateToPoseManeuver, {"pose": pose(1.5, 0.0)}),
-    "navigate_through_poses": Served(
-        NavigateThroughPoses,
-        NavigateThroughPosesManeuver,
-        {"poses": [pose(1.0, 0.0), pose(1.5, 0.5)]},
-    ),
-    "follow_waypoints": Served(
-        FollowWaypoints,
-        FollowWaypointsManeuver,
-        {"poses": [pose(1.0, 0.0), pose(1.5, 0.5)]},
-    ),
-    "explore_frontiers": Served(
-        ExploreFrontiers,
-        ExploreFrontiersManeuver,
-        {"min_frontier": 0.5},
-        {
-            "max_duration": (*NOT_FINITE, -1.0, HUGE, -HUGE),
-            "min_frontier": (*NOT_FINITE, -1.0, HUGE, -HUGE),
-        },
-        asks=(),
-    ),
-    "spin": Served(
-        Spin,
-        SpinManeuver,
-        {"target_yaw": 12.0},
-        {"target_yaw": (*NOT_FINITE, HUGE, -HUGE), "time_allowance": (NEGATIVE,)},
-    ),
-    "backup": Served(BackUp, Straight, {"target": Point(x=1.5), "speed": 0.15}, STRAIGHT_BAD),
-    "drive_on_heading": Served(
-        DriveOnHeading, Straight, {"target": Point(x=1.5), "speed": 0.15}, STRAIGHT_BAD
-    ),
-    "record_distance": Served(
-        RecordDistance,
-        RecordDistanceManeuver,
-        {"seconds": 10},
-        {"seconds": (0, -1, 3601, MOST, LEAST)},
-        drives=False,
-        watches=("odom",),
-        asks=("odom",),
-    ),
-    "take_pictures": Served(
-        TakePictures,
-        TakePicturesManeuver,
-        {"nseconds": 10},
-        {"nseconds": (0, -1, 61, MOST, LEAST)},
-        drives=False,
-        watches=("camera",),
-        asks=(),
-    ),
-    "find_colour": Served(
-        FindColour,
-        FindColourManeuver,
-        {"colour": "blue"},
-        {
-            "colour": ("", "bleu", "x" * 10_000),
-            "min_share": (*NOT_FINITE, -0.1, 1.1, HUGE, -HUGE),
-        },
-        drives=False,
-        watches=("camera",),
-        asks=(),
-    ),
-    "wait": Served(
-        Wait,
-        WaitManeuver,
-        {"time": Duration(sec=10)},
-        {"time": (NEGATIVE, Duration(sec=LEAST))},
-        drives=False,
-        watches=(),
-        asks=(),
-    ),
-}
+
+SERVED = {name: _served(name) for name in declared()}
 DRIVING = [name for name, one in SERVED.items() if one.drives]
 BESIDE = [name for name, one in SERVED.items() if not one.drives]
 
 
 def goal(name: str, **changes: Any) -> Any:
-    """A sound goal of an action that takes several seconds, with changes."""
-    return SERVED[name].type.Goal(**(SERVED[name].goal | changes))
+    """A valid goal of an action that takes several seconds, with changes."""
+    message = fill(SERVED[name].type.Goal(), SERVED[name].action.example)
+    for field, value in changes.items():
+        setattr(message, field, value)
+    return message

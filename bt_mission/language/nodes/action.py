@@ -8,7 +8,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, PlainValidator, create_model
 from typing_extensions import override
 
-from bt_mission.language.action_names import ACTION_NAMES, ActionName
+from bt_mission.core.actions import ActionName
+from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.expressions.expression import Expression, Value
 from bt_mission.language.nodes import base, fields
 from bt_mission.language.nodes.interfaces import InterfaceNode
@@ -96,7 +97,7 @@ class ShortActionNode(GoalNode):
     @property
     @override
     def ros_name(self) -> str:
-        return self.action.action
+        return self.action.name
 
     @property
     @override

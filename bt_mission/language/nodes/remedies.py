@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 from bt_mission.core.diagnostics import LIKENED_NAMES, describe, did_you_mean, listed, quoted
+from bt_mission.language.action_names import ACTION_NAMES
 
 _GUARD = "'guard: CONDITION' runs its 'do' as long as a condition holds"
 _WHEN = "'when: CONDITION' runs its 'do' if a condition holds, else its 'else'"
@@ -83,21 +84,7 @@ FIRST_FIELDS = {
     "finally": "timeout",
     "repeat": "count",
     "retry": "attempts",
-    "turn": "angle",
-    "move": "secs",
-    "explore_forward": "fwd_velocity",
-    "explore_frontiers": "max_duration",
-    "camera_sweep": "sweep_angle",
-    "take_pictures": "nseconds",
-    "find_colour": "colour",
-    "record_distance": "seconds",
-    "execute_mission": "path",
-    "navigate_to_pose": "pose",
-    "navigate_through_poses": "poses",
-    "follow_waypoints": "poses",
-    "spin": "target_yaw",
-    "back_up": "target",
-    "drive_on_heading": "target",
+    **{kind: next(iter(one.example)) for kind, one in ACTION_NAMES.items() if one.example},
 }
 """The field that is meant where a type of node with fields gets one value."""
 

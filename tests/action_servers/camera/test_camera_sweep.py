@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from action_servers.camera.camera_sweep import CameraSweep, plan
-from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Image, Refusal
+from action_servers.camera.camera_sweep import CameraSweep
+from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Image
 from bt_mission.core.geometry import Twist2D
-from bt_mission.core.robot.model import load_robot
 
 
 class FakeCamera:
@@ -200,49 +198,3 @@ def test_keeps_clear_of_walls(fake, waffle):
     finished = base.run(sweep(base, FakeStore(base), 180, 4))
     assert finished.error_code == ErrorCode.BLOCKED
     assert finished.reason.startswith("no room to turn left")
-
-
-def goal(**changes: Any) -> Any:
-    """A sound goal, with changes."""
-    return SimpleNamespace(**({"sweep_angle": 180.0, "image_count": 30} | changes))
-
-
-def planned(base: Any, store: Any, asked: Any) -> Any:
-    """What becomes of a goal."""
-    return plan(asked, base.observe(), base.robot, store.camera, store)
-
-
-@pytest.mark.parametrize("angle", [0.001, 1.0, 180.0])
-def test_plans_up_to_half_a_turn(base, store, angle):
-    """Above 0, at most 180 degrees."""
-    assert isinstance(planned(base, store, goal(sweep_angle=angle)), CameraSweep)
-
-
-@pytest.mark.parametrize("angle", [0.0, -1.0, -math.inf])
-def test_refuses_an_angle_that_is_not_positive(base, store, angle):
-    """A sweep turns left."""
-    assert plan(
-        goal(sweep_angle=angle), base.observe(), base.robot, store.camera, store
-    ) == Refusal(f"sweep_angle must be above 0 and at most 180 deg, got {angle:g}")
-
-
-@pytest.mark.parametrize("angle", [180.1, 1e30, math.inf, math.nan])
-def test_refuses_more_than_half_a_turn(base, store, angle):
-    """And what is no number."""
-    assert isinstance(planned(base, store, goal(sweep_angle=angle)), Refusal)
-
-
-@pytest.mark.parametrize("count", [0, -1, 31, 2**31 - 1, -(2**31)])
-def test_refuses_too_few_or_too_many_pictures(base, store, count):
-    """One to thirty."""
-    assert plan(
-        goal(image_count=count), base.observe(), base.robot, store.camera, store
-    ) == Refusal(f"image_count must be from 1 to 30 images, got {count:g}")
-
-
-def test_refuses_a_robot_without_camera(fake, store):
-    """The Burger has none."""
-    burger = load_robot("burger")
-    assert plan(goal(), fake(burger).observe(), burger, store.camera, store) == Refusal(
-        "the robot 'burger' has no camera"
-    )

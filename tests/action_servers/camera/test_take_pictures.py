@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import io
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from PIL import Image as Picture
 
-from action_servers.camera.take_pictures import TakePictures, compressed, plan
-from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Image, Observation, Refusal
-from action_servers.core.tuning import Tuning
-from bt_mission.core.robot.model import load_robot
+from action_servers.camera.take_pictures import TakePictures, compressed
+from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Image, Observation
 
 
 class Camera:
@@ -86,16 +83,3 @@ def test_a_camera_that_stops_ends_it_with_what_was_taken():
     )
     pictures: Any = taking.result()["all_pictures"]
     assert len(pictures) == 1
-
-
-def test_more_than_memory_is_meant_for_are_refused(waffle):
-    """The limit is stated."""
-    goal = SimpleNamespace(nseconds=61)
-    assert plan(goal, waffle, Camera()) == Refusal("nseconds must be from 1 to 60 s, got 61")
-    assert isinstance(plan(goal, waffle, Camera(), Tuning(pictures=61)), TakePictures)
-
-
-def test_a_robot_without_a_camera_refuses():
-    """The Burger has none."""
-    goal = SimpleNamespace(nseconds=3)
-    assert plan(goal, load_robot("burger"), Camera()) == Refusal("the robot 'burger' has no camera")

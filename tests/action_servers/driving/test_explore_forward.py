@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from action_servers.core.maneuver import ErrorCode, Finished, Refusal, Scan
-from action_servers.driving.explore_forward import ExploreForward, plan
+from action_servers.core.maneuver import ErrorCode, Finished, Scan
+from action_servers.core.tuning import TUNING
+from action_servers.driving.explore_forward import ExploreForward, limits
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
@@ -192,67 +192,11 @@ def test_rays_without_a_measurement_are_no_obstacle(fake, waffle, junk):
     assert explore.step(base.observe()) == Twist2D(0.2, 0.0)
 
 
-def goal(**changes: Any) -> Any:
-    """A sound goal, with changes."""
-    return SimpleNamespace(**({"fwd_velocity": 0.2, "stopping_distance": 0.5} | changes))
-
-
-def test_plans_a_sound_goal(fake, waffle):
-    """The limits themselves are allowed, as float32 brings them."""
-    now = fake(waffle).observe()
-    for speed in (0.01, 0.2, 0.26):
-        sound = goal(fwd_velocity=float(np.float32(speed)))
-        assert isinstance(plan(sound, now, waffle), ExploreForward)
-
-
-@pytest.mark.parametrize("value", [0.0, -0.2, 0.27, 1e30, math.inf, -math.inf, math.nan])
-def test_refuses_a_speed_outside_the_robot(fake, waffle, value):
-    """The reason names the field, the limits and the value."""
-    refusal = plan(goal(fwd_velocity=value), fake(waffle).observe(), waffle)
-    assert refusal == Refusal(f"fwd_velocity must be from 0.01 to 0.26 m/s, got {value:g}")
-
-
-@pytest.mark.parametrize("value", [0.0, 0.04, -1.0, 3.6, 1e30, math.inf, math.nan])
-def test_refuses_a_stopping_distance_that_the_lidar_cannot_see(fake, waffle, value):
-    """Between 5 cm and what the lidar reaches in front of the hull."""
-    refusal = plan(goal(stopping_distance=value), fake(waffle).observe(), waffle)
-    assert refusal == Refusal(f"stopping_distance must be from 0.05 to 3.367 m, got {value:g}")
-
-
-def test_stopping_distance_keeps_clear_of_the_blind_ring_of_the_lidar(fake, robot):
+def test_stopping_distance_keeps_clear_of_the_blind_ring_of_the_lidar(robot):
     """A lidar that cannot see what touches the hull needs a longer stopping distance."""
     blind = robot.lidar.min_range - (robot.hull.front - robot.lidar.x)
-    now = fake(robot).observe()
-    assert isinstance(plan(goal(stopping_distance=blind + 0.049), now, robot), Refusal) == (
-        blind + 0.049 < max(0.05, blind + 0.05)
-    )
-
-
-@pytest.mark.parametrize(
-    ("field", "reason"),
-    [
-        ("odom", "no odometry has arrived yet; is the robot running?"),
-        ("scan", "no scan has arrived yet; is the robot running?"),
-    ],
-)
-def test_refuses_to_drive_blind(fake, waffle, field, reason):
-    """Without odometry or scan there is no goal."""
-    base = fake(waffle)
-    base.changes = {field: None}
-    assert plan(goal(), base.observe(), waffle) == Refusal(reason)
-
-
-def test_refuses_stale_sensors(fake, waffle):
-    """Old odometry is as good as none."""
-    base = fake(waffle)
-    base.changes = {"odom_stamp_s": 8.0}
-    assert plan(goal(), base.observe(), waffle) == Refusal(
-        "no odometry for 1 s: the last is 2.00 s old"
-    )
-    base.changes = {"odom_stamp_s": 12.0}
-    assert plan(goal(), base.observe(), waffle) == Refusal(
-        "the last odometry is stamped 2.00 s in the future; do the clocks agree?"
-    )
+    _, stopping_distance = limits(robot, TUNING)
+    assert stopping_distance.low == max(0.05, blind + 0.05)
 
 
 def test_drives_on_when_what_it_stopped_for_has_left(fake, waffle):

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from action_servers.core.maneuver import ZERO, ErrorCode, Finished, Observation, Refusal
+from action_servers.core.maneuver import ZERO, ErrorCode, Finished
 from action_servers.driving.move import Move, plan
 from bt_mission.core.geometry import Twist2D
 
@@ -111,9 +111,3 @@ def test_a_base_that_does_not_follow_ends_it(fake, waffle):
     finished = base.run(Move(60, Twist2D(0.2, 0.0), waffle))
     assert finished.error_code == ErrorCode.BLOCKED
     assert "no progress for 2 s" in finished.reason
-
-
-def test_old_sensors_refuse_it(waffle):
-    """With the reason."""
-    planned = plan(goal(), Observation(10.0), waffle)
-    assert planned == Refusal("no odometry has arrived yet; is the robot running?")

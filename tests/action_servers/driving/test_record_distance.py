@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import pytest
 
-from action_servers.core.maneuver import ErrorCode, Finished, Observation, Refusal
-from action_servers.driving.record_distance import RecordDistance, plan
+from action_servers.core.maneuver import ErrorCode, Finished, Observation
+from action_servers.driving.record_distance import RecordDistance
 from bt_mission.core.geometry import Pose2D, Twist2D
 
 
@@ -62,13 +60,3 @@ def test_odometry_that_jumps_or_stops_ends_it(fake, waffle):
     assert silent.step(Observation(10.0)) == Finished(
         "aborted", ErrorCode.NO_ODOMETRY, "no odometry has arrived yet; is the robot running?"
     )
-
-
-def test_it_needs_no_scan(fake, waffle):
-    """A robot with a broken lidar can still be pushed."""
-    base = fake(waffle)
-    base.changes = {"scan": None}
-    planned = plan(SimpleNamespace(seconds=3), base.observe(), waffle, lambda _: None)
-    assert isinstance(planned, RecordDistance)
-    refused = plan(SimpleNamespace(seconds=0), base.observe(), waffle, lambda _: None)
-    assert refused == Refusal("seconds must be from 1 to 3600 s, got 0")

@@ -13,7 +13,6 @@ from action_servers.driving.recoveries import (
     DRIVE_ON_HEADING,
     SPIN,
     Allowance,
-    Useless,
     seconds_of,
 )
 
@@ -63,11 +62,3 @@ def test_durations():
     """Nanoseconds count upwards, also below zero."""
     assert seconds_of(SimpleNamespace(sec=1, nanosec=500_000_000)) == 1.5
     assert seconds_of(SimpleNamespace(sec=-1, nanosec=500_000_000)) == -0.5
-
-
-def test_a_useless_goal_ends_at_once_and_does_not_drive():
-    """So it does not end what drives."""
-    useless = Useless(713, "why")
-    assert useless.step(Observation(1.0)) == Finished("aborted", 713, "why")
-    assert (useless.needs_base, useless.feedback()) == (False, None)
-    assert useless.result() == {"total_elapsed_time": 0.0}

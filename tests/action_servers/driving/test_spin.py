@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.maneuver import Finished, Refusal
+from action_servers.core.maneuver import Finished
 from action_servers.driving.turn import Spin, plan_spin
 
 
@@ -52,12 +52,3 @@ def test_no_room_to_turn_is_a_collision_ahead(fake, waffle):
     base = fake(waffle, [(-1.0, 0.17, 1.0, 0.17)])
     finished = base.run(Spin(1.57, 0.0, waffle))
     assert (finished.status, finished.error_code) == ("aborted", 703)
-
-
-def test_a_negative_time_is_refused(fake, waffle):
-    """And NaN."""
-    now = fake(waffle).observe()
-    assert plan_spin(goal(1.0, -1), now, waffle) == Refusal(
-        "time_allowance must not be negative, got -1 s"
-    )
-    assert isinstance(plan_spin(goal(math.nan), now, waffle), Refusal)

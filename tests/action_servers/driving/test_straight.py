@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.maneuver import ZERO, Finished, Observation, Refusal
-from action_servers.driving.recoveries import BACK_UP, DRIVE_ON_HEADING, Useless
+from action_servers.core.maneuver import ZERO, Finished
+from action_servers.driving.recoveries import BACK_UP, DRIVE_ON_HEADING
 from action_servers.driving.straight import Straight, plan_back_up, plan_drive_on_heading
 
 
@@ -42,36 +42,6 @@ def test_back_up_goes_back_whatever_the_signs(fake, waffle, x, speed):
     assert base.run(maneuver) == Finished("succeeded")
     assert base.x == pytest.approx(-0.3, abs=0.005)
     assert min(twist.linear for twist in base.twists) == pytest.approx(-0.1)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        goal(0.3, -0.1),
-        goal(-0.3, 0.1),
-        goal(0.0, 0.1),
-        goal(0.3, 0.1, y=0.1),
-        goal(0.3, 0.1, z=-0.1),
-        goal(-0.3, 0.0),
-    ],
-)
-def test_a_goal_that_cannot_be_carried_out_is_accepted_and_aborted(fake, waffle, wrong):
-    """INVALID_INPUT, with the reason, and nothing is driven."""
-    planned = plan_drive_on_heading(wrong, fake(waffle).observe(), waffle)
-    assert isinstance(planned, Useless)
-    end = planned.step(Observation(10.0))
-    assert isinstance(end, Finished)
-    assert (end.status, end.error_code) == ("aborted", 724)
-    assert end.reason
-
-
-def test_back_up_sideways_is_invalid(fake, waffle):
-    """With its own number for that."""
-    planned = plan_back_up(goal(0.3, 0.1, y=1.0), fake(waffle).observe(), waffle)
-    assert isinstance(planned, Useless)
-    assert planned.step(Observation(10.0)) == Finished(
-        "aborted", 713, "target.y and target.z must be 0, got 1 and 0"
-    )
 
 
 @pytest.mark.parametrize(
@@ -115,9 +85,3 @@ def test_feedback_is_the_distance(fake, waffle):
     feedback: Any = maneuver.feedback()
     assert feedback == {"distance_traveled": pytest.approx(-base.x, abs=0.01)}
     assert maneuver.feedback() is None
-
-
-def test_a_speed_that_the_robot_does_not_have_is_refused(fake, waffle):
-    """Before it moves."""
-    planned = plan_back_up(goal(0.3, 0.5), fake(waffle).observe(), waffle)
-    assert planned == Refusal("speed must be from -0.26 to 0.26 m/s, got 0.5")

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import pytest
 
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Observation, Refusal
-from action_servers.driving.recoveries import WaitManeuver, plan_wait
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Observation
+from action_servers.driving.recoveries import WaitManeuver
 
 
 def test_it_ends_at_the_time():
@@ -26,9 +24,3 @@ def test_it_ends_at_the_time():
 def test_no_time_at_all_ends_with_the_first_step():
     """As in Nav2."""
     assert WaitManeuver(0.0).step(Observation(10.0)) == SUCCEEDED
-
-
-def test_less_than_nothing_is_refused():
-    """It needs no sensors."""
-    wrong = SimpleNamespace(time=SimpleNamespace(sec=-1, nanosec=0))
-    assert plan_wait(wrong) == Refusal("time must not be negative, got -1 s")

@@ -7,10 +7,10 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import FollowWaypoints, NavigateToPose
 
-from action_servers.core.goal_limits import MOST_POSES
 from action_servers.core.maneuver import Grid, Observation, Refusal, Scan
 from action_servers.navigation import navigate, waypoints
 from action_servers.navigation.actions import (
+    MOST_POSES,
     plan_follow_waypoints,
     plan_navigate_through_poses,
     plan_navigate_to_pose,
@@ -106,27 +106,6 @@ def test_an_orientation_that_is_none_is_refused(waffle):
     assert plan_navigate_to_pose(goal, READY, waffle) == Refusal(
         "pose.pose.orientation must have length 1, got 0"
     )
-
-
-@pytest.mark.parametrize(
-    ("now", "reason"),
-    [
-        (Observation(10.0), "no map has arrived yet"),
-        (Observation(10.0, grid=GRID, scan=SCAN), "the robot's place on the map is not known yet"),
-        (
-            Observation(12.0, READY.odom, 12.0, None, SCAN, READY.map_pose, GRID),
-            "no scan for 1 s: the last is 2.00 s old",
-        ),
-    ],
-)
-def test_a_goal_is_refused_before_the_robot_knows_enough(waffle, now, reason):
-    """It would only stand there; that holds for tours too."""
-    for planned in (
-        plan_navigate_to_pose(to_pose(), now, waffle),
-        plan_follow_waypoints(FollowWaypoints.Goal(poses=[stamped()]), now, waffle),
-    ):
-        assert isinstance(planned, Refusal)
-        assert planned.reason.startswith(reason)
 
 
 def test_a_tour_becomes_a_maneuver(waffle):

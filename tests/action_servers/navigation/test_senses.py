@@ -4,31 +4,12 @@ import numpy as np
 import pytest
 
 from action_servers.core.maneuver import Finished, Grid, Observation, Scan
-from action_servers.navigation.senses import ProgressChecker, Senses, missing
+from action_servers.navigation.senses import ProgressChecker, Senses
 from bt_mission.core.geometry import Pose2D
 
 GRID = Grid(0.05, 0.0, 0.0, np.zeros((2, 2), dtype=np.int8))
 SCAN = Scan(10.0, 0.0, 0.1, 0.12, 3.5, np.ones(3, dtype=np.float32))
 NOW = Observation(10.0, odom_stamp_s=10.0, scan=SCAN, map_pose=Pose2D(0.0, 0.0, 0.0), grid=GRID)
-
-
-@pytest.mark.parametrize(
-    ("field", "value", "reason"),
-    [
-        ("grid", None, "no map has arrived yet"),
-        ("grid", Grid(0.05, 0.0, 0.0, np.zeros((0, 0), dtype=np.int8)), "the map has no cells"),
-        ("map_pose", None, "the robot's place on the map is not known yet"),
-        ("scan", None, "no scan has arrived yet"),
-    ],
-)
-def test_what_is_missing_is_named(field, value, reason):
-    """The first thing that a goal needs and that is not there."""
-    assert (missing(dataclasses.replace(NOW, **{field: value})) or "").startswith(reason)
-
-
-def test_nothing_is_missing_when_map_pose_and_scan_are_there():
-    """Their age is another matter."""
-    assert missing(NOW) is None
 
 
 def at(time_s, *, pose_s=None, seen_s=None):

@@ -7,14 +7,7 @@ from typing import Any
 import pytest
 from std_msgs.msg import Float64
 
-from tests.support.served import SERVED, goal
-
-
-def test_the_table_of_the_tests_is_that_of_the_servers(bench):
-    """An action that is added is held against the contract."""
-    assert {adapter._action.name for adapter in bench.servers._adapters} == set(SERVED)
-    for adapter in bench.servers._adapters:
-        assert adapter._action.type is SERVED[adapter._action.name].type
+from tests.support.served import goal
 
 
 def test_the_distance_is_published_each_second_while_it_is_recorded(bench):

@@ -31,7 +31,7 @@ def test_a_check_that_raises_rejects_the_goal_and_not_the_server(bench, monkeypa
         raise IndexError("list index out of range")
 
     with monkeypatch.context() as patch:
-        patch.setattr("action_servers.driving.turn.plan", broken)
+        patch.setattr("action_servers.core.action.faults", broken)
         bad = bench.send("turn")
         bench.steps(2)
     assert bad.accepted is False

@@ -20,12 +20,14 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
+from action_servers.core.action import ServerContext
 from action_servers.core.maneuver import Refusal
 from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot
 from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
 from action_servers.robot_io.messages import fill
 from action_servers.robot_io.sensors import SensorSubscriptions, SensorWiring
-from action_servers.server.actions import ACTIONS, ServerContext
+from action_servers.server.actions import action, served
+from bt_mission.core.actions import declared
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import load_robot
@@ -114,9 +116,9 @@ class Play:
             tuning=TUNING,
             navigation=NAVIGATION,
             frontiers=FRONTIERS,
-            sensors=self.sensors,
+            camera=self.sensors.camera,
             image_folder=Path("images"),
-            turn_velocity=lambda: 1.0,
+            turn_velocity=1.0,
             publish_distance=lambda _: None,
             publish_path=lambda _: None,
         )
@@ -127,7 +129,7 @@ class Play:
             max_angular=robot.max_angular_velocity,
             replaces=self.program.chance(0.8),
         )
-        self.actions = tuple(make(self.context) for make in ACTIONS.values())
+        self.actions = tuple(served(action(name), self.context) for name in declared())
         self.log: list[str] = []
         self.running: list[ManeuverRun] = []
         for kind in (Odometry, LaserScan, OccupancyGrid, TFMessage):

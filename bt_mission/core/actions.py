@@ -1,0 +1,95 @@
+"""What missions know of an action: its names, its type, what it needs, and a goal as an example.
+
+The actions of the package `action_servers` are declared beside their maneuvers
+(`action_servers.core.action`). Names and types are needed at every start, and the maneuvers import
+NumPy, so this part of a declaration is read from the source and must be written as literals.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+Need: TypeAlias = Literal["base", "scan", "odometry", "map", "camera"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ActionName:
+    """An action as missions know it.
+
+    Args:
+        name: Its ROS name, relative, so that it is in the namespace of the robot.
+        type: The full name of its type.
+        needs: What it uses of the robot; "base" where it drives.
+        short: The kind of node that sends its goals; "" for none, by default its name.
+        example: A goal as it is written in a mission, the most important field first.
+    """
+
+    name: str
+    type: str
+    needs: tuple[Need, ...] = ("base",)
+    short: str | None = None
+    example: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def kind(self) -> str:
+        """The kind of node that sends its goals; empty where there is none."""
+        return self.name if self.short is None else self.short
+
+    @property
+    def moves_base(self) -> bool:
+        """Whether it drives."""
+        return "base" in self.needs
+
+    @property
+    def needs_camera(self) -> bool:
+        """Whether a robot without a camera cannot do it."""
+        return "camera" in self.needs
+
+
+@dataclass(frozen=True)
+class DeclaredAction:
+    """A declaration in a source file: what missions know of it, and where it is."""
+
+    known: ActionName
+    module: str
+    attribute: str
+
+
+PACKAGE = "action_servers"
+"""The package whose folders have modules with declarations."""
+
+_MARK = b"= Action(\n"
+_DECLARATION = re.compile(r"^([A-Z][A-Z0-9_]*) = (Action\(\n.*?^\))", re.DOTALL | re.MULTILINE)
+_FIELDS = frozenset(one.name for one in fields(ActionName))
+
+
+@cache
+def declared() -> Mapping[str, DeclaredAction]:
+    """Return the actions that `PACKAGE` declares, by their ROS names; no module is imported."""
+    spec = find_spec(PACKAGE)
+    found = {}
+    for folder in (spec and spec.submodule_search_locations) or ():
+        root = Path(folder)
+        for path in sorted(root.glob("*/*.py")):
+            source = path.read_bytes()
+            text = source.decode() if _MARK in source else ""
+            for attribute, call in _DECLARATION.findall(text):
+                known = ActionName(**_literals(call))
+                module = f"{PACKAGE}.{path.parent.name}.{path.stem}"
+                found[known.name] = DeclaredAction(known, module, attribute)
+    return found
+
+
+def _literals(call: str) -> dict[str, Any]:
+    """Return the arguments of a declaration that missions know."""
+    expression: Any = ast.parse(call, mode="eval").body
+    return {
+        one.arg: ast.literal_eval(one.value) for one in expression.keywords if one.arg in _FIELDS
+    }

@@ -1,0 +1,209 @@
+"""Which goals the servers refuse, in which words: the limits and the needs of each declaration."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from action_servers.core.action import Action, Misfit, ServerContext
+from action_servers.core.maneuver import Finished, Grid, Observation, Refusal, Scan
+from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
+from action_servers.server.actions import action
+from bt_mission.core.actions import declared
+from bt_mission.core.geometry import Pose2D
+from bt_mission.core.robot.model import load_robot
+from tests.support.served import SERVED, goal
+
+SCAN = Scan(10.0, 0.0, math.tau / 4, 0.12, 3.5, np.full(4, np.inf, dtype=np.float32))
+READY = Observation(
+    10.0,
+    odom=Pose2D(0.5, 0.0, 0.0),
+    odom_stamp_s=10.0,
+    scan=SCAN,
+    map_pose=Pose2D(0.0, 0.0, 0.0),
+    grid=Grid(0.05, -2.0, -2.0, np.zeros((80, 80), dtype=np.int8)),
+)
+NO_SCAN = "no scan has arrived yet; is the robot running?"
+NO_ODOMETRY = "no odometry has arrived yet; is the robot running?"
+
+
+class Camera:
+    """A camera that a node publishes, or none does."""
+
+    topic = "/camera/image_raw"
+
+    def __init__(self, *, is_sent: bool = True) -> None:
+        self.is_sent = is_sent
+
+    def user(self) -> Any:
+        """Return a switch."""
+        return SimpleNamespace(on=lambda: None, off=lambda: None)
+
+
+def context(**changes: Any) -> ServerContext:
+    """The servers of a Waffle, with changes."""
+    usual: dict[str, Any] = {
+        "robot": load_robot("waffle"),
+        "tuning": TUNING,
+        "navigation": NAVIGATION,
+        "frontiers": FRONTIERS,
+        "camera": Camera(),
+        "image_folder": Path("images"),
+        "turn_velocity": 1.0,
+        "publish_distance": lambda _: None,
+        "publish_path": lambda _: None,
+    }
+    return ServerContext(**usual | changes)
+
+
+def planned(name: str, message: Any = None, now: Observation = READY, **changes: Any) -> Any:
+    """What becomes of a goal."""
+    message = goal(name) if message is None else message
+    return action(name).planned(message, now, context(**changes))
+
+
+@pytest.mark.parametrize("name", declared())
+def test_the_example_becomes_a_maneuver(name):
+    """Which drives where the action does."""
+    assert planned(name).needs_base is action(name).moves_base
+
+
+@pytest.mark.parametrize("name", declared())
+def test_every_goal_outside_the_limits_is_refused(name):
+    """With the field and the value."""
+    fields = [limit.field for limit in SERVED[name].limits]
+    for bad in SERVED[name].bad_goals():
+        refused = planned(name, bad)
+        assert isinstance(refused, Refusal)
+        assert refused.reason.startswith((*fields, "no such colour"))
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "reason"),
+    [
+        ("turn", {"angle": 3601.0}, "angle must be from -3600 to 3600 deg, got 3601"),
+        (
+            "turn",
+            {"angular_velocity": 1.9},
+            "angular_velocity must be from 0.05 to 1.82 rad/s, got 1.9",
+        ),
+        (
+            "explore_forward",
+            {"stopping_distance": 0.04},
+            "stopping_distance must be from 0.05 to 3.367 m, got 0.04",
+        ),
+        (
+            "camera_sweep",
+            {"sweep_angle": 0.0},
+            "sweep_angle must be above 0 and at most 180 deg, got 0",
+        ),
+        ("find_colour", {"colour": "bleu"}, "no such colour 'bleu' (known: red, yellow, green, "),
+        ("backup", {"speed": 0.5}, "speed must be from -0.26 to 0.26 m/s, got 0.5"),
+    ],
+)
+def test_a_refusal_says_what_was_expected_and_what_was_got(name, changes, reason):
+    """By the words of the limit."""
+    assert planned(name, goal(name, **changes)).reason.startswith(reason)
+
+
+@pytest.mark.parametrize("name", ["turn", "camera_sweep"])
+def test_the_limit_of_the_robot_is_allowed_as_float32(name):
+    """1.82 arrives as 1.8200000525."""
+    fastest = float(np.float32(1.82))
+    assert fastest > 1.82
+    field = {"turn": "angular_velocity", "camera_sweep": "sweep_angle"}[name]
+    assert not isinstance(planned(name, goal(name, **{field: fastest})), Refusal)
+
+
+@pytest.mark.parametrize("name", declared())
+@pytest.mark.parametrize(
+    ("need", "changes", "reason"),
+    [
+        ("odometry", {"odom": None}, NO_ODOMETRY),
+        ("odometry", {"odom_stamp_s": 8.0}, "no odometry for 1 s: the last is 2.00 s old"),
+        (
+            "odometry",
+            {"odom_stamp_s": 12.0},
+            "the last odometry is stamped 2.00 s in the future; do the clocks agree?",
+        ),
+        ("scan", {"scan": None}, NO_SCAN),
+        (
+            "scan",
+            {"scan": replace(SCAN, stamp_s=8.0)},
+            "no scan for 1 s: the last is 2.00 s old",
+        ),
+        (
+            "map",
+            {"grid": None},
+            "no map has arrived yet; is something publishing the topic map?",
+        ),
+        (
+            "map",
+            {"grid": Grid(0.05, 0.0, 0.0, np.zeros((0, 0), dtype=np.int8))},
+            "the map has no cells",
+        ),
+        (
+            "map",
+            {"map_pose": None},
+            "the robot's place on the map is not known yet; is something publishing map to odom?",
+        ),
+    ],
+)
+def test_a_goal_is_refused_without_what_the_action_needs(name, need, changes, reason):
+    """A goal of an action that waits, or does not need it, is not."""
+    refused = planned(name, now=replace(READY, **changes))
+    if need in action(name).needs and not action(name).waits:
+        assert refused == Refusal(reason)
+    else:
+        assert not isinstance(refused, Refusal)
+
+
+@pytest.mark.parametrize("name", [name for name in declared() if action(name).needs_camera])
+def test_pictures_need_a_camera(name):
+    """Of the robot, and a node that publishes its pictures."""
+    burger = load_robot("burger")
+    assert planned(name, robot=burger) == Refusal("the robot 'burger' has no camera")
+    assert planned(name, camera=Camera(is_sent=False)) == Refusal(
+        "nobody publishes /camera/image_raw"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "x", "y", "speed", "code"),
+    [
+        ("drive_on_heading", 0.3, 0.0, -0.1, 724),
+        ("drive_on_heading", -0.3, 0.0, 0.1, 724),
+        ("drive_on_heading", 0.0, 0.0, 0.1, 724),
+        ("drive_on_heading", 0.3, 0.1, 0.1, 724),
+        ("drive_on_heading", -0.3, 0.0, 0.0, 724),
+        ("backup", 0.3, 1.0, 0.1, 713),
+        ("backup", 0.3, 0.0, 0.0, 713),
+    ],
+)
+def test_a_misfit_is_accepted_and_aborted_with_its_code(name, x, y, speed, code):
+    """As by Nav2, also without sensors; and not one with a target that is not finite."""
+    message = goal(name, speed=speed)
+    message.target.x, message.target.y = x, y
+    misfit = planned(name, message, now=Observation(10.0))
+    assert isinstance(misfit, Misfit)
+    end = misfit.step(READY)
+    assert isinstance(end, Finished)
+    assert (end.status, end.error_code, bool(end.reason)) == ("aborted", code, True)
+    assert (misfit.needs_base, misfit.feedback(), misfit.result()) == (False, None, {})
+    message.target.z = math.nan
+    assert planned(name, message) == Refusal("target must be finite")
+
+
+def test_a_plan_asks_for_what_there_is():
+    """The error names the parameters that a plan can have."""
+    strange = Action(
+        name="a", type="a/action/A", needs=(), plan=lambda _goal, _now, weather: Refusal(weather)
+    )
+    with pytest.raises(TypeError, match="the plan of a asks for weather; there are: robot, tuning"):
+        strange.planned(None, READY, context())

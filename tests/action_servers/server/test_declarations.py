@@ -1,0 +1,75 @@
+"""Declarations of actions: what is read from the source, and what is true of their types."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import fields
+from importlib import import_module
+
+import pytest
+
+from action_servers.core.action import Action
+from action_servers.core.limits import faults
+from action_servers.core.tuning import TUNING
+from action_servers.server.actions import action
+from bt_mission.core.actions import ActionName, declared
+from bt_mission.core.robot.model import load_robot
+from bt_mission.language.message_types import field_at, value_type
+from bt_mission.ros.interface_types import action_type, fill, shapes
+
+WAFFLE = load_robot("waffle")
+MODULES = sorted({one.module for one in declared().values()})
+
+
+@pytest.mark.parametrize("name", declared())
+def test_what_is_read_is_what_is_imported(name):
+    """Field by field, with the defaults."""
+    found, known = action(name), declared()[name].known
+    for one in fields(ActionName):
+        assert getattr(found, one.name) == getattr(known, one.name)
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_no_declaration_of_a_module_is_missed(module):
+    """Whatever its name and its layout."""
+    imported = vars(import_module(module)).values()
+    names = {one.name for one in imported if isinstance(one, Action)}
+    assert names == {name for name, one in declared().items() if one.module == module}
+
+
+@pytest.mark.parametrize("name", declared())
+def test_every_limit_names_a_field_of_the_type(name):
+    """So does every range of the feedback, and every field of the example."""
+    found = action(name)
+    shape = shapes(found.type)
+    goal = fill(action_type(found.type).Goal(), found.example)
+    for limit in found.limits(WAFFLE, TUNING):
+        field_at(shape.sends, limit.field)  # raises UnknownField
+    for field in found.feedback(goal):
+        assert shape.asks is not None
+        assert value_type(field_at(shape.asks, field)) in ("integer", "number")
+    assert not any(faults(goal, found.limits(WAFFLE, TUNING)))
+    assert found.misfit(goal) is None
+
+
+@pytest.mark.parametrize("name", declared())
+def test_a_goal_of_each_type_can_be_checked(name):
+    """A message with all fields at 0 meets no exception."""
+    found = action(name)
+    goal = action_type(found.type).Goal()
+    assert all(one is None or one for one in faults(goal, found.limits(WAFFLE, TUNING)))
+    assert found.misfit(goal) is None or found.misfit(goal)
+
+
+def test_names_are_read_without_ros_and_numpy():
+    """The mission language imports nothing of the servers."""
+    code = (
+        "import sys\n"
+        "from bt_mission.language.action_names import ACTION_NAMES\n"
+        "assert 'turn' in ACTION_NAMES\n"
+        "heavy = {'rclpy', 'mujoco', 'numpy', 'scipy', 'cv2', 'action_servers'}\n"
+        "print(sorted(heavy & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
