@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from bt_mission.faults.drawable import FieldValues
 from bt_mission.language.mission import Mission
 from bt_mission.search.material import branch_formulas, material_of, present_in
 from bt_mission.sweeps.base import BaseChanges, BaseScenario, load_base
 from bt_mission.sweeps.work import ScenarioWorker
-from bt_mission.faults.drawable import FieldValues
 
 MISSION = """\
 mission: rich
