@@ -267,13 +267,13 @@ def test_goals_that_have_ended_are_not_kept_for_ever():
 
 
 def test_the_goal_that_ended_first_is_forgotten_first():
-    """However many are open: none of them is looked at for it."""
+    """However many are open."""
     mission = state_of()
     for number in range(MOST_GOALS):
         mission.apply(goal_in("active", goal_id=str(number)))
     for number in (7, 3):
         mission.apply(goal_in("succeeded", goal_id=str(number)))
-    for number in ("a", "b", "c"):
-        mission.apply(goal_in("active", goal_id=number))
+    for goal in ("a", "b", "c"):
+        mission.apply(goal_in("active", goal_id=goal))
     assert {"3", "7"}.isdisjoint(mission.goals)
     assert len(mission.goals) == len(mission.goals_changed_ns) == MOST_GOALS + 1

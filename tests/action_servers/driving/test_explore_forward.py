@@ -195,7 +195,7 @@ def test_rays_without_a_measurement_are_no_obstacle(fake, waffle, junk):
 def test_stopping_distance_keeps_clear_of_the_blind_ring_of_the_lidar(robot):
     """A lidar that cannot see what touches the hull needs a longer stopping distance."""
     blind = robot.lidar.min_range - (robot.hull.front - robot.lidar.x)
-    _, stopping_distance = limits(robot, TUNING)
+    stopping_distance: Any = limits(robot, TUNING)[1]
     assert stopping_distance.low == max(0.05, blind + 0.05)
 
 
