@@ -9,8 +9,11 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+import yaml
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
@@ -25,6 +28,7 @@ from bt_mission.faults import FAULTS  # noqa: E402
 from bt_mission.faults.drawing import GROUPS  # noqa: E402
 from bt_mission.faults.kind import FaultKind  # noqa: E402
 from bt_mission.fleets.file import fleet_schema  # noqa: E402
+from bt_mission.language.action_names import ACTION_NAMES  # noqa: E402
 from bt_mission.scenarios.file import ScenarioFile  # noqa: E402
 from bt_mission.sessions.file_checks import (  # noqa: E402
     requirements_schema,
@@ -96,6 +100,23 @@ def limit_table() -> str:
             accepted = f"{limit.words}; 0: {zero}" if zero else limit.words
             rows.append(f"| `{name}` | `{limit.field}` | {accepted} | {limit.source} |")
     return "\n".join(rows)
+
+
+def action_examples() -> str:
+    """Return a node for each action with a short name, with the example of its declaration."""
+    in_a_line = partial(yaml.safe_dump, default_flow_style=True, sort_keys=False)
+    nodes = [
+        f"- {kind}: {in_a_line(dict(one.example)).strip()}\n  timeout: 300"
+        for kind, one in ACTION_NAMES.items()
+        if one.example
+    ]
+    return "\n".join(["```yaml", *nodes, "```"])
+
+
+def actions_page(page: str) -> str:
+    """Return the page of actions with its examples and the limits of goals."""
+    page = between("examples of goals", action_examples(), page)
+    return between("limits of goals", limit_table(), page)
 
 
 def between(name: str, table: str, page: str) -> str:
@@ -246,7 +267,7 @@ GENERATED: Mapping[Path, Callable[[str], str]] = {
     DOCS / "reference" / "scenarios.md": lambda page: between("faults", fault_table(), page),
     DOCS / "reference" / "search.md": lambda page: between("faults", fault_groups(), page),
     DOCS / "reference" / "nature.md": lambda page: between("quantities", nature_table(), page),
-    DOCS / "reference" / "actions.md": lambda page: between("limits of goals", limit_table(), page),
+    DOCS / "reference" / "actions.md": actions_page,
     DOCS / "reference" / "files.md": lambda _: keys_page(),
     DOCS / "images" / "layers.svg": lambda _: draw(),
 }

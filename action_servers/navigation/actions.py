@@ -79,7 +79,7 @@ def plan_navigate_to_pose(
     """Check a goal of NavigateToPose; a pose in another frame is moved to the map as of now."""
     if goal.behavior_tree:
         return _no_tree(goal.behavior_tree)
-    pose = _on_map(goal.pose, "pose", now)
+    pose = on_map(goal.pose, "pose", now)
     if isinstance(pose, Refusal):
         return pose
     return _publishing(NavigateToPose(pose, robot, Surroundings(robot, navigation)), publish_path)
@@ -140,7 +140,7 @@ def _poses_on_map(
         return Refusal(too_many)
     found: list[Pose2D] = []
     for index, stamped in enumerate(goal.poses):
-        pose = _on_map(stamped, f"poses[{index}]", now)
+        pose = on_map(stamped, f"poses[{index}]", now)
         if isinstance(pose, Refusal):
             return pose
         found.append(pose)
@@ -148,7 +148,8 @@ def _poses_on_map(
     return found if why is None else Refusal(why)
 
 
-def _on_map(stamped: Any, name: str, now: Observation) -> Pose2D | Refusal:
+def on_map(stamped: Any, name: str, now: Observation) -> Pose2D | Refusal:
+    """Return the pose of a message on the map as of now, or a refusal; `name` is its field."""
     position, turn = stamped.pose.position, stamped.pose.orientation
     parts = (position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w)
     if not all(math.isfinite(part) for part in parts):

@@ -44,6 +44,8 @@ from rclpy.type_support import check_for_type_support
 from tf2_msgs.msg import TFMessage
 
 from action_servers.core.maneuver import ErrorCode
+from action_servers.server.actions import generated_type
+from tests.support.served import SERVED
 
 ELAPSED = "builtin_interfaces/Duration total_elapsed_time, uint16 error_code, string error_msg"
 NAVIGATED = (
@@ -217,28 +219,28 @@ def test_fields_are_exactly_these(message, fields):
     assert ", ".join(f"{kind} {name}" for name, kind in found) == fields
 
 
-DRIVING = {"NO_SCAN", "NO_ODOMETRY", "BLOCKED", "MOTORS_OFF"}
+CODES = {
+    "base": {"BLOCKED", "MOTORS_OFF"},
+    "scan": {"NO_SCAN"},
+    "odometry": {"NO_ODOMETRY"},
+    "map": {"NO_MAP"},
+    "camera": {"NO_IMAGE"},
+}
+"""The error codes that come with what an action needs."""
+
+OURS = [one.action for one in SERVED.values() if one.action.type.startswith("bt_mission_")]
 
 
-@pytest.mark.parametrize(
-    ("action", "own"),
-    [
-        (ExploreForward, DRIVING),
-        (Turn, DRIVING),
-        (CameraSweep, DRIVING | {"NO_IMAGE", "STORAGE"}),
-        (Move, DRIVING),
-        (ExploreFrontiers, DRIVING | {"NO_MAP"}),
-        (RecordDistance, {"NO_ODOMETRY"}),
-        (TakePictures, {"NO_IMAGE"}),
-        (FindColour, {"NO_IMAGE"}),
-    ],
-)
-def test_one_error_code_means_the_same_in_every_action(action, own):
-    """The codes of the maneuvers, from 900 up, apart from Nav2's; those that drive share theirs."""
+@pytest.mark.parametrize("action", OURS, ids=lambda action: action.name)
+def test_one_error_code_means_the_same_in_every_action(action):
+    """The codes of the maneuvers, from 900 up, apart from Nav2's, follow from what it needs."""
+    result = generated_type(action.type).Result
     shared = {code.name: int(code) for code in ErrorCode}
-    codes = {name: getattr(action.Result, name) for name in shared if hasattr(action.Result, name)}
+    codes = {name: getattr(result, name) for name in shared if hasattr(result, name)}
     assert codes.items() <= shared.items()
-    assert codes.keys() == {"NONE", "UNKNOWN", "STOPPED"} | own
+    needed = set().union(*(CODES[need] for need in action.needs))
+    storage = {"STORAGE"} if action.name == "camera_sweep" else set()
+    assert codes.keys() == {"NONE", "UNKNOWN", "STOPPED"} | needed | storage
     assert sorted(shared.values())[:2] == [0, 900]
 
 
@@ -281,27 +283,7 @@ def test_follow_waypoints_has_the_codes_of_nav2():
     assert FollowWaypoints.Goal().goal_index == 0
 
 
-@pytest.mark.parametrize(
-    "action",
-    [
-        ExploreForward,
-        Turn,
-        CameraSweep,
-        Move,
-        RecordDistance,
-        TakePictures,
-        FindColour,
-        ExploreFrontiers,
-        NavigateToPose,
-        NavigateThroughPoses,
-        FollowWaypoints,
-        Spin,
-        BackUp,
-        DriveOnHeading,
-        Wait,
-        Fibonacci,
-    ],
-)
+@pytest.mark.parametrize("action", [*(one.type for one in SERVED.values()), Fibonacci])
 def test_every_action_has_type_support(action):
     """The C libraries behind each action load: goals can be served and sent."""
     for part in (action.Goal, action.Result, action.Feedback, action.Impl.FeedbackMessage):
