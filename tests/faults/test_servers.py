@@ -180,7 +180,7 @@ def test_only_our_own_servers_have_maneuvers(stage: Any, scripted_server: Any) -
     """Those that are there stand in the error."""
     scripted_server("turn")
     run = stage.run("mission: m\ntree: {wait: 1}\n")
-    with pytest.raises(ScenarioError, match="no action of ours '/turn', but: /move, "):
+    with pytest.raises(ScenarioError, match="no action of ours '/turn', but: /camera_sweep, "):
         run.do(stage.faults.raise_in_maneuver("turn"))
 
 
