@@ -15,7 +15,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from bt_mission import ActionName
 
-DOCK = ActionName(name="dock", type="bt_mission_interfaces/action/Turn")
+CHARGE = ActionName(name="charge", type="bt_mission_interfaces/action/Turn")
 WRONG = "no short name"
 
 class Blink(Behaviour):
@@ -30,17 +30,17 @@ blink = my_robot:Blink
 gone = my_robot:Gone
 
 [bt_mission.actions]
-dock = my_robot:DOCK
+charge = my_robot:CHARGE
 wrong = my_robot:WRONG
-missing = my_robots:DOCK
-turn = my_robot:DOCK
+missing = my_robots:CHARGE
+turn = my_robot:CHARGE
 """
 
 MISSION = """
 mission: t
 tree:
   sequence:
-    - dock: {angle: 90}
+    - charge: {angle: 90}
       timeout: 9
     - python: blink
       inputs: {times: 2}
@@ -72,7 +72,7 @@ def test_a_package_brings_leaves_and_actions(installed: Path) -> None:
         "_, faults = examine('mission.yaml')\n"
         "print(*(str(one).splitlines()[0] for one in faults), sep='\\n')\n"
         "from bt_mission.language.action_names import ACTION_NAMES\n"
-        "print(ACTION_NAMES['turn'].name, ACTION_NAMES['dock'].name)\n"
+        "print(ACTION_NAMES['turn'].name, ACTION_NAMES['charge'].name)\n"
     )
     done = subprocess.run(
         [sys.executable, "-c", f"import sys; sys.path.insert(0, '.')\n{code}"],
@@ -95,10 +95,10 @@ def test_a_package_brings_leaves_and_actions(installed: Path) -> None:
             "ActionName, but str"
         ),
         (
-            "mission.yaml:12:7: error: the plug-in 'missing' does not work: my_robots:DOCK cannot "
+            "mission.yaml:12:7: error: the plug-in 'missing' does not work: my_robots:CHARGE cannot "
             "be imported: ModuleNotFoundError: No module named 'my_robots'"
         ),
-        "turn dock",
+        "turn charge",
     ]
 
 
@@ -113,52 +113,41 @@ def test_a_module_that_ends_python_ends_only_itself(tmp_path: Path) -> None:
 DECLARED = """
 from action_servers import Action, NumberLimit, Refusal
 
-DOCK = Action(
-    name="dock",
+CHARGE = Action(
+    name="charge",
     type="bt_mission_interfaces/action/Turn",
     needs=("base", "scan", "odometry"),
     example={"angle": 45.0},
-    plan=lambda _goal, _now, robot: Refusal(f"no {robot.name} docks here"),
+    plan=lambda _goal, _now, robot: Refusal(f"no {robot.name} charges here"),
     limits=lambda robot, tuning: (
-        NumberLimit(field="angle", low=0.0, high=90.0, unit="deg", source="the dock"),
+        NumberLimit(field="angle", low=0.0, high=90.0, unit="deg", source="the charger"),
     ),
 )
 """
 
 
-def test_the_limits_of_a_declared_action_are_checked(installed: Path) -> None:
-    """As those of our servers, and a value without its field is recognized."""
+@pytest.mark.parametrize(
+    ("goal", "expected"),
+    [
+        (
+            "{angle: 100}",
+            "got 100: the server of charge refuses that (limit: the charger)",
+        ),
+        ("30", "write 'charge: {angle: 30}'"),
+    ],
+)
+def test_a_declared_action_is_checked_as_ours(installed: Path, goal: str, expected: str) -> None:
+    """By its limits, and a value without its field is recognized by the example."""
     (installed / "my_robot.py").write_text(DECLARED, encoding="utf-8")
     (installed / "mission.yaml").write_text(
-        "mission: t\ntree:\n  sequence:\n"
-        "    - dock: {angle: 100}\n      timeout: 9\n"
-        "    - dock: 30\n      timeout: 9\n",
-        encoding="utf-8",
+        f"mission: t\ntree:\n  charge: {goal}\n  timeout: 9\n", encoding="utf-8"
     )
     code = (
+        "import sys; sys.path.insert(0, '.')\n"
         "from bt_mission.sessions.check import examine\n"
-        "for text in ('mission.yaml',):\n"
-        "    _, faults = examine(text)\n"
-        "    print(*faults, sep='\\n')\n"
+        "print(*examine('mission.yaml')[1], sep='\\n')\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", f"import sys; sys.path.insert(0, '.')\n{code}"],
-        cwd=installed,
-        capture_output=True,
-        text=True,
-        check=True,
+        [sys.executable, "-c", code], cwd=installed, capture_output=True, text=True, check=True
     )
-    assert "write 'dock: {angle: 30}'" in done.stdout
-    (installed / "mission.yaml").write_text(
-        "mission: t\ntree:\n  dock: {angle: 100}\n  timeout: 9\n", encoding="utf-8"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", f"import sys; sys.path.insert(0, '.')\n{code}"],
-        cwd=installed,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert (
-        "angle must be from 0 to 90 deg, got 100: the server of dock refuses that (limit: the dock)"
-    ) in done.stdout
+    assert expected in done.stdout
