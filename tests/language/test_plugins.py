@@ -95,8 +95,8 @@ def test_a_package_brings_leaves_and_actions(installed: Path) -> None:
             "ActionName, but str"
         ),
         (
-            "mission.yaml:12:7: error: the plug-in 'missing' does not work: my_robots:CHARGE cannot "
-            "be imported: ModuleNotFoundError: No module named 'my_robots'"
+            "mission.yaml:12:7: error: the plug-in 'missing' does not work: my_robots:CHARGE "
+            "cannot be imported: ModuleNotFoundError: No module named 'my_robots'"
         ),
         "turn charge",
     ]
