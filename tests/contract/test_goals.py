@@ -30,21 +30,20 @@ def test_bad_values_are_rejected_and_nothing_moves(bench, name):
 def test_every_number_of_a_goal_has_a_limit(name):
     """A field that is added is not forgotten in the declaration."""
     fields = SERVED[name].type.Goal.get_fields_and_field_types()
-    poses = {field for field, kind in fields.items() if "PoseStamped" in kind}
     harmless = {"behavior_tree", "number_of_loops", "goal_index"}
     limited = {limit.field.partition(".")[0] for limit in SERVED[name].limits}
-    assert limited == fields.keys() - poses - harmless
+    assert limited == fields.keys() - SERVED[name].poses.keys() - harmless
 
 
-@pytest.mark.parametrize(
-    "action", ["navigate_to_pose", "navigate_through_poses", "follow_waypoints"]
-)
+@pytest.mark.parametrize("action", [name for name, one in SERVED.items() if one.poses])
 def test_bad_poses_are_rejected_and_nothing_moves(bench, action):
     """Wherever in the message the number stands, and whatever the frame."""
 
     def refused(bad_pose):
-        one = action == "navigate_to_pose"
-        fields = {"pose": bad_pose} if one else {"poses": [pose(0.0, 0.0), bad_pose]}
+        fields = {
+            field: [pose(0.0, 0.0), bad_pose] if kind.startswith("sequence") else bad_pose
+            for field, kind in SERVED[action].poses.items()
+        }
         bad = bench.send(action, goal(action, **fields))
         bench.steps(1)
         return bad.accepted is False

@@ -56,6 +56,12 @@ class Served:
         """The limits of its goals."""
         return self.action.limits(WAFFLE, TUNING)
 
+    @property
+    def poses(self) -> dict[str, str]:
+        """The fields of its goals that hold poses, with their types."""
+        fields = self.type.Goal.get_fields_and_field_types()
+        return {field: kind for field, kind in fields.items() if "PoseStamped" in kind}
+
     def bad_goals(self) -> Iterator[Any]:
         """Yield goals that are rejected, each for one value of one field."""
         valid = fill(self.type.Goal(), self.action.example)
