@@ -22,11 +22,11 @@ from bt_mission.core.lazy import lazy_names
 if TYPE_CHECKING:
     from action_servers.core.action import Action
     from action_servers.core.checks import refusal, stale
+    from action_servers.core.error_codes import ErrorCode
     from action_servers.core.limits import ColourLimit, NumberLimit, outside
     from action_servers.core.maneuver import (
         SUCCEEDED,
         ZERO,
-        ErrorCode,
         Finished,
         Grid,
         Image,
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
         Scan,
     )
     from action_servers.core.tuning import Tuning
-    from action_servers.driving.drive import DriveGuard
+    from action_servers.driving.drive import Drive
     from action_servers.server.node import ServerOptions, ServersNode
     from bt_mission.core.geometry import Pose2D, Twist2D
     from bt_mission.core.robot.model import RobotModel, load_robot
@@ -46,7 +46,7 @@ __all__ = [
     "ZERO",
     "Action",
     "ColourLimit",
-    "DriveGuard",
+    "Drive",
     "ErrorCode",
     "Finished",
     "Grid",
@@ -77,7 +77,8 @@ __getattr__ = lazy_names(
         **dict.fromkeys(("ServerOptions", "ServersNode"), "action_servers.server.node"),
         **dict.fromkeys(("Pose2D", "Twist2D"), "bt_mission.core.geometry"),
         **dict.fromkeys(("RobotModel", "load_robot"), "bt_mission.core.robot.model"),
-        "DriveGuard": "action_servers.driving.drive",
+        "Drive": "action_servers.driving.drive",
+        "ErrorCode": "action_servers.core.error_codes",
         "Tuning": "action_servers.core.tuning",
         **dict.fromkeys(("ColourLimit", "NumberLimit", "outside"), "action_servers.core.limits"),
     },

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from action_servers.core import checks, pilot
+from action_servers.core import checks, governor, pilot
 from action_servers.driving import drive, explore_forward, straight, turn
 from bt_mission.core.yaml.document import read_text
 from bt_mission.core.yaml.dump import to_yaml
@@ -29,13 +29,14 @@ FLIPS = {">=": "<", "<=": ">", ">": "<=", "<": ">=", " and ": " or "}
 METHODS = (
     (explore_forward.ExploreForward, ("step", "feedback", "_look", "_gap")),
     (turn.Turn, ("step", "feedback")),
-    (turn.Rotation, ("towards", "_look")),
+    (turn.Rotation, ("towards",)),
     (straight.Straight, ("step",)),
-    (drive.DriveGuard, ("speed_ahead", "_age_s", "held_back")),
-    (drive.Way, ("blocked",)),
+    (drive.Drive, ("speed_ahead",)),
+    (governor.Governor, ("look", "allow")),
+    (governor.Room, ("allow",)),
     (pilot.Pilot, ("_end", "cancel")),
     (attempt.Attempt, ("_check_feedback", "_check_limits")),
-    (checks, ("_fault",)),
+    (checks, ("overdue",)),
 )
 """What is mutated of the servers and of the goals of the executive."""
 

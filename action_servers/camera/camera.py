@@ -7,7 +7,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from action_servers.core.action import CameraSwitch
-from action_servers.core.maneuver import ErrorCode, Finished, Image, Observation
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import Finished, Image, Observation
 
 
 @contextmanager

@@ -14,19 +14,12 @@ from PIL import Image as Picture
 
 from action_servers.camera.camera import Snapshot, looking
 from action_servers.core.action import Action, CameraSwitch, FeedbackRanges
+from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import OVERSHOOT_DEG, Limits, NumberLimit, around, parameter
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    ErrorCode,
-    Fields,
-    Finished,
-    Image,
-    Observation,
-)
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Image, Observation
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import DriveGuard
+from action_servers.driving.drive import Drive
 from action_servers.driving.turn import ARRIVED_WITHIN, Rotation
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
@@ -159,8 +152,8 @@ class CameraSweep:
         self._speed = min(tuning.sweep_velocity, robot.max_angular_velocity)
         self.camera = camera
         self._snapshot = Snapshot(camera, tuning.image_timeout)
-        self._drive = DriveGuard(robot, tuning)
-        self._rotation = Rotation(self._drive, robot, tuning)
+        self._drive = Drive(robot, tuning)
+        self._rotation = Rotation(self._drive, robot)
         self._camera_works = False
         self._opened = False
         self._paths: list[str] = []

@@ -8,16 +8,9 @@ from typing import Any
 from action_servers.camera.camera import looking
 from action_servers.camera.colours import ColourPatch, largest_patch
 from action_servers.core.action import Action, CameraSwitch
+from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import ColourLimit, NumberLimit
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    ErrorCode,
-    Fields,
-    Finished,
-    Image,
-    Observation,
-)
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Image, Observation
 from action_servers.core.tuning import TUNING, Tuning
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import CameraModel, RobotModel

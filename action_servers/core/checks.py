@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from action_servers.core.maneuver import ErrorCode, Finished, Observation, Refusal
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import Finished, Observation, Refusal
 from action_servers.core.tuning import TUNING
 
 STALE_AFTER_S = TUNING.sensor_timeout
@@ -33,22 +34,27 @@ def stale(now: Observation, limit_s: float = STALE_AFTER_S) -> Finished | None:
 
     A stamp from the future is as bad as one from the past: both come from clocks that differ.
     """
+    if now.odom is not None and now.scan is not None:
+        ages = now.time_s - now.odom_stamp_s, now.time_s - now.scan.stamp_s
+        if -limit_s <= ages[0] <= limit_s and -limit_s <= ages[1] <= limit_s:
+            return None
     finished = stale_odometry(now, limit_s)
     if finished is not None:
         return finished
     scan_stamp = None if now.scan is None else now.scan.stamp_s
-    reason = _fault("scan", scan_stamp, now.time_s, limit_s)
+    reason = overdue("scan", scan_stamp, now.time_s, limit_s)
     return None if reason is None else Finished("aborted", ErrorCode.NO_SCAN, reason)
 
 
 def stale_odometry(now: Observation, limit_s: float = STALE_AFTER_S) -> Finished | None:
     """Return how a goal ends that needs fresh odometry alone, or None if it is."""
     stamp_s = None if now.odom is None else now.odom_stamp_s
-    reason = _fault("odometry", stamp_s, now.time_s, limit_s)
+    reason = overdue("odometry", stamp_s, now.time_s, limit_s)
     return None if reason is None else Finished("aborted", ErrorCode.NO_ODOMETRY, reason)
 
 
-def _fault(what: str, stamp_s: float | None, time_s: float, limit_s: float) -> str | None:
+def overdue(what: str, stamp_s: float | None, time_s: float, limit_s: float) -> str | None:
+    """Return why a stamp is older than a limit, s, or not of this time; None if it is neither."""
     if stamp_s is None:
         return f"no {what} has arrived yet; is the robot running?"
     age = time_s - stamp_s

@@ -18,16 +18,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from action_servers.core.maneuver import Scan
+from action_servers.core.maneuver import Observation, Scan
+from action_servers.core.margins import NOISE_M
 from action_servers.core.tuning import TUNING
-from bt_mission.core.geometry import Pose2D
+from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import Hull, LidarModel
 
 Points = npt.NDArray[np.float64]
 Reals = npt.NDArray[np.floating[Any]]
-
-NOISE = 0.03
-"""Metres: three standard deviations of a ray (0.01 m in ROBOTIS's simulation)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,14 +39,20 @@ class ObstaclePoint:
 
 def obstacle_points(scan: Scan, lidar: LidarModel) -> Points:
     """Return what the scan hit as an array of shape (2, n): x and y in the frame of the base."""
+    return _points(scan, max(scan.range_min, lidar.min_range), lidar.x, lidar.y)
+
+
+@lru_cache(maxsize=32)
+def _points(scan: Scan, nearest: float, x: float, y: float) -> Points:
     ranges = scan.ranges
     # NaN compares false, so it drops out here as inf does.
-    hit = (ranges >= max(scan.range_min, lidar.min_range)) & (ranges <= scan.range_max)
+    hit = (ranges >= nearest) & (ranges <= scan.range_max)
     reach = ranges[hit].astype(np.float64)
     directions = _directions(len(ranges), scan.angle_min, scan.angle_increment)[:, hit]
     points: Points = directions * reach
-    points[0] += lidar.x
-    points[1] += lidar.y
+    points[0] += x
+    points[1] += y
+    points.flags.writeable = False  # shared by all who ask about this scan
     return points
 
 
@@ -87,7 +91,7 @@ def ahead(
         return None
     x, y = x[in_the_way], y[in_the_way]
     nearest = float(x.min())
-    as_near = x <= nearest + NOISE
+    as_near = x <= nearest + NOISE_M
     return ObstaclePoint(
         max(0.0, nearest - hull.front), float(x[as_near].mean()), float(y[as_near].mean())
     )
@@ -102,6 +106,15 @@ def nearest_in_front(points: Points, hull: Hull) -> ObstaclePoint | None:
     gaps = np.where(x > 0.0, np.hypot(np.maximum(x - hull.front, 0.0), beside), np.inf)
     index = int(np.argmin(gaps))
     return ObstaclePoint(float(gaps[index]), float(x[index]), float(y[index]))
+
+
+def pose_at(now: Observation, stamp_s: float) -> Pose2D:
+    """Return the pose of the base at a time near that of odometry, in the odometry frame."""
+    odom, velocity = now.odom or Pose2D(0.0, 0.0, 0.0), now.velocity or Twist2D()
+    elapsed_s = stamp_s - now.odom_stamp_s
+    yaw = odom.yaw + elapsed_s * velocity.angular
+    way = elapsed_s * velocity.linear
+    return Pose2D(odom.x + way * math.cos(yaw), odom.y + way * math.sin(yaw), yaw)
 
 
 def into_frame(pose: Pose2D, points: Points) -> Points:

@@ -15,9 +15,10 @@ import numpy.typing as npt
 
 from action_servers.core.clearance import Points, into_frame, obstacle_points
 from action_servers.core.drive_limits import limits
+from action_servers.core.footprint import footprint
 from action_servers.core.grid import Floats
-from action_servers.core.guard import MARGIN_M, footprint
 from action_servers.core.maneuver import ZERO, Observation, Scan
+from action_servers.core.margins import ESCAPE_M, MOVING_M
 from action_servers.core.moving_obstacles import MovingObstacles
 from action_servers.core.rollout import STEP_S, MovingPoints, depth_in, grown, rolled_out
 from action_servers.core.tuning import TUNING, Tuning
@@ -32,12 +33,9 @@ _CALM_S = 0.5
 """How much longer than needed standing must be safe before the goal goes on."""
 _GAIN_S = 0.5
 """How much later a contact must come for the base to move at all."""
-_SIDE_M = 0.08
-"""Kept to what moves: what is seen of it is its front."""
 _ENOUGH_M = 0.2
 _CLOSE_M = 0.3
 """Margins, and the way until the base stands."""
-_STATIC_M = 0.02
 _AGAIN_M = 0.05
 _METRE_COSTS = 0.05
 _DEEPER_M = 0.005
@@ -60,13 +58,11 @@ class GiveWay:
     """
 
     def __init__(self, robot: RobotModel, tuning: Tuning = TUNING) -> None:
-        self.tuning = tuning
-        """For the goals that come from now on."""
         self._tuning = tuning
         self._robot = robot
         self._body = footprint(robot)
-        self._wide = grown(self._body, _SIDE_M)
-        self._near = grown(self._body, MARGIN_M + _STATIC_M)
+        self._wide = grown(self._body, MOVING_M)
+        self._near = grown(self._body, ESCAPE_M)
         self._limits = limits(robot)
         self._moving = MovingObstacles(robot.lidar)
         self._scan: Scan | None = None
@@ -90,9 +86,9 @@ class GiveWay:
         often = "once" if self.times == 1 else f"{self.times} times"
         return f"gave way {often} to what moved, by {self.way:.2f} m in all"
 
-    def begin(self) -> None:
+    def begin(self, tuning: Tuning) -> None:
         """Begin a goal: nothing of its limit is used up yet."""
-        self._tuning = self.tuning
+        self._tuning = tuning
         self.is_active = self.is_trapped = False
         self.way, self.times, self._noted = 0.0, 0, 0
         self._escape, self._wanted, self._scan = None, ZERO, None

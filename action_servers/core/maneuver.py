@@ -13,31 +13,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from enum import IntEnum
+from enum import Enum
 from typing import Any, Literal, Protocol, TypeAlias, Union
 
 import numpy as np
 import numpy.typing as npt
 
-from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
+from action_servers.core.error_codes import ErrorCode
 from bt_mission.core.geometry import Pose2D, Twist2D
-
-
-class ErrorCode(IntEnum):
-    """`error_code` of the actions of `bt_mission_interfaces`; 0 means none, whatever the action."""
-
-    NONE = 0
-    UNKNOWN = 900
-    STOPPED = 901
-    NO_SCAN = 902
-    NO_ODOMETRY = 903
-    NO_IMAGE = 904
-    STORAGE = 905
-    BLOCKED = 906
-    MOTORS_OFF = 907
-    NO_MAP = 908
-    EXECUTIVE_LOST = EXECUTIVE_LOST
-
 
 ZERO = Twist2D()
 
@@ -96,9 +79,8 @@ class Observation:
     `frame_on_map` gives the pose on the map of a frame by its name, or why it is not known.
     Anything that has not arrived yet is None. `scan`, `grid` and `image` are the same objects
     from step to step until a newer message comes, so an identity test tells whether they are new.
-    While `is_held`, the pilot commands zero velocity, whatever a maneuver answers. While
-    `gives_way`, something comes at the robot, and the pilot moves the base out of its way, or is
-    about to: what is in the way of the goal now does not end it.
+    `held` says what holds the base: why what the maneuver wanted last was not commanded, or is not
+    going to be now. While it `gives_way`, what is in the way of the goal does not end it.
     """
 
     time_s: float
@@ -110,8 +92,17 @@ class Observation:
     grid: Grid | None = None
     image: Image | None = None
     frame_on_map: Callable[[str], Pose2D | Refusal] | None = None
-    is_held: bool = False
-    gives_way: bool = False
+    held: Held | None = None
+
+    @property
+    def held_by(self) -> Reason | None:
+        """Why the base is held, if it is."""
+        return None if self.held is None else self.held.by
+
+    @property
+    def gives_way(self) -> bool:
+        """Whether the base leaves the way of what comes at it, or is about to."""
+        return self.held is not None and self.held.by is Reason.MOVING
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +115,48 @@ class Finished:
 
 
 SUCCEEDED = Finished("succeeded")
+
+
+class Reason(Enum):
+    """What holds the base."""
+
+    EXECUTIVE = "a late executive"
+    NO_ODOMETRY = "old odometry"
+    NO_SCAN = "an old scan"
+    OBSTACLE = "an obstacle"
+    MOVING = "something that moves"
+    BASE = "the base itself, which does not follow"
+
+    @property
+    def code(self) -> ErrorCode:
+        """How a goal ends that is given up for this reason."""
+        return _CODES.get(self, ErrorCode.BLOCKED)
+
+
+_CODES = {
+    Reason.EXECUTIVE: ErrorCode.EXECUTIVE_LOST,
+    Reason.NO_ODOMETRY: ErrorCode.NO_ODOMETRY,
+    Reason.NO_SCAN: ErrorCode.NO_SCAN,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Held:
+    """What holds the base, in words, what is commanded instead, and since when, s of ROS time."""
+
+    by: Reason
+    words: str
+    twist: Twist2D
+    since_s: float
+
+    @property
+    def is_standing(self) -> bool:
+        """Whether the base is to stand; else it is slowed down, or driven elsewhere."""
+        return self.twist == ZERO
+
+    def ended(self, detail: str = "") -> Finished:
+        """Return how a goal ends that does not wait, with a detail after the words."""
+        return Finished("aborted", self.by.code, self.words + detail)
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,9 +17,9 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from action_servers.core.clearance import Points, out_of_frame, pairs, ray_towards
+from action_servers.core.clearance import Points, out_of_frame, pairs, pose_at, ray_towards
 from action_servers.core.maneuver import Observation, Scan
-from bt_mission.core.geometry import Pose2D, Twist2D
+from bt_mission.core.geometry import Pose2D
 from bt_mission.core.robot.model import LidarModel
 
 REACH_M = 2.0
@@ -172,11 +172,11 @@ class MovingObstacles:
 
     def update(self, now: Observation) -> bool:
         """Take in an observation; return whether it brought news of what moves."""
-        scan, odom = now.scan, now.odom
-        if scan is None or scan is self._scan or odom is None:
+        scan = now.scan
+        if scan is None or scan is self._scan or now.odom is None:
             return False
         self._scan = scan
-        look = self._look(now, scan, odom)
+        look = self._look(now, scan)
         if self._looks and not _follows(self._looks[-1], look):
             self._looks.clear()
             self._tracks.clear()
@@ -194,21 +194,19 @@ class MovingObstacles:
         had, self.seen = bool(self.seen), tuple(self._moving())
         return had or bool(self.seen)
 
-    def _look(self, now: Observation, scan: Scan, odom: Pose2D) -> _Look:
-        velocity = now.velocity or Twist2D()
-        elapsed_s = scan.stamp_s - now.odom_stamp_s
-        yaw = odom.yaw + elapsed_s * velocity.angular
-        cosine, sine = math.cos(yaw), math.sin(yaw)
-        way = elapsed_s * velocity.linear
+    def _look(self, now: Observation, scan: Scan) -> _Look:
+        base = pose_at(now, scan.stamp_s)
+        cosine, sine = math.cos(base.yaw), math.sin(base.yaw)
         x, y = self._lidar.x, self._lidar.y
         pose = Pose2D(
-            odom.x + way * cosine + x * cosine - y * sine,
-            odom.y + way * sine + x * sine + y * cosine,
-            yaw,
+            base.x + x * cosine - y * sine,
+            base.y + x * sine + y * cosine,
+            base.yaw,
         )
+        angular = 0.0 if now.velocity is None else now.velocity.angular
         turn_s = scan.stamp_s - self._looks[-1].scan.stamp_s if self._looks else _LONGEST_TURN_S
         turn_s = min(max(turn_s, 0.0), _LONGEST_TURN_S)
-        return _Look(scan, pose, abs(velocity.angular) * turn_s)
+        return _Look(scan, pose, abs(angular) * turn_s)
 
     def _follow(self, stamp_s: float, clusters: list[Points]) -> None:
         free = list(self._tracks)

@@ -12,15 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from action_servers.core.give_way import GiveWay
-from action_servers.core.maneuver import (
-    ZERO,
-    ErrorCode,
-    Fields,
-    Finished,
-    Maneuver,
-    Observation,
-)
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.governor import Governor
+from action_servers.core.maneuver import ZERO, Fields, Finished, Maneuver, Observation
 from action_servers.core.tuning import TUNING
 from bt_mission.core.geometry import Twist2D
 
@@ -58,33 +52,28 @@ class ManeuverRun:
 class Pilot:
     """Carries out maneuvers.
 
-    `observe` gives what is known of the robot, `command` sends a velocity to the base; commands
-    are kept within `max_linear` (m/s) and `max_angular` (rad/s). While one maneuver drives, a new
-    one replaces it, or is refused where `replaces` is false; of those that do not drive, at most
-    `side_goals` run at a time.
+    `observe` gives what is known of the robot, `command` sends a velocity to the base; the
+    `governor` decides what of the velocity that a maneuver wants is commanded. While one maneuver
+    drives, a new one replaces it, or is refused where `replaces` is false; of those that do not
+    drive, at most `side_goals` run at a time.
     """
 
     def __init__(
         self,
         observe: Callable[[], Observation],
         command: Callable[[Twist2D], None],
+        governor: Governor,
         *,
-        max_linear: float,
-        max_angular: float,
         replaces: bool = True,
         side_goals: int = TUNING.side_goals,
     ) -> None:
         self._observe = observe
         self._command = command
-        self._max_linear = max_linear
-        self._max_angular = max_angular
+        self._governor = governor
         self._replaces = replaces
         self._side_goals = side_goals
         self._runs: list[ManeuverRun] = []
         self._stepped_s: float | None = None
-        self._is_held = False
-        self.give_way: GiveWay | None = None
-        """Takes the base out of the way of what moves; None: nothing does."""
 
     @property
     def idle(self) -> bool:
@@ -112,8 +101,7 @@ class Pilot:
         """
         if run.needs_base:
             self._end_all("replaced by a new goal", self._driving)
-            if self.give_way is not None:
-                self.give_way.begin()
+            self._governor.begin()
         self._runs.append(run)
 
     def cancel(self, run: ManeuverRun) -> None:
@@ -131,13 +119,13 @@ class Pilot:
 
     def hold(self) -> None:
         """Hold the base from now on: maneuvers go on, but nothing except zero is commanded."""
-        self._is_held = True
+        self._governor.is_held = True
         if self._driving:
             self._command(ZERO)
 
     def release(self) -> None:
         """Let the maneuver that drives command the base again."""
-        self._is_held = False
+        self._governor.is_held = False
 
     def stop_driving(self, reason: str, code: ErrorCode) -> None:
         """End the maneuver that drives, if any, with a code and a reason."""
@@ -155,8 +143,6 @@ class Pilot:
             for run in runs:
                 self.fail(run, error)
             return
-        if self._is_held:
-            now = replace(now, is_held=True)
         before_s, self._stepped_s = self._stepped_s, now.time_s
         if before_s is not None and now.time_s < before_s:
             # What a maneuver does for a time, it would do for so much longer.
@@ -169,22 +155,23 @@ class Pilot:
                 self._step(run, now)
 
     def _step(self, run: ManeuverRun, now: Observation) -> None:
-        # Without a goal that drives, and while the base is held, nothing moves it.
-        give_way = self.give_way if run.needs_base and not self._is_held else None
+        # Without a goal that drives, nothing moves the base.
+        governor = self._governor if run.needs_base else None
         try:
-            if give_way is not None and give_way.look(now):
-                now = replace(now, gives_way=True, is_held=give_way.is_active)
+            if governor is not None:
+                now = governor.look(now)
             answer = run.maneuver.step(now)
             if not isinstance(answer, Finished):
-                twist = self._within_limits(answer)
-                if give_way is not None:
-                    twist = give_way.command(now, twist)
-                    for note in give_way.notes():
+                wanted = _checked(answer)
+                allowed = None if governor is None else governor.allow(wanted, now)
+                if governor is not None and governor.notes:
+                    for note in governor.notes:
                         run.on_note(note)
+                    governor.notes.clear()
                 self._tell(run)
                 # Last, so that whatever raises above is followed by zero and nothing else.
-                if run.needs_base:
-                    self._command(ZERO if self._is_held else twist)
+                if allowed is not None:
+                    self._command(allowed.twist)
                 return
         except Exception as error:  # noqa: BLE001 - a fault in one maneuver must not end the server
             self.fail(run, error)
@@ -195,15 +182,6 @@ class Pilot:
         feedback = run.maneuver.feedback()
         if feedback is not None:
             run.on_feedback(feedback)
-
-    def _within_limits(self, twist: object) -> Twist2D:
-        if not isinstance(twist, Twist2D):
-            raise TypeError(f"a maneuver must answer with Twist2D or Finished, got {twist!r}")
-        if not (math.isfinite(twist.linear) and math.isfinite(twist.angular)):
-            raise ValueError(f"a maneuver commanded {twist.linear} m/s, {twist.angular} rad/s")
-        linear = min(max(twist.linear, -self._max_linear), self._max_linear)
-        angular = min(max(twist.angular, -self._max_angular), self._max_angular)
-        return Twist2D(linear, angular)
 
     def _end_all(
         self, reason: str, runs: list[ManeuverRun], code: ErrorCode = ErrorCode.STOPPED
@@ -217,8 +195,9 @@ class Pilot:
         self._runs.remove(run)
         if run.needs_base:
             self._command(ZERO)
-            if self.give_way is not None and self.give_way.times:
-                reason = "; ".join(filter(None, (outcome.reason, self.give_way.summary)))
+            if self._governor.give_way.times:
+                summary = self._governor.give_way.summary
+                reason = "; ".join(filter(None, (outcome.reason, summary)))
                 outcome = replace(outcome, reason=reason)
         try:
             if tell:
@@ -228,6 +207,14 @@ class Pilot:
             if outcome.status == "succeeded":
                 outcome = raised(error)
         run.on_end(outcome)
+
+
+def _checked(twist: object) -> Twist2D:
+    if not isinstance(twist, Twist2D):
+        raise TypeError(f"a maneuver must answer with Twist2D or Finished, got {twist!r}")
+    if not (math.isfinite(twist.linear) and math.isfinite(twist.angular)):
+        raise ValueError(f"a maneuver commanded {twist.linear} m/s, {twist.angular} rad/s")
+    return twist
 
 
 def raised(error: Exception) -> ManeuverOutcome:

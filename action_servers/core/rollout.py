@@ -10,8 +10,8 @@ import numpy as np
 
 from action_servers.core.clearance import Points
 from action_servers.core.drive_limits import DriveLimits
+from action_servers.core.footprint import Footprint
 from action_servers.core.grid import Floats
-from action_servers.core.guard import Footprint
 from bt_mission.core.geometry import Twist2D
 
 STEP_S = 0.1

@@ -46,17 +46,19 @@ class Tuning:
     side_margin: float = number(
         0.02,
         (0.0, 0.5),
-        "Added to each side of the width that a drive ahead keeps free, m; twice the precision of "
-        "an LDS-01 (10 mm, ROBOTIS e-manual).",
+        "Added to each side of the width in which explore_forward looks for what it stops at, m; "
+        "twice the precision of an LDS-01 (10 mm, ROBOTIS e-manual).",
     )
     stop_margin: float = number(
         0.03,
         (0.01, 0.5),
-        "Gap that is left to an obstacle by move, back_up and drive_on_heading, m; three standard "
-        "deviations of a lidar's ray.",
+        "Gap that is left to an obstacle, whatever drives, m; three standard deviations of a "
+        "lidar's ray.",
     )
     turn_margin: float = number(
-        3.0, (0.5, 45.0), "Rotation that is kept free before the hull would meet an obstacle, deg."
+        3.0,
+        (0.5, 45.0),
+        "Rotation that is kept free before the hull would meet an obstacle, whatever turns, deg.",
     )
     turn_tolerance: float = number(
         1.0, (0.1, 10.0), "Error with which a rotation counts as done once the robot stands, deg."
@@ -73,7 +75,8 @@ class Tuning:
     explore_nearest: float = number(
         0.05,
         (0.01, 1.0),
-        "Shortest stopping distance that is accepted, m; five times a ray's noise.",
+        "Shortest stopping distance that is accepted, m; five times a ray's noise. It is at least "
+        "stop_margin and 0.02 m.",
     )
     give_way_time: float = number(
         2.5,

@@ -15,19 +15,15 @@ from action_servers.core.limits import (
     NumberLimit,
     parameter,
 )
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    Fields,
-    Finished,
-    Observation,
-    Scan,
-)
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation, Scan
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import ARRIVED_WITHIN, DriveGuard
+from action_servers.driving.drive import ARRIVED_WITHIN, Drive
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
+
+NEARER_M = 0.02
+"""m beyond `stop_margin`: a base that is to stop nearer than that is held before it is there."""
 
 GONE_BEYOND = 0.05
 """Metres beyond the stopping distance at which an obstacle that was there has left."""
@@ -47,7 +43,7 @@ def limits(robot: RobotModel, tuning: Tuning) -> Limits:
         ),
         NumberLimit(
             field="stopping_distance",
-            low=tuning.explore_nearest + max(0.0, blind),
+            low=max(tuning.explore_nearest, tuning.stop_margin + NEARER_M) + max(0.0, blind),
             high=lidar.max_range - (front - lidar.x),
             unit="m",
             source=f"{parameter('explore_nearest')}, and the lidar of the robot",
@@ -82,7 +78,7 @@ class ExploreForward:
         self._stopping_distance = stopping_distance
         self._robot = robot
         self._side_margin = tuning.side_margin
-        self._drive = DriveGuard(robot, tuning)
+        self._drive = Drive(robot, tuning)
         self._arrived = False
         self._scan: Scan | None = None
         self._ahead: ObstaclePoint | None = None
@@ -108,7 +104,7 @@ class ExploreForward:
         if remaining <= ARRIVED_WITHIN:
             return ZERO  # what it stands before comes nearer
         speed = self._drive.speed_ahead(now, remaining, self._speed)
-        return self._drive.command(now, Twist2D(speed, 0.0))
+        return Twist2D(speed, 0.0)
 
     def feedback(self) -> Fields | None:
         """Return distance driven and gap ahead, when either has changed."""

@@ -6,17 +6,10 @@ from typing import Any
 
 from action_servers.core.action import Action
 from action_servers.core.limits import ANGULAR, LINEAR, Limits, NumberLimit, duration_limit
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    ErrorCode,
-    Fields,
-    Finished,
-    Observation,
-)
+from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observation, Reason
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import DriveGuard, Way
+from action_servers.driving.drive import Drive
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
@@ -57,8 +50,7 @@ class Move:
     ) -> None:
         self._secs = secs
         self._twist = twist
-        self._drive = DriveGuard(robot, tuning)
-        self._way = Way(robot, tuning)
+        self._drive = Drive(robot, tuning)
         self._ticker = Ticker()
 
     def step(self, now: Observation) -> Twist2D | Finished:
@@ -69,12 +61,9 @@ class Move:
         self._ticker.update(now.time_s)
         if self._ticker.has_reached(self._secs):
             return self._drive.rest(now) or SUCCEEDED
-        obstacle = self._way.blocked(now, self._twist)
-        if obstacle is not None and now.gives_way:
-            return ZERO
-        if obstacle is not None:
-            return Finished("aborted", ErrorCode.BLOCKED, f"{obstacle}, after {self._done()}")
-        return self._drive.command(now, self._twist)
+        if now.held is not None and now.held.by is Reason.OBSTACLE:
+            return now.held.ended(f", after {self._done()}")
+        return self._twist
 
     def feedback(self) -> Fields | None:
         """Return what is done so far, once a second."""

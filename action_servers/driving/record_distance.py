@@ -7,18 +7,12 @@ from typing import Any
 
 from action_servers.core.action import Action
 from action_servers.core.checks import stale_odometry
+from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import UNBOUNDED, duration_limit
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    ErrorCode,
-    Fields,
-    Finished,
-    Observation,
-)
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation
+from action_servers.core.progress import Odometer
 from action_servers.core.ticker import Ticker
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import Odometer
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 

@@ -9,49 +9,15 @@ rejected, which a client of Nav2 understands, too.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 from action_servers.core.action import Action
+from action_servers.core.error_codes import Codes
 from action_servers.core.limits import NOT_NEGATIVE, NumberLimit
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    ErrorCode,
-    Fields,
-    Finished,
-    Observation,
-)
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation
 from action_servers.core.ticker import ROUNDING_S, News, Ticker
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.stamps import NS, to_ns
-
-
-@dataclass(frozen=True, slots=True)
-class Codes:
-    """`error_code` of one of Nav2's recoveries; `invalid_input` is 0 where it has none."""
-
-    unknown: int
-    timeout: int
-    tf_error: int
-    collision_ahead: int
-    invalid_input: int = 0
-
-    def of(self, finished: Finished) -> Finished:
-        """Return an end with one of our codes as one with Nav2's."""
-        code = {
-            ErrorCode.NONE: 0,
-            ErrorCode.NO_ODOMETRY: self.tf_error,
-            ErrorCode.BLOCKED: self.collision_ahead,
-        }.get(ErrorCode(finished.error_code), self.unknown)
-        return Finished(finished.status, code, finished.reason)
-
-
-SPIN = Codes(unknown=700, timeout=701, tf_error=702, collision_ahead=703)
-BACK_UP = Codes(unknown=710, timeout=711, tf_error=712, invalid_input=713, collision_ahead=714)
-DRIVE_ON_HEADING = Codes(
-    unknown=720, timeout=721, tf_error=722, collision_ahead=723, invalid_input=724
-)
 
 
 class Duration(Protocol):

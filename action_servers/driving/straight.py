@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from action_servers.core.action import Action, FeedbackRanges
+from action_servers.core.error_codes import BACK_UP, DRIVE_ON_HEADING, Codes
 from action_servers.core.limits import (
     ALLOWANCE,
     LINEAR,
@@ -17,25 +19,11 @@ from action_servers.core.limits import (
     around,
     parameter,
 )
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    ErrorCode,
-    Fields,
-    Finished,
-    Observation,
-    Refusal,
-)
+from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observation, Reason, Refusal
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import ARRIVED_WITHIN, DriveGuard, Way
-from action_servers.driving.recoveries import (
-    BACK_UP,
-    DRIVE_ON_HEADING,
-    Allowance,
-    Codes,
-    seconds_of,
-)
+from action_servers.driving.drive import ARRIVED_WITHIN, Drive
+from action_servers.driving.recoveries import Allowance, seconds_of
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
@@ -119,8 +107,7 @@ class Straight:
         self._direction = math.copysign(1.0, distance)
         self._speed = speed
         self._codes = codes
-        self._drive = DriveGuard(robot, tuning)
-        self._way = Way(robot, tuning)
+        self._drive = Drive(robot, tuning)
         self._allowance = Allowance(allowance_s, codes)
         self._news = News()
 
@@ -129,7 +116,7 @@ class Straight:
         late = self._allowance.late(now)
         answer = self._drive.fault(now) or self._drive_on(now)
         if isinstance(answer, Finished):
-            return self._codes.of(answer)
+            return replace(answer, error_code=self._codes.of(answer.error_code))
         return late or answer
 
     def feedback(self) -> Fields | None:
@@ -144,15 +131,11 @@ class Straight:
         remaining = self._length - self._drive.advance(self._direction)
         if remaining <= ARRIVED_WITHIN:
             return self._drive.rest(now) or SUCCEEDED
+        if now.held is not None and now.held.by is Reason.OBSTACLE:
+            done = f"{self._drive.distance:.2f} of {self._length:.2f} m"
+            return now.held.ended(f", after {done}")
         speed = self._drive.speed_ahead(now, remaining, self._speed)
-        twist = Twist2D(self._direction * speed, 0.0)
-        obstacle = self._way.blocked(now, twist)
-        if obstacle is not None and now.gives_way:
-            return ZERO
-        if obstacle is not None:
-            reason = f"{obstacle}, after {self._drive.distance:.2f} of {self._length:.2f} m"
-            return Finished("aborted", ErrorCode.BLOCKED, reason)
-        return self._drive.command(now, twist)
+        return Twist2D(self._direction * speed, 0.0)
 
 
 BACK_UP_ACTION = Action(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 from action_servers.core.action import Action, FeedbackRanges
-from action_servers.core.clearance import obstacle_points
-from action_servers.core.guard import footprint, free_angle
+from action_servers.core.error_codes import SPIN
 from action_servers.core.limits import (
     ALLOWANCE,
     ANGULAR,
@@ -18,19 +18,11 @@ from action_servers.core.limits import (
     around,
     parameter,
 )
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    ErrorCode,
-    Fields,
-    Finished,
-    Observation,
-    Scan,
-)
+from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observation, Reason
 from action_servers.core.ticker import News
 from action_servers.core.tuning import TUNING, Tuning
-from action_servers.driving.drive import DriveGuard
-from action_servers.driving.recoveries import SPIN, Allowance, seconds_of
+from action_servers.driving.drive import Drive
+from action_servers.driving.recoveries import Allowance, seconds_of
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
@@ -42,60 +34,28 @@ ARRIVED_WITHIN = math.radians(0.3)
 
 
 class Rotation:
-    """Turns the base so that the odometer of `drive` reads a target.
+    """Turns the base so that the odometer of `drive` reads a target."""
 
-    The room to turn comes from the scan: the corners behind the wheels sweep a circle that is
-    wider than the robot. Between two scans it counts on with odometry.
-    """
-
-    def __init__(self, drive: DriveGuard, robot: RobotModel, tuning: Tuning = TUNING) -> None:
+    def __init__(self, drive: Drive, robot: RobotModel) -> None:
         self._drive = drive
-        self._robot = robot
-        self._margin = math.radians(tuning.turn_margin)
-        self._footprint = footprint(robot)
-        self._seen: tuple[Scan | None, float] = (None, 0.0)
-        self._end_of_room = math.inf
+        self._radius = robot.turning_radius
 
     def towards(self, now: Observation, target: float, speed: float) -> Twist2D | Finished | None:
         """Return the velocity towards `target` (radians) at up to `speed` (rad/s).
 
-        None when the target is reached; the end of the goal when something stands in the way or
-        the base does not turn.
+        None when the target is reached; the end of the goal when something stands in the way.
         """
         remaining = target - self._drive.yaw
         if abs(remaining) <= ARRIVED_WITHIN:
             return None
-        direction = math.copysign(1.0, remaining)
-        self._look(now, direction)
-        room = self._end_of_room - direction * self._drive.yaw
-        if room <= 0.0 and now.gives_way:
-            return ZERO
-        if room <= 0.0:
-            side = "left" if remaining > 0.0 else "right"
-            return Finished(
-                "aborted",
-                ErrorCode.BLOCKED,
-                f"no room to turn {side}: an obstacle stands within the circle of "
-                f"{self._robot.turning_radius:.3f} m that the robot sweeps; "
-                f"{math.degrees(abs(remaining)):.0f} deg were left",
+        held = now.held
+        if held is not None and held.by is Reason.OBSTACLE and held.is_standing:
+            return held.ended(
+                f": an obstacle stands within the circle of {self._radius:.3f} m that the robot "
+                f"sweeps; {math.degrees(abs(remaining)):.0f} deg were left"
             )
-        rate = self._drive.rate_towards(now, min(abs(remaining), room), speed)
-        return self._drive.command(now, Twist2D(0.0, math.copysign(rate, remaining)))
-
-    def _look(self, now: Observation, direction: float) -> None:
-        """Find the odometer's reading, times `direction`, at which the room to turn ends."""
-        scan = now.scan
-        if scan is None or self._seen == (scan, direction):
-            return
-        self._seen = (scan, direction)
-        points = obstacle_points(scan, self._robot.lidar).T
-        free = free_angle(points, self._footprint, direction * math.tau)
-        if free >= math.tau:
-            self._end_of_room = math.inf
-            return
-        rate = now.velocity.angular if now.velocity else 0.0
-        yaw_at_scan = self._drive.yaw - rate * (now.odom_stamp_s - scan.stamp_s)
-        self._end_of_room = direction * yaw_at_scan + free - self._margin
+        rate = self._drive.rate_towards(now, abs(remaining), speed)
+        return Twist2D(0.0, math.copysign(rate, remaining))
 
 
 def turn_limits(robot: RobotModel, tuning: Tuning) -> Limits:
@@ -147,8 +107,8 @@ class Turn:
     ) -> None:
         self._angle = angle
         self._speed = speed
-        self._drive = DriveGuard(robot, tuning)
-        self._rotation = Rotation(self._drive, robot, tuning)
+        self._drive = Drive(robot, tuning)
+        self._rotation = Rotation(self._drive, robot)
         self._tolerance = math.radians(tuning.turn_tolerance)
         self._resting = False
         self._news = News()
@@ -237,7 +197,7 @@ class Spin:
         late = self._allowance.late(now)
         answer = self._turn.step(now)
         if isinstance(answer, Finished):
-            return SPIN.of(answer)
+            return replace(answer, error_code=SPIN.of(answer.error_code))
         return late or answer
 
     def feedback(self) -> Fields | None:

@@ -8,24 +8,15 @@ from typing import Any
 
 from action_servers.core.action import Action
 from action_servers.core.checks import missing
+from action_servers.core.error_codes import OURS, ErrorCode
 from action_servers.core.grid import Floats
 from action_servers.core.limits import UNBOUNDED, NumberLimit
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    ErrorCode,
-    Fields,
-    Finished,
-    Grid,
-    Observation,
-    Value,
-)
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Grid, Observation, Value
 from action_servers.core.ticker import News
 from action_servers.core.tuning import FRONTIERS, NAVIGATION, FrontierTuning, NavigationTuning
 from action_servers.mapping.frontiers import Frontier, Target, choose, frontiers
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.planner import Point
-from action_servers.navigation.senses import Code
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
@@ -42,12 +33,7 @@ NEWS_M2 = 2.0
 _SIGN_OF_LIFE_S = 1.0
 _STILL_MAP = "the map has not changed since the goal began; is a mapper running?"
 
-_OUR_CODE = {
-    Code.TF_ERROR_WHILE_DRIVING: ErrorCode.NO_MAP,
-    Code.TF_ERROR_WHILE_PLANNING: ErrorCode.NO_MAP,
-    Code.CONTROLLER_TIMED_OUT: ErrorCode.NO_SCAN,
-}
-_NO_WAY = (Code.GOAL_OCCUPIED, Code.GOAL_OUTSIDE_MAP, Code.NO_VALID_PATH)
+_NO_WAY = (ErrorCode.GOAL_OCCUPIED, ErrorCode.GOAL_OUTSIDE_MAP, ErrorCode.NO_VALID_PATH)
 
 
 LIMITS = (
@@ -199,8 +185,8 @@ class ExploreFrontiers:
         self._leg = None
         if answer.status == "succeeded":
             return self._settle(now)
-        if answer.error_code in _OUR_CODE:
-            return Finished("aborted", _OUR_CODE[Code(answer.error_code)], answer.reason)
+        if answer.error_code in OURS:
+            return Finished("aborted", OURS[ErrorCode(answer.error_code)], answer.reason)
         if answer.error_code in _NO_WAY:
             self._turn_away(self._target)
         else:

@@ -9,8 +9,8 @@ import numpy as np
 
 from action_servers.core.clearance import into_frame
 from action_servers.core.drive_limits import DriveLimits
+from action_servers.core.footprint import Footprint, free_angle, free_distance
 from action_servers.core.grid import Floats, Survey
-from action_servers.core.guard import Footprint, free_angle, free_distance
 from bt_mission.core.geometry import Pose2D, Twist2D, wrap
 
 REACH_M = 1.0

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 
+from action_servers.core.checks import overdue
 from action_servers.core.drive_limits import Ramp, limits
-from action_servers.core.guard import footprint, held_back
-from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.footprint import footprint
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation, Reason
+from action_servers.core.progress import ProgressChecker
 from action_servers.navigation.escape import Escape, way_out
 from action_servers.navigation.follower import Follower
 from action_servers.navigation.planner import NoPath, at, plan, road_map
-from action_servers.navigation.senses import Code, ProgressChecker, Senses
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.geometry import Pose2D, Twist2D, distance
 from bt_mission.core.robot.model import RobotModel
@@ -46,7 +48,6 @@ class NavigateToPose:
         self._limits = limits(robot)
         self._ramp = Ramp(self._limits, twist)
         self._progress = ProgressChecker()
-        self._senses: Senses | None = None
         self._follower: Follower | None = None
         self._escape: Escape | None = None
         self._plan_at_s: float | None = None
@@ -54,7 +55,8 @@ class NavigateToPose:
         self._no_path_s = 0.0
         self._recovered = False
         self._recoveries = 0
-        self._start_s = 0.0
+        self._start_s: float | None = None
+        self._is_stopped = False
         self._time_s = 0.0
         self._pose: Pose2D | None = None
 
@@ -65,18 +67,19 @@ class NavigateToPose:
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
-        if self._senses is None:
-            self._senses = Senses(now.time_s, self._tuning)
+        if self._start_s is None:
             self._start_s = now.time_s
         self._time_s = now.time_s
         self.surroundings.observe(now)
-        sound = self._senses.check(
-            now, self.surroundings.seen_s, driving=self._follower is not None
-        )
-        if isinstance(sound, Finished):
-            return sound
-        if not sound or now.map_pose is None:
+        lost = self._lost(now, self._tuning.give_up_after)
+        if lost is not None:
+            return lost
+        is_blind = self._lost(now, self._tuning.blind_after) is not None
+        if is_blind or now.map_pose is None or not self.surroundings.ready:
             return self._ramp.stop()
+        if now.held is not None:
+            self._ramp.twist = now.held.twist
+        self._is_stopped = now.held_by is Reason.OBSTACLE and self._ramp.twist == ZERO
         self._pose = now.map_pose
         ended = self._mind_the_time(now.map_pose) or self._find_path(now.map_pose)
         return ended or self._drive(now.map_pose)
@@ -89,7 +92,7 @@ class NavigateToPose:
         seconds = 0.0 if self._follower is None else self._follower.seconds_left(self._pose)
         return {
             "current_pose": self._pose,
-            "navigation_time": self._time_s - self._start_s,
+            "navigation_time": self._time_s - (self._start_s or 0.0),
             "estimated_time_remaining": seconds,
             "number_of_recoveries": self._recoveries,
             "distance_remaining": left,
@@ -98,6 +101,17 @@ class NavigateToPose:
     def result(self) -> Fields:
         """Return nothing: Nav2's result has no fields of its own."""
         return {}
+
+    def _lost(self, now: Observation, limit_s: float) -> Finished | None:
+        """Return how the goal ends where pose or scan are older, or None."""
+        began_s, seen_s = self._start_s, self.surroundings.seen_s
+        pose = overdue("pose on the map", now.odom_stamp_s, now.time_s, limit_s)
+        if pose is not None:
+            driving = self._follower is not None
+            code = ErrorCode.TF_ERROR_WHILE_PLANNING
+            return Finished("aborted", ErrorCode.TF_ERROR_WHILE_DRIVING if driving else code, pose)
+        scan = overdue("scan", began_s if seen_s is None else seen_s, now.time_s, limit_s)
+        return None if scan is None else Finished("aborted", ErrorCode.CONTROLLER_TIMED_OUT, scan)
 
     def _mind_the_time(self, pose: Pose2D) -> Finished | None:
         """Recover once and then give up when the robot gets nowhere."""
@@ -124,7 +138,7 @@ class NavigateToPose:
             reason = f"{self._no_path.reason}; none has opened for {idle_s:.1f} s"
             return Finished("aborted", self._no_path.code, reason)
         reason = f"the robot has not got away from {at((pose.x, pose.y))} for {idle_s:.1f} s"
-        return Finished("aborted", Code.FAILED_TO_MAKE_PROGRESS, reason)
+        return Finished("aborted", ErrorCode.FAILED_TO_MAKE_PROGRESS, reason)
 
     def _find_path(self, pose: Pose2D) -> Finished | None:
         """Plan when there is no path, it was left, or it has been blocked for long."""
@@ -144,7 +158,7 @@ class NavigateToPose:
             if self._no_path is None:
                 known = road_map(self.surroundings.mapped, self.surroundings.cost)
                 hopeless = plan(known, start, goal, self._tuning)
-                if isinstance(hopeless, NoPath) and hopeless.code is not Code.START_OCCUPIED:
+                if isinstance(hopeless, NoPath) and hopeless.code is not ErrorCode.START_OCCUPIED:
                     return Finished("aborted", hopeless.code, hopeless.reason)
                 self._no_path_s = self._time_s
             self._no_path = path
@@ -165,13 +179,12 @@ class NavigateToPose:
         wanted, blocked = self._wanted(pose)
         if wanted is None:
             return SUCCEEDED
-        allowed = held_back(wanted, self.surroundings.near(pose), self._body, self._limits)
-        if blocked or (allowed == ZERO and wanted != ZERO):
+        if blocked or self._is_stopped:
             if self._plan_at_s is None:
                 self._plan_at_s = self._time_s + self._tuning.wait
         elif self._follower is not None:
             self._plan_at_s = self._no_path = None
-        return self._ramp.toward(allowed, self._step_s)
+        return self._ramp.toward(wanted, self._step_s)
 
     def _wanted(self, pose: Pose2D) -> tuple[Twist2D | None, bool]:
         """Return the twist that leads on, None at the goal, and whether the path is blocked."""

@@ -11,10 +11,10 @@ import numpy.typing as npt
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from action_servers.core.error_codes import ErrorCode
 from action_servers.core.grid import Floats, Survey, centres
 from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.path import CostModel, Path, smooth, straighten
-from action_servers.navigation.senses import Code
 
 Point: TypeAlias = tuple[float, float]
 _Number = TypeVar("_Number", np.int32, np.float64)
@@ -31,7 +31,7 @@ PRICE_UNIT_M = 1e-5
 class NoPath:
     """Why there is no path: a code of Nav2's planner, and the reason in words."""
 
-    code: Code
+    code: ErrorCode
     reason: str
 
 
@@ -96,7 +96,7 @@ def plan(
     """
     survey = roads.survey
     if not survey.contains(*start):
-        return NoPath(Code.START_OUTSIDE_MAP, f"the robot, at {at(start)}, is outside the map")
+        return NoPath(ErrorCode.START_OUTSIDE_MAP, f"the robot, at {at(start)}, is outside the map")
     nearby = goal_nodes(roads, goal, tuning)
     if isinstance(nearby, NoPath):
         return nearby
@@ -104,11 +104,11 @@ def plan(
     price, towards = csgraph.dijkstra(roads.edges, indices=nearby[0], return_predecessors=True)
     starts = departures(roads, start, tuning.start_reach)
     if not starts:
-        return NoPath(Code.START_OCCUPIED, f"the robot is stuck at {_room(roads, start)}")
+        return NoPath(ErrorCode.START_OCCUPIED, f"the robot is stuck at {_room(roads, start)}")
     node = next((node for node in starts if np.isfinite(price[node])), None)
     if node is None:
         return NoPath(
-            Code.NO_VALID_PATH,
+            ErrorCode.NO_VALID_PATH,
             f"no path from {at(start)} to {at(goal)} keeps {roads.cost.radius:.2f} m "
             "from every obstacle",
         )
@@ -126,11 +126,13 @@ def goal_nodes(
 ) -> list[int] | NoPath:
     """Return the nodes at which a path to a point in metres may end, nearest first; or why none."""
     if not roads.survey.contains(*goal):
-        return NoPath(Code.GOAL_OUTSIDE_MAP, f"the goal {at(goal)} is outside the map")
+        return NoPath(ErrorCode.GOAL_OUTSIDE_MAP, f"the goal {at(goal)} is outside the map")
     nearby = roads.free_near(goal, tuning.goal_distance)
     if nearby:
         return nearby
-    return NoPath(Code.GOAL_OCCUPIED, f"the robot does not fit at the goal {_room(roads, goal)}")
+    return NoPath(
+        ErrorCode.GOAL_OCCUPIED, f"the robot does not fit at the goal {_room(roads, goal)}"
+    )
 
 
 def departures(roads: RoadMap, start: Point, reach: float = NAVIGATION.start_reach) -> list[int]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation, Value
 from action_servers.core.ticker import News
 from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.navigate import NavigateToPose
-from action_servers.navigation.senses import Code
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import RobotModel
@@ -51,7 +51,7 @@ class FollowWaypoints:
         """Return the twist for this control step, or how the goal ends."""
         self._time_s = now.time_s
         if not self._poses:
-            return Finished("aborted", Code.WAYPOINTS_UNKNOWN, "the list of poses is empty")
+            return Finished("aborted", ErrorCode.WAYPOINTS_UNKNOWN, "the list of poses is empty")
         if self._leg is None:
             self._leg = NavigateToPose(self._poses[self._index], self._robot, self.surroundings)
         answer = self._leg.step(now)
@@ -67,7 +67,7 @@ class FollowWaypoints:
             if self._stop_on_failure:
                 place = f"waypoint {self._index} (of 0 to {len(self._poses) - 1})"
                 reason = f"{place} was not reached, code {answer.error_code}: {answer.reason}"
-                return Finished("aborted", Code.WAYPOINTS_UNKNOWN, reason)
+                return Finished("aborted", ErrorCode.WAYPOINTS_UNKNOWN, reason)
         return SUCCEEDED if self._last_leg() else ZERO
 
     def feedback(self) -> Fields | None:

@@ -14,7 +14,7 @@ from std_msgs.msg import Float64
 from action_servers.core.action import Action, ServerContext
 from action_servers.core.checks import missing
 from action_servers.core.executive_watch import ExecutiveLimits
-from action_servers.core.give_way import GiveWay
+from action_servers.core.governor import Governor
 from action_servers.core.maneuver import Maneuver, ServedAction
 from action_servers.core.pilot import Interlock, Pilot
 from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
@@ -97,15 +97,14 @@ class ServersNode(RobotNode):
         tuning = self.declare_all(TUNING)
         self._sensors = SensorSubscriptions(self, sensors, robot.lidar)
         self._base = CommandPublisher(self, commands, self._lose_base)
+        self._governor = Governor(robot, tuning)
         self._pilot = Pilot(
             self._sensors.observe,
             self._base.command,
-            max_linear=robot.max_linear_velocity,
-            max_angular=robot.max_angular_velocity,
+            self._governor,
             replaces=self.declare("on_new_goal", ON_NEW_GOAL) == "replace",
             side_goals=tuning.side_goals,
         )
-        self._pilot.give_way = self._give_way = GiveWay(robot, tuning)
         self._interlock = Interlock(self._pilot)
         self._publisher_watch = self._watch_publishers(sensors.odom, options)
         self._switches = Switches(self, self._interlock)
@@ -225,7 +224,7 @@ class ServersNode(RobotNode):
             frontiers=self.read_all(FRONTIERS, "frontiers."),
             turn_velocity=self.get_parameter(DEFAULT_TURN_VELOCITY).value,
         )
-        self._give_way.tuning = self._kit.tuning
+        self._governor.tuning = self._kit.tuning
         for adapter in self._adapters:
             adapter.plan_by(self._base.guarded(self._action(adapter.action_name)))
 

@@ -20,9 +20,9 @@ from rclpy.timer import Timer
 from std_msgs.msg import Bool, Empty
 from std_srvs.srv import Trigger
 
+from action_servers.core.error_codes import ErrorCode
 from action_servers.core.executive_watch import LOOK_S, ExecutiveLimits, ExecutiveWatch
 from action_servers.core.grid import Floats
-from action_servers.core.maneuver import ErrorCode
 from action_servers.core.pilot import Interlock, Pilot
 from action_servers.robot_io.adapter import REQUESTS
 from action_servers.robot_io.messages import MAP_FRAME

@@ -18,7 +18,7 @@ from action_servers import (
     SUCCEEDED,
     ZERO,
     Action,
-    DriveGuard,
+    Drive,
     Finished,
     NumberLimit,
     Observation,
@@ -46,7 +46,7 @@ class Circle:
     def __init__(self, robot: RobotModel, seconds: float, radius: float) -> None:
         self._twist = Twist2D(0.2, 0.2 / radius)
         self._seconds = seconds
-        self._drive = DriveGuard(robot)
+        self._drive = Drive(robot)
         self._began_s: float | None = None
 
     def step(self, now: Observation) -> Twist2D | Finished:
@@ -56,7 +56,7 @@ class Circle:
             return fault
         self._began_s = now.time_s if self._began_s is None else self._began_s
         if now.time_s - self._began_s < self._seconds - 1e-6:
-            return self._drive.command(now, self._twist)
+            return self._twist
         return self._drive.rest(now) or SUCCEEDED
 
     def feedback(self) -> Mapping[str, Any] | None:

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from action_servers.camera.camera_sweep import ImageFolder
-from action_servers.core.maneuver import ZERO, ErrorCode
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import ZERO
 from bt_mission.core.geometry import Pose2D
 from tests.support.served import DRIVING, SERVED, goal
 

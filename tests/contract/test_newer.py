@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from action_servers.core.maneuver import ZERO, ErrorCode
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import ZERO
 from bt_mission.core.goal_rate import MOST_GOALS
 from tests.support.served import BESIDE, DRIVING, SERVED
 

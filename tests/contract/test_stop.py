@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from action_servers.core.maneuver import ZERO, ErrorCode
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import ZERO
 from tests.support.served import SERVED
 
 

@@ -9,7 +9,7 @@ from bt_mission_interfaces.action import ExecuteMission
 from bt_mission_interfaces.msg import Requirements
 from rclpy.action import ActionClient
 
-from action_servers.core.maneuver import ErrorCode
+from action_servers.core.error_codes import ErrorCode
 from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 from bt_mission.ros.graph import LATCHED
 from bt_mission.sessions.mission_server import VIOLATED

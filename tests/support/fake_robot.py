@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
 
 import numpy as np
 
+from action_servers.core.governor import Governor
 from action_servers.core.maneuver import ZERO, Finished, Image, Maneuver, Observation, Scan
 from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import RobotModel
+
+T = TypeVar("T")
 
 Wall = tuple[float, float, float, float]
 """A straight wall from x, y to x, y, metres."""
@@ -33,6 +36,7 @@ class FakeRobot:
         self.sees_images = False
         self.twists: list[Twist2D] = []
         self.changes: dict[str, Any] = {}
+        self.governor = Governor(robot)
         self._scan: Scan | None = None
         self._image: Image | None = None
 
@@ -67,22 +71,29 @@ class FakeRobot:
             self.x += self.linear * math.cos(self.yaw) * PHYSICS_STEP_S
             self.y += self.linear * math.sin(self.yaw) * PHYSICS_STEP_S
 
+    def step(self, step: Callable[[Observation], T]) -> T:
+        """Make a control step, governed as by the pilot; return what the maneuver answers."""
+        now = self.governor.look(self.observe())
+        answer = step(now)
+        if isinstance(answer, Twist2D):
+            self.move(self.governor.allow(answer, now).twist)
+        return answer
+
     def run(self, maneuver: Maneuver, limit_s: float = 60.0) -> Finished:
         """Step a maneuver at 20 Hz until it ends."""
+        self.governor.begin()
         for _ in range(round(limit_s * 20)):
-            answer = maneuver.step(self.observe())
+            answer = self.step(maneuver.step)
             if isinstance(answer, Finished):
                 self.twists.append(ZERO)
                 return answer
-            self.move(answer)
         raise AssertionError(f"the maneuver has not ended within {limit_s} s")
 
     def run_for(self, maneuver: Maneuver, duration_s: float) -> None:
         """Step a maneuver that does not end for a while."""
         for _ in range(round(duration_s * 20)):
-            answer = maneuver.step(self.observe())
+            answer = self.step(maneuver.step)
             assert isinstance(answer, Twist2D), answer
-            self.move(answer)
 
     def _scanned(self) -> Scan:
         lidar = self.robot.lidar
@@ -102,6 +113,13 @@ class FakeRobot:
 
     def _picture(self) -> Image:
         return Image(self.time_s, 2, 3, np.zeros((2, 3, 3), dtype=np.uint8))
+
+
+def in_the_open(time_s: float, **changes: Any) -> Observation:
+    """Return what a robot in the open knows at a time: fresh, and nothing in sight."""
+    scan = Scan(time_s, 0.0, math.tau / 4, 0.12, 3.5, np.full(4, math.inf, dtype=np.float32))
+    now = Observation(time_s, odom=Pose2D(0.0, 0.0, 0.0), odom_stamp_s=time_s, scan=scan)
+    return dataclasses.replace(now, **changes)
 
 
 def cast_rays(x: float, y: float, angles: np.ndarray, walls: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from action_servers.core.give_way import GiveWay
+from action_servers.core.governor import Governor
 from action_servers.core.maneuver import ZERO, Maneuver, Observation, Scan
 from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot
 from action_servers.core.tuning import TUNING
@@ -66,14 +66,10 @@ class MovingWorld:
         self._start_s = self.base.time_s
         self._rng = np.random.default_rng(seed)
         self._scan: Scan | None = None
-        self.pilot = Pilot(
-            self.observe,
-            self.base.move,
-            max_linear=robot.max_linear_velocity,
-            max_angular=robot.max_angular_velocity,
-        )
         tuning = dataclasses.replace(TUNING, give_way_time=2.5 if gives_way else 0.0)
-        self.give_way = self.pilot.give_way = GiveWay(robot, tuning)
+        governor = Governor(robot, tuning)
+        self.give_way = governor.give_way
+        self.pilot = Pilot(self.observe, self.base.move, governor)
 
     @property
     def time_s(self) -> float:

@@ -8,9 +8,10 @@ from dataclasses import replace
 from py_trees.common import Status
 
 from action_servers.camera.camera_sweep import CameraSweep
-from action_servers.core import pilot
+from action_servers.core import governor, pilot
+from action_servers.core.governor import Room
 from action_servers.driving import explore_forward, straight, turn
-from action_servers.driving.drive import DriveGuard, Way
+from action_servers.driving.drive import Drive
 from action_servers.driving.explore_forward import ExploreForward
 from action_servers.driving.straight import Straight
 from action_servers.driving.turn import Rotation, Turn
@@ -76,7 +77,7 @@ DEFECTS = (
         "does not look for room to turn",
         "tight_turn",
         "has room while it turns",
-        instead(Rotation, "_look", lambda *_: None),
+        instead(Room, "allow", lambda _, wanted, __: (wanted, "")),
     ),
     # ---- driving --------------------------------------------------------------------------
     Defect(
@@ -121,14 +122,14 @@ DEFECTS = (
         "obstacle_appears",
         "stays 0.1 m away",
         lambda patch: (
-            patch.setattr(DriveGuard, "speed_ahead", lambda _, now, remaining, most: most),
+            patch.setattr(Drive, "speed_ahead", lambda _, now, remaining, most: most),
             patch.setattr(explore_forward.ExploreForward, "_gap", lambda self: gap(self) + 0.3),
         ),
     ),
     Defect(
         "looks at its first scan alone",
         "obstacle_appears",
-        "touches nothing",
+        "stays 0.1 m away",
         instead(ExploreForward, "_look", first_scan_only),
     ),
     Defect("drives on blind", "scan_lost", "stands before it is blind for a second", blind),
@@ -136,7 +137,7 @@ DEFECTS = (
         "is not held while the scan is old",
         "scan_lost",
         "stands before it is blind for a second",
-        instead(DriveGuard, "_age_s", lambda *_: 0.0),
+        instead(governor, "stale", lambda *_: None),
     ),
     Defect("drives on without odometry", "odometry_lost", "stops when lost", blind),
     Defect(
@@ -150,7 +151,7 @@ DEFECTS = (
         "backs up without a look behind",
         "back_up",
         "is never hit",
-        instead(Way, "blocked", lambda *_: None),
+        instead(Room, "allow", lambda _, wanted, __: (wanted, "")),
     ),
     Defect(
         "backs up with a wrong sign",

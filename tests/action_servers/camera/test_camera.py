@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from action_servers.camera.camera import Snapshot
-from action_servers.core.maneuver import ErrorCode, Finished, Image, Observation
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import Finished, Image, Observation
 
 
 class Switch:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from action_servers.camera.camera_sweep import CameraSweep
-from action_servers.core.maneuver import SUCCEEDED, ErrorCode, Image
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import SUCCEEDED, Image
 from bt_mission.core.geometry import Twist2D
 
 

@@ -9,14 +9,8 @@ import numpy as np
 import pytest
 
 from action_servers.camera.find_colour import FindColour, plan
-from action_servers.core.maneuver import (
-    SUCCEEDED,
-    ZERO,
-    ErrorCode,
-    Finished,
-    Image,
-    Observation,
-)
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Image, Observation
 
 BLUE = (0x1F, 0x4F, 0xE0)
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from action_servers.core.checks import refusal, stale
+from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import outside
-from action_servers.core.maneuver import ErrorCode, Finished, Observation, Refusal
+from action_servers.core.maneuver import Finished, Observation, Refusal
 from bt_mission.core.geometry import Pose2D
 
 

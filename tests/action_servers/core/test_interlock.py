@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from action_servers.core.maneuver import ZERO, ErrorCode, Observation
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.governor import Governor
+from action_servers.core.maneuver import ZERO
 from action_servers.core.pilot import (
     REFUSED_WHILE_DRIVING,
     Interlock,
@@ -13,6 +15,8 @@ from action_servers.core.pilot import (
     Pilot,
 )
 from bt_mission.core.geometry import Twist2D
+from bt_mission.core.robot.model import load_robot
+from tests.support.fake_robot import in_the_open
 
 
 class Idle:
@@ -34,9 +38,8 @@ class Idle:
 def make(**options):
     """An interlock, its pilot, and what was commanded."""
     commands: list[Twist2D] = []
-    pilot = Pilot(
-        lambda: Observation(1.0), commands.append, max_linear=1.0, max_angular=1.0, **options
-    )
+    governor = Governor(load_robot("waffle"))
+    pilot = Pilot(lambda: in_the_open(1.0), commands.append, governor, **options)
     return Interlock(pilot), pilot, commands
 
 

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from action_servers.core.maneuver import Observation
-from action_servers.driving.drive import Odometer
+from action_servers.core.progress import Odometer
 from bt_mission.core.geometry import Pose2D
 
 

@@ -7,9 +7,13 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.maneuver import SUCCEEDED, ZERO, ErrorCode, Finished, Maneuver, Observation
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.governor import Governor
+from action_servers.core.maneuver import SUCCEEDED, ZERO, Finished, Maneuver, Observation
 from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot
 from bt_mission.core.geometry import Twist2D
+from bt_mission.core.robot.model import load_robot
+from tests.support.fake_robot import in_the_open
 
 FORWARD = Twist2D(0.2, 0.1)
 
@@ -51,13 +55,13 @@ class Bench:
         self.observations = 0
         self.fault: Exception | None = None
         self.set_back_s = 0.0
-        self.pilot = Pilot(self.observe, self.events.append, max_linear=0.26, max_angular=1.82)
+        self.pilot = Pilot(self.observe, self.events.append, Governor(load_robot("waffle")))
 
     def observe(self) -> Observation:
         self.observations += 1
         if self.fault is not None:
             raise self.fault
-        return Observation(self.observations - self.set_back_s)
+        return in_the_open(self.observations - self.set_back_s)
 
     def start(self, maneuver: Maneuver, name: str = "goal") -> ManeuverRun:
         run = ManeuverRun(

@@ -6,9 +6,12 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.maneuver import ZERO, Observation
+from action_servers.core.governor import Governor
+from action_servers.core.maneuver import ZERO, Observation, Reason
 from action_servers.core.pilot import ManeuverRun, Pilot
 from bt_mission.core.geometry import Twist2D
+from bt_mission.core.robot.model import load_robot
+from tests.support.fake_robot import in_the_open
 
 FORWARD = Twist2D(0.2, 0.1)
 
@@ -19,10 +22,10 @@ class Forward:
     needs_base = True
 
     def __init__(self) -> None:
-        self.held: list[bool] = []
+        self.held: list[Reason | None] = []
 
     def step(self, now: Observation) -> Twist2D:
-        self.held.append(now.is_held)
+        self.held.append(now.held_by)
         return FORWARD
 
     def feedback(self) -> None:
@@ -41,7 +44,7 @@ def commands() -> list[Twist2D]:
 @pytest.fixture
 def pilot(commands: list[Twist2D]) -> Pilot:
     """A pilot without a maneuver."""
-    return Pilot(lambda: Observation(1.0), commands.append, max_linear=0.26, max_angular=1.82)
+    return Pilot(lambda: in_the_open(1.0), commands.append, Governor(load_robot("waffle")))
 
 
 def start(pilot: Pilot) -> Forward:
@@ -62,7 +65,7 @@ def test_a_base_that_is_held_stands_while_its_maneuver_goes_on(pilot, commands):
     pilot.release()
     pilot.step()
     assert commands == [FORWARD, ZERO, ZERO, ZERO, FORWARD]
-    assert maneuver.held == [False, True, True, False]
+    assert maneuver.held == [None, Reason.EXECUTIVE, Reason.EXECUTIVE, None]
 
 
 def test_a_goal_that_comes_while_the_base_is_held_waits(pilot, commands):

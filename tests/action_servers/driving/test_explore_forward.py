@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from action_servers.core.maneuver import ErrorCode, Finished, Scan
-from action_servers.core.tuning import TUNING
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import Finished, Scan
+from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.explore_forward import ExploreForward, limits
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
@@ -197,6 +198,12 @@ def test_stopping_distance_keeps_clear_of_the_blind_ring_of_the_lidar(robot):
     blind = robot.lidar.min_range - (robot.hull.front - robot.lidar.x)
     stopping_distance: Any = limits(robot, TUNING)[1]
     assert stopping_distance.low == max(0.05, blind + 0.05)
+
+
+def test_a_stopping_distance_is_never_shorter_than_the_governors(waffle):
+    """The base would be held before it is there."""
+    stopping_distance: Any = limits(waffle, Tuning(stop_margin=0.2))[1]
+    assert stopping_distance.low == pytest.approx(0.22)
 
 
 def test_drives_on_when_what_it_stopped_for_has_left(fake, waffle):

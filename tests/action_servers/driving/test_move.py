@@ -7,7 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from action_servers.core.maneuver import ZERO, ErrorCode, Finished
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import ZERO, Finished
 from action_servers.driving.move import Move, plan
 from bt_mission.core.geometry import Twist2D
 
@@ -33,13 +34,13 @@ def test_feedback_comes_every_second_and_the_status_has_real_figures(fake, waffl
     move = Move(5, Twist2D(0.2, 0.0), waffle)
     told = []
     for _ in range(120):
-        answer = move.step(base.observe())
+        time_s = base.time_s
+        answer = base.step(move.step)
         feedback = move.feedback()
         if feedback is not None:
-            told.append((round(base.time_s - 10.0, 6), feedback["feedback"]))
+            told.append((round(time_s - 10.0, 6), feedback["feedback"]))
         if isinstance(answer, Finished):
             break
-        base.move(answer)
     assert [time for time, _ in told] == [1.0, 2.0, 3.0, 4.0, 5.0]
     assert told[1][1] == "driving, 2.00 of 5 s, 0.38 m so far"
     assert move.result() == {"status": "drove for 5.00 of 5 s, 1.00 m"}
@@ -98,10 +99,13 @@ def hull_gap(base, robot, wall):
 
 
 def test_it_does_not_begin_where_there_is_no_room(fake, waffle):
-    """Not a single command."""
-    base = fake(waffle, [(0.12, -1.0, 0.12, 1.0)])
-    base.run(Move(5, Twist2D(0.2, 0.0), waffle))
-    assert base.twists == [ZERO]
+    """Within the margin not a millimetre, and beyond it one slow step that keeps the margin."""
+    for wall, most in ((0.105, 0.0), (0.12, 0.006)):
+        base = fake(waffle, [(wall, -1.0, wall, 1.0)])
+        base.run(Move(5, Twist2D(0.2, 0.0), waffle))
+        assert len(base.twists) == 2
+        base.move(ZERO, 0.2)
+        assert base.x <= most
 
 
 def test_a_base_that_does_not_follow_ends_it(fake, waffle):

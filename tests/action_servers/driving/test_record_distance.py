@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from action_servers.core.maneuver import ErrorCode, Finished, Observation
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import Finished, Observation
 from action_servers.driving.record_distance import RecordDistance
 from bt_mission.core.geometry import Pose2D, Twist2D
 

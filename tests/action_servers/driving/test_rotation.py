@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.maneuver import ErrorCode, Finished
-from action_servers.driving.drive import DriveGuard
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import Finished
+from action_servers.driving.drive import Drive
 from action_servers.driving.turn import ARRIVED_WITHIN, Rotation
 from bt_mission.core.geometry import Twist2D
 
@@ -18,14 +19,17 @@ POST_BEHIND_RIGHT = (0.0, -0.205, 0.0, -0.5)
 
 def turn(base: Any, target: float, speed: float = 1.0) -> Any:
     """Turn until the rotation has an answer other than a velocity."""
-    drive = DriveGuard(base.robot)
+    drive = Drive(base.robot)
     rotation = Rotation(drive, base.robot)
+
+    def step(now: Any) -> Any:
+        assert drive.fault(now) is None
+        return rotation.towards(now, target, speed)
+
     for _ in range(400):
-        assert drive.fault(base.observe()) is None
-        answer = rotation.towards(base.observe(), target, speed)
+        answer = base.step(step)
         if not isinstance(answer, Twist2D):
             return answer
-        base.move(answer)
     raise AssertionError("never there")
 
 
@@ -76,4 +80,4 @@ def test_no_room_at_all_ends_it_before_it_moves(fake, waffle, direction):
     base = fake(waffle, posts)
     finished = turn(base, direction)
     assert finished.error_code == ErrorCode.BLOCKED
-    assert base.twists == []
+    assert base.twists == [Twist2D()]

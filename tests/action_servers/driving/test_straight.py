@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from action_servers.core.error_codes import BACK_UP, DRIVE_ON_HEADING
 from action_servers.core.maneuver import ZERO, Finished
-from action_servers.driving.recoveries import BACK_UP, DRIVE_ON_HEADING
 from action_servers.driving.straight import Straight, plan_back_up, plan_drive_on_heading
 
 

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from action_servers.core.maneuver import SUCCEEDED, ErrorCode
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import SUCCEEDED
 from action_servers.driving.turn import Turn, plan
 from bt_mission.core.geometry import Twist2D
 

@@ -4,11 +4,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from action_servers.core.maneuver import ErrorCode, Finished
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import Finished
 from action_servers.core.tuning import FRONTIERS
 from action_servers.mapping import explore
 from action_servers.mapping.explore import ExploreFrontiers, plan
-from action_servers.navigation.senses import Code
 
 
 def goal(max_duration=0.0, min_frontier=0.0):
@@ -116,7 +116,7 @@ def test_a_frontier_that_the_map_shuts_off_on_the_way_is_left_alone_the_second_t
             legs.append(pose)
 
         def step(self, _):
-            return Finished("aborted", Code.GOAL_OCCUPIED, "a wall is there")
+            return Finished("aborted", ErrorCode.GOAL_OCCUPIED, "a wall is there")
 
     monkeypatch.setattr(explore, "NavigateToPose", ShutOff)
     robot = mapping_robot(two_rooms)

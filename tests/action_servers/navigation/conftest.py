@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from action_servers.core.governor import Governor
 from action_servers.core.maneuver import ZERO, Finished, Grid, Maneuver, Observation, Scan
 from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import RobotModel, load_robot
@@ -166,15 +167,18 @@ class TinyRobot:
         each: Callable[["TinyRobot"], None] = lambda robot: None,
     ) -> Finished | None:
         """Step a maneuver until it ends; None when it has not by `limit_s`."""
+        governor = Governor(self.model)
         start_s = self.time_s
         while self.time_s - start_s < limit_s:
             each(self)
-            answer = maneuver.step(self.observe())
+            now = governor.look(self.observe())
+            answer = maneuver.step(now)
             if isinstance(answer, Finished):
                 self.finished = answer
                 return answer
-            self.trace.append((self.time_s, self.pose, answer))
-            self.move(answer)
+            twist = governor.allow(answer, now).twist
+            self.trace.append((self.time_s, self.pose, twist))
+            self.move(twist)
         return None
 
     def distance_to(self, pose: Pose2D) -> float:

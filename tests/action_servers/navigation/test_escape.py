@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from action_servers.core.drive_limits import limits
-from action_servers.core.guard import footprint
+from action_servers.core.footprint import footprint
 from action_servers.navigation.escape import Escape, WayOut, way_out
 from action_servers.navigation.surroundings import Surroundings
 from bt_mission.core.geometry import Pose2D

@@ -3,12 +3,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from action_servers.core.error_codes import ErrorCode
 from action_servers.core.grid import survey
 from action_servers.core.maneuver import Grid
 from action_servers.core.tuning import NAVIGATION
 from action_servers.navigation.path import Path, cost_model
 from action_servers.navigation.planner import NoPath, plan, road_map
-from action_servers.navigation.senses import Code
 
 RADIUS = 0.2377
 """The turning circle of a Waffle."""
@@ -76,7 +76,7 @@ def test_every_path_keeps_the_robots_radius_from_every_obstacle(cells, first, la
             assert path.points[0] == pytest.approx(start)
             assert path.points[-1] == pytest.approx(goal)
         else:
-            assert path.code is Code.NO_VALID_PATH
+            assert path.code is ErrorCode.NO_VALID_PATH
 
 
 def test_a_path_across_an_empty_room_is_straight():
@@ -96,7 +96,7 @@ def test_the_robot_takes_a_gap_in_which_it_could_turn():
 def test_the_robot_does_not_take_a_gap_in_which_it_could_not_turn():
     """0.45 m would let its hull of 0.306 m through, but not let it change its mind there."""
     assert plan(with_gap(9), (0.6, 1.0), (2.4, 1.0)) == NoPath(
-        Code.NO_VALID_PATH,
+        ErrorCode.NO_VALID_PATH,
         "no path from (0.60, 1.00) to (2.40, 1.00) keeps 0.25 m from every obstacle",
     )
 
@@ -104,7 +104,7 @@ def test_the_robot_does_not_take_a_gap_in_which_it_could_not_turn():
 def test_a_goal_in_a_wall_is_occupied():
     """The reason tells how much room there is and how much is needed."""
     assert plan(with_gap(10), (0.6, 1.0), (1.52, 0.5)) == NoPath(
-        Code.GOAL_OCCUPIED,
+        ErrorCode.GOAL_OCCUPIED,
         "the robot does not fit at the goal (1.52, 0.50): 0.00 m to the nearest obstacle, "
         "it needs 0.25 m",
     )
@@ -122,10 +122,10 @@ def test_outside_the_map_has_codes_of_its_own():
     """For the robot, and for the goal."""
     roads = roads_of(room(40, 40))
     assert plan(roads, (-0.1, 1.0), (1.0, 1.0)) == NoPath(
-        Code.START_OUTSIDE_MAP, "the robot, at (-0.10, 1.00), is outside the map"
+        ErrorCode.START_OUTSIDE_MAP, "the robot, at (-0.10, 1.00), is outside the map"
     )
     assert plan(roads, (1.0, 1.0), (1.0, 2.1)) == NoPath(
-        Code.GOAL_OUTSIDE_MAP, "the goal (1.00, 2.10) is outside the map"
+        ErrorCode.GOAL_OUTSIDE_MAP, "the goal (1.00, 2.10) is outside the map"
     )
 
 
@@ -152,7 +152,7 @@ def test_a_robot_inside_an_obstacle_is_stuck():
     """Its pose or the map is wrong, and no path would be safe."""
     stuck = plan(with_gap(10), (1.51, 0.5), (0.6, 1.0))
     assert isinstance(stuck, NoPath)
-    assert stuck.code is Code.START_OCCUPIED
+    assert stuck.code is ErrorCode.START_OCCUPIED
 
 
 def test_paths_keep_out_of_what_the_map_does_not_know():
@@ -169,7 +169,7 @@ def test_a_goal_that_the_map_does_not_know_is_refused_with_that_reason():
     cells = room(60, 60)
     cells[20:40, 20:40] = -1
     assert plan(roads_of(cells), (0.6, 0.6), (1.5, 1.5)) == NoPath(
-        Code.GOAL_OCCUPIED,
+        ErrorCode.GOAL_OCCUPIED,
         "the robot does not fit at the goal (1.50, 1.50): the map does not know that place",
     )
 
@@ -178,7 +178,7 @@ def test_a_map_without_a_free_cell_has_no_goals():
     """A closet in which the robot fits nowhere."""
     nowhere = plan(roads_of(room(8, 8)), (0.2, 0.2), (0.2, 0.2))
     assert isinstance(nowhere, NoPath)
-    assert nowhere.code is Code.GOAL_OCCUPIED
+    assert nowhere.code is ErrorCode.GOAL_OCCUPIED
 
 
 def test_of_two_equal_ways_the_same_is_taken_every_time():

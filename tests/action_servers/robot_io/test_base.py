@@ -18,7 +18,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
 
-from action_servers.core.maneuver import ErrorCode
+from action_servers.core.error_codes import ErrorCode
 from action_servers.robot_io.command_types import COMMAND_TYPES
 from action_servers.server.node import ServerOptions, ServersNode
 from bt_mission.core.dds.liveliness import RECORDER

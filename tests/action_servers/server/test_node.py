@@ -15,7 +15,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from action_servers.core.maneuver import ZERO, ErrorCode
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.maneuver import ZERO
 from action_servers.server.node import ServerOptions, ServersNode
 
 

@@ -21,6 +21,7 @@ from sensor_msgs.msg import Image, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from action_servers.core.action import ServerContext
+from action_servers.core.governor import Governor
 from action_servers.core.maneuver import Refusal
 from action_servers.core.pilot import ManeuverOutcome, ManeuverRun, Pilot
 from action_servers.core.tuning import FRONTIERS, NAVIGATION, TUNING
@@ -125,8 +126,7 @@ class Play:
         self.pilot = Pilot(
             self.sensors.observe,
             self._command,
-            max_linear=robot.max_linear_velocity,
-            max_angular=robot.max_angular_velocity,
+            Governor(robot),
             replaces=self.program.chance(0.8),
         )
         self.actions = tuple(served(action(name), self.context) for name in declared())

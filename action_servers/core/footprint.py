@@ -7,21 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from action_servers.core.drive_limits import DriveLimits
 from action_servers.core.grid import Floats
-from action_servers.core.maneuver import ZERO
-from bt_mission.core.geometry import Twist2D
+from action_servers.core.margins import HULL_M
 from bt_mission.core.robot.model import RobotModel
-
-MARGIN_M = 0.01
-"""Kept between the hull and a point: one standard deviation of the lidar's noise."""
 
 _STEP_M = 0.02
 _STEP_RAD = 0.05
 _DEEPER_M = 1e-4
-_HORIZON_M = 0.35
-_HORIZON_RAD = 0.6
-_SLOW = 0.01
+_STRAIGHT = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,17 +63,25 @@ def free_distance(points: Floats, body: Footprint, curvature: float, horizon: fl
     horizon means backwards, and the distance comes back positive. Points within the margin of the
     hull stop it only if it moves towards them.
     """
+    if abs(curvature) < _STRAIGHT:
+        return _free_straight(points, body, horizon)
     near = _within(points, body.turning_radius + abs(horizon))
     if not len(near):
         return abs(horizon)
-    count = max(1, math.ceil(abs(horizon) / _STEP_M))
-    along = np.linspace(0.0, horizon, count + 1)
+    steps = max(abs(horizon) / _STEP_M, abs(horizon * curvature) / _STEP_RAD)
+    along = np.linspace(0.0, horizon, max(1, math.ceil(steps)) + 1)
     turned = along * curvature
-    if abs(curvature) < 1e-6:
-        x, y = along, np.zeros_like(along)
-    else:
-        x, y = np.sin(turned) / curvature, (1.0 - np.cos(turned)) / curvature
+    x, y = np.sin(turned) / curvature, (1.0 - np.cos(turned)) / curvature
     return _first_touch(near, body, x, y, turned, abs(horizon))
+
+
+def _free_straight(points: Floats, body: Footprint, horizon: float) -> float:
+    wide = body.grown(HULL_M)
+    lead = wide.front if horizon > 0.0 else -wide.rear
+    inside = lead - math.copysign(1.0, horizon) * points[:, 0]  # behind the leading edge
+    beside = wide.half_width - np.abs(points[:, 1])
+    met = (beside > np.maximum(inside, 0.0)) & (2.0 * inside < wide.front - wide.rear)
+    return max(0.0, float(-inside[met].max(initial=-abs(horizon))))
 
 
 def free_angle(points: Floats, body: Footprint, horizon: float) -> float:
@@ -97,28 +98,6 @@ def free_angle(points: Floats, body: Footprint, horizon: float) -> float:
     return _first_touch(near, body, still, still, turned, abs(horizon))
 
 
-def held_back(wanted: Twist2D, points: Floats, body: Footprint, limits: DriveLimits) -> Twist2D:
-    """Return the twist that is wanted, slowed so that the robot can stop before it touches a point.
-
-    `points` are what the lidar sees, from the base, `n x 2` metres. The arc stays the same.
-    """
-    if abs(wanted.linear) < _SLOW:
-        horizon = math.copysign(_HORIZON_RAD, wanted.angular)
-        room = free_angle(points, body, horizon)
-        if room >= _HORIZON_RAD:
-            return wanted
-        allowed = abs(limits.spin(max(0.0, room - _STEP_RAD)))
-        share = min(1.0, allowed / max(abs(wanted.angular), 1e-9))
-        return Twist2D(0.0, wanted.angular * share) if allowed >= _SLOW else ZERO
-    horizon = math.copysign(_HORIZON_M, wanted.linear)
-    room = free_distance(points, body, wanted.angular / wanted.linear, horizon)
-    if room >= _HORIZON_M:
-        return wanted
-    allowed = limits.approach(room - _STEP_M)
-    share = min(1.0, allowed / abs(wanted.linear))
-    return Twist2D(wanted.linear * share, wanted.angular * share) if allowed >= _SLOW else ZERO
-
-
 def _within(points: Floats, reach: float) -> Floats:
     return points[points[:, 0] ** 2 + points[:, 1] ** 2 < reach * reach]
 
@@ -126,7 +105,7 @@ def _within(points: Floats, reach: float) -> Floats:
 def _first_touch(
     points: Floats, body: Footprint, x: Floats, y: Floats, yaw: Floats, horizon: float
 ) -> float:
-    wide = body.grown(MARGIN_M)
+    wide = body.grown(HULL_M)
     across = points[:, 0] - x[:, None]
     along = points[:, 1] - y[:, None]
     cosine, sine = np.cos(yaw)[:, None], np.sin(yaw)[:, None]

@@ -1,0 +1,214 @@
+"""The governor: every twist that a maneuver wants passes it on its way to the base.
+
+It asks, in this order: are the senses fresh; is the base left to the goal; can the hull stand
+before everything that the scan shows along this twist, turning included; does something move on a
+course that meets it. What is wanted is brought within the robot's own limits first, so that each
+question is about a twist that the base can drive. The answer is that twist, a slower one on the
+same arc, zero, or, while a goal drives, the way out of the way of what moves; and the reason.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from action_servers.core.checks import stale
+from action_servers.core.clearance import into_frame, obstacle_points, out_of_frame, pose_at
+from action_servers.core.drive_limits import speed_to_stop_in
+from action_servers.core.error_codes import ErrorCode
+from action_servers.core.footprint import footprint, free_angle, free_distance
+from action_servers.core.give_way import GiveWay
+from action_servers.core.grid import Floats
+from action_servers.core.limits import SLOWEST_DRIVE, SLOWEST_TURN
+from action_servers.core.maneuver import ZERO, Held, Observation, Reason, Scan
+from action_servers.core.progress import Progress
+from action_servers.core.tuning import TUNING, Tuning
+from bt_mission.core.geometry import Pose2D, Twist2D
+from bt_mission.core.robot.model import RobotModel
+
+_GENTLE = 0.5
+"""Share of what the base can brake by that is counted on, so that it follows with ease."""
+
+_SEEN_M = 0.3
+"""How far the base may go from one scan to the next, m; nothing is older than `hold_after`."""
+
+_COMES = "something comes at the robot"
+_LOGGED = (Reason.NO_ODOMETRY, Reason.NO_SCAN)
+
+
+@dataclass(slots=True)
+class Allowed:
+    """What is commanded, and why it is not what was wanted, if it is not."""
+
+    twist: Twist2D
+    held_by: Reason | None = None
+
+
+class Governor:
+    """Decides what of a wanted twist reaches the base; `tuning` is for goals from now on.
+
+    A step begins with :meth:`look` and, unless the goal ends, closes with :meth:`allow`.
+    """
+
+    def __init__(self, robot: RobotModel, tuning: Tuning = TUNING) -> None:
+        self.tuning = tuning
+        self.is_held = False
+        """Whether somebody else wants the base to stand: an executive is late."""
+        self.give_way = GiveWay(robot, tuning)
+        self._robot = robot
+        self._fastest, self._sharpest = robot.max_linear_velocity, robot.max_angular_velocity
+        self._room = Room(robot)
+        self.notes: list[str] = []
+        """What is to be logged of this goal, each once; whoever logs it clears it."""
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin a goal that drives."""
+        self._tuning = self.tuning
+        self._room.tuning = self._tuning
+        self._progress = Progress(self._robot, self._tuning.blocked_after)
+        self._commanded = ZERO
+        self._held: Held | None = None
+        self._is_blind = False
+        self._noted: set[Reason] = set()
+        self._hold_after_s = min(self._tuning.hold_after, self._tuning.sensor_timeout)
+        self.notes.clear()
+        self.give_way.begin(self._tuning)
+
+    def look(self, now: Observation) -> Observation:
+        """Take in an observation; return it with what holds the base, for the maneuver."""
+        gives_way = not self.is_held and self.give_way.look(now)
+        watched = ZERO if self.give_way.is_active else self._commanded
+        fault = self._progress.fault(now, watched)
+        missing = stale(now, self._hold_after_s)
+        self._is_blind = self.is_held or missing is not None
+        if missing is not None:
+            self._hold(now, Reason[ErrorCode(missing.error_code).name], missing.reason, ZERO)
+        elif self.is_held:
+            self._hold(now, Reason.EXECUTIVE, "the executive is late", ZERO)
+        elif fault is not None:
+            self._hold(now, Reason.BASE, fault, self._commanded)
+        elif gives_way:
+            self._hold(now, Reason.MOVING, _COMES, self._commanded)
+        elif self._held is not None and self._held.by is not Reason.OBSTACLE:
+            self._held = None
+        return now if self._held is None else replace(now, held=self._held)
+
+    def allow(self, wanted: Twist2D, now: Observation) -> Allowed:
+        """Return what to command for the next control step."""
+        if self._is_blind:
+            self._commanded = ZERO
+            return Allowed(ZERO, now.held_by)
+        linear, angular = wanted.linear, wanted.angular
+        fastest, sharpest = self._fastest, self._sharpest
+        if not (-fastest <= linear <= fastest and -sharpest <= angular <= sharpest):
+            linear = max(-fastest, min(linear, fastest))
+            wanted = Twist2D(linear, max(-sharpest, min(angular, sharpest)))
+        twist, obstacle = self._room.allow(wanted, now)
+        self._commanded = self.give_way.command(now, twist)
+        if self.give_way.times or self.give_way.is_trapped:
+            self.notes += self.give_way.notes()
+        if self._commanded is not twist:
+            self._hold(now, Reason.MOVING, _COMES, self._commanded)
+        elif obstacle:
+            self._hold(now, Reason.OBSTACLE, obstacle, twist)
+        else:
+            self._held = None
+        return Allowed(self._commanded, None if self._held is None else self._held.by)
+
+    def _hold(self, now: Observation, by: Reason, words: str, twist: Twist2D) -> None:
+        held = self._held
+        goes_on = held is not None and held.by is by and held.is_standing == (twist == ZERO)
+        since_s = held.since_s if held is not None and goes_on else now.time_s
+        self._held = Held(by, words, twist, since_s)
+        if by in _LOGGED and by not in self._noted:
+            self._noted.add(by)
+            self.notes.append(f"the base is held: {words}")
+
+
+class Room:
+    """The room that the newest scan leaves to the hull, counted on with odometry between scans.
+
+    What is needed is the way until the base stands: as it goes until the next command takes
+    effect, then braking at half of what the base can do, then a margin.
+    """
+
+    def __init__(self, robot: RobotModel) -> None:
+        self.tuning = TUNING
+        self._robot = robot
+        self._body = footprint(robot)
+        self._scan: Scan | None = None
+        self._seen: Floats = np.empty((2, 0))
+        self._points: Floats | None = None
+        self._at = Pose2D(0.0, 0.0, 0.0)
+        self._nearest = math.inf
+        self._longest_stop_s = 1.0 + max(
+            robot.max_linear_velocity / robot.max_linear_acceleration,
+            robot.max_angular_velocity / robot.max_angular_acceleration,
+        )
+
+    def allow(self, wanted: Twist2D, now: Observation) -> tuple[Twist2D, str]:
+        """Return the fastest twist on the arc that is wanted, and what is in its way, or ""."""
+        linear, angular = abs(wanted.linear), abs(wanted.angular)
+        if (not linear and not angular) or now.scan is None or now.odom is None:
+            return wanted, ""
+        if angular and 0.0 < linear < SLOWEST_DRIVE:
+            # Hardly an arc: while the base comes to stand, it goes less than 3 mm.
+            ahead, words = self.allow(Twist2D(wanted.linear, 0.0), now)
+            turned, or_words = self.allow(Twist2D(0.0, wanted.angular), now)
+            return Twist2D(ahead.linear, turned.angular), words or or_words
+        if now.scan is not self._scan:
+            self._take(now, now.scan)
+        robot = self._robot
+        delay_s = 1.0 / robot.control_rate + max(0.0, now.time_s - now.odom_stamp_s)
+        turn_s = angular / robot.max_angular_acceleration
+        turns = not linear
+        if turns:
+            margin = math.radians(self.tuning.turn_margin)
+            needed = angular * (delay_s + turn_s) + margin
+        else:
+            margin = self.tuning.stop_margin
+            braking_s = max(linear / robot.max_linear_acceleration, turn_s)
+            needed = linear * (delay_s + braking_s) + margin
+        gone = math.hypot(now.odom.x - self._at.x, now.odom.y - self._at.y)
+        if self._nearest - gone > self._body.turning_radius + (0.0 if turns else needed):
+            return wanted, ""
+        points = into_frame(now.odom, self._near())
+        if turns:
+            room = free_angle(points, self._body, math.copysign(needed, wanted.angular))
+            speed, slowest, braking = angular, SLOWEST_TURN, robot.max_angular_acceleration
+            words = f"no room to turn {'left' if wanted.angular > 0.0 else 'right'}"
+        else:
+            curvature = wanted.angular / wanted.linear
+            room = free_distance(
+                points, self._body, curvature, math.copysign(needed, wanted.linear)
+            )
+            speed, slowest, braking = linear, SLOWEST_DRIVE, linear / braking_s
+            side = "ahead" if wanted.linear > 0.0 else "behind"
+            words = f"an obstacle stands in the way, {side}"
+        if room >= needed:
+            return wanted, ""
+        allowed = speed_to_stop_in(room - margin, deceleration=_GENTLE * braking, delay_s=delay_s)
+        if allowed < min(slowest, speed):
+            return ZERO, words
+        share = min(1.0, allowed / speed)
+        return Twist2D(wanted.linear * share, wanted.angular * share), words
+
+    def _take(self, now: Observation, scan: Scan) -> None:
+        self._scan, self._points = scan, None
+        self._seen = obstacle_points(scan, self._robot.lidar)
+        x, y = self._seen
+        self._nearest = float(np.hypot(x, y).min(initial=math.inf))
+        self._at = pose_at(now, scan.stamp_s)
+
+    def _near(self) -> Floats:
+        """Return what the scan hit within reach, in the odometry frame."""
+        if self._points is not None:
+            return self._points
+        reach = self._robot.max_linear_velocity * self._longest_stop_s + self.tuning.stop_margin
+        x, y = self._seen
+        near = np.hypot(x, y) < self._body.turning_radius + reach + _SEEN_M
+        self._points = out_of_frame(self._at, self._seen[:, near].T)
+        return self._points

@@ -1,0 +1,171 @@
+"""What the base makes of its commands: odometry added up, and whether it gets anywhere."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from action_servers.core.maneuver import Observation
+from action_servers.core.tuning import TUNING
+from bt_mission.core.geometry import Pose2D, Twist2D, distance, wrap
+from bt_mission.core.robot.model import RobotModel
+
+ASTRAY_RATE = 0.25
+"""rad/s. An uneven floor turns a base that drives straight on by less, one wheel alone by more."""
+
+LEAST_SHARE = 0.1
+"""Of the commanded speed: a base that does less does not follow."""
+
+_MOVED_M = 0.05
+_TURNED_RAD = 0.2
+
+
+@dataclass(slots=True)
+class Odometer:
+    """Adds up odometry poses.
+
+    `max_linear` (m/s) and `max_angular` (rad/s) are the limits of the robot: a step between two
+    poses that would need more than twice as much is a jump (odometry was reset), no motion.
+
+    `distance` is the length of the path in metres; `yaw` is the rotation in radians, left
+    positive and not wrapped, so that two turns are 4 pi. `aside` is the part of `distance` on
+    which the base gave way, and `aside_ahead` the same with what was driven backwards negative.
+    """
+
+    max_linear: float
+    max_angular: float
+    distance: float = 0.0
+    yaw: float = 0.0
+    aside: float = 0.0
+    aside_ahead: float = 0.0
+    _last: Pose2D | None = None
+    _stamp_s: float = 0.0
+
+    def update(self, now: Observation) -> str | None:
+        """Take in the newest pose; return what is wrong with it, or None."""
+        pose = now.odom
+        if pose is None or (self._last is not None and now.odom_stamp_s == self._stamp_s):
+            return None
+        last, self._last = self._last, pose
+        elapsed = now.odom_stamp_s - self._stamp_s
+        self._stamp_s = now.odom_stamp_s
+        if last is None:
+            return None
+        moved = math.hypot(pose.x - last.x, pose.y - last.y)
+        turned = math.remainder(pose.yaw - last.yaw, math.tau)
+        if moved > 2.0 * self.max_linear * elapsed + 0.05:
+            return f"odometry jumped by {moved:.2f} m in {elapsed:.3f} s; was it reset?"
+        most = 2.0 * self.max_angular * elapsed + 0.1
+        if not -most <= turned <= most:
+            degrees = math.degrees(turned)
+            return f"odometry jumped by {degrees:.0f} deg in {elapsed:.3f} s; was it reset?"
+        self.distance += moved
+        if now.gives_way:
+            ahead = math.cos(pose.yaw) * (pose.x - last.x) + math.sin(pose.yaw) * (pose.y - last.y)
+            self.aside += moved
+            self.aside_ahead += math.copysign(moved, ahead)
+        self.yaw += turned
+        return None
+
+
+class Progress:
+    """Notices, for one goal that drives, a base that does not follow its commands."""
+
+    def __init__(self, robot: RobotModel, patience_s: float) -> None:
+        self._odometer = Odometer(robot.max_linear_velocity, robot.max_angular_velocity)
+        self._linear = AxisWatch("m/s", patience_s)
+        self._angular = AxisWatch("rad/s", patience_s)
+        self._course = CourseWatch(patience_s)
+
+    def fault(self, now: Observation, commanded: Twist2D) -> str | None:
+        """Take in an observation, and the command before it; return what is wrong, or None."""
+        odometer = self._odometer
+        odometer.update(now)
+        for watch, done, speed in (
+            (self._linear, odometer.distance, commanded.linear),
+            (self._angular, odometer.yaw, commanded.angular),
+        ):
+            if speed == 0.0:
+                watch.since_s, watch.mark = now.time_s, done
+                continue
+            fault = watch.fault(now.time_s, done, speed)
+            if fault is not None:
+                return fault
+        return self._course.fault(now, commanded)
+
+
+@dataclass(slots=True)
+class AxisWatch:
+    """Notices a base that does less than a tenth of what is commanded, for `patience_s` on end.
+
+    Works alike for metres and for radians; `unit` is that of the speed.
+    """
+
+    unit: str
+    patience_s: float = TUNING.blocked_after
+    since_s: float | None = None
+    """Since when it does not follow, or rests."""
+    mark: float = 0.0
+    """What was done then."""
+
+    def fault(self, time_s: float, done: float, speed: float) -> str | None:
+        """Take in what is done so far and the speed commanded; return what is wrong, or None."""
+        enough = LEAST_SHARE * abs(speed) * self.patience_s
+        if self.since_s is None or abs(done - self.mark) >= enough:
+            self.since_s, self.mark = time_s, done
+            return None
+        if time_s - self.since_s < self.patience_s:
+            return None
+        return (
+            f"blocked: commanded {speed:.2f} {self.unit}, no progress for {self.patience_s:g} s; "
+            "the base is held, or refuses commands as late"
+        )
+
+
+@dataclass(slots=True)
+class CourseWatch:
+    """Notices a base that turns though the command is to drive straight, for `patience_s` on end.
+
+    One wheel is blocked, or slips: the base goes round in circles, and makes way all the same.
+    """
+
+    patience_s: float = TUNING.blocked_after
+    _since_s: float | None = None
+
+    def fault(self, now: Observation, commanded: Twist2D) -> str | None:
+        """Take in what odometry says, and the command before it; return what is wrong, or None."""
+        is_straight = commanded.linear != 0.0 and commanded.angular == 0.0
+        if not is_straight or now.velocity is None or abs(now.velocity.angular) < ASTRAY_RATE:
+            self._since_s = None
+            return None
+        if self._since_s is None:
+            self._since_s = now.time_s
+        if now.time_s - self._since_s < self.patience_s:
+            return None
+        return (
+            f"astray: commanded straight on, turning at {now.velocity.angular:.2f} rad/s "
+            f"for {self.patience_s:g} s; does a wheel block or slip?"
+        )
+
+
+class ProgressChecker:
+    """Measures for how long the robot has stayed where it is, whatever is commanded."""
+
+    def __init__(self) -> None:
+        self._anchor: Pose2D | None = None
+        self._since_s = 0.0
+
+    def standing_s(self, pose: Pose2D, time_s: float) -> float:
+        """Return for how many seconds the robot has moved less than 0.05 m and 0.2 rad."""
+        anchor = self._anchor
+        if (
+            anchor is None
+            or distance(anchor, pose) > _MOVED_M
+            or abs(wrap(pose.yaw - anchor.yaw)) > _TURNED_RAD
+        ):
+            self._anchor, self._since_s = pose, time_s
+        return time_s - self._since_s
+
+    def restart(self) -> None:
+        """Measure from the next pose on."""
+        self._anchor = None
