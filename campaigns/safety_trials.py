@@ -28,8 +28,9 @@ NEAREST, FARTHEST = 0.6, 1.5
 OBLIQUE = math.radians(60)
 """The farthest from square at which a wall is driven at."""
 
-SETTLE_S = 0.25
-"""Seconds at a new place until every sensor has spoken of it."""
+SETTLE_S = 2.0
+"""Seconds at a new place until a drive begins. Sooner, scans of the last place, up to 1.6 s old,
+are compared with those of the new one: walls seem to move, and the base gives way to them."""
 
 LIMIT_S = 60.0
 
