@@ -36,6 +36,7 @@ from bt_mission.sessions.file_checks import (  # noqa: E402
     world_schema,
 )
 from bt_mission.sweeps.ranges import ranges_schema  # noqa: E402
+from bt_mission.views.tui.keys import CHOOSING, LEAVING, LOOKING, PLAYING, REQUESTS  # noqa: E402
 from tools.draw_layers import draw  # noqa: E402
 
 DOCS = ROOT / "docs"
@@ -117,6 +118,20 @@ def actions_page(page: str) -> str:
     """Return the page of actions with its examples and the limits of goals."""
     page = between("examples of goals", action_examples(), page)
     return between("limits of goals", limit_table(), page)
+
+
+def key_table() -> str:
+    """Return the keys of the full-screen views, those of both views last."""
+    groups = {
+        "running mission": (*REQUESTS, *CHOOSING),
+        "recording": PLAYING,
+        "both": (*LOOKING, *LEAVING),
+    }
+    rows = ["| key | action |", "|---|---|"]
+    for view, keys in groups.items():
+        rows.append(f"| **{view}** | |")
+        rows += [f"| `{key.shown}` | {key.help} |" for key in keys if key.help]
+    return "\n".join(rows)
 
 
 def between(name: str, table: str, page: str) -> str:
@@ -268,6 +283,7 @@ GENERATED: Mapping[Path, Callable[[str], str]] = {
     DOCS / "reference" / "search.md": lambda page: between("faults", fault_groups(), page),
     DOCS / "reference" / "nature.md": lambda page: between("quantities", nature_table(), page),
     DOCS / "reference" / "actions.md": actions_page,
+    DOCS / "reference" / "terminal.md": lambda page: between("keys", key_table(), page),
     DOCS / "reference" / "files.md": lambda _: keys_page(),
     DOCS / "images" / "layers.svg": lambda _: draw(),
 }

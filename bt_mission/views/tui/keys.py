@@ -1,4 +1,4 @@
-"""The keys of the full-screen views, once: what they do, and how the help tells it."""
+"""The keys of the full-screen views: what they do, and the text of their help."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ class Key:
     Args:
         keys: As Textual names them, with commas between.
         action: The method of the application, without ``action_``.
-        shown: How people call them.
-        help: What they do; empty for those that the help leaves out.
+        shown: Their name in the help.
+        help: What they do; empty for keys that the help leaves out.
     """
 
     keys: str
@@ -22,64 +22,56 @@ class Key:
     help: str
 
 
-WISHES = (
-    Key("p", "send('PAUSE')", "p", "pause; running goals are cancelled, and start anew later"),
+REQUESTS = (
+    Key("p", "send('PAUSE')", "p", "pause; running goals are canceled, and sent again on resume"),
     Key(
-        "P",
-        "send('PAUSE_KEEPING_GOALS')",
-        "P",
-        "pause, while running goals run on within their limits",
+        "P", "send('PAUSE_KEEPING_GOALS')", "P", "pause; running goals continue within their limits"
     ),
     Key("r", "send('RESUME')", "r", "resume"),
     Key("s", "send('STEP')", "s", "step: one tick of a paused mission"),
-    Key("x", "stop", "x x", "stop the mission; every goal is seen to its end"),
-    Key("b", "breakpoint", "b", "pause before the selected node starts, or no longer"),
+    Key("x", "stop", "x x", "stop the mission; its goals are canceled"),
+    Key("b", "breakpoint", "b", "set or clear a breakpoint: pause before the node starts"),
 )
-"""What a mission that runs is asked for."""
+"""Requests to a running mission."""
 
 PLAYING = (
-    Key("p", "play", "p", "play, pause; at the end, play from the start"),
-    Key("r", "reverse", "r", "play the other way: backwards, forwards"),
+    Key("p", "play", "p", "play or pause; at the end, play from the start"),
+    Key("r", "reverse", "r", "reverse the direction"),
     Key("plus,equals_sign", "speed(2)", "+ -", "faster, slower"),
     Key("minus", "speed(0.5)", "", ""),
-    Key("s", "step(1)", "s S", "to the next change of the tree, to the one before"),
+    Key("s", "step(1)", "s S", "next, previous change of a status"),
     Key("S", "step(-1)", "", ""),
-    Key("b", "start(1)", "b B", "to the next start of the selected node, to the one before"),
+    Key("b", "start(1)", "b B", "next, previous start of the selected node"),
     Key("B", "start(-1)", "", ""),
-    Key("greater_than_sign", "skip(10)", "> <", "ten seconds on, ten seconds back"),
+    Key("greater_than_sign", "skip(10)", "> <", "ten seconds forward, back"),
     Key("less_than_sign", "skip(-10)", "", ""),
-    Key("g", "go(0)", "g G", "to the start, to the end"),
+    Key("g", "go(0)", "g G", "start, end"),
     Key("G", "go(1)", "", ""),
-    Key("t", "time", "t", "to a time, in seconds"),
-    Key("F", "fork", "F", "fork: run it again up to here, and on with a change"),
+    Key("t", "time", "t", "go to a time, in seconds"),
+    Key("F", "fork", "F", "fork: run again up to here, then with a change"),
 )
-"""Where in a recording to be."""
+"""Moving in a recording."""
 
 LOOKING = (
-    Key("up,k", "move(-1)", "up down", "select a node; k and j do, too"),
+    Key("up,k", "move(-1)", "up down", "select a node; also k and j"),
     Key("down,j", "move(1)", "", ""),
-    Key("pageup", "page(-1)", "PgUp PgDn", "a page up, down"),
+    Key("pageup", "page(-1)", "PgUp PgDn", "one page up, down"),
     Key("pagedown", "page(1)", "", ""),
-    Key("home", "move(-1000000)", "Home End", "the first node, the last"),
+    Key("home", "move(-1000000)", "Home End", "first, last node"),
     Key("end", "move(1000000)", "", ""),
-    Key("left,h", "tree('fold')", "left right", "fold, unfold; h and l do, too"),
+    Key("left,h", "tree('fold')", "left right", "fold, unfold; also h and l"),
     Key("right,l", "tree('unfold')", "", ""),
     Key("enter,space", "tree('toggle')", "Enter", "fold or unfold"),
     Key("asterisk", "tree('fold_all')", "*", "fold or unfold everything"),
     Key("slash", "search", "/", "search names, classes and words"),
-    Key("n", "again(1)", "n N", "the next one found, the one before"),
+    Key("n", "again(1)", "n N", "next, previous match"),
     Key("N", "again(-1)", "", ""),
-    Key("f", "tree('follow')", "f", "select what runs, and go with it"),
-    Key(
-        "tab",
-        "next_panel(1)",
-        "Tab",
-        "the next panel: log, requirements, goals, variables, map, node",
-    ),
+    Key("f", "tree('follow')", "f", "follow the running node"),
+    Key("tab", "next_panel(1)", "Tab", "next panel; Shift+Tab: previous panel"),
     Key("shift+tab", "next_panel(-1)", "", ""),
-    Key("z", "enlarge", "z", "give the panel the whole screen, and back"),
+    Key("z", "enlarge", "z", "maximize or restore the panel"),
 )
-"""What is looked at."""
+"""Selecting what is shown."""
 
 CHOOSING = (Key("c", "choose", "c", "choose another executive"),)
 LEAVING = (
@@ -87,8 +79,8 @@ LEAVING = (
     Key("q,ctrl+c,ctrl+q", "leave", "q", "leave"),
 )
 
-KEYS = (*WISHES, *LOOKING, *CHOOSING, *LEAVING)
-"""Of a mission that runs."""
+KEYS = (*REQUESTS, *LOOKING, *CHOOSING, *LEAVING)
+"""Keys of a running mission."""
 
 REPLAY_KEYS = (*PLAYING, *LOOKING, *LEAVING)
-"""Of a recording."""
+"""Keys of a recording."""

@@ -21,7 +21,7 @@ class RunApp(WatchApp, Generic[R]):
         interrupts: What the user's wish to leave goes to, as Ctrl-C does without a picture.
     """
 
-    leaving = "end the mission; twice at once, or leave when it has ended"
+    leaving = "stop the mission; twice: at once; after its end: leave"
 
     def __init__(
         self, graph: Graph, marks: Marks, name: str, steps: Steps[R], interrupts: InterruptSignals
