@@ -148,13 +148,14 @@ def between(name: str, table: str, page: str) -> str:
 
 HEAD = """# Keys of files
 
-Every key of worlds, robots, scenarios, fleets, files of requirements and of ranges. The keys of
-missions are on the page of [the mission language](mission-language.md). This page is generated from
-the models that read the files (`make generated`).
+All keys of worlds, robots, scenarios, fleets, requirements and ranges. See [the mission
+language](mission-language.md) for missions. This page is generated (`make generated`).
 
 `bt-mission check FILE...` recognizes each kind by its content and checks it. `bt-mission schema
-KIND` prints the JSON Schema of a kind, by which an editor with a YAML language server completes and
-checks such files.
+KIND` prints the JSON Schema of a kind, for editors with a YAML language server.
+
+Keys in bold are required. A default follows its key. `0 to 1` is a number in this range, ends
+included; `string (≤ 60)` has at most 60 characters; `3 x > 0` is a list of three positive numbers.
 """
 
 KINDS: Mapping[str, tuple[str, Any]] = {
@@ -192,16 +193,18 @@ def _tables(schema: Mapping[str, Any], seen: set[str]) -> Iterator[str]:
 def _table(part: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
     text = " ".join(part.get("description", "").split())
     lines = [text, ""] if text else []
-    lines += ["| key | value | default |", "|---|---|---|"]
+    lines += ["| key | value |", "|---|---|"]
     required = part.get("required", ())
+    rows: dict[str, list[str]] = {}
     for key, value in part["properties"].items():
-        default = "required" if key in required else _default(value)
-        lines.append(f"| `{key}` | {_value(value, definitions)} | {default} |")
+        name = f"**`{key}`**" if key in required else f"`{key}`{_default(value)}"
+        rows.setdefault(_value(value, definitions), []).append(name)
+    lines += [f"| {', '.join(names)} | {value} |" for value, names in rows.items()]
     return "\n".join(lines) + "\n"
 
 
 def _value(value: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
-    """Return in words what may stand behind a key."""
+    """Return the values of a key in words."""
     if "$ref" in value:
         name = value["$ref"].rpartition("/")[2]
         part = definitions.get(name, {})
@@ -214,7 +217,7 @@ def _value(value: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
         words = (_value(one, definitions) for one in several if one.get("type") != "null")
         return " or ".join(dict.fromkeys(words))
     if "x-fault" in value or "x-obstacle" in value:
-        return "a list: [scenarios](scenarios.md)"
+        return "list ([scenarios](scenarios.md))"
     kind = value.get("type", "anything")
     if isinstance(kind, list):
         return " or ".join(_KINDS.get(one, one) for one in kind)
@@ -223,35 +226,36 @@ def _value(value: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
     inner = value.get("additionalProperties")
     if kind == "object" and isinstance(inner, Mapping):
         return f"names, each with {_value(inner, definitions)}"
-    return _KINDS.get(kind, kind) + _limits(value)
+    return _scalar(value)
 
 
 def _array(value: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
     if "prefixItems" in value:
-        return "[" + ", ".join(_value(one, definitions) for one in value["prefixItems"]) + "]"
+        each = {_value(item, definitions) for item in value["prefixItems"]}
+        return f"{len(value['prefixItems'])} x {', '.join(each)}"
     inner = value.get("items")
-    return f"a list of {_value(inner, definitions)}" if inner else "a list"
+    return f"list of {_value(inner, definitions)}" if inner else "list"
 
 
-def _limits(value: Mapping[str, Any]) -> str:
-    words = {
-        "minimum": "from {}",
-        "exclusiveMinimum": "above {}",
-        "maximum": "to {}",
-        "exclusiveMaximum": "below {}",
-        "maxLength": "at most {} characters",
-    }
-    found = [said.format(f"{value[key]:,.10g}") for key, said in words.items() if key in value]
-    return f" {' '.join(found)}" if found else ""
+def _scalar(value: Mapping[str, Any]) -> str:
+    kind = value.get("type", "anything")
+    name = _KINDS.get(kind, kind)
+    if "maxLength" in value:
+        return f"{name} (≤ {value['maxLength']})"
+    words = {"minimum": "≥ {}", "exclusiveMinimum": "> {}", "maximum": "≤ {}"}
+    words["exclusiveMaximum"] = "< {}"
+    if {"minimum", "maximum"} <= value.keys():
+        words |= {"minimum": "{}", "maximum": "to {}"}
+    limits = [text.format(f"{value[key]:,.10g}") for key, text in words.items() if key in value]
+    names = [] if limits and kind == "number" else [name]
+    return " ".join([*names, *limits])
 
 
 def _default(value: Mapping[str, Any]) -> str:
     default = value.get("default")
-    if default is None or default in ([], {}, ""):
-        return "none"
-    if isinstance(default, dict):
-        return "see there"
-    return f"`{json.dumps(default)}`"
+    if default is None or isinstance(default, dict) or default in ([], ""):
+        return ""
+    return f" = {json.dumps(default)}"
 
 
 def _link(name: str) -> str:

@@ -44,7 +44,7 @@ WrittenObstacles = Annotated[list[Any], WithJsonSchema({OBSTACLE_MARK: True})]
 
 
 class StartForm(Written):
-    """Where the robot starts: metres in the map, degrees."""
+    """The start of the robot, m and degrees in the map."""
 
     x: Coordinate = 0.0
     y: Coordinate = 0.0
@@ -52,7 +52,7 @@ class StartForm(Written):
 
 
 class ExpectForm(Written):
-    """The expected result; by default, success and no violated requirement."""
+    """The expected result. Default: success, and no violated requirement."""
 
     outcome: Literal["success", "failure", "interrupted", "any"] = "success"
     reason: Annotated[fields.Line | None, AfterValidator(lambda text: text and _pattern(text))] = (

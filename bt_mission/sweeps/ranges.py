@@ -293,9 +293,9 @@ class _Ranged(Written):
 
 
 class StartRanges(_Ranged):
-    """Where the robot may start, m and degrees of the map.
+    """Starts of the robot, m and degrees in the map.
 
-    `falsify` moves places that are not free to the nearest free one.
+    `falsify` moves an occupied start to the nearest free place.
     """
 
     x: Coordinate | None = None
@@ -304,10 +304,10 @@ class StartRanges(_Ranged):
 
 
 class ObstacleRanges(_Ranged):
-    """Obstacles that may appear; m from the robot as it stands then, s since the start.
+    """Obstacles that may appear: m from the robot at that time, s since the start.
 
-    Where there is no room, an obstacle appears at the nearest place that has some. One in three
-    moves, m/s; none where `speed` is 0.
+    Without room there, an obstacle appears at the nearest free place. One in three moves (m/s);
+    none if `speed` is 0.
     """
 
     most: Annotated[int, Field(ge=0, le=MOST_OBSTACLES)] = 3
@@ -322,8 +322,8 @@ class ObstacleRanges(_Ranged):
 class FaultRanges(_Ranged):
     """Faults that may happen, s since the start.
 
-    Without `times`, faults begin at a time of the run or with an event of the mission. Without
-    `lasting`, they last 0.25 s to 3 s, or a little less or more than a limit of the mission.
+    Default of `times`: any time of the run, or an event of the mission. Default of `lasting`:
+    0.25 s to 3 s, or slightly less or more than a limit of the mission.
     """
 
     most: Annotated[int, Field(ge=0, le=10)] = 3
@@ -333,7 +333,7 @@ class FaultRanges(_Ranged):
 
 
 class Ranges(_Ranged):
-    """The whole file; every key may be left out."""
+    """The whole file; all keys are optional."""
 
     description: str = ""
     seeds: Seeds = "0..999"

@@ -89,10 +89,10 @@ class Wall(WorldPart):
 
 
 class Moving(WorldPart):
-    """How an obstacle moves: round a point with a period, or through points at a speed.
+    """The motion of an obstacle: `around` a point with `period`, or `through` points at `speed`.
 
-    `around` and `period` (s, below 0: clockwise), or `through` and `speed` (m/s): from its place
-    through the points and straight back to its place, again and again.
+    `period` in s, negative for clockwise; `speed` in m/s. After the last point it returns straight
+    to its place and repeats.
     """
 
     around: Point | None = None
@@ -163,7 +163,7 @@ class MovableShape(WorldPart):
 
 
 class Box(MovableShape):
-    """A box on the floor: centre, edges along its own x, y and z, and direction."""
+    """A box on the floor: centre, edges along its x, y and z axes, direction."""
 
     size: tuple[Extent, Extent, Extent]
     yaw: Degrees = 0.0
@@ -196,16 +196,16 @@ class FloorMark(WorldPart):
 
 
 class Zone(FloorMark):
-    """A round mark on the floor: seen by the camera and by people."""
+    """A round mark on the floor, visible to the camera."""
 
     radius: Extent = 0.4
     colour: Colour = "yellow"
 
 
 class SlipperyPatch(FloorMark):
-    """A round slippery place on the floor: wheels grip there with this coefficient of friction.
+    """A round slippery place on the floor, with the coefficient of friction of wheels there.
 
-    On the rest of the floor it is 1. The robot's lidar does not see it, its camera does.
+    The rest of the floor has 1. The camera sees it, the lidar does not.
     """
 
     radius: Extent
@@ -214,7 +214,7 @@ class SlipperyPatch(FloorMark):
 
 
 class Spawn(WorldPart):
-    """Where `base_footprint` starts; `yaw` in degrees, counter-clockwise from x."""
+    """The start of `base_footprint`; `yaw` counter-clockwise from x."""
 
     x: Coordinate = 0.0
     y: Coordinate = 0.0
@@ -222,7 +222,7 @@ class Spawn(WorldPart):
 
 
 class World(WorldPart):
-    """A floor around the origin, what stands on it, and where the robot starts."""
+    """A floor around the origin, its obstacles and marks, and the start, in m and degrees."""
 
     name: Name
     description: str = ""

@@ -39,14 +39,14 @@ class RobotPart(BaseModel):
 
 
 class Body(RobotPart):
-    """The box that stands for the body: edges along x, y, z and centre, m."""
+    """The box that represents the body: edges along x, y, z, and centre."""
 
     size: Size3
     centre: Point3
 
 
 class Hull(RobotPart):
-    """The rectangle around body and wheels, seen from above: m from the middle of the axle."""
+    """The rectangle around body and wheels from above, from the middle of the axle."""
 
     front: Positive
     rear: Annotated[float, Field(lt=0, allow_inf_nan=False)]
@@ -63,10 +63,10 @@ class MountedSensor(RobotPart):
 
 
 class LidarModel(MountedSensor):
-    """A planar lidar: place (m), ranges (m), rays per turn, rate (Hz), noise (m, 1 sigma).
+    """A planar lidar: place, ranges, rays per turn, rate, noise (1 sigma).
 
-    `model` decides what it says of a direction without a reading, and whether the number of rays
-    varies (an LDS-02's does, about `rays`).
+    `model` determines the value of a direction without a reading, and whether the number of rays
+    varies (LDS-02: around `rays`).
     """
 
     min_range: NotNegative
@@ -94,9 +94,9 @@ class LidarModel(MountedSensor):
 
 
 class CameraModel(MountedSensor):
-    """A camera that looks ahead: place of its lens and of `camera_link` (m), picture, rate (Hz).
+    """A camera that faces forward: place of its lens, of `camera_link`, image size, rate.
 
-    `width` and `height` are pixels, `hfov` the horizontal field of view in radians.
+    `width` and `height` in pixels, `hfov` the horizontal field of view.
     """
 
     link: Point3
@@ -106,18 +106,18 @@ class CameraModel(MountedSensor):
 
 
 class ImuModel(MountedSensor):
-    """Gyroscope and accelerometer: place (m), rate (Hz), noise (rad/s and m/s^2, 1 sigma)."""
+    """Gyroscope and accelerometer: place, rate, noise (rad/s and m/s^2, 1 sigma)."""
 
     gyro_noise: NotNegative
     accel_noise: NotNegative
 
 
 class BatteryModel(RobotPart):
-    """The battery: capacity (Ah), voltages (V), and what is drawn from it.
+    """The battery: capacity (Ah), voltages (V), consumption.
 
-    `idle_power` (W) is drawn all the time, `drive_energy` (J) for each radian that a wheel turns;
-    `start_charge` is what it begins with, as a share of the full charge. Defaults are the LiPo
-    of a TurtleBot3, and what empties it in 2 h of driving at full speed, 2.9 h of standing.
+    `idle_power` (W) is always drawn, `drive_energy` (J) for each radian that a wheel turns.
+    `start_charge` is a share of the full charge. Defaults: the LiPo of a TurtleBot3, which is empty
+    after 2 h of driving at full speed or 2.9 h at rest.
     """
 
     capacity: Positive = 1.8
@@ -139,7 +139,7 @@ class BatteryModel(RobotPart):
 
 
 class LidarOptions(RobotPart):
-    """Which lidar is mounted (None: as the robot's figures say), and whether it is noisy."""
+    """The mounted lidar (default: that of `lidar`), and whether it is noisy."""
 
     model: LidarName | None = None
     noise: bool = True
@@ -152,10 +152,10 @@ class NoiseOption(RobotPart):
 
 
 class OdometryOptions(RobotPart):
-    """How odometry drifts: relative errors of the figures it reckons with, and slip.
+    """The drift of odometry: relative errors of its parameters, and slip.
 
-    `wheel_radius_error` 0.01: it takes wheels for 1 % larger than they are. `slip`: the mean
-    share of a wheel's turning that moves nothing.
+    `wheel_radius_error` 0.01: it assumes wheels 1 % too large. `slip`: the mean share of a wheel's
+    rotation without motion.
     """
 
     wheel_radius_error: Error = 0.0
@@ -164,7 +164,7 @@ class OdometryOptions(RobotPart):
 
 
 class SensorsModel(RobotPart):
-    """Options of the simulated sensors, apart from where they sit. Noise is seeded."""
+    """Options of the simulated sensors. Noise is seeded."""
 
     lidar: LidarOptions = LidarOptions()
     imu: NoiseOption = NoiseOption(noise=True)
@@ -173,9 +173,10 @@ class SensorsModel(RobotPart):
 
 
 class RobotModel(RobotPart):
-    """A differential-drive robot; see `robots/*.yaml` for units and sources of every number.
+    """A differential-drive robot, in m, s, kg, rad and Hz unless another unit is named.
 
-    `wheel_separation` is the one control and odometry reckon with, `2 * wheel_y` the real one.
+    `robots/*.yaml` has the source of every number. Control and odometry use `wheel_separation`; the
+    real separation is `2 * wheel_y`.
     """
 
     name: Annotated[str, Field(min_length=1)]

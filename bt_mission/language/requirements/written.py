@@ -52,7 +52,7 @@ WrittenClause = Annotated[Clause, PlainValidator(_clause), _TEXT]
 
 
 class RequirementForm(Written):
-    """A requirement with what is done when it is violated."""
+    """A requirement, and the reaction to its violation."""
 
     formula: WrittenFormula | None = None
     whenever: WrittenClause | None = None
@@ -118,7 +118,7 @@ Requirements = Annotated[dict[Line, WrittenRequirement], AfterValidator(dict)]
 
 
 class RequirementsFile(Written):
-    """A file of requirements for missions that are written elsewhere."""
+    """A file of requirements, for missions of other files."""
 
     description: str = ""
     requirements: Requirements
