@@ -97,7 +97,7 @@ def summarise(found: list[dict[str, Any]]) -> None:
         f"(median {statistics.median(loads):.0f}); from journals: {dict(resumed)}; "
         f"findings: {dict(kinds) or 'none'}\n"
     )
-    head = ("done to", "trials", "base drove", "stands after the disturbance")
+    head = ("disturbance", "trials", "base drove", "stands after the disturbance")
     table((*head, "after the last command sent", "within 0.5 s of each"), rows(found))
 
 

@@ -112,7 +112,7 @@ def kill_table(found: Iterable[Kill]) -> Iterator[str]:
     """Yield a row for each process that was killed, and for each way to the base."""
     yield (
         "| killed | between servers and base | times | load | stands after "
-        "| after the last command sent | goes on for |"
+        "| after the last command sent | distance |"
     )
     yield "|---|---|---|---|---|---|---|"
     ways = {with_arbiter: name for name, with_arbiter in WAYS.items()}
