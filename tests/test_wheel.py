@@ -109,7 +109,22 @@ def test_the_wheel_has_every_mission_world_robot_and_parameter_file(installed: P
     """With the scenarios and the missions of courses, below share/bt_mission."""
     share = installed / "share" / "bt_mission"
     assert [name for name in files_of(*DATA) if not (share / name).is_file()] == []
-    assert {path.name for path in share.iterdir()} == set(DATA)
+    assert {path.name for path in share.iterdir()} == {*DATA, "docs"}
+
+
+def test_the_wheel_has_the_pages_and_shows_them_in_an_empty_folder(
+    installed: Path, tmp_path: Path
+) -> None:
+    """Without pictures and the settings of the site."""
+    share = installed / "share" / "bt_mission"
+    pages = [name for name in files_of("docs") if name.endswith(".md")]
+    packed = (path for path in (share / "docs").rglob("*") if path.is_file())
+    assert sorted(path.relative_to(share).as_posix() for path in packed) == sorted(pages)
+    script = (
+        "sys.argv[1:] = ['docs', 'two', 'robots']; "
+        "runpy.run_module('bt_mission', run_name='__main__')"
+    )
+    assert called(installed, tmp_path, script).startswith("# Run a fleet\n")
 
 
 def test_the_wheel_has_the_command_and_the_plugin_of_pytest(installed: Path) -> None:

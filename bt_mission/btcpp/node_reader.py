@@ -29,7 +29,7 @@ from bt_mission.language.nodes.fields import VARIABLE
 _SKIP = "_skipIf"
 STAND_IN = (
     "an <action> leaf, for a node with an action server, or a <python> leaf can stand in for your "
-    "own node (docs/how-to/groot.md)"
+    "own node (bt-mission docs groot)"
 )
 
 

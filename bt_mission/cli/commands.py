@@ -35,9 +35,42 @@ COMMANDS: Mapping[str, str] = {
     "falsify": "search for a scenario that breaks a mission",
     "diff": "show the first difference between two runs, by their traces",
     "doctor": "check this machine and say what to install",
+    "docs": "show or search the pages of the documentation",
     "completion": "print a script that completes our commands in bash, zsh or fish",
 }
 """Their names, with the line of each in the list of commands."""
+
+PAGES: Mapping[str, Sequence[str]] = {
+    "run": ("first-mission", "scenarios", "recording"),
+    "watch": ("terminal", "watch-in-a-browser"),
+    "check": ("mission-language", "nodes"),
+    "convert": ("groot",),
+    "new": ("own-project", "first-mission"),
+    "missions": ("own-project", "mission-language"),
+    "worlds": ("own-project", "files"),
+    "robots": ("own-project", "files"),
+    "tree": ("command-line-tools",),
+    "schema": ("own-project", "files"),
+    "serve": ("serving", "deploy"),
+    "actions": ("command-line-tools", "actions"),
+    "topics": ("command-line-tools",),
+    "services": ("command-line-tools",),
+    "sim": ("simulator", "files"),
+    "servers": ("actions", "real-robot", "safety"),
+    "mapper": ("exploration", "real-robot"),
+    "arbiter": ("real-robot", "safety"),
+    "replay": ("terminal", "recording"),
+    "fork": ("fork",),
+    "report": ("recording",),
+    "verify": ("how-to/requirements", "reference/requirements"),
+    "sweep": ("cluster", "sweeps", "ranges"),
+    "sweep-report": ("sweeps", "cluster"),
+    "falsify": ("break-your-mission", "search", "ranges"),
+    "diff": ("trace",),
+    "doctor": ("install", "troubleshooting"),
+    "completion": ("command-line-tools",),
+}
+"""The pages of the documentation about each command, which its help names."""
 
 _MODULES = {
     **dict.fromkeys(("missions", "worlds", "robots"), "listed_files"),
@@ -78,7 +111,7 @@ class Commands(argparse._SubParsersAction):  # type: ignore[type-arg]  # noqa: S
         """Import the module of a command and make its parser."""
         if self._unloaded.pop(name, None) is not None:
             del self._name_parser_map[name]
-            import_module(module_of(name)).COMMANDS[name].add_to(self, name)
+            import_module(module_of(name)).COMMANDS[name].add_to(self, name, PAGES.get(name, ()))
 
 
 def load_commands(parser: argparse.ArgumentParser) -> Commands:

@@ -257,6 +257,12 @@ def _mapping(value: Any) -> Mapping[Any, Any]:
     return value if isinstance(value, dict) else {}
 
 
+def _pages(_: list[str]) -> list[str]:
+    from bt_mission.cli.pages import manual
+
+    return list(manual().names)
+
+
 def _live(kind: LiveKind) -> Callable[[list[str]], list[str]]:
     """Make the lookup of a kind of names of the graph that the line is about."""
 
@@ -281,6 +287,7 @@ KINDS: Mapping[str, Callable[[list[str]], list[str]]] = {
     "robots": lambda _: names("robots"),
     "parameters": lambda _: names("parameters"),
     "inputs": _inputs,
+    "pages": _pages,
     "actions": _live("actions"),
     "topics": _live("topics"),
     "services": _live("services"),

@@ -30,7 +30,6 @@ examples:
 
 A leaf is an element with its kind as name and its ports as attributes; {name} is $name:
   <turn angle="{step}" timeout="30" out_angle_turned="{turned}"/>
-docs/how-to/groot.md has the whole table.
 """
 
 

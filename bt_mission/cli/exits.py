@@ -3,6 +3,8 @@
 SUCCESS = 0
 MISSION_FAILED = 1
 BAD_INPUT = 2
+NOTHING_FOUND = 1
+"""No page of the documentation has the words."""
 UNKNOWN = 3
 """Of requirements: a recording does not tell."""
 INTERRUPTED = 130

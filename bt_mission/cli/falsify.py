@@ -63,7 +63,7 @@ examples:
   bt-mission falsify mine.yaml --reference good.yaml --keep-going 5
                                                 up to five causes that good.yaml does not have
 
-a file of ranges, in which everything may be left out (docs/reference/ranges.md):
+a file of ranges, in which everything may be left out (bt-mission docs ranges):
   seeds: 0..999
   worlds: [dqn_stage1, dqn_stage4]
   inputs: {speed: 0.1..0.26}

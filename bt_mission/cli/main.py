@@ -30,6 +30,7 @@ examples:
   bt-mission check mine.yaml          find every error before anything moves
   bt-mission convert mine.yaml        the same mission as XML, for Groot 2
   bt-mission verify run.mcap          verdicts of the requirements of a recorded run
+  bt-mission docs two robots          search the documentation, on this terminal
   bt-mission doctor                   is everything here that is needed?
 
 exit codes: 0 success, 1 mission failed, 2 bad input or an output that cannot be written, 130

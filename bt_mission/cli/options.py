@@ -63,9 +63,9 @@ REQUIRE = Option(
 )
 FAULT = Option(
     "--fault FAULT",
-    "a fault in the simulation, such as 'at 5.0: drop scan lasting 2' "
-    "(docs/reference/scenarios.md); may be repeated",
+    "a fault in the simulation, such as 'at 5.0: drop scan lasting 2'; may be repeated",
     repeats=True,
+    page="scenarios",
     excludes=each("attach", why="faults are made in a simulation, not in a running graph"),
 )
 NO_PYTHON = Option(
@@ -100,9 +100,9 @@ def nature_option(default: str) -> Option:
     return Option(
         "--nature",
         "what differs from run to run: start, localization, wheels, lidar, latency, drawn from the "
-        "seed (docs/reference/nature.md; default: as mission, scenario or world say, else "
-        f"{default})",
+        f"seed (default: as mission, scenario or world say, else {default})",
         choices=PROFILES,
+        page="nature",
         excludes=each("attach", why=_OF_ITS_GRAPH),
     )
 

@@ -48,6 +48,7 @@ class Option:
         needs: Other options, of which one has to be given with it, by their attributes.
         excludes: Other options that cannot be given with it.
         not_for: Kinds of file (``core.files.kind_of``) to which it does not apply.
+        page: The page of the documentation about it (``bt-mission docs``).
         check: Called where it is given, before the command starts; raises where the machine lacks
             what it needs.
     """
@@ -66,6 +67,7 @@ class Option:
     needs: Mapping[str, str] = field(default_factory=dict)
     excludes: Mapping[str, str] = field(default_factory=dict)
     not_for: Mapping[str, str] = field(default_factory=dict)
+    page: str = ""
     check: Callable[[], None] | None = None
 
     def but(self, **changes: Any) -> Option:
@@ -128,13 +130,15 @@ class Option:
         parser.add_argument(*words, help=self._described(others), **settings).option = self
 
     def _described(self, others: Mapping[str, Option]) -> str:
-        """Its help, with the options that it needs, and those that it excludes."""
+        """Its help, with the options that it needs and excludes, and its page."""
         if self.help == argparse.SUPPRESS:
             return self.help
         needed = " or ".join(others[name].name for name in self.needs if name in others)
         excluded = ", ".join(others[name].name for name in self.excludes if name in others)
         before = f"with {needed}: " if needed else ""
-        return f"{before}{self.help}{f' (not with {excluded})' if excluded else ''}"
+        after = f" (not with {excluded})" if excluded else ""
+        read = f" (bt-mission docs {self.page})" if self.page else ""
+        return f"{before}{self.help}{after}{read}"
 
     def refuse_contradictions(
         self, options: argparse.Namespace, others: Mapping[str, Option]
@@ -166,7 +170,7 @@ class Command:
             below it do.
         description: What its help begins with.
         options: What it takes, in the order of its help.
-        epilog: What its help ends with.
+        epilog: What its help ends with, before the pages.
         help: Its line in the help of the command above; those of the command line have theirs in
             :data:`bt_mission.cli.commands.COMMANDS`.
         commands: Those below it.
@@ -183,11 +187,11 @@ class Command:
     takes_ros_args: bool = False
     leaves_at_once: bool = False
 
-    def add_to(self, commands: Any, name: str) -> None:
-        """Add it, and those below it, to the commands of a parser."""
+    def add_to(self, commands: Any, name: str, pages: Sequence[str]) -> None:
+        """Add it, and those below it, to the commands of a parser; their help names the pages."""
         listed = {"help": self.help} if self.help else {}
         parser = commands.add_parser(
-            name, description=self.description or None, epilog=self.epilog or None, **listed
+            name, description=self.description or None, epilog=self._ending(pages) or None, **listed
         )
         groups = {"": parser}
         declared = {one.attribute: one for one in self.options}
@@ -201,7 +205,14 @@ class Command:
         if self.commands:
             below = parser.add_subparsers(metavar="what")
             for word, command in self.commands.items():
-                command.add_to(below, word)
+                command.add_to(below, word, pages)
+
+    def _ending(self, pages: Sequence[str]) -> str:
+        """What its help ends with: its epilog, then how to open the pages."""
+        if not pages:
+            return self.epilog
+        read = "\n".join(["read more:", *(f"  bt-mission docs {page}" for page in pages)])
+        return f"{self.epilog.rstrip()}\n\n{read}" if self.epilog else read
 
 
 def refuse_contradictions(options: argparse.Namespace) -> None:

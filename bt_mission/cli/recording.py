@@ -37,7 +37,7 @@ def _check_encoder() -> None:
 
 VIDEO = Option(
     "--video FILE.mp4",
-    "save a video of the simulated run, from above and by the camera (docs/how-to/recording.md)",
+    "save a video of the simulated run, from above and by the camera",
     FileType("output", (".mp4",), "videos are MP4 files", takes_devices=False),
     excludes=each(
         "attach",
@@ -48,14 +48,16 @@ VIDEO = Option(
         "fleet",
         why="videos are of one robot; record the fleet (--record FILE.mcap) and replay it",
     ),
+    page="recording",
     check=_check_encoder,
 )
 RECORDING_OPTIONS = (
     Option("--trace FILE.jsonl", "write what happens to this file, as JSON lines", output_file),
     Option(
         "--record FILE.mcap",
-        "record the run: every topic, the tree, goals and feedback (docs/how-to/recording.md)",
+        "record the run: every topic, the tree, goals and feedback",
         FileType("output", (".mcap",), "recordings are MCAP files"),
+        page="recording",
     ),
     Option(
         "--report FILE.html",

@@ -120,8 +120,8 @@ COMMANDS = {
             MISSION,
             REQUIRE,
             FAULT.but(
-                help="a fault in the simulation, such as 'at 5.0: drop scan lasting 2' "
-                "(docs/reference/scenarios.md); of a fleet, for every robot, or for one: "
+                help="a fault in the simulation, such as 'at 5.0: drop scan lasting 2'; "
+                "of a fleet, for every robot, or for one: "
                 "'ROBOT: at 5.0: ...'; may be repeated"
             ),
             *OVERRIDES,

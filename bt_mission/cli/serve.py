@@ -183,9 +183,9 @@ COMMANDS = {
             WALL_CLOCK,
             Option(
                 "--record DIR",
-                "record each mission to a file of its own in this folder: MISSION_001.mcap, ... "
-                "(docs/how-to/recording.md)",
+                "record each mission to a file of its own in this folder: MISSION_001.mcap, ...",
                 Path,
+                page="recording",
             ),
             NETWORK,
             ALLOW_DUPLICATES,

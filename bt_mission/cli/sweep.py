@@ -299,9 +299,10 @@ COMMANDS = {
             ),
             Option(
                 "--within RANGES.yaml",
-                "what may vary, in a file: parameters, seeds, plans of faults, the limit "
-                "(docs/reference/ranges.md); options come before it",
+                "what may vary, in a file: parameters, seeds, plans of faults, the limit; "
+                "options come before it",
                 input_file,
+                page="ranges",
             ),
             Option(
                 "--sample N",

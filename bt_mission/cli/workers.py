@@ -41,7 +41,8 @@ WORKER_OPTIONS = (
     Option(
         "--scheduler ADDRESS",
         "a scheduler of Dask that is there, such as tcp://10.0.0.1:8786, with workers of one "
-        "thread each; docs/how-to/cluster.md",
+        "thread each",
+        page="cluster",
     ),
     Option(
         "--dashboard PORT",

@@ -33,6 +33,7 @@ _PLAIN_WORDS = re.compile(
     re.MULTILINE | re.ASCII,
 )
 _SOURCE = Path(__file__).resolve().parent.parent.parent
+_IS_INSTALLED = _SOURCE.name in ("site-packages", "dist-packages")
 
 
 def find(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -> Path:
@@ -137,9 +138,16 @@ def prefixes() -> list[Path]:
     Python's are what `pip install --user` and Debian's own pip take for one, and the environment.
     """
     sourced = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
-    is_installed = _SOURCE.name in ("site-packages", "dist-packages")
-    own = [_SOURCE.parents[2]] if is_installed else []
+    own = [_SOURCE.parents[2]] if _IS_INSTALLED else []
     return list(dict.fromkeys([*map(Path, sourced), *own, Path(sys.prefix)]))
+
+
+def docs_folder() -> Path | None:
+    """Return where the pages of the documentation lie; None where they are not installed."""
+    folders = [prefix / "share" / "bt_mission" / "docs" for prefix in prefixes()]
+    if not _IS_INSTALLED:  # other packages may have left such a folder beside an installed one
+        folders.insert(0, _SOURCE / "docs")
+    return next((folder for folder in folders if is_file(folder / "README.md")), None)
 
 
 def _folder(near: Path) -> Path:

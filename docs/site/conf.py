@@ -7,7 +7,6 @@ there: README.md is the first page, and docs/README.md, the list of all pages, g
 
 from __future__ import annotations
 
-import re
 import shutil
 import sys
 import tomllib
@@ -26,6 +25,8 @@ from sphinx.util.osutil import relative_uri
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
+
+from bt_mission.cli.pages import index_of  # noqa: E402 - of this checkout
 
 project = "bt-mission"
 author = "the authors of bt-mission"
@@ -71,10 +72,9 @@ shown_files: dict[str, Path] = {}
 def navigation(index: str) -> Iterator[str]:
     """Yield the navigation as hidden toctrees: a section of docs/README.md each, in its order."""
     yield from ("", "```{toctree}", ":hidden:", "All pages <docs/README>", "```")
-    for section in re.split(r"^## ", index, flags=re.MULTILINE)[1:]:
-        caption = section.partition("\n")[0].partition(":")[0]
-        pages = re.findall(r"^\| \[([^\]]+)\]\((\S+)\.md\)", section, re.MULTILINE)
-        entries = (f"{title} <docs/{path}>" for title, path in pages)
+    for heading, pages in index_of(index).items():
+        caption = heading.partition(":")[0]
+        entries = (f"{page.title} <docs/{page.path}>" for page in pages)
         yield from ("", "```{toctree}", ":hidden:", f":caption: {caption}", *entries, "```")
     project_pages = ("Contributing <CONTRIBUTING>", "Changelog <CHANGELOG>")
     yield from ("", "```{toctree}", ":hidden:", ":caption: Project", *project_pages, "```", "")

@@ -12,7 +12,7 @@ from sim.ros.run_control import RunControl
 from sim.ros.run_services import RunServices
 from sim.ros.world_services import WorldServices
 
-ABOUT = "bt-mission sim; docs/reference/simulator.md says what each service does"
+ABOUT = "bt-mission sim; `bt-mission docs simulator` says what each service does"
 
 
 def offer_standard_services(node: SimNode, control: RunControl, source: str) -> None:

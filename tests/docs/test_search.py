@@ -1,0 +1,43 @@
+"""A search finds the page that a reader looks for: the questions of `questions.yaml`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+
+import pytest
+import yaml  # type: ignore[import-untyped]
+
+from bt_mission.cli.page_search import PageIndex
+from bt_mission.cli.pages import Manual
+from tests.support.project import ROOT
+
+QUESTIONS = yaml.safe_load((ROOT / "tests" / "docs" / "questions.yaml").read_text("utf-8"))
+
+
+@pytest.fixture(scope="module")
+def manual() -> Manual:
+    """The pages of this checkout."""
+    return Manual(ROOT / "docs")
+
+
+@pytest.fixture(scope="module")
+def index(manual: Manual) -> Iterator[PageIndex]:
+    """All of them."""
+    with closing(PageIndex(map(manual.page, manual.names))) as index:
+        yield index
+
+
+@pytest.mark.parametrize("words", QUESTIONS)
+def test_the_right_page_is_among_the_first_three(
+    manual: Manual, index: PageIndex, words: str
+) -> None:
+    """Of `bt-mission docs WORDS`."""
+    found = [manual.names[section.page].path for section in index.search(words.split())]
+    assert {*found[:3]} & {*QUESTIONS[words]}, found[:10]
+
+
+def test_the_pages_of_all_questions_exist(manual: Manual) -> None:
+    """By their paths."""
+    paths = {page.path for page in manual.names.values()}
+    assert {page for pages in QUESTIONS.values() for page in pages} <= paths
