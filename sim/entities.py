@@ -84,7 +84,7 @@ class Entities:
 
     def __init__(self, physics: Physics, robots: Sequence[SimulatedRobot]) -> None:
         self._physics = physics
-        self._obstacles = {one.name: one for one in physics.world.obstacles}
+        self._obstacles = {obstacle.name: obstacle for obstacle in physics.world.obstacles}
         self._robots = {self._name_of(robot): robot for robot in robots}
         self._infos: dict[str, EntityInfo] = {}
 
@@ -95,15 +95,17 @@ class Entities:
 
     def state(self, name: str) -> EntityState:
         """Return where it is. Raises UnknownEntityError."""
-        one = self._find(name)
-        if isinstance(one, SimulatedRobot):
-            return EntityState(Pose2D(*one.pose), one.map_velocity)
-        if isinstance(one, Prop):
-            return EntityState(Pose2D(*one.position, one.obstacle.yaw), (*one.velocity, 0.0))
-        if one.motion is None:
-            return EntityState(Pose2D(one.x, one.y, one.yaw))
-        x, y, vx, vy = one.motion.at(self._physics.running_s)
-        return EntityState(Pose2D(x, y, one.yaw), (vx, vy, 0.0))
+        entity = self._find(name)
+        if isinstance(entity, SimulatedRobot):
+            return EntityState(Pose2D(*entity.pose), entity.map_velocity)
+        if isinstance(entity, Prop):
+            return EntityState(
+                Pose2D(*entity.position, entity.obstacle.yaw), (*entity.velocity, 0.0)
+            )
+        if entity.motion is None:
+            return EntityState(Pose2D(entity.x, entity.y, entity.yaw))
+        x, y, vx, vy = entity.motion.at(self._physics.running_s)
+        return EntityState(Pose2D(x, y, entity.yaw), (vx, vy, 0.0))
 
     def bounds(self, name: str) -> tuple[Corner, Corner]:
         """Return the lower and upper corner of a box around it, in its own frame, m.
@@ -111,26 +113,26 @@ class Entities:
         Its frame is on the floor, in its middle (a robot's: below the middle of its axle). Raises
         UnknownEntityError.
         """
-        one = self._find(name)
-        if isinstance(one, SimulatedRobot):
-            hull, body = one.robot.hull, one.robot.body
-            top = one.robot.base_height + body.centre[2] + body.size[2] / 2
+        entity = self._find(name)
+        if isinstance(entity, SimulatedRobot):
+            hull, body = entity.robot.hull, entity.robot.body
+            top = entity.robot.base_height + body.centre[2] + body.size[2] / 2
             return (hull.rear, -hull.half_width, 0.0), (hull.front, hull.half_width, top)
-        length, width, height = (one.obstacle if isinstance(one, Prop) else one).size
+        length, width, height = (entity.obstacle if isinstance(entity, Prop) else entity).size
         return (-length / 2, -width / 2, 0.0), (length / 2, width / 2, height)
 
     def info(self, name: str) -> EntityInfo:
         """Return what is known of it. Raises UnknownEntityError."""
-        one = self._find(name)
+        entity = self._find(name)
         if name in self._infos:
             return self._infos[name]
-        if isinstance(one, SimulatedRobot):
-            return EntityInfo(Category.ROBOT, f"a {one.robot.name}", ("robot",))
-        if isinstance(one, Prop):
-            return EntityInfo(Category.OBJECT, f"a {one.obstacle.kind}", ("spawned",))
-        if one.motion is None:
-            return EntityInfo(Category.STATIC_OBJECT, f"a {one.kind} of the world", ("world",))
-        description = f"a {one.kind} of the world, which moves"
+        if isinstance(entity, SimulatedRobot):
+            return EntityInfo(Category.ROBOT, f"a {entity.robot.name}", ("robot",))
+        if isinstance(entity, Prop):
+            return EntityInfo(Category.OBJECT, f"a {entity.obstacle.kind}", ("spawned",))
+        if entity.motion is None:
+            return EntityInfo(Category.STATIC_OBJECT, f"a {entity.kind} of the world", ("world",))
+        description = f"a {entity.kind} of the world, which moves"
         return EntityInfo(Category.DYNAMIC_OBJECT, description, ("world", "moving"))
 
     def set_info(self, name: str, info: EntityInfo) -> None:
@@ -169,11 +171,11 @@ class Entities:
 
     def delete(self, name: str) -> None:
         """Take what was spawned out of the world. Raises UnknownEntityError, FixedEntityError."""
-        one = self._find(name)
-        if not isinstance(one, Prop):
-            what = "a robot" if isinstance(one, SimulatedRobot) else "a part of the world"
+        entity = self._find(name)
+        if not isinstance(entity, Prop):
+            what = "a robot" if isinstance(entity, SimulatedRobot) else "a part of the world"
             raise FixedEntityError(f"'{name}' is {what}: only what was spawned can be deleted")
-        one.remove()
+        entity.remove()
         self.forget_absent()
 
     def move(self, name: str, state: EntityState) -> None:
@@ -182,18 +184,18 @@ class Entities:
         Raises UnknownEntityError, FixedEntityError for a part of the world, InvalidPoseError, and
         SpawnError or PropError where it does not fit, or cannot go on so.
         """
-        one = self._find(name)
-        if isinstance(one, Obstacle):
+        entity = self._find(name)
+        if isinstance(entity, Obstacle):
             raise FixedEntityError(f"'{name}' is a part of the world: it stays as the world has it")
         self._check_place(state.pose)
         if not all(abs(speed) <= 2 * FASTEST for speed in state.velocity):
             text = ", ".join(f"{speed:g}" for speed in state.velocity)
             raise PropError(f"expected at most {2 * FASTEST:g} m/s and rad/s, got ({text})")
-        if isinstance(one, SimulatedRobot):
+        if isinstance(entity, SimulatedRobot):
             pose = state.pose
-            one.put((pose.x, pose.y, pose.yaw), state.velocity)
+            entity.put((pose.x, pose.y, pose.yaw), state.velocity)
         else:
-            self._move_prop(one, state)
+            self._move_prop(entity, state)
 
     def in_map(self, frame: str, pose: Pose2D) -> Pose2D:
         """Return a pose in the map that is given in the frame of an entity, or of the world.
@@ -216,9 +218,9 @@ class Entities:
         return {*self.names, *self._physics.robot_names}
 
     def _find(self, name: str) -> SimulatedRobot | Obstacle | Prop:
-        found = self._robots.get(name) or self._obstacles.get(name)
-        if found is not None:
-            return found
+        entity = self._robots.get(name) or self._obstacles.get(name)
+        if entity is not None:
+            return entity
         for prop in self._physics.props:
             if prop.name == name:
                 return prop

@@ -43,7 +43,7 @@ class Simulation:
         props: int = 0,
     ) -> None:
         self.physics = Physics(world, robots, start_ns, props)
-        self.robots = tuple(SimulatedRobot(self.physics, one, seed=seed) for one in robots)
+        self.robots = tuple(SimulatedRobot(self.physics, robot, seed=seed) for robot in robots)
         self.physics.begin(self.robots)
 
     def __getitem__(self, name: str) -> SimulatedRobot:

@@ -92,7 +92,7 @@ def _text_of(uri: str) -> str:
             f"nothing is known as '{what}'; known are {listed(SPAWNABLES)}, with values such as"
             f" {EXAMPLE}" + (f"; did you mean '{near}'?" if near else "")
         )
-    given = [unquote(one).partition("=") for one in query.split("&") if one]
+    given = [unquote(parameter).partition("=") for parameter in query.split("&") if parameter]
     written = [f"{key}: {value}" for key, _, value in given]
     default = kind.defaults.partition(":")[0]
     if default not in {key for key, _, _ in given}:

@@ -73,7 +73,7 @@ class Arbiter:
 
     def __init__(self, sources: Sequence[CommandSource] = SOURCES) -> None:
         self._sources = {source.topic: source for source in sources}
-        self._heard_ns: dict[str, int] = {}
+        self._command_ns: dict[str, int] = {}
 
     def leader(self, now_ns: int) -> str | None:
         """Return the topic that drives, or None when nobody does."""
@@ -89,7 +89,7 @@ class Arbiter:
         if not (math.isfinite(twist.linear) and math.isfinite(twist.angular)):
             raise ValueError(f"{topic} commanded {twist.linear} m/s, {twist.angular} rad/s")
         stops = self._sources[topic].stops
-        self._heard_ns[topic] = now_ns if stops else now_ns - age_ns
+        self._command_ns[topic] = now_ns if stops else now_ns - age_ns
         if self.leader(now_ns) != topic:
             return None
         return ZERO if stops else twist
@@ -99,8 +99,8 @@ class Arbiter:
         return ZERO if self.leader(now_ns) is None else None
 
     def _counts(self, topic: str, now_ns: int) -> bool:
-        heard_ns = self._heard_ns.get(topic)
-        if heard_ns is None:
+        command_ns = self._command_ns.get(topic)
+        if command_ns is None:
             return False
         # A clock that was set back makes what was heard before it worthless.
-        return 0 <= now_ns - heard_ns < self._sources[topic].timeout_s * 1e9
+        return 0 <= now_ns - command_ns < self._sources[topic].timeout_s * 1e9

@@ -17,7 +17,7 @@ from action_servers.core.action import Action, CameraSwitch, FeedbackRanges
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.limits import OVERSHOOT_DEG, Limits, NumberLimit, around, parameter
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Image, Observation
-from action_servers.core.ticker import News
+from action_servers.core.ticker import ChangedFields
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import Drive
 from action_servers.driving.turn import ARRIVED_WITHIN, Rotation
@@ -157,7 +157,7 @@ class CameraSweep:
         self._camera_works = False
         self._opened = False
         self._paths: list[str] = []
-        self._news = News()
+        self._changed = ChangedFields()
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Take the picture that is due, and turn on."""
@@ -175,7 +175,7 @@ class CameraSweep:
     def feedback(self) -> Fields | None:
         """Return pictures taken and angle turned, when either has changed."""
         angle = math.degrees(self._drive.yaw)
-        return self._news.of({"current_image": len(self._paths), "current_angle": angle})
+        return self._changed.of({"current_image": len(self._paths), "current_angle": angle})
 
     def result(self) -> Fields:
         """Return the folder (empty when none was made) and the path of every picture taken."""

@@ -63,7 +63,7 @@ class FindColour:
         self._last_s: float | None = None
         self._image: Image | None = None
         self._patch: ColourPatch | None = None
-        self._told: Image | None = None
+        self._sent: Image | None = None
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Look at the newest picture, or end."""
@@ -75,14 +75,14 @@ class FindColour:
             return self._out_of_patience(now.time_s - self._last_s)
         self._image, self._last_s = image, now.time_s
         self._patch = largest_patch(image.rgb, self._colour)
-        found = self._patch is not None and self._patch.share >= self._share
-        return SUCCEEDED if found else ZERO
+        is_seen = self._patch is not None and self._patch.share >= self._share
+        return SUCCEEDED if is_seen else ZERO
 
     def feedback(self) -> Fields | None:
         """Return what the newest picture shows."""
-        if self._image is self._told:
+        if self._image is self._sent:
             return None
-        self._told = self._image
+        self._sent = self._image
         return self.result()
 
     def result(self) -> Fields:

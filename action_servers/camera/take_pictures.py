@@ -43,7 +43,7 @@ class TakePictures:
         self._snapshot = Snapshot(camera, tuning.image_timeout)
         self._ticker = Ticker()
         self._pictures: list[Fields] = []
-        self._told = 0
+        self._sent_count = 0
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Ask for the picture that is due, and take it when it comes."""
@@ -62,9 +62,9 @@ class TakePictures:
 
     def feedback(self) -> Fields | None:
         """Return the picture that was just taken."""
-        if len(self._pictures) == self._told:
+        if len(self._pictures) == self._sent_count:
             return None
-        self._told = len(self._pictures)
+        self._sent_count = len(self._pictures)
         return {"last_image": self._pictures[-1]}
 
     def result(self) -> Fields:

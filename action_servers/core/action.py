@@ -160,7 +160,7 @@ class Action(ActionName):
         }
 
 
-_CONTEXT = tuple(one.name for one in fields(ServerContext))
+_CONTEXT = tuple(field.name for field in fields(ServerContext))
 
 
 class Misfit:

@@ -182,9 +182,9 @@ class GiveWay:
         odom = now.odom or Pose2D(0.0, 0.0, 0.0)
         cosine, sine = math.cos(odom.yaw), math.sin(odom.yaw)
         points, rates, turning = [], [], []
-        for one in self._moving.seen:
-            vx, vy = one.velocity
-            seen = into_frame(odom, one.at(now.time_s))
+        for obstacle in self._moving.seen:
+            vx, vy = obstacle.velocity
+            seen = into_frame(odom, obstacle.at(now.time_s))
             reach = math.hypot(vx, vy) * within_s + self._body.turning_radius + _CLOSE_M
             if np.hypot(seen[:, 0], seen[:, 1]).min() > reach:
                 continue
@@ -192,7 +192,7 @@ class GiveWay:
             points.append(seen)
             rate = (cosine * vx + sine * vy, cosine * vy - sine * vx)
             rates.append(np.broadcast_to(rate, seen.shape))
-            turning.append(np.full(len(seen), one.turn_rate))
+            turning.append(np.full(len(seen), obstacle.turn_rate))
         if not points:
             return None
         return MovingPoints(np.vstack(points), np.vstack(rates), np.concatenate(turning))
@@ -261,7 +261,7 @@ class GiveWay:
         depth = depth_in(self._near, poses, fixed[None])
         allowed = np.maximum(depth[:, :1], 0.0) + _DEEPER_M
         touching: npt.NDArray[np.bool_] = np.any(depth > allowed, axis=(1, 2))
-        return [not one for one in touching.tolist()]
+        return [not touches for touches in touching.tolist()]
 
     def _fixed(self, now: Observation, threat: MovingPoints) -> Points:
         """Return what an arc is not to touch: points of the scan, and directions not looked in."""

@@ -90,18 +90,18 @@ class _Look:
 
         A ray without a measurement says nothing of the way: it is not free.
         """
-        found = self._free.get(rays)
-        if found is None:
+        lengths = self._free.get(rays)
+        if lengths is None:
             ranges = self.scan.ranges
-            found = np.where(ranges >= self.scan.range_min, ranges, np.float32(0.0))
-            found = np.concatenate((found[-rays:], found, found[:rays]))
+            lengths = np.where(ranges >= self.scan.range_min, ranges, np.float32(0.0))
+            lengths = np.concatenate((lengths[-rays:], lengths, lengths[:rays]))
             width = 1
             while width < 2 * rays + 1:
                 more = min(width, 2 * rays + 1 - width)
-                found = np.minimum(found[:-more], found[more:])
+                lengths = np.minimum(lengths[:-more], lengths[more:])
                 width += more
-            self._free[rays] = found
-        return found
+            self._free[rays] = lengths
+        return lengths
 
 
 @dataclass(slots=True, eq=False)
@@ -212,13 +212,13 @@ class MovingObstacles:
         free = list(self._tracks)
         for points in clusters:
             x, y = points.mean(axis=0).tolist()
-            track = min(free, key=lambda one: one.is_at(stamp_s, x, y), default=None)
+            track = min(free, key=lambda known: known.is_at(stamp_s, x, y), default=None)
             if track is None or track.is_at(stamp_s, x, y) > _MATCH_M:
                 self._tracks.append(_Track(deque([(stamp_s, x, y)]), points))
                 continue
             free.remove(track)
             track.add(stamp_s, points, (x, y))
-        self._tracks = [one for one in self._tracks if one.seen[-1][0] > stamp_s - _FORGET_S]
+        self._tracks = [known for known in self._tracks if known.seen[-1][0] > stamp_s - _FORGET_S]
 
     def _moving(self) -> Iterator[MovingObstacle]:
         for track in self._tracks:
@@ -257,8 +257,8 @@ def _clusters(look: _Look, before: _Look, *, skip: int) -> list[Points]:
     seen, new = _entered(look, before, near)
     if new.size < _FEWEST_POINTS:
         return []
-    found = out_of_frame(before.pose, pairs(seen.real[new], seen.imag[new]))
-    return list(_grouped(found, near[new]))
+    new_points = out_of_frame(before.pose, pairs(seen.real[new], seen.imag[new]))
+    return list(_grouped(new_points, near[new]))
 
 
 def _entered(look: _Look, before: _Look, rays: Indices) -> tuple[Complex, Indices]:
@@ -291,7 +291,7 @@ def _grouped(points: Points, rays: Indices) -> Iterator[Points]:
     # The last ray is beside the first.
     if len(groups) > 1 and math.dist(points[0], points[-1]) < _JUMP_M:
         groups[0] = np.vstack([groups.pop(), groups[0]])
-    yield from (one for one in groups if len(one) >= _FEWEST_POINTS)
+    yield from (group for group in groups if len(group) >= _FEWEST_POINTS)
 
 
 @lru_cache(maxsize=8)

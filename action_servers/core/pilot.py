@@ -29,7 +29,7 @@ class ManeuverOutcome:
     error_code: int = 0
     reason: str = ""
     result: Fields | None = None
-    """None when the maneuver could not tell."""
+    """None when the maneuver could not with_feedback."""
     cause: Exception | None = None
     """What the maneuver raised, if it did."""
 
@@ -168,7 +168,7 @@ class Pilot:
                     for note in governor.notes:
                         run.on_note(note)
                     governor.notes.clear()
-                self._tell(run)
+                self._send_feedback(run)
                 # Last, so that whatever raises above is followed by zero and nothing else.
                 if allowed is not None:
                     self._command(allowed.twist)
@@ -176,9 +176,13 @@ class Pilot:
         except Exception as error:  # noqa: BLE001 - a fault in one maneuver must not end the server
             self.fail(run, error)
             return
-        self._end(run, ManeuverOutcome(answer.status, answer.error_code, answer.reason), tell=True)
+        self._end(
+            run,
+            ManeuverOutcome(answer.status, answer.error_code, answer.reason),
+            with_feedback=True,
+        )
 
-    def _tell(self, run: ManeuverRun) -> None:
+    def _send_feedback(self, run: ManeuverRun) -> None:
         feedback = run.maneuver.feedback()
         if feedback is not None:
             run.on_feedback(feedback)
@@ -189,7 +193,9 @@ class Pilot:
         for run in runs:
             self._end(run, ManeuverOutcome("aborted", code, reason))
 
-    def _end(self, run: ManeuverRun, outcome: ManeuverOutcome, *, tell: bool = False) -> None:
+    def _end(
+        self, run: ManeuverRun, outcome: ManeuverOutcome, *, with_feedback: bool = False
+    ) -> None:
         if run not in self._runs:
             return
         self._runs.remove(run)
@@ -200,8 +206,8 @@ class Pilot:
                 reason = "; ".join(filter(None, (outcome.reason, summary)))
                 outcome = replace(outcome, reason=reason)
         try:
-            if tell:
-                self._tell(run)
+            if with_feedback:
+                self._send_feedback(run)
             outcome = replace(outcome, result=run.maneuver.result())
         except Exception as error:  # noqa: BLE001 - the goal must end, with what is known
             if outcome.status == "succeeded":

@@ -16,7 +16,7 @@ from action_servers.core.limits import (
     parameter,
 )
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation, Scan
-from action_servers.core.ticker import News
+from action_servers.core.ticker import ChangedFields
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, Drive
 from bt_mission.core.geometry import Twist2D
@@ -84,7 +84,7 @@ class ExploreForward:
         self._ahead: ObstaclePoint | None = None
         self._aside: ObstaclePoint | None = None
         self._distance_at_scan = 0.0
-        self._news = News()
+        self._changed = ChangedFields()
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Drive on, slow down, or end."""
@@ -109,7 +109,9 @@ class ExploreForward:
     def feedback(self) -> Fields | None:
         """Return distance driven and gap ahead, when either has changed."""
         done = self._drive.distance
-        return self._news.of({"current_distance_travelled": done, "closest_obstacle": self._gap()})
+        return self._changed.of(
+            {"current_distance_travelled": done, "closest_obstacle": self._gap()}
+        )
 
     def result(self) -> Fields:
         """Return distance driven, gap ahead (inf when nothing is seen there) and its bearing."""

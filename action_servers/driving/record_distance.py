@@ -45,7 +45,7 @@ class RecordDistance:
         self._timeout_s = tuning.sensor_timeout
         self._odometer = Odometer(robot.max_linear_velocity, robot.max_angular_velocity)
         self._ticker = Ticker()
-        self._tell = False
+        self._is_due = False
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Take in odometry, or end."""
@@ -56,15 +56,15 @@ class RecordDistance:
         if jump is not None:
             return Finished("aborted", ErrorCode.NO_ODOMETRY, jump)
         self._ticker.update(now.time_s)
-        self._tell = self._ticker.take()
-        if self._tell:
+        self._is_due = self._ticker.take()
+        if self._is_due:
             self._publish(self._odometer.distance)
         return SUCCEEDED if self._ticker.has_reached(self._seconds) else ZERO
 
     def feedback(self) -> Fields | None:
         """Return the distance so far, once a second."""
-        tell, self._tell = self._tell, False
-        return {"current_dist": self._odometer.distance} if tell else None
+        is_due, self._is_due = self._is_due, False
+        return {"current_dist": self._odometer.distance} if is_due else None
 
     def result(self) -> Fields:
         """Return the distance, and whether the whole time was measured."""

@@ -15,7 +15,7 @@ from action_servers.core.action import Action
 from action_servers.core.error_codes import Codes
 from action_servers.core.limits import NOT_NEGATIVE, NumberLimit
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation
-from action_servers.core.ticker import ROUNDING_S, News, Ticker
+from action_servers.core.ticker import ROUNDING_S, ChangedFields, Ticker
 from bt_mission.core.geometry import Twist2D
 from bt_mission.core.stamps import NS, to_ns
 
@@ -64,7 +64,7 @@ class WaitManeuver:
     def __init__(self, seconds: float) -> None:
         self._seconds = seconds
         self._ticker = Ticker()
-        self._news = News()
+        self._changed = ChangedFields()
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Wait on, or end."""
@@ -73,7 +73,7 @@ class WaitManeuver:
 
     def feedback(self) -> Fields | None:
         """Return the time that is left, when it has changed."""
-        return self._news.of({"time_left": max(0.0, self._seconds - self._ticker.elapsed_s)})
+        return self._changed.of({"time_left": max(0.0, self._seconds - self._ticker.elapsed_s)})
 
     def result(self) -> Fields:
         """Return the time that has passed."""

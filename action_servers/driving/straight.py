@@ -20,7 +20,7 @@ from action_servers.core.limits import (
     parameter,
 )
 from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observation, Reason, Refusal
-from action_servers.core.ticker import News
+from action_servers.core.ticker import ChangedFields
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import ARRIVED_WITHIN, Drive
 from action_servers.driving.recoveries import Allowance, seconds_of
@@ -109,7 +109,7 @@ class Straight:
         self._codes = codes
         self._drive = Drive(robot, tuning)
         self._allowance = Allowance(allowance_s, codes)
-        self._news = News()
+        self._changed = ChangedFields()
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Drive on, slow down, or end."""
@@ -121,7 +121,7 @@ class Straight:
 
     def feedback(self) -> Fields | None:
         """Return the distance driven, when it has changed."""
-        return self._news.of({"distance_traveled": self._drive.distance})
+        return self._changed.of({"distance_traveled": self._drive.distance})
 
     def result(self) -> Fields:
         """Return the time used."""

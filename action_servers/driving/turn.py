@@ -19,7 +19,7 @@ from action_servers.core.limits import (
     parameter,
 )
 from action_servers.core.maneuver import SUCCEEDED, Fields, Finished, Observation, Reason
-from action_servers.core.ticker import News
+from action_servers.core.ticker import ChangedFields
 from action_servers.core.tuning import TUNING, Tuning
 from action_servers.driving.drive import Drive
 from action_servers.driving.recoveries import Allowance, seconds_of
@@ -111,7 +111,7 @@ class Turn:
         self._rotation = Rotation(self._drive, robot)
         self._tolerance = math.radians(tuning.turn_tolerance)
         self._resting = False
-        self._news = News()
+        self._changed = ChangedFields()
 
     @property
     def yaw(self) -> float:
@@ -139,7 +139,7 @@ class Turn:
     def feedback(self) -> Fields | None:
         """Return the angle turned and the one that remains, when they have changed."""
         turned, remaining = self._drive.yaw, self._angle - self._drive.yaw
-        return self._news.of(
+        return self._changed.of(
             {"current_angle": math.degrees(turned), "remaining_angle": math.degrees(remaining)}
         )
 
@@ -190,7 +190,7 @@ class Spin:
         speed = min(tuning.spin_velocity, robot.max_angular_velocity)
         self._turn = Turn(angle, speed, robot, tuning)
         self._allowance = Allowance(allowance_s, SPIN)
-        self._news = News()
+        self._changed = ChangedFields()
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Turn on, or end."""
@@ -202,7 +202,7 @@ class Spin:
 
     def feedback(self) -> Fields | None:
         """Return the angle turned, when it has changed."""
-        return self._news.of({"angular_distance_traveled": self._turn.yaw})
+        return self._changed.of({"angular_distance_traveled": self._turn.yaw})
 
     def result(self) -> Fields:
         """Return the time used."""

@@ -12,7 +12,7 @@ from action_servers.core.error_codes import OURS, ErrorCode
 from action_servers.core.grid import Floats
 from action_servers.core.limits import UNBOUNDED, NumberLimit
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Grid, Observation, Value
-from action_servers.core.ticker import News
+from action_servers.core.ticker import ChangedFields
 from action_servers.core.tuning import FRONTIERS, NAVIGATION, FrontierTuning, NavigationTuning
 from action_servers.mapping.frontiers import Frontier, Target, choose, frontiers
 from action_servers.navigation.navigate import NavigateToPose
@@ -106,7 +106,7 @@ class ExploreFrontiers:
         self._visited = 0
         self._start_s: float | None = None
         self._time_s = 0.0
-        self._news = News(again_s=_SIGN_OF_LIFE_S)
+        self._changed = ChangedFields(again_s=_SIGN_OF_LIFE_S)
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
@@ -130,7 +130,7 @@ class ExploreFrontiers:
     def feedback(self) -> Fields | None:
         """Return frontiers left and area known: when they change, and once a second."""
         telling: dict[str, Value] = {"frontiers_left": len(self._left), "area_mapped": self._area}
-        return self._news.of(telling, self._time_s)
+        return self._changed.of(telling, self._time_s)
 
     def result(self) -> Fields:
         """Return the number of frontiers that were driven to until gone, and the area known."""

@@ -91,17 +91,17 @@ def frontiers(
         edges[rows[left_out], columns[left_out]] = False
     labels, count = ndimage.label(edges, structure=_ALL_AROUND)
     label = labels[rows, columns]
-    found = []
+    groups = []
     for number in range(1, count + 1):
         points = places[label == number]
         size = len(points) * grid.resolution
         if size >= shortest - 1e-9:
-            found.append(Frontier(_middle_first(points), size))
-    return found
+            groups.append(Frontier(_middle_first(points), size))
+    return groups
 
 
 def choose(
-    found: Sequence[Frontier], roads: RoadMap, pose: Pose2D
+    candidates: Sequence[Frontier], roads: RoadMap, pose: Pose2D
 ) -> tuple[Target | None, list[Frontier]]:
     """Return the best frontier to drive to, and those that no way leads to.
 
@@ -110,14 +110,14 @@ def choose(
     here = (pose.x, pose.y)
     starts = departures(roads, here) if roads.survey.contains(*here) else []
     if not starts:
-        return None, list(found)
+        return None, list(candidates)
     ways = csgraph.dijkstra(roads.edges, indices=starts[:_STARTS], min_only=True)
     prices = ways * PRICE_UNIT_M
     reachable = np.flatnonzero(np.isfinite(prices))
     tree = cKDTree(roads.centres[reachable])
     best: Target | None = None
     shut_off = []
-    for frontier in found:
+    for frontier in candidates:
         place = _viewpoint(frontier, roads.survey, roads.centres[reachable], tree)
         if place is None:
             shut_off.append(frontier)

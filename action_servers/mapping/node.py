@@ -80,7 +80,7 @@ class MapperNode(RobotNode):
         self._poses = PoseHistory()
         self._scan: Scan | None = None
         self._grid: Grid | None = None
-        self._told: tuple[float, int] | None = None
+        self._published: tuple[float, int] | None = None
         self._updates = 0
         wiring = self.declare_all(SensorWiring())
         self._sensors = SensorSubscriptions(self, wiring, robot.lidar, listen_to_map=False)
@@ -123,9 +123,9 @@ class MapperNode(RobotNode):
                     )
         self._updates += 1
         if self._updates >= self._tuning.updates_per_map or self._grid is None:
-            self._tell(now.time_s)
+            self._publish(now.time_s)
 
-    def _tell(self, time_s: float) -> None:
+    def _publish(self, time_s: float) -> None:
         grid = self._mapper.grid(time_s)
         if not (grid.cells == FREE).any():
             return
@@ -134,8 +134,8 @@ class MapperNode(RobotNode):
             self._grid = grid
             self._map_out.publish(self._map_message(grid))
         measure = self._coverage.measure(self._grid)
-        if self._told != (measure.area, measure.zones_visited):
-            self._told = (measure.area, measure.zones_visited)
+        if self._published != (measure.area, measure.zones_visited):
+            self._published = (measure.area, measure.zones_visited)
             message = CoverageMessage(**asdict(measure))
             self._stamp(message.header)
             self._coverage_out.publish(message)

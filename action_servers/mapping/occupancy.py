@@ -126,12 +126,12 @@ class OccupancyMapper:
         with np.errstate(invalid="ignore"):
             hit = (ranges >= max(scan.range_min, self._nearest)) & (ranges <= reach)
         beyond = np.isposinf(ranges)
-        told = np.where(hit, ranges, np.where(beyond, reach, 0.0))
+        lengths = np.where(hit, ranges, np.where(beyond, reach, 0.0))
         # A surface lies in the cell behind it: noise of 0.01 m would else thicken every wall.
-        ends = told + np.where(hit, _BEHIND_SURFACE_M, 0.0)
+        ends = lengths + np.where(hit, _BEHIND_SURFACE_M, 0.0)
         angles = lidar.yaw + scan.angle_min + scan.angle_increment * np.arange(ranges.size)
         return _Rays(
-            told.astype(np.float32),
+            lengths.astype(np.float32),
             lidar.x + ends * np.cos(angles),
             lidar.y + ends * np.sin(angles),
             hit,

@@ -138,14 +138,14 @@ def _poses_on_map(
     too_many = poses_misfit(goal)
     if too_many is not None:
         return Refusal(too_many)
-    found: list[Pose2D] = []
+    poses: list[Pose2D] = []
     for index, stamped in enumerate(goal.poses):
         pose = on_map(stamped, f"poses[{index}]", now)
         if isinstance(pose, Refusal):
             return pose
-        found.append(pose)
+        poses.append(pose)
     why = misfit(goal)
-    return found if why is None else Refusal(why)
+    return poses if why is None else Refusal(why)
 
 
 def on_map(stamped: Any, name: str, now: Observation) -> Pose2D | Refusal:

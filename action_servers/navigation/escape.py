@@ -67,7 +67,7 @@ def _straight_out(
     facing: Pose2D, points: Floats, body: Footprint, survey: Survey, radius: float
 ) -> float | None:
     distances = np.arange(1, int(REACH_M / _STEP_M) + 1) * _STEP_M
-    found: list[float] = []
+    ways: list[float] = []
     for sign in (1, -1):
         x = facing.x + sign * distances * math.cos(facing.yaw)
         y = facing.y + sign * distances * math.sin(facing.yaw)
@@ -76,8 +76,8 @@ def _straight_out(
             continue
         distance = float(distances[out[0]])
         if free_distance(points, body, 0.0, sign * distance) >= distance:
-            found.append(sign * distance)
-    return min(found, key=abs, default=None)
+            ways.append(sign * distance)
+    return min(ways, key=abs, default=None)
 
 
 class Escape:

@@ -81,7 +81,7 @@ class Path:
         low = max(0, bisect_right(travelled, first) - 1)
         high = min(len(points) - 1, bisect_left(travelled, last))
         low = min(low, high - 1)
-        found, least = 0.0, math.inf
+        nearest, least = 0.0, math.inf
         start_x, start_y = points[low]
         for index in range(low, high):
             end_x, end_y = points[index + 1]
@@ -92,9 +92,9 @@ class Path:
             share = along / max(length, 1e-9)
             off = abs(complex(x - (start_x + step_x * share), y - (start_y + step_y * share)))
             if off < least:
-                found, least = travelled[index] + along, off
+                nearest, least = travelled[index] + along, off
             start_x, start_y = end_x, end_y
-        return found, least
+        return nearest, least
 
     @cached_property
     def _lists(self) -> tuple[list[float], list[list[float]]]:

@@ -28,7 +28,7 @@ class Surroundings:
 
     def __init__(self, robot: RobotModel, tuning: NavigationTuning = NAVIGATION) -> None:
         self.tuning = tuning
-        self.on_path: Callable[[Floats], None] = _tell_nobody
+        self.on_path: Callable[[Floats], None] = _ignore
         """Told of each path that is planned: points in the map, `n x 2` m."""
         self._lidar = robot.lidar
         self._mount = Pose2D(robot.lidar.x, robot.lidar.y, 0.0)
@@ -109,7 +109,7 @@ class Surroundings:
             self._survey = self.mapped.with_obstacles(self._layer.marks)
 
 
-def _tell_nobody(path: Floats) -> None:
+def _ignore(path: Floats) -> None:
     """Take a path and do nothing with it."""
 
 

@@ -58,15 +58,15 @@ class NavigateThroughPoses:
 
     def feedback(self) -> Mapping[str, Value] | None:
         """Return the fields of Nav2's feedback: metres, seconds, poses in the map frame."""
-        told = self._leg.feedback()
-        if told is None or self._start_s is None:
+        fields = self._leg.feedback()
+        if fields is None or self._start_s is None:
             return None
-        left, seconds = told["distance_remaining"], told["estimated_time_remaining"]
+        left, seconds = fields["distance_remaining"], fields["estimated_time_remaining"]
         assert isinstance(left, float)
         assert isinstance(seconds, float)
         beyond = sum(distance(*pair) for pair in pairwise(self._poses[self._index :]))
         return {
-            **told,
+            **fields,
             "navigation_time": self._time_s - self._start_s,
             "number_of_recoveries": self._recoveries + self._leg.recoveries,
             "distance_remaining": left + beyond if left else 0.0,

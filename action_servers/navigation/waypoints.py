@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from action_servers.core.error_codes import ErrorCode
 from action_servers.core.maneuver import SUCCEEDED, ZERO, Fields, Finished, Observation, Value
-from action_servers.core.ticker import News
+from action_servers.core.ticker import ChangedFields
 from action_servers.core.tuning import NAVIGATION, NavigationTuning
 from action_servers.navigation.navigate import NavigateToPose
 from action_servers.navigation.surroundings import Surroundings
@@ -45,7 +45,7 @@ class FollowWaypoints:
         self._leg: NavigateToPose | None = None
         self._missed: list[Fields] = []
         self._time_s: float | None = None
-        self._news = News(again_s=_SIGN_OF_LIFE_S)
+        self._changed = ChangedFields(again_s=_SIGN_OF_LIFE_S)
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the twist for this control step, or how the goal ends."""
@@ -74,7 +74,7 @@ class FollowWaypoints:
         """Return the index of the pose driven to: when it changes, and once a second."""
         if not self._poses or self._time_s is None:
             return None
-        return self._news.of({"current_waypoint": self._index}, self._time_s)
+        return self._changed.of({"current_waypoint": self._index}, self._time_s)
 
     def result(self) -> Fields:
         """Return the poses that were not reached, each with the code that says why."""

@@ -215,12 +215,12 @@ class ActionAdapter:
             meanwhile.close()
             ended.set_result(outcome)
 
-        told = self._action.type.Impl.FeedbackMessage(goal_id=handle.goal_id)
+        feedback_message = self._action.type.Impl.FeedbackMessage(goal_id=handle.goal_id)
 
         def on_feedback(fields: Fields) -> None:
-            told.feedback = self._filled(self._action.type.Feedback(), fields)
+            feedback_message.feedback = self._filled(self._action.type.Feedback(), fields)
             try:
-                self._server.tell(told)
+                self._server.tell(feedback_message)
             except InvalidHandle:
                 return  # the server is destroyed
 
@@ -244,9 +244,9 @@ class ActionAdapter:
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
         # Never refused: rclpy skips the goal after one whose cancel is refused, and a goal that
         # has just ended may still say how after a cancel.
-        found = self._running.get(_key(handle))
-        if found is not None:
-            self._pilot.cancel(found[0])
+        running = self._running.get(_key(handle))
+        if running is not None:
+            self._pilot.cancel(running[0])
         return CancelResponse.ACCEPT
 
     async def _execute(self, handle: ServerGoalHandle) -> Any:
@@ -270,9 +270,9 @@ class ActionAdapter:
         except Exception as error:  # noqa: BLE001 - a result that cannot be sent ends no server
             result = self._action.type.Result()
             outcome = raised(error)
-        told = {"error_code": int(outcome.error_code), "error_msg": outcome.reason}
-        for name in told.keys() & result.get_fields_and_field_types().keys():
-            setattr(result, name, told[name])
+        codes = {"error_code": int(outcome.error_code), "error_msg": outcome.reason}
+        for name in codes.keys() & result.get_fields_and_field_types().keys():
+            setattr(result, name, codes[name])
         return result, outcome
 
     def _filled(self, message: Any, fields: Fields) -> Any:

@@ -72,7 +72,7 @@ class CommandPublisher:
         self._message: MessageTemplate
         self._fault: str | None = None
         self._watched = wiring.is_watched
-        self._told: str | None = None
+        self._logged: str | None = None
         if self.type is not None:
             self._open()
         if self._watched:
@@ -111,8 +111,8 @@ class CommandPublisher:
         )
         if self._publisher is None and self.type is not None:
             self._open()
-        if self._fault != self._told:
-            self._tell()
+        if self._fault != self._logged:
+            self._log_fault()
         return self._fault
 
     def guarded(self, action: ServedAction) -> ServedAction:
@@ -143,8 +143,8 @@ class CommandPublisher:
         self._publisher = self._node.create_publisher(type(message), self._topic, 10)
         self._log.info(f"commands go to {self._topic} as {self.type}")
 
-    def _tell(self) -> None:
-        self._told = self._fault
+    def _log_fault(self) -> None:
+        self._logged = self._fault
         if self._fault is None:
             self._log.info(f"{self._topic} is listened to as {self.type}")
             return

@@ -33,12 +33,12 @@ class Listeners:
 
     def look(self, types: Iterable[str]) -> str | None:
         """Take in the type of each subscription; return why the robot would not hear, or None."""
-        found = sorted(set(types))
-        wanted = [name for name in found if name in COMMAND_TYPES]
-        if not found:
+        offered = sorted(set(types))
+        wanted = [name for name in offered if name in COMMAND_TYPES]
+        if not offered:
             return f"nobody listens on {self._topic}; is the robot's bringup running?"
-        if len(wanted) != len(found):
-            strange = ", ".join(name for name in found if name not in COMMAND_TYPES)
+        if len(wanted) != len(offered):
+            strange = ", ".join(name for name in offered if name not in COMMAND_TYPES)
             return f"{self._topic} must be TwistStamped or Twist, but {strange} is listened for"
         if len(wanted) > 1:
             return (

@@ -57,9 +57,9 @@ class Frames:
     def _links(self) -> dict[str, tuple[str, Any]]:
         """Return parent and transform of each frame, the newest of each."""
         return {
-            one.child_frame_id: (one.header.frame_id, one.transform)
+            stamped.child_frame_id: (stamped.header.frame_id, stamped.transform)
             for data in (*self.fixed, *self.moving)
-            for one in transforms_of(data)
+            for stamped in transforms_of(data)
         }
 
 
@@ -87,17 +87,17 @@ class PlaceOnMap:
 
     def _newest(self, texts: Texts) -> list[str]:
         """Return the paths of the last transform from the map to the frame, if there is one."""
-        found: list[str] = []
+        paths: list[str] = []
         for path, text in texts.items():
             transform = path.removesuffix(".child_frame_id")
             if transform == path or text != self._frame:
                 continue
             if texts[f"{transform}.header.frame_id"] == self._map_frame:
-                found = [
+                paths = [
                     *(f"{transform}.transform.translation.{axis}" for axis in "xy"),
                     *(f"{transform}.transform.rotation.{axis}" for axis in "xyzw"),
                 ]
-        return found
+        return paths
 
 
 def transforms_of(data: bytes) -> list[Any]:

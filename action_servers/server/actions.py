@@ -18,8 +18,8 @@ from bt_mission.core.actions import declared
 def action(name: str) -> Action:
     """Return one of the actions of `declared`."""
     place = declared()[name]
-    found: Action = getattr(import_module(place.module), place.attribute)
-    return found
+    declaration: Action = getattr(import_module(place.module), place.attribute)
+    return declaration
 
 
 def generated_type(name: str) -> Any:

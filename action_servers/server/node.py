@@ -120,7 +120,7 @@ class ServersNode(RobotNode):
             publish_distance=lambda metres: self._distance.publish(Float64(data=metres)),
             publish_path=PlanTopic(self, lean=options.lean).publish,
         )
-        self._extra = {one.name: one for one in options.extra_actions}
+        self._extra = {extra_action.name: extra_action for extra_action in options.extra_actions}
         # On a stage, requests pass by the taps of tests one by one.
         self._burst = 1 if options.lean else BURST
         names = dict.fromkeys((*declared(), *self._extra))
@@ -143,12 +143,12 @@ class ServersNode(RobotNode):
     def missing(self) -> tuple[str, ...]:
         """What goals that drive still wait for."""
         seen = self._sensors.observe()
-        found = {"scan": seen.scan, "odometry": seen.odom}
-        return tuple(name for name, value in found.items() if value is None)
+        messages = {"scan": seen.scan, "odometry": seen.odom}
+        return tuple(name for name, value in messages.items() if value is None)
 
     def why_rejected(self, action: str) -> str:
         """Why the last goal of an action, by its resolved name, was rejected; empty if unknown."""
-        return next((one.refused for one in self._adapters if one.name == action), "")
+        return next((adapter.refused for adapter in self._adapters if adapter.name == action), "")
 
     @property
     def actions(self) -> tuple[str, ...]:
@@ -167,7 +167,9 @@ class ServersNode(RobotNode):
 
         `action` is one of `actions`.
         """
-        return next(one for one in self._adapters if one.name == action).interpose(before)
+        return next(adapter for adapter in self._adapters if adapter.name == action).interpose(
+            before
+        )
 
     def stop(self, reason: str) -> None:
         """Command zero velocity, end every goal as aborted with `reason`, and accept no more.

@@ -40,7 +40,7 @@ class Switches:
     def __init__(self, node: Node, interlock: Interlock) -> None:
         self._log = log_of(node)
         self._interlock = interlock
-        self._said = ""
+        self._logged = ""
         for name, act in (("stop", interlock.stop), ("release", interlock.release)):
             serve = partial(self._serve, act)
             node.create_service(Trigger, name, serve, qos_profile=REQUESTS)
@@ -48,8 +48,8 @@ class Switches:
 
     def _serve(self, act: Callable[[], str], _request: Any, response: Any) -> Any:
         done = act()
-        if done != self._said:
-            self._said = done
+        if done != self._logged:
+            self._logged = done
             self._log.info(done)
         response.success, response.message = True, done
         return response

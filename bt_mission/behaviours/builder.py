@@ -76,8 +76,8 @@ def revise_tree(mission: Mission, scope: Scope) -> None:
 
 def node_details(mission: Mission) -> Mapping[str, tuple[str, ...]]:
     """Return the details of each node that has any, in its author's words, by its path."""
-    found = {path: tuple(node.details()) for path, node, _ in _nodes(mission)}
-    return {path: lines for path, lines in found.items() if lines}
+    details = {path: tuple(node.details()) for path, node, _ in _nodes(mission)}
+    return {path: lines for path, lines in details.items() if lines}
 
 
 def _nodes(mission: Mission) -> Iterator[tuple[str, NodeModel, str]]:
@@ -88,7 +88,7 @@ def _nodes(mission: Mission) -> Iterator[tuple[str, NodeModel, str]]:
         yield path, node, file
         file = mission.trees[node.tree].document.file if isinstance(node, TreeNode) else file
         below = enumerate(mission.below(node))
-        waiting += [(f"{path}.{index}", one, file) for index, one in below]
+        waiting += [(f"{path}.{index}", child, file) for index, child in below]
 
 
 def _built(node: NodeModel, path: str, mission: Mission, file: str, scope: Scope) -> Behaviour:

@@ -197,7 +197,7 @@ class Finally(Hooked, Composite):
             "result": self._result.value,
             "limit_s": self._limit_s,
             "left_ns": self._until_ns - now_ns,
-            "values": [list(one) for one in self._variables.items()],
+            "values": [list(variable) for variable in self._variables.items()],
         }
 
     def restore_state(self, state: dict[str, Any], now_ns: int) -> None:

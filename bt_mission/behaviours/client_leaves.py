@@ -95,10 +95,10 @@ class ServiceLeaf(ClientLeaf):
     def _read(self, response: Any) -> Status:
         self._values.store(self._node.outputs, response)
         message = getattr(response, "message", "")
-        said = message if isinstance(message, str) else ""
+        text = message if isinstance(message, str) else ""
         if getattr(response, "success", True) is False:
-            return self._fail(f"answered no success{f': {said}' if said else ''}")
-        self.feedback_message = said
+            return self._fail(f"answered no success{f': {text}' if text else ''}")
+        self.feedback_message = text
         return Status.SUCCESS
 
     def _running(self, message: str) -> Status:

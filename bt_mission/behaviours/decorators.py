@@ -105,12 +105,12 @@ class Force(HookedDecorator):
 
     def update(self) -> Status:
         """Change the end, and say so."""
-        forced, found = Status[self._node.status.upper()], self.decorated.status
+        forced, status = Status[self._node.status.upper()], self.decorated.status
         self.feedback_message = self.decorated.feedback_message
-        if found in (Status.RUNNING, forced):
-            return found
-        said = f" [{self.feedback_message}]" if self.feedback_message else ""
-        self.feedback_message = f"{found.name.lower()} is {forced.name.lower()}{said}"
+        if status in (Status.RUNNING, forced):
+            return status
+        reason = f" [{self.feedback_message}]" if self.feedback_message else ""
+        self.feedback_message = f"{status.name.lower()} is {forced.name.lower()}{reason}"
         return forced
 
 

@@ -136,7 +136,7 @@ class Evaluator:
         if asked.result is not None and all(map(is_, values, asked.values)):
             return asked.result
         result = self._judge(condition, asked.names)
-        is_lasting = not condition.draws and all(isinstance(one, _LASTING) for one in values)
+        is_lasting = not condition.draws and all(isinstance(value, _LASTING) for value in values)
         asked.result, asked.values = (result, values) if is_lasting else (None, [])
         return result
 
@@ -194,11 +194,11 @@ class Evaluator:
             if is_same or (needs_message and message is None):
                 return None
             known = values
-            said = met(message)
-            if said is None or needs_message:
-                return said
+            reason = met(message)
+            if reason is None or needs_message:
+                return reason
             read = zip(names, values, strict=True)
-            return f"{said} ({', '.join(f'{name} = {brief(value)}' for name, value in read)})"
+            return f"{reason} ({', '.join(f'{name} = {brief(value)}' for name, value in read)})"
 
         return ask
 
@@ -238,10 +238,10 @@ class MessageFields(Mapping[str, Any]):
 def values_read(condition: Expression, fields: Mapping[str, Any]) -> str:
     """What a condition reads of a message, for people."""
     names = dict.fromkeys(name.name for name in condition.references if not name.variable)
-    found = {name: fields[name] for name in names if name in fields}
+    values = {name: fields[name] for name in names if name in fields}
     return ", ".join(
         f"{name} of {len(value)}" if isinstance(value, list) else f"{name} = {show(value)}"
-        for name, value in found.items()
+        for name, value in values.items()
     )
 
 

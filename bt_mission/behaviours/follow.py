@@ -43,7 +43,7 @@ class FollowedVariable:
         self._settings = follow.settings
         self._values = scope.values
         self._runtime = runtime
-        self._heard_ns: int | None = None
+        self._received_ns: int | None = None
         self._unread: Any = None
         self._look_ns = 0
         with placed(self.place):
@@ -59,12 +59,12 @@ class FollowedVariable:
         value = self._values[self.name]
         if not isinstance(value, NoValue):
             return ""
-        return value.reason + (f", {self._topic.why_silent()}" if self._heard_ns is None else "")
+        return value.reason + (f", {self._topic.why_silent()}" if self._received_ns is None else "")
 
     @property
     def remedy(self) -> str:
         """What lets a mission begin without its first value."""
-        if self._heard_ns is None:
+        if self._received_ns is None:
             return "start what publishes it, or give it an 'initial' value"
         return "give it a 'default'"
 
@@ -82,13 +82,13 @@ class FollowedVariable:
         if self._unread is not None:
             message, self._unread = self._unread, None
             self._take(message)
-        if self._heard_ns is None or timeout_s is None:
+        if self._received_ns is None or timeout_s is None:
             return
-        if now_ns - self._heard_ns >= timeout_s * NS:
+        if now_ns - self._received_ns >= timeout_s * NS:
             self._set_missing(f"no message of {self._topic.name} for {timeout_s:g} s")
 
     def _hear(self, message: Any) -> None:
-        self._unread, self._heard_ns = message, self._runtime.now_ns
+        self._unread, self._received_ns = message, self._runtime.now_ns
 
     def _take(self, message: Any) -> None:
         field, topic = self._settings.field, self._topic.name
@@ -128,7 +128,7 @@ class FollowedVariables:
         ]
         self._awaited = list(self._variables)
         self._since_ns: int | None = None
-        self._is_said = False
+        self._is_logged = False
 
     def update(self) -> None:
         """Bring all of them up to date; what they hold now lasts until the next call.
@@ -146,20 +146,20 @@ class FollowedVariables:
         """
         if not self._awaited:
             return True
-        self._awaited = [one for one in self._awaited if one.why_missing]
+        self._awaited = [awaited for awaited in self._awaited if awaited.why_missing]
         if not self._awaited:
             return True
         now_ns = self._runtime.now_ns
         self._since_ns = now_ns if self._since_ns is None else self._since_ns
         waited_ns = now_ns - self._since_ns
-        for one in self._awaited:
-            if waited_ns >= one.limit_s * NS:
+        for awaited in self._awaited:
+            if waited_ns >= awaited.limit_s * NS:
                 raise MissionFailure(
-                    f"{one.place}: '{one.name}' has no value after {one.limit_s:g} s: "
-                    f"{one.why_missing}; {one.remedy}"
+                    f"{awaited.place}: '{awaited.name}' has no value after {awaited.limit_s:g} s: "
+                    f"{awaited.why_missing}; {awaited.remedy}"
                 )
-        if waited_ns >= QUIET_NS and not self._is_said:
-            self._is_said = True
-            missing = dict.fromkeys(one.why_missing for one in self._awaited)
+        if waited_ns >= QUIET_NS and not self._is_logged:
+            self._is_logged = True
+            missing = dict.fromkeys(awaited.why_missing for awaited in self._awaited)
             self._runtime.log(f"the mission waits to begin: {'; '.join(missing)}")
         return False

@@ -41,9 +41,9 @@ class Hooked(Behaviour):
 
     def remove_call_hook(self, hook: CallHook) -> None:
         """Call a hook no more."""
-        self.call_hooks = tuple(one for one in self.call_hooks if one is not hook)
+        self.call_hooks = tuple(kept for kept in self.call_hooks if kept is not hook)
 
-    def tell_call_hooks(self, method: str) -> None:
+    def run_call_hooks(self, method: str) -> None:
         """Tell the call hooks which method is called next."""
         for hook in self.call_hooks:
             hook(method)

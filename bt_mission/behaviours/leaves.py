@@ -64,10 +64,10 @@ class Leaf(Hooked):
             if self.start_hook is not None:
                 yield from self.start_hook(self)
             if self.call_hooks:
-                self.tell_call_hooks("initialise")
+                self.run_call_hooks("initialise")
             self.initialise()
         if self.call_hooks:
-            self.tell_call_hooks("update")
+            self.run_call_hooks("update")
         status = self.update()
         if status is not RUNNING:
             self.stop(status)
@@ -83,7 +83,7 @@ class Leaf(Hooked):
 
     def call_terminate(self, new_status: Status) -> None:
         """Terminate without a change of status."""
-        self.tell_call_hooks("terminate")
+        self.run_call_hooks("terminate")
         self.terminate(new_status)
 
 

@@ -95,10 +95,10 @@ class PythonLeaf(Hooked):
     def _walk(self) -> Iterator[Behaviour]:
         ours = self.behaviour
         if ours.status is not RUNNING:
-            self.tell_call_hooks("initialise")
+            self.run_call_hooks("initialise")
             for attribute, value in self._values.resolve(self._node.inputs).items():
                 setattr(ours, attribute, value)
-        self.tell_call_hooks("update")
+        self.run_call_hooks("update")
         watch = Stopwatch()
         for node in self._tick_of_leaf() if type(ours).tick is Behaviour.tick else ours.tick():
             if node is not ours:
@@ -106,7 +106,7 @@ class PythonLeaf(Hooked):
         self._note_wall_time(watch.elapsed_s)
         if ours.status is not RUNNING:
             try:
-                self.tell_call_hooks("terminate")
+                self.run_call_hooks("terminate")
                 self._read_outputs()
             except Exception:
                 ours.stop(INVALID)
@@ -158,7 +158,7 @@ class PythonLeaf(Hooked):
     def stop(self, new_status: Status = Status.INVALID) -> None:
         """Halt the user's behaviour."""
         self.note_reset(new_status)
-        self.tell_call_hooks("terminate")
+        self.run_call_hooks("terminate")
         self.behaviour.stop(new_status)
 
     def tip(self) -> Behaviour | None:

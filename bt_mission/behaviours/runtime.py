@@ -70,7 +70,7 @@ class Scope:
 
     def written(self) -> dict[str, Any]:
         """The variables with their values, those that follow topics left out."""
-        names = {one.variable for one in self.followed}
+        names = {followed.variable for followed in self.followed}
         return {name: value for name, value in self.values.items() if name not in names}
 
     def replace(self, values: Mapping[str, Any]) -> None:

@@ -126,8 +126,8 @@ def places(mission: Mission) -> Iterator[tuple[Document, NodeModel, CoveragePlac
         for step, path, can_halt in _descend(tree, ends, halted=name in halted):
             marks = [
                 REACHED,
-                *(f"{OUTCOME}{one}" for one in _outcomes(step, ends, can_halt=can_halt)),
-                *(f"{BRANCH}{one}" for one in branches(step)),
+                *(f"{OUTCOME}{outcome}" for outcome in _outcomes(step, ends, can_halt=can_halt)),
+                *(f"{BRANCH}{branch}" for branch in branches(step)),
             ]
             counts = dict.fromkeys(marks, 0)
             yield (
@@ -141,7 +141,7 @@ def branches(step: NodeModel) -> list[str]:
     """The ways that a node can choose; those of children are in their order."""
     match step:
         case FallbackNode() | ParallelNode() | ChooseNode():
-            return [f"{number} {one.label}" for number, one in enumerate(step.children, 1)]
+            return [f"{number} {child.label}" for number, child in enumerate(step.children, 1)]
         case WhenNode() | GuardNode():
             if isinstance(step.condition, bool):
                 return [TRUE if step.condition else FALSE]
@@ -152,7 +152,7 @@ def branches(step: NodeModel) -> list[str]:
 def _outcomes(step: NodeModel, ends: Mapping[int, Ends], *, can_halt: bool) -> list[str]:
     match step:
         case GoalNode():
-            return [str(one) for one in _of_goal(step, can_halt=can_halt)]
+            return [str(outcome) for outcome in _of_goal(step, can_halt=can_halt)]
         case CheckNode():
             return [{"success": TRUE, "failure": FALSE}[end] for end in _both(ends[id(step)])]
         case TimeoutNode():
@@ -178,7 +178,7 @@ def _of_goal(step: GoalNode, *, can_halt: bool) -> Iterator[Outcome]:
     }
     asks = limits[Outcome.CANCELED_BY_CONDITION] or step.timeout or step.feedback_timeout
     limits |= dict.fromkeys((Outcome.CANCEL_REFUSED, Outcome.UNCONFIRMED), bool(asks))
-    return (one for one in Outcome if one in ALWAYS_POSSIBLE or limits.get(one))
+    return (outcome for outcome in Outcome if outcome in ALWAYS_POSSIBLE or limits.get(outcome))
 
 
 # ---- who can be halted ---------------------------------------------------------------------
@@ -209,8 +209,8 @@ def _halts(step: NodeModel, index: int, ends: Mapping[int, Ends]) -> bool:
         case InTurnNode():
             return not step.memory and index > 0
         case ParallelNode():
-            others = [ends[id(one)] for n, one in enumerate(step.children) if n != index]
-            decides = step.succeed_when != "all" or any("failure" in one for one in others)
+            others = [ends[id(child)] for n, child in enumerate(step.children) if n != index]
+            decides = step.succeed_when != "all" or any("failure" in ending for ending in others)
             return step.rest == "halt" and bool(others) and decides
     return False
 
@@ -218,32 +218,32 @@ def _halts(step: NodeModel, index: int, ends: Mapping[int, Ends]) -> bool:
 def _trees_halted(mission: Mission) -> set[str]:
     """The named trees of which some use can be halted."""
     uses = _ends_of_trees(mission)
-    found: set[str] = set()
+    halted_trees: set[str] = set()
     grown = True
     while grown:
-        before = len(found)
+        before = len(halted_trees)
         for tree in mission.all_trees:
             name = "" if tree.is_main else tree.name
             ends = ends_of(tree.body, uses)
-            for step, _, can_halt in _descend(tree, ends, halted=name in found):
+            for step, _, can_halt in _descend(tree, ends, halted=name in halted_trees):
                 if can_halt and isinstance(step, TreeNode):
-                    found.add(step.tree)
-        grown = len(found) > before
-    return found
+                    halted_trees.add(step.tree)
+        grown = len(halted_trees) > before
+    return halted_trees
 
 
 def _ends_of_trees(mission: Mission) -> dict[str, Ends]:
     """How the named trees end; those that use others come after them."""
-    found: dict[str, Ends] = {}
+    ends: dict[str, Ends] = {}
     waiting = list(mission.trees.values())
     while waiting:
         tree = waiting.pop(0)
-        used = {one.tree for one in tree.body.walk() if isinstance(one, TreeNode)}
-        if used <= found.keys():
-            found[tree.name] = ends_of(tree.body, found)[id(tree.body)]
+        used = {step.tree for step in tree.body.walk() if isinstance(step, TreeNode)}
+        if used <= ends.keys():
+            ends[tree.name] = ends_of(tree.body, ends)[id(tree.body)]
         else:
             waiting.append(tree)
-    return found
+    return ends
 
 
 # ---- nodes of a tree that was built --------------------------------------------------------
@@ -269,15 +269,15 @@ def built(mission: Mission, root: Behaviour) -> Iterator[Built]:
     """Every node of a mission's tree, beside its step."""
     waiting = [Built(root, mission.root, mission.main.document, None, 0)]
     while waiting:
-        one = waiting.pop()
-        yield one
-        if isinstance(one.step, TreeNode):
-            tree = mission.trees[one.step.tree]
-            waiting.append(Built(one.node.children[0], tree.body, tree.document, one, 0))
+        current = waiting.pop()
+        yield current
+        if isinstance(current.step, TreeNode):
+            tree = mission.trees[current.step.tree]
+            waiting.append(Built(current.node.children[0], tree.body, tree.document, current, 0))
         else:
             waiting += [
-                Built(node, step, one.document, one, number)
+                Built(node, step, current.document, current, number)
                 for number, (step, node) in enumerate(
-                    zip(one.step.below, one.node.children, strict=False)
+                    zip(current.step.below, current.node.children, strict=False)
                 )
             ]

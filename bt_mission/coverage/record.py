@@ -27,8 +27,10 @@ class CoverageRecord:
 
     def __init__(self, places: Iterable[CoveragePlace]) -> None:
         self.places = tuple(places)
-        self._marks = [(one.marks, mark) for one in self.places for mark in one.marks]
-        self.names = tuple(f"{one.label}: {mark}" for one in self.places for mark in one.marks)
+        self._marks = [(place.marks, mark) for place in self.places for mark in place.marks]
+        self.names = tuple(
+            f"{place.label}: {mark}" for place in self.places for mark in place.marks
+        )
 
     @classmethod
     def of(cls, mission: Mission) -> Self:
@@ -38,9 +40,9 @@ class CoverageRecord:
     @classmethod
     def attach(cls, mission: Mission, executive: Executive) -> Self:
         """Record what a run reaches from now on; call it before the first tick."""
-        found = {id(step): place for _, step, place in places(mission)}
-        CoverageWatch(mission, executive, found)
-        return cls(found.values())
+        by_step = {id(step): place for _, step, place in places(mission)}
+        CoverageWatch(mission, executive, by_step)
+        return cls(by_step.values())
 
     def add(self, text: str, runs: int = 1) -> tuple[str, ...]:
         """Add runs that have reached the same; return the names of what is reached first.
@@ -104,13 +106,13 @@ class Score:
         return 100 * (self.reached + self.seen + self.taken) / there if there else 100.0
 
     @classmethod
-    def of(cls, found: Iterable[CoveragePlace]) -> Score:
+    def of(cls, places: Iterable[CoveragePlace]) -> Score:
         """Count what was reached of some places."""
-        known = list(found)
+        known = list(places)
         parts = (
-            [one.runs for one in known],
-            [runs for one in known for runs in one.outcomes.values()],
-            [runs for one in known for runs in one.branches.values()],
+            [place.runs for place in known],
+            [runs for place in known for runs in place.outcomes.values()],
+            [runs for place in known for runs in place.branches.values()],
         )
         return cls(*(count for runs in parts for count in (len(runs), sum(map(bool, runs)))))
 
@@ -137,7 +139,9 @@ class CoveredFile:
 
     def in_order(self) -> list[CoveragePlace]:
         """Its nodes in the order of the file."""
-        return sorted(self.places.values(), key=lambda one: (one.line, one.column, one.depth))
+        return sorted(
+            self.places.values(), key=lambda place: (place.line, place.column, place.depth)
+        )
 
     @property
     def score(self) -> Score:
@@ -176,7 +180,9 @@ class CoverageTally:
     @property
     def score(self) -> Score:
         """How much of all was reached."""
-        return Score.of(place for one in self.files.values() for place in one.places.values())
+        return Score.of(
+            place for covered in self.files.values() for place in covered.places.values()
+        )
 
     def add(self, key: str, covered: CoveredFile) -> None:
         """Add what is known of a file."""
@@ -187,20 +193,20 @@ class CoverageTally:
         """Return plain data, to be sent to another process."""
         return {
             key: {
-                "label": one.label,
-                "missions": sorted(one.missions),
-                "source": list(one.source),
-                "places": [asdict(place) for place in one.in_order()],
+                "label": covered.label,
+                "missions": sorted(covered.missions),
+                "source": list(covered.source),
+                "places": [asdict(place) for place in covered.in_order()],
             }
-            for key, one in self.files.items()
+            for key, covered in self.files.items()
         }
 
     def take(self, data: Mapping[str, Any]) -> None:
         """Add what another process has sent."""
-        for key, one in data.items():
-            found = [CoveragePlace(**place) for place in one["places"]]
-            source, by_key = tuple(one["source"]), {place.key: place for place in found}
-            self.add(key, CoveredFile(one["label"], set(one["missions"]), source, by_key))
+        for key, entry in data.items():
+            places = [CoveragePlace(**place) for place in entry["places"]]
+            source, by_key = tuple(entry["source"]), {place.key: place for place in places}
+            self.add(key, CoveredFile(entry["label"], set(entry["missions"]), source, by_key))
 
     def report(self) -> dict[str, Any]:
         """For programs: a score in all and of each file, and each node with its counts of runs."""
@@ -209,13 +215,14 @@ class CoverageTally:
             "version": VERSION,
             "total": self.score.as_dict(),
             "files": {
-                one.label: {
-                    "missions": sorted(one.missions),
-                    "score": one.score.as_dict(),
+                covered.label: {
+                    "missions": sorted(covered.missions),
+                    "score": covered.score.as_dict(),
                     "nodes": [
-                        {name: getattr(place, name) for name in names} for place in one.in_order()
+                        {name: getattr(place, name) for name in names}
+                        for place in covered.in_order()
                     ],
                 }
-                for one in self.in_order()
+                for covered in self.in_order()
             },
         }

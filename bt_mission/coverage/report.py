@@ -18,19 +18,19 @@ MANY = 4
 
 def rows(tally: CoverageTally) -> list[tuple[str, ...]]:
     """Return the cells of the table: a row for each file, and one for all where several are."""
-    found = [
+    table = [
         (
-            one.label,
-            *map(str, astuple(one.score)),
-            f"{int(one.score.percent)}%",
-            in_ranges([place.line for place in one.in_order() if not place.runs], one),
+            covered.label,
+            *map(str, astuple(covered.score)),
+            f"{int(covered.score.percent)}%",
+            in_ranges([place.line for place in covered.in_order() if not place.runs], covered),
         )
-        for one in tally.in_order()
+        for covered in tally.in_order()
     ]
-    if len(found) != 1:
+    if len(table) != 1:
         score = tally.score
-        found.append(("in all", *map(str, astuple(score)), f"{int(score.percent)}%", ""))
-    return found
+        table.append(("in all", *map(str, astuple(score)), f"{int(score.percent)}%", ""))
+    return table
 
 
 def in_ranges(lines: Iterable[int], covered: CoveredFile) -> str:
@@ -76,9 +76,9 @@ def as_text(tally: CoverageTally, *, brief: bool = False) -> Iterator[str]:
         cells = [row[0].ljust(widths[0])]
         cells += [cell.rjust(width) for cell, width in zip(row[1:-1], widths[1:-1], strict=True)]
         yield "  ".join([*cells, row[-1]]).rstrip()
-    for one in tally.in_order():
-        if lines := list(_tree(one, brief=brief)):
-            yield from ("", one.label, *lines)
+    for covered in tally.in_order():
+        if lines := list(_tree(covered, brief=brief)):
+            yield from ("", covered.label, *lines)
 
 
 def _tree(covered: CoveredFile, *, brief: bool) -> Iterator[str]:
@@ -89,19 +89,21 @@ def _tree(covered: CoveredFile, *, brief: bool) -> Iterator[str]:
     hidden_below: int | None = None
     for number, place in enumerate(places):
         above = [
-            one
-            for one in above
-            if places[one].depth < place.depth and places[one].tree == place.tree
+            ancestor
+            for ancestor in above
+            if places[ancestor].depth < place.depth and places[ancestor].tree == place.tree
         ]
         if hidden_below is not None and hidden_below in above:
             continue
         hidden_below = None if place.runs else number
         if missing := missing_of(place, brief=brief):
-            for one in above:
-                shown.setdefault(one, "")
+            for ancestor in above:
+                shown.setdefault(ancestor, "")
             shown[number] = missing
         above.append(number)
-    width = max((len(f"{'  ' * places[one].depth}{places[one].name}") for one in shown), default=0)
+    width = max(
+        (len(f"{'  ' * places[index].depth}{places[index].name}") for index in shown), default=0
+    )
     tree = ""
     for number in sorted(shown):
         place = places[number]
@@ -117,7 +119,7 @@ def _tree(covered: CoveredFile, *, brief: bool) -> Iterator[str]:
 
 def as_html(tally: CoverageTally) -> str:
     """Return the page: the table, and each file with what is missing beside its lines."""
-    files = [(one.label, list(_lines(one))) for one in tally.in_order()]
+    files = [(covered.label, list(_lines(covered))) for covered in tally.in_order()]
     percent = int(tally.score.percent)
     return render(
         "coverage/report.html", percent=percent, head=HEAD[:-1], rows=rows(tally), files=files

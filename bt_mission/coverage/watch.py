@@ -43,7 +43,7 @@ class CoverageWatch:
     ) -> None:
         self._executive = executive
         self._places = places
-        self._built = {one.node: one for one in built(mission, executive.root)}
+        self._built = {place.node: place for place in built(mission, executive.root)}
         self._visited: set[Behaviour] = set()
         self._seen: set[tuple[Behaviour, str]] = set()
         executive.tick_wrappers.append(self._follow)
@@ -51,26 +51,26 @@ class CoverageWatch:
 
     def _follow(self, walk: Iterator[Behaviour]) -> Iterator[Behaviour]:
         for node in walk:
-            one = self._built.get(node)
-            if one is not None:
-                self._visit(one)
+            visited = self._built.get(node)
+            if visited is not None:
+                self._visit(visited)
             yield node
 
-    def _visit(self, one: Built) -> None:
+    def _visit(self, visited: Built) -> None:
         """A tick has been at a node."""
-        if one.node not in self._visited:
-            self._visited.add(one.node)
-            self._reach(one, REACHED)
-            if one.above is not None:
-                way = _way_to(one)
+        if visited.node not in self._visited:
+            self._visited.add(visited.node)
+            self._reach(visited, REACHED)
+            if visited.above is not None:
+                way = _way_to(visited)
                 if way:
-                    self._reach(one.above, f"{BRANCH}{way}")
-        if one.node.status in (Status.SUCCESS, Status.FAILURE):
-            if _went_nowhere(one):
-                self._reach(one, f"{BRANCH}{FALSE}")
-            outcome = _outcome(one)
+                    self._reach(visited.above, f"{BRANCH}{way}")
+        if visited.node.status in (Status.SUCCESS, Status.FAILURE):
+            if _went_nowhere(visited):
+                self._reach(visited, f"{BRANCH}{FALSE}")
+            outcome = _outcome(visited)
             if outcome:
-                self._reach(one, f"{OUTCOME}{outcome}")
+                self._reach(visited, f"{OUTCOME}{outcome}")
 
     def _take(self, event: Event) -> None:
         """Goals that the tree halts are seen here; the end of a test is no such halt."""
@@ -80,42 +80,42 @@ class CoverageWatch:
         if not isinstance(node, ActionLeaf):
             return
         if node.was_halted and self._executive.status is MissionStatus.RUNNING:
-            one = self._built[node]
-            outcome = _outcome(one)
+            halted = self._built[node]
+            outcome = _outcome(halted)
             if outcome:
-                self._reach(one, f"{OUTCOME}{outcome}")
+                self._reach(halted, f"{OUTCOME}{outcome}")
 
-    def _reach(self, one: Built, mark: str) -> None:
-        marks = self._places[id(one.step)].marks
-        if (one.node, mark) not in self._seen and mark in marks:
-            self._seen.add((one.node, mark))
+    def _reach(self, reached: Built, mark: str) -> None:
+        marks = self._places[id(reached.step)].marks
+        if (reached.node, mark) not in self._seen and mark in marks:
+            self._seen.add((reached.node, mark))
             marks[mark] += 1
 
 
-def _way_to(one: Built) -> str:
+def _way_to(visited: Built) -> str:
     """The branch of the node above that leads to this one, if that chooses."""
-    above = one.above
+    above = visited.above
     assert above is not None
     if isinstance(above.step, CHOOSING):
-        return branches(above.step)[one.number]
+        return branches(above.step)[visited.number]
     if isinstance(above.step, WhenNode | GuardNode):
-        return FALSE if one.number else TRUE
+        return FALSE if visited.number else TRUE
     return ""
 
 
-def _went_nowhere(one: Built) -> bool:
+def _went_nowhere(ended: Built) -> bool:
     """Has a condition that does not hold kept a node from going on?"""
-    children = one.node.children
-    if isinstance(one.step, WhenNode):
+    children = ended.node.children
+    if isinstance(ended.step, WhenNode):
         return len(children) == 1 and children[0].status is Status.INVALID
-    if isinstance(one.step, GuardNode):
+    if isinstance(ended.step, GuardNode):
         return children[0].status is Status.INVALID
     return False
 
 
-def _outcome(one: Built) -> str:
+def _outcome(ended: Built) -> str:
     """What came of a node that has just ended."""
-    node, step = one.node, one.step
+    node, step = ended.node, ended.step
     if isinstance(node, ActionLeaf):
         ending = node.attempt.ending if node.attempt else None
         return str(ending.outcome) if ending else ""

@@ -67,7 +67,7 @@ def fields_of(event: Event, nodes: Nodes = ()) -> dict[str, Any]:
 def _plain(event: Event, nodes: Nodes) -> dict[str, Any]:
     """Return the fields as they are; a node with its name and path, too."""
     left_out = ("time_ns", *LEFT_OUT.get(type(event), ()))
-    names = (one.name for one in fields_in(event) if one.name not in left_out)
+    names = (field.name for field in fields_in(event) if field.name not in left_out)
     fields = {name: getattr(event, name) for name in names}
     index = fields.get("node", -1)
     return fields | ({"index": index, **_node(index, nodes)} if 0 <= index < len(nodes) else {})
@@ -81,7 +81,7 @@ def _started(event: RunStarted, _: Nodes) -> dict[str, Any]:
         "world": event.world,
         "robot": event.robot,
         "seed": event.seed,
-        "nodes": [{name: getattr(one, name) for name in shown} for one in event.nodes],
+        "nodes": [{name: getattr(node, name) for name in shown} for node in event.nodes],
     }
 
 
@@ -158,9 +158,9 @@ def json_line(event: Event, nodes: Nodes = ()) -> str:
 def _finite(value: Any) -> Any:
     match value:
         case dict():
-            return {key: _finite(one) for key, one in value.items()}
+            return {key: _finite(item) for key, item in value.items()}
         case list() | tuple():
-            return [_finite(one) for one in value]
+            return [_finite(item) for item in value]
         case float() if not math.isfinite(value):
             return None
     return value
@@ -226,7 +226,7 @@ def goal_line(event: GoalChanged, goal: str) -> str:
 
 def node_names(nodes: Nodes) -> tuple[str, ...]:
     """Return name and path of each node as they are written in lines of a trace."""
-    return tuple(f'"node": {_text(one.name)}, "path": {_text(one.path)}' for one in nodes)
+    return tuple(f'"node": {_text(node.name)}, "path": {_text(node.path)}' for node in nodes)
 
 
 def _traced_state(event: StateChanged) -> dict[str, Any] | None:
@@ -340,7 +340,7 @@ READERS: Mapping[str, Callable[[Fields, Indices], Event]] = {
         fields["t"], tuple(indices[path] for path in fields["paths"])
     ),
     **dict.fromkeys(
-        (f"goal {one}" for one in ("sent", "found again", "released", "abandoned", "ended")),
+        (f"goal {phase}" for phase in ("sent", "found again", "released", "abandoned", "ended")),
         _goal_of,
     ),
     **dict.fromkeys(("mission", "paused", "resumed", "observing"), _state_of),

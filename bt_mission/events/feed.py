@@ -66,9 +66,9 @@ class MissionFeed:
         self.sequence = None
         self._waiting.clear()
         yield tree
-        early = [one for one in self._early if one.run == tree.run]
+        batches = [batch for batch in self._early if batch.run == tree.run]
         self._early.clear()
-        for batch in early:
+        for batch in batches:
             yield from self._taken(batch)
 
     def _catch_up(self) -> Iterator[Event]:
@@ -91,8 +91,8 @@ class MissionFeed:
         self.sequence = batch.sequence
         progress = tuple(self.mission.progress.values())
         yield from self._apply(batch.events)
-        for one in progress:
-            self.mission.note_progress(one)
+        for event in progress:
+            self.mission.note_progress(event)
         yield from self._catch_up()
 
     def _apply(self, events: Iterable[Event]) -> Iterator[Event]:
@@ -105,7 +105,7 @@ def in_order(batches: Iterable[Batch]) -> list[Batch]:
     """Put the end of a mission after all else that was sent of it; topics may overtake."""
     ordered = list(batches)
     for batch in tuple(ordered):
-        if any(isinstance(one, StateChanged) and one.status in FINAL for one in batch.events):
+        if any(isinstance(event, StateChanged) and event.status in FINAL for event in batch.events):
             last = max(at for at, other in enumerate(ordered) if other.run == batch.run)
             ordered.insert(last + 1, batch)
             ordered.remove(batch)

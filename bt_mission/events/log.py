@@ -94,8 +94,8 @@ def line_of(fields: dict[str, Any], glyphs: dict[Status, str] = UNICODE) -> str:
     except (AttributeError, KeyError, TypeError, ValueError):
         line = None  # of another author
     if line is None:
-        shown = {key: one for key, one in fields.items() if key not in UNSHOWN}
-        words = ", ".join(f"{key} {one}" for key, one in shown.items())
+        shown = {key: value for key, value in fields.items() if key not in UNSHOWN}
+        words = ", ".join(f"{key} {value}" for key, value in shown.items())
         line = f"  {fields['event']}: {words}" if words else f"  {fields['event']}"
     return escape_control(line)
 
@@ -132,7 +132,7 @@ def _pose_words(event: dict[str, Any]) -> str:
 
 
 def _fault_words(event: dict[str, Any]) -> str:
-    given = [f"{name} {one}" for name, one in event.get("with", {}).items()]
+    given = [f"{name} {value}" for name, value in event.get("with", {}).items()]
     return f"  fault {event['number']} {event['state']}: {' '.join([event['what'], *given])}"
 
 

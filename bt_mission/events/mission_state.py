@@ -118,7 +118,9 @@ class MissionState:
     @property
     def violated(self) -> tuple[RequirementChanged, ...]:
         """Those that are violated."""
-        return tuple(one for one in self.requirements if one.verdict == "violated")
+        return tuple(
+            requirement for requirement in self.requirements if requirement.verdict == "violated"
+        )
 
     @property
     def tip(self) -> int | None:
@@ -132,13 +134,13 @@ class MissionState:
         """The indices of a node's children."""
         assert self.tree is not None, "nodes are those of a tree"
         nodes = self.tree.nodes
-        found = []
+        children = []
         for child in range(index + 1, len(nodes)):
             if nodes[child].parent == index:
-                found.append(child)
+                children.append(child)
             elif nodes[child].parent < index:
                 break
-        return found
+        return children
 
     def shown(self, index: int, since_ns: int = 0) -> NodeEnd:
         """The state of a node in this round: the present one, or how it ended before a reset.
@@ -167,13 +169,13 @@ class MissionState:
     def shown_nodes(self) -> list[NodeEnd]:
         """The states of all nodes, each in the round of the nodes above it."""
         assert self.tree is not None, "nodes are those of a tree"
-        found: list[NodeEnd] = []
+        ends: list[NodeEnd] = []
         rounds: list[int] = []
         for index, node in enumerate(self.tree.nodes):
             above_ns = rounds[node.parent] if index else 0
-            found.append(self.shown(index, above_ns))
+            ends.append(self.shown(index, above_ns))
             rounds.append(max(above_ns, self._started_ns[index] or 0))
-        return found
+        return ends
 
     def failure_path(self) -> tuple[int, ...]:
         """The nodes from the root down to the one whose failure came last.

@@ -34,13 +34,13 @@ def tree(message: Any) -> Batch:
     """Return a ``Tree``; a parent that does not come before its child is taken for the root."""
     nodes = tuple(
         events.NodeInfo(
-            one.name,
-            one.kind,
-            one.path,
-            one.parent if one.parent < index else 0,
-            tuple(one.details),
+            node.name,
+            node.kind,
+            node.path,
+            node.parent if node.parent < index else 0,
+            tuple(node.details),
         )
-        for index, one in enumerate(message.nodes)
+        for index, node in enumerate(message.nodes)
     )
     started = events.RunStarted(time_ns(message.stamp), message.run, message.mission, nodes)
     return Batch(message.run, (started,))
@@ -54,19 +54,19 @@ def requirements(message: Any) -> Batch:
         tuple(
             events.RequirementChanged(
                 stamp_ns,
-                one.name,
-                one.requirement,
-                one.verdict,
-                _number(one.margin),
-                one.unit,
-                _number(one.at),
-                _number(one.violated_at),
-                one.on_violation,
-                tuple(one.sources),
-                one.why,
-                one.outcome,
+                requirement.name,
+                requirement.requirement,
+                requirement.verdict,
+                _number(requirement.margin),
+                requirement.unit,
+                _number(requirement.at),
+                _number(requirement.violated_at),
+                requirement.on_violation,
+                tuple(requirement.sources),
+                requirement.why,
+                requirement.outcome,
             )
-            for one in message.requirements
+            for requirement in message.requirements
         ),
     )
 
@@ -78,10 +78,10 @@ def _number(value: float) -> float | None:
 def changes(message: Any) -> Batch:
     """Return ``StatusChanges``."""
     stamp_ns = time_ns(message.stamp)
-    found: list[events.Event] = list(_statuses(message.changes, stamp_ns))
+    changed: list[events.Event] = list(_statuses(message.changes, stamp_ns))
     if len(message.reset):
-        found.append(events.NodesReset(stamp_ns, tuple(map(int, message.reset))))
-    return Batch(message.run, tuple(found), message.sequence)
+        changed.append(events.NodesReset(stamp_ns, tuple(map(int, message.reset))))
+    return Batch(message.run, tuple(changed), message.sequence)
 
 
 def statuses(answer: Any) -> Batch:
@@ -90,8 +90,8 @@ def statuses(answer: Any) -> Batch:
 
 
 def _statuses(messages: Any, stamp_ns: int | None) -> Iterator[events.NodeChanged]:
-    for one in messages:
-        yield events.NodeChanged(stamp_ns, one.node, _status(one.status), one.message)
+    for message in messages:
+        yield events.NodeChanged(stamp_ns, message.node, _status(message.status), message.message)
 
 
 def _status(code: int) -> Status:
@@ -110,30 +110,39 @@ def state(message: Any) -> Batch:
 def details(message: Any) -> Batch:
     """Return ``MissionDetails``."""
     stamp_ns = time_ns(message.stamp)
-    found: list[events.Event] = [
+    known: list[events.Event] = [
         events.CountsChanged(stamp_ns, message.ticks, message.goals_sent),
         events.BreakpointsChanged(stamp_ns, tuple(message.breakpoints)),
     ]
-    found += (
+    known += (
         events.NodeProgressed(
-            stamp_ns, one.node, time_ns(one.since), one.message, one.label, one.value, one.limit
+            stamp_ns,
+            running.node,
+            time_ns(running.since),
+            running.message,
+            running.label,
+            running.value,
+            running.limit,
         )
-        for one in message.running
+        for running in message.running
     )
-    found += map(_goal, message.goals)
-    found += (events.VariableChanged(stamp_ns, one.name, one.value) for one in message.variables)
-    return Batch(message.run, tuple(found))
+    known += map(_goal, message.goals)
+    known += (
+        events.VariableChanged(stamp_ns, variable.name, variable.value)
+        for variable in message.variables
+    )
+    return Batch(message.run, tuple(known))
 
 
-def _goal(one: Any) -> events.GoalChanged:
+def _goal(goal: Any) -> events.GoalChanged:
     return events.GoalChanged(
-        time_ns(one.changed),
-        one.goal_id,
-        one.action,
-        one.owner,
-        time_ns(one.sent),
-        one.state,
-        targets=tuple(NamedPose(point.x, point.y, 0.0, "map") for point in one.targets),
+        time_ns(goal.changed),
+        goal.goal_id,
+        goal.action,
+        goal.owner,
+        time_ns(goal.sent),
+        goal.state,
+        targets=tuple(NamedPose(point.x, point.y, 0.0, "map") for point in goal.targets),
     )
 
 
@@ -153,13 +162,13 @@ def transforms(message: Any) -> tuple[told.FrameTransform, ...]:
     """Return a ``tf2_msgs/TFMessage``, seen from above."""
     return tuple(
         told.FrameTransform(
-            one.header.frame_id.lstrip("/"),
-            one.child_frame_id.lstrip("/"),
-            one.transform.translation.x,
-            one.transform.translation.y,
-            yaw_of(one.transform.rotation),
+            transform.header.frame_id.lstrip("/"),
+            transform.child_frame_id.lstrip("/"),
+            transform.transform.translation.x,
+            transform.transform.translation.y,
+            yaw_of(transform.transform.rotation),
         )
-        for one in message.transforms
+        for transform in message.transforms
     )
 
 
@@ -192,19 +201,23 @@ def grid(message: Any) -> told.Map:
 
 def zones(message: Any) -> told.Zones:
     """Return the discs of a ``MarkerArray``, each with the text that has its number."""
-    names = {one.id: one.text for one in message.markers if one.type == TEXT_VIEW_FACING}
+    names = {
+        marker.id: marker.text for marker in message.markers if marker.type == TEXT_VIEW_FACING
+    }
     discs = [
         told.ZoneDisc(
-            names.get(one.id, ""),
-            one.pose.position.x,
-            one.pose.position.y,
-            one.scale.x / 2,
-            _hex_colour(one.color),
+            names.get(marker.id, ""),
+            marker.pose.position.x,
+            marker.pose.position.y,
+            marker.scale.x / 2,
+            _hex_colour(marker.color),
         )
-        for one in message.markers
-        if one.type == CYLINDER
+        for marker in message.markers
+        if marker.type == CYLINDER
     ]
-    sound = [one for one in discs if math.isfinite(one.x + one.y + one.radius) and one.radius > 0]
+    sound = [
+        disc for disc in discs if math.isfinite(disc.x + disc.y + disc.radius) and disc.radius > 0
+    ]
     return told.Zones(tuple(sound[:MOST_ZONES]))
 
 

@@ -27,7 +27,10 @@ Frames = dict[str, tuple[str, Pose2D]]
 
 def frames_of(transforms: Iterable[messages.FrameTransform]) -> Frames:
     """Return the frames that transforms tell of."""
-    return {one.child: (one.parent, Pose2D(one.x, one.y, one.yaw)) for one in transforms}
+    return {
+        transform.child: (transform.parent, Pose2D(transform.x, transform.y, transform.yaw))
+        for transform in transforms
+    }
 
 
 def locate(frames: Frames, frame: str, roots: Collection[str] = ()) -> tuple[str, Pose2D]:
@@ -91,8 +94,8 @@ class RobotState:
     @property
     def _base(self) -> str | None:
         """The frame that is the robot; None where there is none yet."""
-        found = [frame for frame in self._frames if frame.rpartition("/")[2] in BASES]
-        return min(found, key=lambda frame: BASES.index(frame.rpartition("/")[2]), default=None)
+        frames = [frame for frame in self._frames if frame.rpartition("/")[2] in BASES]
+        return min(frames, key=lambda frame: BASES.index(frame.rpartition("/")[2]), default=None)
 
     def scan_points(self) -> list[tuple[float, float]]:
         """Where the newest scan has seen something, in the root frame, m."""

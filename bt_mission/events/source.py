@@ -117,7 +117,7 @@ NODE = "bt_mission"
 
 
 @dataclass(frozen=True)
-class AttachmentNews:
+class AttachmentChange:
     """What came of a look round.
 
     Args:
@@ -151,27 +151,27 @@ class Attachment:
             self.source.close()
         self.source, self._wanted = self._graph.attach(name), name
 
-    def look(self) -> AttachmentNews:
+    def look(self) -> AttachmentChange:
         """Look for the executive that is wanted, or at what has become of it."""
-        found = self._graph.find()
+        executives = self._graph.find()
         if self.source is not None:
             name = self.source.name
-            if any(one.is_foreign for one in found if one.name == name):
+            if any(executive.is_foreign for executive in executives if executive.name == name):
                 self.source.close()  # its messages would be read as what they are not
                 self.source, self._wanted = None, name
-            return AttachmentNews()
-        everybody = found
-        found = _candidates(found, self._wanted)
-        if not found:
-            return AttachmentNews(
+            return AttachmentChange()
+        everybody = executives
+        executives = _candidates(executives, self._wanted)
+        if not executives:
+            return AttachmentChange(
                 nobody(self._wanted, everybody, self._graph.where), is_nobody=True
             )
-        if len(found) > 1:
-            return AttachmentNews(is_choice=True)
-        if found[0].is_foreign:
-            return AttachmentNews(f"{found[0].name}: {found[0].fault}")
-        self.attach(found[0].name)
-        return AttachmentNews(found[0].fault, is_new=True)
+        if len(executives) > 1:
+            return AttachmentChange(is_choice=True)
+        if executives[0].is_foreign:
+            return AttachmentChange(f"{executives[0].name}: {executives[0].fault}")
+        self.attach(executives[0].name)
+        return AttachmentChange(executives[0].fault, is_new=True)
 
 
 def wanted_name(text: str | None) -> str | None:
@@ -182,30 +182,33 @@ def wanted_name(text: str | None) -> str | None:
     return name if name.rpartition("/")[2] == NODE else f"{name.rstrip('/')}/{NODE}"
 
 
-def _candidates(found: Sequence[FoundExecutive], wanted: str | None) -> tuple[FoundExecutive, ...]:
-    return tuple(one for one in found if wanted in (None, one.name))
+def _candidates(
+    executives: Sequence[FoundExecutive], wanted: str | None
+) -> tuple[FoundExecutive, ...]:
+    return tuple(executive for executive in executives if wanted in (None, executive.name))
 
 
-def choose(found: Sequence[FoundExecutive], wanted: str | None) -> FoundExecutive | None:
+def choose(executives: Sequence[FoundExecutive], wanted: str | None) -> FoundExecutive | None:
     """The executive that is meant; None where it is not there.
 
     Raises:
         BtMissionError: Where there are several and none is named, or its messages are of another
             version.
     """
-    found = _candidates(found, wanted)
-    if len(found) > 1:
-        names = listed(one.name for one in found)
-        raise BtMissionError(f"there are {len(found)} executives: name one of {names}")
-    if found and found[0].is_foreign:
-        raise BtMissionError(f"{found[0].name}: {found[0].fault}")
-    return found[0] if found else None
+    executives = _candidates(executives, wanted)
+    if len(executives) > 1:
+        names = listed(executive.name for executive in executives)
+        raise BtMissionError(f"there are {len(executives)} executives: name one of {names}")
+    if executives and executives[0].is_foreign:
+        raise BtMissionError(f"{executives[0].name}: {executives[0].fault}")
+    return executives[0] if executives else None
 
 
-def nobody(wanted: str | None, found: Sequence[FoundExecutive], where: str) -> str:
+def nobody(wanted: str | None, executives: Sequence[FoundExecutive], where: str) -> str:
     """What to say while nobody is there to watch."""
-    if wanted is not None and found:
-        return f"{wanted} is not there ({where}); there is {listed(one.name for one in found)}"
+    if wanted is not None and executives:
+        names = listed(executive.name for executive in executives)
+        return f"{wanted} is not there ({where}); there is {names}"
     who = wanted or "an executive"
     return (
         f"no sign of {who} ({where}).\n"

@@ -59,21 +59,21 @@ class WatchedMission:
         """Has somebody to ask for all statuses at once?"""
         return self._feed.needs_statuses
 
-    def take(self, heard: Heard, wall_s: float) -> list[Event]:
+    def take(self, received: Heard, wall_s: float) -> list[Event]:
         """Take in what has come; return the events that change what is known, in order.
 
         Args:
             wall_s: Wall time at which it came, s.
         """
         happened: list[Event] = []
-        for batch in heard.messages:
+        for batch in received.messages:
             self._note_pace(batch, wall_s)
             for event in self._feed.take(batch):
                 happened.append(event)
                 if isinstance(event, RunStarted):
                     self.on_tree(event)
                     self.pace = RealTimeFactor()
-        for reading in heard.robot:
+        for reading in received.robot:
             self.mission.robot.take(reading)
         return happened
 
@@ -126,4 +126,4 @@ def targets(mission: MissionState) -> tuple[tuple[float, float], ...]:
     with_places = [goal for goal in mission.goals.values() if goal.targets]
     are_open = [goal for goal in with_places if goal.state in OPEN]
     chosen = are_open or with_places
-    return tuple((one.x, one.y) for one in chosen[-1].targets) if chosen else ()
+    return tuple((target.x, target.y) for target in chosen[-1].targets) if chosen else ()

@@ -47,11 +47,11 @@ class Breakpoints:
         Raises:
             BtMissionError: When there is none, or only nodes inside a behaviour of a user's.
         """
-        found = [node for node, path in self._paths.items() if name in (node.name, path)]
-        if not found:
+        nodes = [node for node, path in self._paths.items() if name in (node.name, path)]
+        if not nodes:
             hint = did_you_mean(name, sorted({node.name for node in self._paths}))
             raise BtMissionError(f"no node is called '{name}'" + (f"; {hint}" if hint else ""))
-        ours = [node for node in found if isinstance(node, Hooked)]
+        ours = [node for node in nodes if isinstance(node, Hooked)]
         if not ours:
             raise BtMissionError(
                 f"'{name}' is inside a behaviour written in Python, which is ticked as a whole; "
@@ -70,9 +70,9 @@ class Breakpoints:
         """
         if name not in self._set:
             raise BtMissionError(f"no breakpoint is set at '{name}'")
-        found = self._set.pop(name)
+        removed = self._set.pop(name)
         still = {node for nodes in self._set.values() for node in nodes}
-        for node in found:
+        for node in removed:
             if node not in still:
                 node.start_hook = None
 

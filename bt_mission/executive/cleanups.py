@@ -57,7 +57,7 @@ class Cleanups:
         self._ledger.is_held = False
         for node in self._nodes:
             if node.is_detached:
-                yield from (one for one in node.tick_detached() if one is not self._mark)
+                yield from (child for child in node.tick_detached() if child is not self._mark)
                 self._note(node)
 
     def halt_tree(self, root: Behaviour) -> list[str]:

@@ -353,7 +353,9 @@ class Executive:
         self.fail(broken)
 
     def _take_raised(self) -> list[str]:
-        causes = [f"a callback failed: {cause_of(one)}" for some in self._raised for one in some]
+        causes = [
+            f"a callback failed: {cause_of(cause)}" for some in self._raised for cause in some
+        ]
         for some in self._raised:
             some.clear()
         return causes
@@ -437,7 +439,7 @@ class Executive:
         self._reset.clear()
         indices = sorted(self.indices[node] for node in reset if self._known[node] in ENDED)
         if indices:
-            self._known |= dict.fromkeys((self.nodes[one] for one in indices), Status.INVALID)
+            self._known |= dict.fromkeys((self.nodes[index] for index in indices), Status.INVALID)
             self.events.emit(NodesReset(self._runtime.now_ns, tuple(indices)))
 
     def _note(self, node: Behaviour) -> None:

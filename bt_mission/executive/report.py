@@ -116,8 +116,10 @@ class Report:
     @property
     def violations(self) -> str:
         """The requirements that are violated, in words."""
-        found = [one for one in self.requirements if one.verdict == "violated"]
-        return "; ".join(f"requirement {one}" for one in found)
+        violated = [
+            requirement for requirement in self.requirements if requirement.verdict == "violated"
+        ]
+        return "; ".join(f"requirement {requirement}" for requirement in violated)
 
     def __str__(self) -> str:
         return self.as_text()
@@ -150,8 +152,8 @@ class Report:
         if self.collisions is not None:
             facts.append(counted(self.collisions, "collision"))
         lines.append("  " + ", ".join(facts))
-        lines += [f"  requirement {one}" for one in self.requirements]
-        lines += [f"  fault {one}" for one in self.faults]
+        lines += [f"  requirement {requirement}" for requirement in self.requirements]
+        lines += [f"  fault {fault}" for fault in self.faults]
         return "\n".join(map(escape_control, lines))
 
 
@@ -191,7 +193,10 @@ def sample_of(trace: Trace, requirements: Iterable[RequirementResult]) -> str:
 
     What happened, the robot's true poses and the requirements count; the seed does not.
     """
-    results = [(one.name, one.verdict, one.margin, one.at) for one in requirements]
+    results = [
+        (requirement.name, requirement.verdict, requirement.margin, requirement.at)
+        for requirement in requirements
+    ]
     content = f"{trace.seedless_sha256} {results!r}"
     return hashlib.sha256(content.encode()).hexdigest()[:16]
 
@@ -204,7 +209,7 @@ def _failure_of(executive: Executive, virtual_s: float) -> FailurePath | None:
     end, infos = executive.mission_state.last_end(path[-1]), executive.node_infos
     ago_s = (executive.ended_ns - (end.time_ns or 0)) / NS
     return FailurePath(
-        nodes=tuple(infos[one].name for one in path),
+        nodes=tuple(infos[index].name for index in path),
         path=infos[path[-1]].path,
         message=end.message,
         time_s=round(virtual_s - ago_s, 6),

@@ -68,21 +68,21 @@ def first_difference(first: StoredTrace, second: StoredTrace) -> Difference | No
         [event for event in trace.events if event is not trace.start] if setting else trace.events
         for trace in (first, second)
     )
-    for number, (one, other) in enumerate(zip_longest(events, others)):
-        if _without(one, ignored) != _without(other, ignored):
-            there = first if one is not None else second
+    for number, (event, other) in enumerate(zip_longest(events, others)):
+        if _without(event, ignored) != _without(other, ignored):
+            there = first if event is not None else second
             time_s = min(
-                trace.seconds(event)
-                for trace, event in ((first, one), (second, other))
-                if event is not None
+                trace.seconds(differing)
+                for trace, differing in ((first, event), (second, other))
+                if differing is not None
             )
             return Difference(
                 number,
                 time_s,
-                _before(there, events if one is not None else others, number),
-                None if one is None else _line(first, one),
+                _before(there, events if event is not None else others, number),
+                None if event is None else _line(first, event),
                 None if other is None else _line(second, other),
-                _fields(one, other, ignored),
+                _fields(event, other, ignored),
                 setting,
             )
     return Difference(len(events), 0.0, (), None, None, (), setting) if setting else None
@@ -95,8 +95,8 @@ def _without(event: Event | None, ignored: AbstractSet[str]) -> Event | None:
 
 
 def _before(trace: StoredTrace, events: Sequence[Event], number: int) -> tuple[str, ...]:
-    told_ones = [event for event in events[:number] if event["event"] != "pose"]
-    return tuple(_line(trace, event) for event in told_ones[-LEADING_UP:])
+    recent = [event for event in events[:number] if event["event"] != "pose"]
+    return tuple(_line(trace, event) for event in recent[-LEADING_UP:])
 
 
 def _line(trace: StoredTrace, event: Event) -> str:
@@ -104,17 +104,17 @@ def _line(trace: StoredTrace, event: Event) -> str:
 
 
 def _fields(
-    one: Event | None, other: Event | None, ignored: AbstractSet[str] = frozenset()
+    event: Event | None, other: Event | None, ignored: AbstractSet[str] = frozenset()
 ) -> tuple[str, ...]:
-    if not one or not other or one["event"] != other["event"]:
+    if not event or not other or event["event"] != other["event"]:
         return ()
-    names = [name for name in dict.fromkeys((*one, *other)) if one.get(name) != other.get(name)]
+    names = [name for name in dict.fromkeys((*event, *other)) if event.get(name) != other.get(name)]
     names = [name for name in names if name not in ignored]
-    return tuple(_field(name, one.get(name), other.get(name)) for name in names)
+    return tuple(_field(name, event.get(name), other.get(name)) for name in names)
 
 
-def _field(name: str, one: Any, other: Any) -> str:
-    line = f"{name}: {one} in the first, {other} in the second"
-    if isinstance(one, float) and isinstance(other, float):
-        line += f" ({other - one:+.3g})"
+def _field(name: str, value: Any, other: Any) -> str:
+    line = f"{name}: {value} in the first, {other} in the second"
+    if isinstance(value, float) and isinstance(other, float):
+        line += f" ({other - value:+.3g})"
     return line

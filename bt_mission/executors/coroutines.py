@@ -72,18 +72,18 @@ class Tasks:
     def can_go_on(self) -> bool:
         """Is there a task that was not begun, or what one of them awaits?"""
         return bool(self._new) or any(
-            one.awaited is not None and not one.is_stuck for one in self._present()
+            task.awaited is not None and not task.is_stuck for task in self._present()
         )
 
     @property
     def await_the_unknown(self) -> bool:
         """Does one of them await something other than a future, which nothing tells of?"""
-        return any(one.awaited is None for one in self._present())
+        return any(task.awaited is None for task in self._present())
 
     def _present(self) -> Iterator[_Begun]:
-        for one in (*self._tasks, *self.holding):
-            if one.node not in self._away:
-                yield one
+        for task in (*self._tasks, *self.holding):
+            if task.node not in self._away:
+                yield task
 
     def add(self, task: Task) -> None:
         """Run a task, from the next turn on."""
@@ -183,10 +183,10 @@ def _give_turns(begun: list[_Begun], run: Callable[[_Begun], bool | None]) -> bo
     has_ended = False
     try:
         while turns:
-            one = turns.popleft()
-            ended = not one.is_stuck and run(one)
+            task = turns.popleft()
+            ended = not task.is_stuck and run(task)
             if ended is False:
-                begun.append(one)
+                begun.append(task)
             has_ended = has_ended or ended is True
     finally:
         begun.extend(turns)

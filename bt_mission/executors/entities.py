@@ -139,18 +139,20 @@ class Entities:
 
     @cached_property
     def _offered(self) -> dict[tuple[str, Any], tuple[str, ...]]:
-        found: dict[tuple[str, Any], tuple[str, ...]] = {}
+        offered: dict[tuple[str, Any], tuple[str, ...]] = {}
         for node in self._nodes:
-            servers = [one for one in node.waitables if isinstance(one, ActionServer)]
+            servers = [
+                waitable for waitable in node.waitables if isinstance(waitable, ActionServer)
+            ]
             if not servers:
                 continue
             named = get_action_server_names_and_types_by_node(
                 node, node.get_name(), node.get_namespace()
             )
-            for kind in {one._action_type for one in servers}:
+            for kind in {server._action_type for server in servers}:
                 names = tuple(name for name, types in named if _type_name(kind) in types)
-                found[node.get_fully_qualified_name(), kind] = names
-        return found
+                offered[node.get_fully_qualified_name(), kind] = names
+        return offered
 
     def ready(self, owed: Sequence[Arrived], *, any_held: bool) -> Sequence[Arrived]:
         """Return what has something to serve now, in the order of the entities' creation.
@@ -162,19 +164,24 @@ class Entities:
         waiting = self._arrivals.waiting()
         if not self.asked:
             return waiting
-        ready = [*waiting, *self._tell(self._askable(owed) if any_held or owed else self.asked)]
-        ready += [one for one in owed if one not in ready and self.node_of(one.entity)]
+        ready = [
+            *waiting,
+            *self._with_work(self._askable(owed) if any_held or owed else self.asked),
+        ]
+        ready += [
+            arrived for arrived in owed if arrived not in ready and self.node_of(arrived.entity)
+        ]
         ready.sort(key=RANK)
         return ready
 
-    def _tell(self, asked: Sequence[Arrived]) -> list[Arrived]:
+    def _with_work(self, asked: Sequence[Arrived]) -> list[Arrived]:
         """Ask entities by a wait set; gives those that have something."""
         wait_set = self._wait_set
         wait_set.clear_entities()
         wait_set.add_guard_condition(self._awake)
         self._awake.trigger_guard_condition()
-        for one in asked:
-            entity = one.entity
+        for arrived in asked:
+            entity = arrived.entity
             if isinstance(entity, Waitable):
                 entity.add_to_wait_set(wait_set)
             else:
@@ -185,23 +192,23 @@ class Entities:
             pointer for kind in _ADDED.values() for pointer in wait_set.get_ready_entities(kind)
         }
         return [
-            one
-            for one in asked
+            arrived
+            for arrived in asked
             if (
-                _has_work(one.entity, wait_set)
-                if isinstance(one.entity, Waitable)
-                else one.entity.handle.pointer in ready
+                _has_work(arrived.entity, wait_set)
+                if isinstance(arrived.entity, Waitable)
+                else arrived.entity.handle.pointer in ready
             )
         ]
 
     def _askable(self, owed: Sequence[Arrived]) -> list[Arrived]:
         """Entities but those that would tell that they are ready, and could not be served."""
         return [
-            one
-            for one in self.asked
-            if not isinstance(one.entity, Waitable)
-            or isinstance(one.entity, TELLING_AGAIN)
-            or (one not in owed and one.entity.callback_group.can_execute(one.entity))
+            arrived
+            for arrived in self.asked
+            if not isinstance(arrived.entity, Waitable)
+            or isinstance(arrived.entity, TELLING_AGAIN)
+            or (arrived not in owed and arrived.entity.callback_group.can_execute(arrived.entity))
         ]
 
     def ns_until_next_timer(
@@ -251,7 +258,7 @@ def ns_until_due(timers: Iterable[Timer]) -> int | None:
     return nearest
 
 
-def tells_once(entity: Any) -> bool:
+def is_reported_once(entity: Any) -> bool:
     """Is an entity's being ready forgotten once it has been seen?
 
     A message, a request or a response waits until it is taken; a guard condition, and what a

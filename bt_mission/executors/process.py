@@ -138,7 +138,7 @@ class RobotNode(ValidClock, Node):
         return result
 
     def _explain(self, parameters: Sequence[Parameter], result: SetParametersResult) -> None:
-        fixed = [one for one in parameters if self._is_fixed(one.name)]
+        fixed = [parameter for parameter in parameters if self._is_fixed(parameter.name)]
         if not result.successful and fixed:
             result.reason = (
                 f"{fixed[0].name} is read when the node starts; start it again with "
@@ -151,9 +151,9 @@ class RobotNode(ValidClock, Node):
     def _check_texts(self, parameters: Sequence[Parameter]) -> SetParametersResult:
         """Refuse a text that is not among the choices; ROS itself checks only numbers."""
         faults = (
-            self._texts[one.name].fault_of_text(one.name, one.value)
-            for one in parameters
-            if one.name in self._texts and isinstance(one.value, str)
+            self._texts[parameter.name].fault_of_text(parameter.name, parameter.value)
+            for parameter in parameters
+            if parameter.name in self._texts and isinstance(parameter.value, str)
         )
         fault = next(filter(None, faults), None)
         return SetParametersResult(successful=fault is None, reason=fault or "")

@@ -14,7 +14,7 @@ from rclpy.task import Task
 from bt_mission.executors.arrivals import Arrivals, Arrived
 from bt_mission.executors.callbacks import SERVERS
 from bt_mission.executors.coroutines import Tasks
-from bt_mission.executors.entities import Entities, exists, tells_once
+from bt_mission.executors.entities import Entities, exists, is_reported_once
 from bt_mission.executors.taps import Passing, Side, Taps
 
 
@@ -140,18 +140,20 @@ class ServingExecutor(Executor):
         ready = self._entities.ready(self._owed, any_held=bool(holding))
         # What tells only once that it is ready is owed a call until it is served, or gone.
         asked = self._entities.asked
-        self._owed = [one for one in ready if tells_once(one.entity)] if asked else []
+        self._owed = (
+            [arrived for arrived in ready if is_reported_once(arrived.entity)] if asked else []
+        )
         if holding:
-            ready = [one for one in ready if self._can_be_served(one.entity)]
-        for one in ready:
-            entity = one.entity
+            ready = [arrived for arrived in ready if self._can_be_served(arrived.entity)]
+        for arrived in ready:
+            entity = arrived.entity
             if holding and not self._can_be_served(entity):
                 continue  # since it was found ready, a callback of its group has begun to await
-            if one in self._owed:
-                self._owed.remove(one)
+            if arrived in self._owed:
+                self._owed.remove(arrived)
             self._served += 1
-            one.count -= 1
-            rest = SERVERS[type(entity)](one, self)
+            arrived.count -= 1
+            rest = SERVERS[type(entity)](arrived, self)
             if rest is not None:
                 self._begin(entity, rest)
             if self._structure_changed:

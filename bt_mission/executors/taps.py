@@ -137,7 +137,7 @@ class Taps:
 
         One whose receiver is in the middle of another callback waits for its end.
         """
-        due = (one.due_ns for one in self.held if one.is_free)
+        due = (held.due_ns for held in self.held if held.is_free)
         return min((time_ns for time_ns in due if time_ns is not None), default=None)
 
     def take_due(self, now_ns: int) -> list[tuple[Any, Callable[[], PendingCallback]]]:
@@ -145,14 +145,14 @@ class Taps:
         if not self.held:
             return []
         due = [
-            (due_ns, one)
-            for one in self.held
-            if (due_ns := one.due_ns) is not None and due_ns <= now_ns and one.is_free
+            (due_ns, held)
+            for held in self.held
+            if (due_ns := held.due_ns) is not None and due_ns <= now_ns and held.is_free
         ]
-        for _, one in due:
-            self.held.remove(one)
+        for _, held in due:
+            self.held.remove(held)
         due.sort(key=itemgetter(0))  # what is due at one time stays in the order of its coming
-        return [(one.entity, partial(one.deliver, now_ns)) for _, one in due]
+        return [(held.entity, partial(held.deliver, now_ns)) for _, held in due]
 
     def catch(
         self,

@@ -69,7 +69,7 @@ class Attempt:
     """The whole life of one goal, from the first wait for a server to one outcome.
 
     Args:
-        courier: The client of the server.
+        goal_client: The client of the server.
         ledger: Keeps the goal beyond this attempt's end.
         owner: The leaf's name.
         request: The goal, in the client's form.
@@ -79,20 +79,20 @@ class Attempt:
 
     def __init__(
         self,
-        courier: GoalClient,
+        goal_client: GoalClient,
         ledger: Ledger,
         owner: str,
         request: Any,
         limits: Limits,
         now_ns: int,
     ) -> None:
-        self._courier = courier
+        self._goal_client = goal_client
         self._ledger = ledger
         self._owner = owner
         self._request = request
         self._limits = limits
         self._since_ns = now_ns
-        self._heard_ns = now_ns
+        self._received_ns = now_ns
         self._accepted_ns: int | None = None
         self._cancel_ns = 0
         self._cause: Cause | None = None
@@ -167,12 +167,12 @@ class Attempt:
         if self.goal.phase is Phase.SENT:
             return self._wait_for_answer(self.goal, now_ns)
         if self._accepted_ns is None:
-            self._accepted_ns = self._heard_ns = now_ns
+            self._accepted_ns = self._received_ns = now_ns
         is_due = now_ns >= self._due_ns
         if is_due and self._server_is_gone(now_ns):
             self._ledger.release_goal(self.goal, now_ns)
             return AttemptResult(
-                Outcome.SERVER_LOST, f"{self._courier.name} has gone from the graph"
+                Outcome.SERVER_LOST, f"{self._goal_client.name} has gone from the graph"
             )
         if self._cause is None:
             self._check_feedback(self.goal, now_ns)
@@ -188,11 +188,11 @@ class Attempt:
         if self._ledger.is_held:
             self._since_ns = now_ns
             return None
-        busy = self._ledger.has_orphan_at(self._courier)
-        if not busy and self._courier.is_ready():
+        busy = self._ledger.has_orphan_at(self._goal_client)
+        if not busy and self._goal_client.is_ready():
             grace_ns = round(self._limits.cancel * NS)
             self.goal = self._ledger.send(
-                self._courier, self._owner, self._request, now_ns, grace_ns
+                self._goal_client, self._owner, self._request, now_ns, grace_ns
             )
             self._since_ns = now_ns
             return None
@@ -200,7 +200,7 @@ class Attempt:
             return None
         what = "an earlier goal there has not ended" if busy else "no server"
         return AttemptResult(
-            Outcome.NO_SERVER, f"{self._courier.name}: {what} after {self._limits.server:g} s"
+            Outcome.NO_SERVER, f"{self._goal_client.name}: {what} after {self._limits.server:g} s"
         )
 
     def _wait_for_answer(self, goal: Goal, now_ns: int) -> AttemptResult | None:
@@ -209,14 +209,14 @@ class Attempt:
         self._ledger.release_goal(goal, now_ns)
         return AttemptResult(
             Outcome.NO_ANSWER,
-            f"{self._courier.name} did not answer the goal within {self._limits.answer:g} s",
+            f"{self._goal_client.name} did not answer the goal within {self._limits.answer:g} s",
         )
 
     def _server_is_gone(self, now_ns: int) -> bool:
         if now_ns < self._next_server_check_ns:
             return False
         self._next_server_check_ns = now_ns + SERVER_CHECK_NS
-        return not self._ledger.is_there(self._courier, now_ns)
+        return not self._ledger.is_there(self._goal_client, now_ns)
 
     def _next_due_ns(self, accepted_ns: int) -> int:
         """The first instant, rounded down, at which the server or a limit is to be looked at.
@@ -226,7 +226,7 @@ class Attempt:
         due_ns = self._next_server_check_ns
         for since_ns, limit_s in (
             (accepted_ns, self._limits.goal),
-            (self._heard_ns, self._limits.silence),
+            (self._received_ns, self._limits.silence),
         ):
             if limit_s is not None:
                 due_ns = min(due_ns, since_ns + math.floor(limit_s * NS))
@@ -235,7 +235,7 @@ class Attempt:
     def _check_feedback(self, goal: Goal, now_ns: int) -> None:
         condition = self._limits.condition
         if goal.unread:
-            self._heard_ns = now_ns
+            self._received_ns = now_ns
         while goal.unread:
             feedback = goal.unread.popleft()
             met = condition(feedback) if condition else None
@@ -254,7 +254,7 @@ class Attempt:
             and now_ns - accepted_ns >= limits.goal * NS
         ):
             self._cancel(Cause.TIMEOUT, f"not done within {limits.goal:g} s", now_ns)
-        elif limits.silence is not None and now_ns - self._heard_ns >= limits.silence * NS:
+        elif limits.silence is not None and now_ns - self._received_ns >= limits.silence * NS:
             self._cancel(Cause.SILENCE, f"no feedback for {limits.silence:g} s", now_ns)
 
     def _cancel(self, cause: Cause, text: str, now_ns: int) -> None:
@@ -264,7 +264,7 @@ class Attempt:
         self.goal.on(Event.UNWANTED)
 
     def _wait_for_cancel(self, goal: Goal, now_ns: int) -> AttemptResult | None:
-        why = f"{self._cause_text}, but {self._courier.name}"
+        why = f"{self._cause_text}, but {self._goal_client.name}"
         if goal.cancel_refused:
             self._ledger.release_goal(goal, now_ns)
             return AttemptResult(Outcome.CANCEL_REFUSED, f"{why} refused to cancel")
@@ -276,7 +276,7 @@ class Attempt:
         )
 
     def _read_end(self, goal: Goal) -> AttemptResult:
-        name = self._courier.name
+        name = self._goal_client.name
         if not goal.accepted:
             why = (goal.refused or goal.refusal()).removeprefix(REJECTED)
             return AttemptResult(Outcome.REJECTED, f"{name}: {why or 'its server gave no reason'}")

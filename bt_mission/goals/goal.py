@@ -128,10 +128,10 @@ class Goal:
 
     Args:
         id: The goal's UUID, 16 bytes.
-        courier: Carries its requests.
+        goal_client: Carries its requests.
         owner: Who sent it, for people.
         grace_ns: How long it may take to end once nobody wants it, until it is left behind.
-        request: What was sent, in the courier's form.
+        request: What was sent, in the client's form.
     """
 
     id: bytes

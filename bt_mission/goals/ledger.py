@@ -74,7 +74,7 @@ class Ledger:
 
     def send(
         self,
-        courier: GoalClient,
+        goal_client: GoalClient,
         owner: str,
         request: Any,
         now_ns: int,
@@ -83,7 +83,7 @@ class Ledger:
         """Send ``request`` as a new goal and keep it until it ends.
 
         Args:
-            courier: Carries it to its server.
+            goal_client: Carries it to its server.
             owner: Who sends it, for people.
             request: The goal, in the client's form.
             now_ns: ROS time.
@@ -94,24 +94,26 @@ class Ledger:
         digest[6] = digest[6] & 0x0F | 0x80  # RFC 9562: version 8, made by the application
         digest[8] = digest[8] & 0x3F | 0x80  # RFC 9562: variant
         grace_ns = self._grace_ns if grace_ns is None else grace_ns
-        goal = Goal(bytes(digest), courier, owner, grace_ns, request, sent_ns=now_ns)
+        goal = Goal(bytes(digest), goal_client, owner, grace_ns, request, sent_ns=now_ns)
         self._open[goal.id] = goal
         self._report(now_ns, "sent", goal)
         try:
-            courier.send(goal, request)
+            goal_client.send(goal, request)
         except Exception:  # whatever it was, it goes on to the caller
             del self._open[goal.id]  # the goal never left
             raise
         return goal
 
-    def recover_goal(self, goal_id: bytes, courier: GoalClient, owner: str, now_ns: int) -> Goal:
+    def recover_goal(
+        self, goal_id: bytes, goal_client: GoalClient, owner: str, now_ns: int
+    ) -> Goal:
         """Take over a goal that another process has sent: ask what became of it, and cancel it."""
-        goal = Goal(goal_id, courier, owner, FOUND_GRACE_NS, phase=Phase.LOST, sent_ns=now_ns)
+        goal = Goal(goal_id, goal_client, owner, FOUND_GRACE_NS, phase=Phase.LOST, sent_ns=now_ns)
         goal.orphaned_ns = now_ns
         self._open[goal.id] = goal
         self._retry_ns[goal.id] = now_ns + RETRY_NS
         self._report(now_ns, "found again", goal)
-        courier.recover_goal(goal)
+        goal_client.recover_goal(goal)
         goal.on(Event.ACCEPTED)
         return goal
 
@@ -124,16 +126,16 @@ class Ledger:
         self._report(now_ns, "released", goal)
         goal.on(Event.UNWANTED)
 
-    def has_orphan_at(self, courier: GoalClient) -> bool:
+    def has_orphan_at(self, goal_client: GoalClient) -> bool:
         """Does a goal that nobody wants still live at this server?"""
         orphans = (self._open[goal_id] for goal_id in self._retry_ns)
-        return any(goal.goal_client is courier and goal.is_live for goal in orphans)
+        return any(goal.goal_client is goal_client and goal.is_live for goal in orphans)
 
-    def is_there(self, courier: GoalClient, now_ns: int) -> bool:
+    def is_there(self, goal_client: GoalClient, now_ns: int) -> bool:
         """Is this server there? The graph is asked once at each instant."""
-        seen = self._seen.get(courier)
+        seen = self._seen.get(goal_client)
         if seen is None or seen[0] != now_ns:
-            seen = self._seen[courier] = now_ns, courier.is_ready()
+            seen = self._seen[goal_client] = now_ns, goal_client.is_ready()
         return seen[1]
 
     def update(self, now_ns: int) -> None:

@@ -28,10 +28,10 @@ def poses_of(request: Any) -> list[NamedPose]:
     Args:
         request: A goal message of any type.
     """
-    return list(_found(request))[:MOST]
+    return list(_poses_in(request))[:MOST]
 
 
-def _found(request: Any) -> Iterator[NamedPose]:
+def _poses_in(request: Any) -> Iterator[NamedPose]:
     fields: dict[str, str] = getattr(request, "get_fields_and_field_types", dict)()
     for name, type_name in fields.items():
         if "geometry_msgs/PoseStamped" in type_name:

@@ -38,13 +38,13 @@ class ProgressBounds:
     def read(self, feedback: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
         """Each number that has a bound, with it: ``{"current_angle": (12.5, 90.0)}``."""
         numbers = {name: float(value) for name, value in feedback.items() if is_number(value)}
-        found = {}
+        bounds = {}
         for name, value in numbers.items():
             self._most[name] = max(self._most.get(name, 0.0), abs(value))
             bound = self._bound(name, numbers)
             if bound > 0:
-                found[name] = (value, bound)
-        return found
+                bounds[name] = (value, bound)
+        return bounds
 
     def measure(self, feedback: Mapping[str, Any]) -> tuple[str, float, float] | None:
         """The goal's own measure: a field, how much of it is done, and the whole; None without.
@@ -72,8 +72,8 @@ class ProgressBounds:
         return 0.0
 
     def _is_same(self, feedback: str, goal: str) -> bool:
-        one, two = _words(feedback) - PLAIN_WORDS, _words(goal) - PLAIN_WORDS
-        if not one or not two or not (one <= two or two <= one):
+        words, two = _words(feedback) - PLAIN_WORDS, _words(goal) - PLAIN_WORDS
+        if not words or not two or not (words <= two or two <= words):
             return False
         unit, goal_unit = self._units.get(feedback, ""), self._goal_units.get(goal, "")
         return unit == goal_unit or not unit or not goal_unit

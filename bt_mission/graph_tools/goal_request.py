@@ -47,7 +47,7 @@ class GoalRequest:
     """Sends one goal and sees it to its end.
 
     Args:
-        tell: Called with each event, once.
+        send: Called with each event, once.
         server_s: How long to wait for a server.
         limit_s: After which the goal is cancelled; None is no limit.
         why_rejected: Gives what the server's log says of a rejection; empty where nothing is known.
@@ -57,7 +57,7 @@ class GoalRequest:
         self,
         client: GoalClient,
         message: Any,
-        tell: Callable[[GoalEvent], None],
+        send: Callable[[GoalEvent], None],
         *,
         server_s: float,
         limit_s: float | None = None,
@@ -65,7 +65,7 @@ class GoalRequest:
     ) -> None:
         self._client = client
         self._message = message
-        self._tell = tell
+        self._send = send
         self._server_s = server_s
         self._limit_s = limit_s
         self._why_rejected = why_rejected
@@ -93,7 +93,7 @@ class GoalRequest:
 
     def mute(self) -> None:
         """Tell nobody any more what happens."""
-        self._tell = lambda _: None
+        self._send = lambda _: None
 
     def cancel(self, why: str, now_ns: int) -> None:
         """Ask the server to cancel; :meth:`poll` gives the end."""
@@ -103,7 +103,7 @@ class GoalRequest:
             self._finish(GoalResult(GoalOutcome.NOT_SENT, f"{why}; nothing was sent"), now_ns)
             return
         self._why_cancel = why
-        self._tell(CancelRequested(why))
+        self._send(CancelRequested(why))
         self._ledger.release_goal(self.goal, now_ns)
 
     def leave(self, why: str, now_ns: int) -> None:
@@ -124,22 +124,22 @@ class GoalRequest:
                 GoalOutcome.NO_SERVER, f"no server of {name} after {self._server_s:g} s"
             )
         elif wait_ns >= QUIET_NS:
-            self._tell_once(ServerAwaited(name))
+            self._send_once(ServerAwaited(name))
         return None
 
     def _follow(self, goal: Goal, now_ns: int) -> GoalResult | None:
         if goal.accepted:
             if self._accepted_ns is None:
                 self._accepted_ns = now_ns
-                self._tell(GoalAccepted(goal.id.hex()))
+                self._send(GoalAccepted(goal.id.hex()))
             while goal.unread:
-                self._tell(FeedbackReceived(goal.unread.popleft(), self._since_s(now_ns)))
+                self._send(FeedbackReceived(goal.unread.popleft(), self._since_s(now_ns)))
         if goal.phase is Phase.ENDED:
             return self._read_end(goal, now_ns)
         if self._is_gone(now_ns):
             return self._given_up(GoalOutcome.LOST, "has gone from the graph")
         if goal.cancel_refused:
-            self._tell_once(CancelRefused())
+            self._send_once(CancelRefused())
         self._check_limits(goal, now_ns)
         self._ledger.update(now_ns)
         if goal.phase is not Phase.LOST:
@@ -192,14 +192,14 @@ class GoalRequest:
     def _since_s(self, now_ns: int) -> float:
         return 0.0 if self._accepted_ns is None else (now_ns - self._accepted_ns) / NS
 
-    def _tell_once(self, event: GoalEvent) -> None:
+    def _send_once(self, event: GoalEvent) -> None:
         if event not in self._told:
             self._told.add(event)
-            self._tell(event)
+            self._send(event)
 
     def _finish(self, end: GoalResult, now_ns: int) -> None:
         self.end = end
-        self._tell(GoalEnded(end, self._since_s(now_ns)))
+        self._send(GoalEnded(end, self._since_s(now_ns)))
 
 
 class GoalSender:
@@ -230,12 +230,12 @@ class GoalSender:
         """A goal message with these fields. Raises BtMissionError."""
         return self._client.prepare(fields)
 
-    def open(self, message: Any, tell: Callable[[GoalEvent], None]) -> GoalRequest:
+    def open(self, message: Any, send: Callable[[GoalEvent], None]) -> GoalRequest:
         """Make a request that :meth:`GoalRequest.poll` sends and sees to its end."""
         return GoalRequest(
             self._client,
             message,
-            tell,
+            send,
             server_s=self._server_s,
             limit_s=self._limit_s,
             why_rejected=self._why_rejected,

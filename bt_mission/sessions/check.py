@@ -77,7 +77,7 @@ def examine(
     values = dict(set or {})
     mission, faults = checked(values)
     for name, value in values.items() if mission is None else ():
-        others = {one: values[one] for one in values if one != name}
+        others = {other: values[other] for other in values if other != name}
         without = frozenset(checked(others)[1])
         faults = tuple(
             fault if fault in without else _of_value(fault, name, value) for fault in faults
@@ -162,8 +162,8 @@ def _place_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagno
 
 
 def _is_there(kind: files.Kind, wanted: str, mission: Mission, permissions: Permissions) -> bool:
-    found = files.look_for(kind, wanted, mission.file)
-    return found is not None and permissions.allows(found, kind)
+    path = files.look_for(kind, wanted, mission.file)
+    return path is not None and permissions.allows(path, kind)
 
 
 def _base_faults(mission: Mission) -> Iterator[Diagnostic]:
@@ -196,16 +196,16 @@ def has_camera(mission: Mission) -> bool:
 
 def _camera_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
     """Yield a fault for every goal that takes pictures with a robot that has no camera."""
-    found = [
+    steps = [
         (tree.document, step)
         for tree in mission.all_trees
         for step in tree.body.walk()
         if isinstance(step, GoalNode) and step.type in NEEDS_A_CAMERA
     ]
-    if not found or not _is_there("robots", mission.robot, mission, permissions):
+    if not steps or not _is_there("robots", mission.robot, mission, permissions):
         return
     if not has_camera(mission):
         name = load_robot(mission.robot, near=mission.file).name
-        for document, step in found:
+        for document, step in steps:
             message = f"{step.ros_name} needs a camera; a {name} has none"
             yield document.fault(step.path, message)

@@ -45,7 +45,7 @@ def check_world(path: Path, robot: str | None = None, _world: str | None = None)
     if problem is not None:
         place = ("spawn",) if document.has("spawn") else ()
         raise InputError([document.fault(place, problem)])
-    warnings = tuple(document.fault((), one, severity="warning") for one in unseen(world, model))
+    warnings = tuple(document.fault((), text, severity="warning") for text in unseen(world, model))
     summary = f"{counted(len(world.obstacles), 'obstacle')}, {counted(len(world.zones), 'zone')}"
     return CheckedFile(str(path), world.name, summary), warnings
 

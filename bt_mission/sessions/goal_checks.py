@@ -58,7 +58,7 @@ OUR_SERVERS = ServerSettings()
 """The servers as they are started without any parameters."""
 
 
-_OF_PACKAGES = {one.name: one for one in ACTION_NAMES.values() if isinstance(one, Action)}
+_OF_PACKAGES = {named.name: named for named in ACTION_NAMES.values() if isinstance(named, Action)}
 """Actions that other packages declare, with their limits."""
 
 
@@ -137,10 +137,10 @@ class ServerGoalRules:
         offered = self._settings.offered
         if offered is not None and name not in offered:
             return None
-        found = declared()[name].known if name in declared() else _OF_PACKAGES.get(name)
-        if found is None or found.type != node.type:
+        known = declared()[name].known if name in declared() else _OF_PACKAGES.get(name)
+        if known is None or known.type != node.type:
             return None
-        return found if isinstance(found, Action) else action(name)
+        return known if isinstance(known, Action) else action(name)
 
     def _refusal(
         self, document: Document, node: InterfaceNode, limit: Limit, why: str, value: Any
@@ -158,12 +158,12 @@ class ServerGoalRules:
 
 def _value(values: Mapping[str, Any], dotted: str) -> Any:
     """Return a field of a goal, a duration in seconds; None where only the run can tell."""
-    found: Any = values
+    part: Any = values
     for name in dotted.split("."):
-        found = None if found is None else found[name]
-    if isinstance(found, Mapping):
-        return None if _has_unknown(found) else found["sec"] + found["nanosec"] / NS
-    return found
+        part = None if part is None else part[name]
+    if isinstance(part, Mapping):
+        return None if _has_unknown(part) else part["sec"] + part["nanosec"] / NS
+    return part
 
 
 def _path(node: InterfaceNode, dotted: str) -> Path:
@@ -219,9 +219,9 @@ def _poses(
 ) -> Iterator[tuple[Path, Mapping[str, Any]]]:
     """Yield the poses that are written in a navigation goal and known, each with its path."""
     path = (*node.path, *node.sent_path)
-    one, many = values.get("pose"), values.get("poses") or ()
-    if isinstance(one, Mapping) and "pose" in node.sent and not _has_unknown(one):
-        yield (*path, "pose"), one
+    single, many = values.get("pose"), values.get("poses") or ()
+    if isinstance(single, Mapping) and "pose" in node.sent and not _has_unknown(single):
+        yield (*path, "pose"), single
     for index, pose in enumerate(many):
         if isinstance(pose, Mapping) and not _has_unknown(pose):
             yield (*path, "poses", index), pose
@@ -258,7 +258,7 @@ def _in_degrees(limit: NumberLimit, value: float) -> str | None:
 VELOCITIES = ("max_linear_velocity", "max_angular_velocity")
 """Parameters of the servers that also are numbers of a robot."""
 
-PARAMETERS = (*(one.name for one in fields(Tuning)), *VELOCITIES)
+PARAMETERS = (*(field.name for field in fields(Tuning)), *VELOCITIES)
 """The parameters of the servers by which they may refuse goals."""
 
 

@@ -21,7 +21,7 @@ from sim.world.world import World
 
 def zones_of(world: World) -> dict[str, Pose]:
     """Return the zones of a world as places."""
-    return {one.name: (one.x, one.y, 0.0) for one in world.zones}
+    return {zone.name: (zone.x, zone.y, 0.0) for zone in world.zones}
 
 
 class NamedFiles:
@@ -73,8 +73,8 @@ class NamedFiles:
             return None
         mission, faults = examine(text, **changes)
         self._faults += [
-            locate(one.source.partition("=")[0], one) if one.file == SET_OPTION else one
-            for one in faults
+            locate(fault.source.partition("=")[0], fault) if fault.file == SET_OPTION else fault
+            for fault in faults
         ]
         return mission
 

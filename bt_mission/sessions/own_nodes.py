@@ -50,8 +50,8 @@ class OwnNodes:
     ) -> None:
         self._context = context
         self._made: list[tuple[Factory, Node]] = []
-        wanted: list[tuple[Factory, str]] = [(one, "") for one in shared]
-        wanted += [(one, robot.name) for robot in robots for one in robot.mission.nodes]
+        wanted: list[tuple[Factory, str]] = [(factory, "") for factory in shared]
+        wanted += [(factory, robot.name) for robot in robots for factory in robot.mission.nodes]
         for factory, namespace in wanted:
             node = self._make(factory, namespace)
             made.callback(_destroy, factory, node)
@@ -75,7 +75,7 @@ class OwnNodes:
 
     def refuse_names_of(self, others: Iterable[Node]) -> None:
         """Refuse nodes that are called like one of the others, or like each other."""
-        taken = {one.get_fully_qualified_name() for one in others}
+        taken = {other.get_fully_qualified_name() for other in others}
         for factory, node in self._made:
             name = node.get_fully_qualified_name()
             if name in taken:

@@ -25,9 +25,9 @@ class PoseChecker:
 
     def fault(self, x: float, y: float) -> str | None:
         """Return why no robot gets to a point of the map, in metres, or None."""
-        found = goal_nodes(self._roads, (x, y))
+        nearest = goal_nodes(self._roads, (x, y))
         return (
-            f"{found.reason}, in the world '{self._world.name}'"
-            if isinstance(found, NoPath)
+            f"{nearest.reason}, in the world '{self._world.name}'"
+            if isinstance(nearest, NoPath)
             else None
         )

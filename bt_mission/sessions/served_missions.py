@@ -62,10 +62,10 @@ class ServedMissions:
         if goal.seed < -1:
             raise BtMissionError(f"seed: expected an integer from 0, or -1, got {goal.seed}")
         values = dict[str, str]()
-        for one in goal.inputs:
-            name, equals, value = one.partition("=")
+        for text in goal.inputs:
+            name, equals, value = text.partition("=")
             if not name or not equals:
-                raise BtMissionError(f"inputs: expected NAME=VALUE, got {quoted(one)}")
+                raise BtMissionError(f"inputs: expected NAME=VALUE, got {quoted(text)}")
             values[name] = value
         seed = None if goal.seed < 0 else int(goal.seed)
         if goal.text:
@@ -90,8 +90,8 @@ class ServedMissions:
         named = [path]
         if path.name and path.suffix not in (*files.SUFFIXES, XML):
             named = [path.with_name(f"{path.name}{suffix}") for suffix in files.SUFFIXES]
-        for one in named:
-            for candidate in (one, *(folder / one for folder in self.folders)):
+        for name in named:
+            for candidate in (name, *(folder / name for folder in self.folders)):
                 if is_within(candidate, self.folders) and files.is_file(candidate):
                     return candidate
         if not self.folders:
@@ -105,8 +105,8 @@ class ServedMissions:
     def names(self) -> list[str]:
         """Return the names of the missions right in the folders, sorted."""
         suffixes = (*files.SUFFIXES, XML)
-        found = (path for folder in self.folders for path in folder.iterdir())
-        return sorted({path.stem for path in found if path.suffix in suffixes})
+        paths = (path for folder in self.folders for path in folder.iterdir())
+        return sorted({path.stem for path in paths if path.suffix in suffixes})
 
 
 def folders_to_serve(chosen: Sequence[Path]) -> tuple[Path, ...]:

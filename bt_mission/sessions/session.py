@@ -210,7 +210,7 @@ class Session:
             self._serve(onlooker.node)
         onlooker.attach(self)
         self._onlookers.append(onlooker)
-        self._onlookers.sort(key=lambda one: one.acts)
+        self._onlookers.sort(key=lambda onlooker: onlooker.acts)
 
     def detach(self, onlooker: Onlooker) -> None:
         """Call it no more, and destroy its node."""

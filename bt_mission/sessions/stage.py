@@ -100,7 +100,7 @@ class Stage(Session):
         if self._options.start is not None:
             x, y, yaw = self._options.start
             world = world.model_copy(update={"spawn": Spawn(x=x, y=y, yaw=yaw)})
-        models = [load_robot(one) for one in files.robots]
+        models = [load_robot(source) for source in files.robots]
         self._natures = stage_nature.natures(members, self._options, world)
         self_test()
         self.image_folder: Path = free_folder(image_folder)
@@ -161,8 +161,10 @@ class Stage(Session):
         made = StageSimNode(
             world,
             [
-                RobotSpawn(model, one.name, stage_nature.moved(one.start_in(world), nature, share))
-                for one, model, nature in zip(members, models, self._natures, strict=True)
+                RobotSpawn(
+                    model, member.name, stage_nature.moved(member.start_in(world), nature, share)
+                )
+                for member, model, nature in zip(members, models, self._natures, strict=True)
             ],
             SimOptions(
                 seed=self._seed,
@@ -316,7 +318,7 @@ class Stage(Session):
 
 def _places_of(members: Sequence[FleetRobot]) -> dict[str, tuple[float, float]]:
     """Return the named places of the missions; two robots may call one name two places."""
-    return {name: (x, y) for one in members for name, (x, y, _) in one.mission.places.items()}
+    return {name: (x, y) for member in members for name, (x, y, _) in member.mission.places.items()}
 
 
 def _members(mission: Mission | None, robots: Sequence[FleetRobot]) -> Sequence[FleetRobot]:
@@ -325,9 +327,9 @@ def _members(mission: Mission | None, robots: Sequence[FleetRobot]) -> Sequence[
         raise StageError("expected a mission, or robots with a mission each: one of them")
     if mission is not None:
         return (FleetRobot("", mission),)
-    for one in robots:
-        if not one.name and len(robots) > 1:
+    for robot in robots:
+        if not robot.name and len(robots) > 1:
             raise StageError("expected a name for each robot: its names lie in that namespace")
-        if one.mission.map == "unknown":
-            raise StageError(f"{one.name}: a fleet has no mapper, so 'map: unknown' cannot run")
+        if robot.mission.map == "unknown":
+            raise StageError(f"{robot.name}: a fleet has no mapper, so 'map: unknown' cannot run")
     return robots

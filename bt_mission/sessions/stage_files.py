@@ -40,8 +40,8 @@ class StageFiles:
                 world = read(find("worlds", world, first.file))
             text, world = world, load_world(world)
         robots = (
-            one.model or read(find("robots", one.mission.robot, one.mission.file))
-            for one in members
+            member.model or read(find("robots", member.mission.robot, member.mission.file))
+            for member in members
         )
         return cls(world, text, tuple(robots))
 
@@ -49,7 +49,7 @@ class StageFiles:
     def texts(self) -> Mapping[str, str]:
         """Return what a recording keeps of them, by names without the folders of this machine."""
         parts = {f"worlds/{Path(self.world_text.file).name}": self.world_text.text}
-        return parts | {f"robots/{Path(one.file).name}": one.text for one in self.robots}
+        return parts | {f"robots/{Path(robot.file).name}": robot.text for robot in self.robots}
 
 
 def stage_facts(
@@ -65,11 +65,11 @@ def stage_facts(
         "is_visible": options.visible,
         "robots": [
             {
-                "name": one.name,
-                "start": (one.x, one.y, one.yaw) if one.name else options.start,
+                "name": member.name,
+                "start": (member.x, member.y, member.yaw) if member.name else options.start,
                 "nature": nature,
             }
-            for one, nature in zip(members, natures, strict=True)
+            for member, nature in zip(members, natures, strict=True)
         ],
         "nodes": [*_further_nodes(members[0].mission, options)],
     }
@@ -81,8 +81,8 @@ def _further_nodes(mission: Mission, options: StageOptions) -> Iterator[tuple[st
 
     The file is empty for those that were given in Python.
     """
-    for one in mission.nodes:
-        if one.document is not mission.document:
-            yield mission.portable_name(one.file), one.target
+    for node in mission.nodes:
+        if node.document is not mission.document:
+            yield mission.portable_name(node.file), node.target
     for given in options.nodes:
         yield "", name_of(given)

@@ -33,7 +33,7 @@ def natures(
     drawn = []
     for member in members:
         given: Iterable[Nature | None] = (options.nature, member.mission.nature, world.nature)
-        chosen = next((one for one in given if one is not None), options.default_nature)
+        chosen = next((nature for nature in given if nature is not None), options.default_nature)
         drawn.append(chosen.drawn(seed, member.name))
     return drawn
 
@@ -64,8 +64,8 @@ def _delay(
             name = f"{namespace}/{topic}"
             clock.taps.add(name, Side.MESSAGE, _late(mean_s, seed, name))
     if mean_s := nature["server_latency"]:
-        known = {one.name for one in ACTION_NAMES.values()}
-        known |= {one.ros_name for one in all_steps(member.mission) if isinstance(one, GoalNode)}
+        known = {named.name for named in ACTION_NAMES.values()}
+        known |= {step.ros_name for step in all_steps(member.mission) if isinstance(step, GoalNode)}
         for action in sorted(known):
             full = action if action.startswith("/") else f"{namespace}/{action}"
             for part, side in _PARTS:

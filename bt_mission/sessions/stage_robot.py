@@ -76,7 +76,7 @@ class StageOptions:
 
 def _portable_names(mission: Mission) -> dict[str, str]:
     """Name the files of a mission in its trace as on every machine; failures name their place."""
-    names = {one.file: mission.portable_name(one.file) for one in mission.documents}
+    names = {document.file: mission.portable_name(document.file) for document in mission.documents}
     return {file: name for file, name in names.items() if file != name}
 
 

@@ -45,7 +45,7 @@ class _Placed:
         self._place, self._turn = data.geom_xpos[geom], data.geom_xmat[geom]
         self._form = model.geom_size[geom], model.geom_group[geom : geom + 1]
         self._was_at, self._was_turned = self._place.tolist(), self._turn.tolist()
-        self._was_formed = [one.tolist() for one in self._form]
+        self._was_formed = [axis.tolist() for axis in self._form]
         self._is_spare = model.geom_group[geom] == NOWHERE
 
     def way(self, reach: float) -> float:
@@ -56,7 +56,7 @@ class _Placed:
         Args:
             reach: The greatest distance of a point from the middle, m.
         """
-        if [one.tolist() for one in self._form] != self._was_formed:
+        if [axis.tolist() for axis in self._form] != self._was_formed:
             return math.inf
         if self._is_spare:
             return 0.0
@@ -145,7 +145,7 @@ class Gauge:
         is_moving = model.body_weldid[model.geom_bodyid[self._others]] != 0
         self._standing = self._others[~is_moving]
         self._moving = [
-            (int(one), float(model.geom_rbound[one])) for one in self._others[is_moving]
+            (int(other), float(model.geom_rbound[other])) for other in self._others[is_moving]
         ]
 
     def measure(self, data: mujoco.MjData, within: float = math.inf) -> Clearance:
@@ -161,15 +161,15 @@ class Gauge:
             if bound >= least:
                 break
             for geom in self._own:
-                found = distance(model, data, geom, other, least, fromto)
-                if found < least:
-                    least = found
+                gap = distance(model, data, geom, other, least, fromto)
+                if gap < least:
+                    least = gap
                     x, y, z, *there = fromto.tolist()
                     best = Clearance(
-                        found, self._names[other], (x, y, z), (there[0], there[1], there[2])
+                        gap, self._names[other], (x, y, z), (there[0], there[1], there[2])
                     )
         if math.isinf(within):
-            moving = ((_Placed(data, model, one), reach) for one, reach in self._moving)
+            moving = ((_Placed(data, model, other), reach) for other, reach in self._moving)
             least_round = near[0][0] if near else least
             self._known = _MeasuredClearance(
                 least, least_round - _SLACK, data, _Placed(data, model, self._own[0]), tuple(moving)
@@ -212,13 +212,13 @@ class Gauge:
             moved = math.dist(place, around.place)
         if around is None or moved > _STRIDE:
             around, moved = self._look_around(data, place), 0.0
-        found = [box for box in around.moving if box.is_there]
+        boxes = [box for box in around.moving if box.is_there]
         for bound, box in around.standing:
             if bound - moved >= within + _SLACK:
                 break
-            found.append(box)
+            boxes.append(box)
         ball = self._ball
-        return sorted((box.distance(place) - ball, box.geom) for box in found)
+        return sorted((box.distance(place) - ball, box.geom) for box in boxes)
 
     def _look_around(self, data: mujoco.MjData, place: list[float]) -> _Surroundings:
         """Compute the bounds to all that stands, and keep them."""

@@ -61,8 +61,8 @@ class Contacts:
         """Return what is being touched, and the number of a contact with it."""
         touched: dict[str, int] = {}
         geoms = data.contact.geom
-        found = self._is_robot[geoms] & self._is_obstacle[geoms[:, ::-1]]
-        for index, side in np.argwhere(found).tolist():
+        touches = self._is_robot[geoms] & self._is_obstacle[geoms[:, ::-1]]
+        for index, side in np.argwhere(touches).tolist():
             touched.setdefault(self._names[geoms[index, 1 - side]], index)
         return touched
 

@@ -264,7 +264,7 @@ class Props:
         """
         x, y, yaw = place
         self.check_floor(prop.name, x, y)
-        (slot,) = (slot for slot, one in self.placed.items() if one is prop)
+        (slot,) = (slot for slot, placed in self.placed.items() if placed is prop)
         before = prop.obstacle, prop.course, prop.since_ns
         prop.obstacle = replace(prop.obstacle, x=x, y=y).turned(yaw)
         prop.begin_anew()
@@ -373,7 +373,7 @@ class Props:
         others = [other for other in physics.obstacle_geoms if other != geom]
         if robots:
             others += [
-                one for prefix in physics.prefixes for one in touching(physics.model, prefix)
+                other for prefix in physics.prefixes for other in touching(physics.model, prefix)
             ]
-        found = Gauge(physics.model, physics.names, [geom], others).measure(physics.data, 0.0)
-        return found.obstacle if found.distance < -_TOUCHING else None
+        clearance = Gauge(physics.model, physics.names, [geom], others).measure(physics.data, 0.0)
+        return clearance.obstacle if clearance.distance < -_TOUCHING else None

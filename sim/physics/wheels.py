@@ -63,12 +63,12 @@ class Wheels:
         self._faults = WheelFaults()
 
     def power(self, *, on: bool) -> None:
-        """Let the motors turn them, or their gears hold them back."""
+        """Let the motors turn the wheels, or let the gears brake them."""
         self._powered = on
         self._set()
 
-    def suffer(self, faults: WheelFaults) -> None:
-        """Let them have these faults from now on."""
+    def set_faults(self, faults: WheelFaults) -> None:
+        """Replace the faults of the wheels."""
         self._faults = faults
         self._set()
         for geom, grip in zip(self._geoms, (faults.left_grip, faults.right_grip), strict=True):

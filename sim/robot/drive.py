@@ -1,7 +1,8 @@
 """The base's own control: limits, acceleration ramp, and a stop when commands stop coming.
 
 Pure arithmetic. It stands for the firmware of the robot: a command is clipped to the limits of
-the model, reached at limited acceleration, and holds for `command_timeout` times `patience`.
+the model, reached at limited acceleration, and holds for `command_timeout` times
+`command_timeout_factor`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ class DifferentialDrive:
     """The velocity now asked of the wheels, m/s."""
     angular: float = 0.0
     """The turn rate now asked of the wheels, rad/s, left positive."""
-    patience: float = 1.0
+    command_timeout_factor: float = 1.0
     """How many times the command timeout a command holds."""
     _target_linear: float = field(default=0.0, init=False)
     _target_angular: float = field(default=0.0, init=False)
@@ -52,7 +53,7 @@ class DifferentialDrive:
     @property
     def timeout_s(self) -> float:
         """How long a command holds, s."""
-        return self.robot.command_timeout * self.patience
+        return self.robot.command_timeout * self.command_timeout_factor
 
     def switch(self, *, on: bool) -> None:
         """Give or take the motors' power. Either way the last command is forgotten."""

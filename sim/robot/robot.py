@@ -72,7 +72,7 @@ class SimulatedRobot:
             for kind in SENSORS
             if kind not in present
         }
-        self.faults = RobotFaultState(PARTS, self._wheels.suffer, lacks)
+        self.faults = RobotFaultState(PARTS, self._wheels.set_faults, lacks)
         """What is broken."""
         motor = model.actuator(prefix + WHEELS[0]).id
         self._ctrl = data.ctrl[motor : motor + 2]
@@ -92,7 +92,7 @@ class SimulatedRobot:
         self._lidar, self._battery = self.sensor(LidarSensor), self.sensor(BatterySensor)
         self._encoders = Encoders(self.robot.sensors.odometry.slip, seed, prefix)
         self._drive = DifferentialDrive(self.robot, STEP_NS / 1e9)
-        self.patience = 1.0
+        self.command_timeout_factor = 1.0
         self.odometry = Odometry(self.robot)
         self.localization = Localization(None, seed, entrant.name)
         self.motors_on = True
@@ -108,7 +108,9 @@ class SimulatedRobot:
         self._encoders.start(*self._qpos[7:9].tolist())
         self._milestone = self.pose[:2]
         self._rest_z = float(self._qpos[2])
-        self._drive = DifferentialDrive(self.robot, STEP_NS / 1e9, patience=self.patience)
+        self._drive = DifferentialDrive(
+            self.robot, STEP_NS / 1e9, command_timeout_factor=self.command_timeout_factor
+        )
         self._contacts.forget()
         self.localization.restart()
         self._switch_motors(on=True)
@@ -123,9 +125,9 @@ class SimulatedRobot:
         """The battery."""
         return self._battery.battery
 
-    def be_patient(self, patience: float) -> None:
-        """Let commands hold for so many times the robot's command timeout, from the next one on."""
-        self.patience = self._drive.patience = patience
+    def scale_command_timeout(self, factor: float) -> None:
+        """Let the next commands hold for `factor` times the robot's command timeout."""
+        self.command_timeout_factor = self._drive.command_timeout_factor = factor
 
     def live_with(self, nature: Mapping[str, float]) -> None:
         """Have sensors, wheels and localization be as a nature has them.
@@ -173,9 +175,9 @@ class SimulatedRobot:
         last command then stays. While the motors are off, a command is ignored.
         """
         now_ns = self.physics.time_ns
-        said_ns = stamp_ns if 0 < stamp_ns < now_ns else now_ns
-        self._drive.command(linear, angular, said_ns)
-        return (now_ns - said_ns) / 1e9
+        commanded_ns = stamp_ns if 0 < stamp_ns < now_ns else now_ns
+        self._drive.command(linear, angular, commanded_ns)
+        return (now_ns - commanded_ns) / 1e9
 
     @property
     def commanded(self) -> tuple[float, float]:
@@ -216,7 +218,7 @@ class SimulatedRobot:
         """Count what begins to be touched by now."""
         begun = self._contacts.look(self.physics.data, now_ns)
         self.collisions += len(begun)
-        self.collisions_with.update(one.obstacle for one in begun if one.is_robot)
+        self.collisions_with.update(contact.obstacle for contact in begun if contact.is_robot)
         self._new_collisions += begun
 
     # ---- from outside --------------------------------------------------------------------

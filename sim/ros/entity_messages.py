@@ -35,7 +35,7 @@ def read_pose(pose: Any) -> Pose2D:
     turn = numbers[3:]
     if turn == _ZEROS:
         return Pose2D(p.x, p.y, 0.0)
-    square = sum(min(abs(one), 1e9) ** 2 for one in turn)
+    square = sum(min(abs(component), 1e9) ** 2 for component in turn)
     if abs(square - 1) > _UNIT:
         raise InvalidPoseError(
             f"expected a quaternion of length 1, got one of {math.sqrt(square):g}"
@@ -101,7 +101,9 @@ def overlaps(box: tuple[Corner, Corner], bounds: Any) -> bool:
     Raises ValueError for bounds that are none.
     """
     points: list[Corner] = [(point.x, point.y, point.z) for point in bounds.points]
-    if len(points) != 2 or not all(math.isfinite(one) for point in points for one in point):
+    if len(points) != 2 or not all(
+        math.isfinite(coordinate) for point in points for coordinate in point
+    ):
         raise ValueError(f"expected two points of finite numbers, got {len(points)} points")
     lower, upper = box
     first, second = points

@@ -20,7 +20,7 @@ from sim import entities as errors
 from sim.entities import Entities, EntityInfo, EntityState
 from sim.ros import entity_messages
 from sim.ros.name_patterns import PatternError, matching
-from sim.ros.requests import Code, Feature, Offer, RefusedError, offer, tell
+from sim.ros.requests import Code, Feature, Offer, RefusedError, fill_result, offer
 from sim.ros.run_control import RunControl
 from sim.ros.tag_filters import passes
 from sim.spawnables import (
@@ -93,10 +93,10 @@ class EntityServices:
         self.features = offer(node, control, srv, self._offers())
 
     def _offers(self) -> tuple[Offer, ...]:
-        found = (Feature.ENTITY_TAGS, Feature.ENTITY_CATEGORIES, Feature.ENTITY_BOUNDS_BOX)
+        features = (Feature.ENTITY_TAGS, Feature.ENTITY_CATEGORIES, Feature.ENTITY_BOUNDS_BOX)
         spawned = (Feature.SPAWNING, Feature.SPAWNING_RESOURCE_STRING)
         return (
-            Offer("GetEntities", self._get_entities, found),
+            Offer("GetEntities", self._get_entities, features),
             Offer("GetEntitiesStates", self._get_states, (Feature.ENTITY_STATE_GETTING,)),
             Offer("GetEntityState", self._get_state),
             Offer("SetEntityState", self._set_state, (Feature.ENTITY_STATE_SETTING,)),
@@ -104,7 +104,7 @@ class EntityServices:
             Offer("SetEntityInfo", self._set_info, (Feature.ENTITY_INFO_SETTING,)),
             Offer("GetEntityBounds", self._get_bounds, (Feature.ENTITY_BOUNDS,)),
             Offer("GetSpawnables", self._get_spawnables, (Feature.SPAWNABLES,)),
-            Offer("SpawnEntity", self._spawn_one, spawned),
+            Offer("SpawnEntity", self._spawn_entity, spawned),
             Offer("SpawnEntities", self._spawn_all, (Feature.SPAWNING_ENTITIES,)),
             Offer("DeleteEntity", self._delete, (Feature.DELETING,)),
         )
@@ -112,10 +112,10 @@ class EntityServices:
     # ---- looked at -----------------------------------------------------------------------
 
     def _get_entities(self, request: Any, response: Any) -> None:
-        response.entities = self._found(request.filters)
+        response.entities = self._matching_names(request.filters)
 
     def _get_states(self, request: Any, response: Any) -> None:
-        response.entities = self._found(request.filters)
+        response.entities = self._matching_names(request.filters)
         response.states = [self._state(name) for name in response.entities]
 
     def _get_state(self, request: Any, response: Any) -> None:
@@ -135,15 +135,15 @@ class EntityServices:
 
     def _get_spawnables(self, request: Any, response: Any) -> None:
         for name, kind in SPAWNABLES.items():
-            one = msg.Spawnable(uri=name, description=kind.description)
+            spawnable = msg.Spawnable(uri=name, description=kind.description)
             made = read_spawnable(name, "").obstacle(name, Pose2D(0.0, 0.0, 0.0))
             length, width, height = made.size
             corners = (-length / 2, -width / 2, 0.0), (length / 2, width / 2, height)
-            entity_messages.fill_box(one.spawn_bounds, Vector3, corners)
-            response.spawnables.append(one)
+            entity_messages.fill_box(spawnable.spawn_bounds, Vector3, corners)
+            response.spawnables.append(spawnable)
         if request.sources:
             text = f"not known as sources: {', '.join(map(quoted, request.sources[:10]))}"
-            tell(response.result, Code.OK, text)
+            fill_result(response.result, Code.OK, text)
 
     # ---- changed -------------------------------------------------------------------------
 
@@ -160,8 +160,8 @@ class EntityServices:
     def _set_info(self, request: Any, _: Any) -> None:
         info, category = request.info, request.info.category.category
         if category not in set(errors.Category):
-            known = ", ".join(f"{one.value} ({one.name.lower()})" for one in errors.Category)
-            raise RefusedError(Code.OPERATION_FAILED, f"expected a category of {known}")
+            names = ", ".join(f"{known.value} ({known.name.lower()})" for known in errors.Category)
+            raise RefusedError(Code.OPERATION_FAILED, f"expected a category of {names}")
         if len(info.tags) > MOST_TAGS or max(map(len, (info.description, *info.tags))) > 1000:
             text = f"expected at most {MOST_TAGS} tags, and texts of at most 1000 characters"
             raise RefusedError(Code.OPERATION_FAILED, text)
@@ -174,7 +174,7 @@ class EntityServices:
             self._entities.delete(request.entity)
         log_of(self._node).info(f"'{request.entity}' deleted")
 
-    def _spawn_one(self, request: Any, response: Any) -> None:
+    def _spawn_entity(self, request: Any, response: Any) -> None:
         response.entity_name = self._spawn(request, request.uri, request.resource_string)
 
     def _spawn_all(self, request: Any, response: Any) -> None:
@@ -182,19 +182,19 @@ class EntityServices:
             text = f"expected at most {MOST_SPAWNED} requests, got {len(request.spawn_requests)}"
             raise RefusedError(Code.OPERATION_FAILED, text)
         failed = 0
-        for one in request.spawn_requests:
-            told, resource = msg.SpawnResult(), one.entity_resource
-            response.results.append(told)
+        for spawn in request.spawn_requests:
+            result, resource = msg.SpawnResult(), spawn.entity_resource
+            response.results.append(result)
             try:
-                told.entity_name = self._spawn(one, resource.uri, resource.resource_string)
-                tell(told.result, Code.OK)
+                result.entity_name = self._spawn(spawn, resource.uri, resource.resource_string)
+                fill_result(result.result, Code.OK)
             except BtMissionError as error:
                 failed += 1
                 code = error.code if isinstance(error, RefusedError) else Code.OPERATION_FAILED
-                tell(told.result, code, str(error))
+                fill_result(result.result, code, str(error))
         if failed:
             text = f"{failed} of {len(request.spawn_requests)} were not spawned; see results"
-            tell(response.result, SpawnCode.ENTITIES_SPAWN_FAILED, text)
+            fill_result(response.result, SpawnCode.ENTITIES_SPAWN_FAILED, text)
 
     def _spawn(self, request: Any, uri: str, text: str) -> str:
         with _Refusing(_SPAWN_CODES):
@@ -210,11 +210,11 @@ class EntityServices:
     # ---- inside --------------------------------------------------------------------------
 
     def _state(self, name: str) -> Any:
-        found = msg.EntityState()
-        self._fill_now(found.header.stamp)
-        return entity_messages.fill_state(found, self._entities.state(name))
+        entity_state = msg.EntityState()
+        self._fill_now(entity_state.header.stamp)
+        return entity_messages.fill_state(entity_state, self._entities.state(name))
 
-    def _found(self, filters: Any) -> list[str]:
+    def _matching_names(self, filters: Any) -> list[str]:
         """Return the names that pass all filters."""
         entities, names = self._entities, self._entities.names
         if filters.filter:

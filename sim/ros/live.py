@@ -100,7 +100,7 @@ class LiveSimNode(SimNode):
         )
         self._pacer = Pacer(speed, self.next_due_ns)
         self._stood = 0
-        self._be_patient(speed)
+        self._scale_command_timeout(speed)
         self.add_post_set_parameters_callback(self._change_speed)
         self.create_timer(_TICK_S, self._tick, clock=self._wall)
 
@@ -135,7 +135,8 @@ class LiveSimNode(SimNode):
     @property
     def _names(self) -> str:
         return ", ".join(
-            f"{one.name} ({one.robot.name})" if one.name else one.robot.name for one in self.robots
+            f"{robot.name} ({robot.robot.name})" if robot.name else robot.robot.name
+            for robot in self.robots
         )
 
     def _show_what_is_fixed(self) -> None:
@@ -165,12 +166,12 @@ class LiveSimNode(SimNode):
         for parameter in parameters:
             if parameter.name == "speed":
                 self._pacer.set_speed(parameter.value, self.physics.time_ns)
-                self._be_patient(parameter.value)
+                self._scale_command_timeout(parameter.value)
 
-    def _be_patient(self, speed: float) -> None:
+    def _scale_command_timeout(self, speed: float) -> None:
         """Let commands hold as long on the wall as at real time: they do not come any sooner."""
         for robot in self.robots:
-            robot.be_patient(max(1.0, speed))
+            robot.scale_command_timeout(max(1.0, speed))
 
     def _offer_services(self) -> None:
         """Answer the standard interfaces of simulators, where their types are installed."""
@@ -193,7 +194,7 @@ class CommandWatch:
 
     def __init__(self, node: SimNode) -> None:
         self._node = node
-        self._told: set[tuple[str, str, str]] = set()
+        self._reported: set[tuple[str, str, str]] = set()
         self._unnamed: set[tuple[str, str, str]] = set()
 
     def look(self) -> None:
@@ -203,17 +204,17 @@ class CommandWatch:
         """
         taken = COMMAND_TYPES[self._node.command_type]
         other = "plain" if self._node.command_type == "stamped" else "stamped"
-        found: set[tuple[str, str, str]] = set()
+        misfits: set[tuple[str, str, str]] = set()
         for robot in self._node.robots:
             topic = self._node.resolve_topic_name(f"{robot.prefix}cmd_vel")
             publishers = self._node.get_publishers_info_by_topic(topic)
-            found |= {(topic, *one) for one in unheard(publishers, {taken}).items()}
-        unnamed = {one for one in found if UNNAMED in one}
-        lost = found - (unnamed - self._unnamed) - self._told
+            misfits |= {(topic, *misfit) for misfit in unheard(publishers, {taken}).items()}
+        unnamed = {misfit for misfit in misfits if UNNAMED in misfit}
+        lost = misfits - (unnamed - self._unnamed) - self._reported
         for topic, who, sent in sorted(lost):
             log_of(self._node).warning(
                 f"{topic}: {who} publishes {sent}, but the robot takes {taken}, so it does not "
                 f"hear; have {who} publish that, or start with --cmd-vel-type {other}"
             )
-        self._told |= lost
+        self._reported |= lost
         self._unnamed = unnamed

@@ -70,10 +70,10 @@ def _size_at_most(pattern: str) -> int:
     17
     """
     size, factor = len(pattern), 1
-    for found in _REPETITION.finditer(pattern):
-        numbers = [int(digits[:9]) for digits in re.findall("[0-9]+", found[1] or "")]
+    for repetition in _REPETITION.finditer(pattern):
+        numbers = [int(digits[:9]) for digits in re.findall("[0-9]+", repetition[1] or "")]
         copies = max([2, *numbers])
-        if pattern[: found.start()].endswith((")", "*", "+", "?", "}")):
+        if pattern[: repetition.start()].endswith((")", "*", "+", "?", "}")):
             factor *= copies
         else:
             size += copies

@@ -89,28 +89,28 @@ class SimNode(RobotNode):
         self._time_out = self.create_publisher(Clock, "/clock", RELIABLE)
         drawn = rasterise(world) if options.with_map else None
         self._topics: list[RobotPublishers] = []
-        for one in self.robots:
+        for robot in self.robots:
             if drawn is not None:
-                self._latch(occupancy_grid(drawn, self._stamp), f"{one.prefix}map")
+                self._latch(occupancy_grid(drawn, self._stamp), f"{robot.prefix}map")
             if world.zones or options.places:
                 marks = zone_markers(world, self._stamp, options.places)
-                self._latch(marks, f"{one.prefix}zones")
+                self._latch(marks, f"{robot.prefix}zones")
             self._topics.append(
                 RobotPublishers(
                     self,
                     self._schedule,
                     self._stamp,
-                    one,
+                    robot,
                     command_type=self.command_type,
                     localises=options.localises,
                 )
             )
             if options.localises and not lean:
-                localise(self, self._schedule, self._stamp, one)
-            for sensor in one.sensors:
+                localise(self, self._schedule, self._stamp, robot)
+            for sensor in robot.sensors:
                 if options.camera or sensor.name != "camera":
-                    publish_sensor(self, self._schedule, self._stamp, one, sensor)
-            for warning in unseen(world, one.robot):
+                    publish_sensor(self, self._schedule, self._stamp, robot, sensor)
+            for warning in unseen(world, robot.robot):
                 self._log.warning(warning)
         self.create_service(Trigger, "reset_simulation", self._on_reset, qos_profile=REQUESTS)
 

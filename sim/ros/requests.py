@@ -92,12 +92,12 @@ class Offer:
 def offer(node: Node, control: RunControl, types: Any, offers: Iterable[Offer]) -> list[Feature]:
     """Create the services whose types are in the module `types`, and return their features."""
     features: list[Feature] = []
-    for one in offers:
-        kind = getattr(types, one.kind, None)  # an older release has fewer
+    for service in offers:
+        kind = getattr(types, service.kind, None)  # an older release has fewer
         if kind is not None:
-            name = service_name(one.kind)
-            node.create_service(kind, name, _guarded(control, one.answer), qos_profile=REQUESTS)
-            features += one.features
+            name = service_name(service.kind)
+            node.create_service(kind, name, _guarded(control, service.answer), qos_profile=REQUESTS)
+            features += service.features
     return features
 
 
@@ -116,7 +116,7 @@ def refuse_while_quitting(control: RunControl) -> None:
         raise RefusedError(Code.INCORRECT_STATE, "the simulator is ending")
 
 
-def tell(result: Any, code: int, text: str = "") -> Any:
+def fill_result(result: Any, code: int, text: str = "") -> Any:
     """Fill a Result with what may be shown anywhere, and return it."""
     result.result = int(code)
     result.error_message = escape_control(text)[:_MOST_TEXT]
@@ -132,7 +132,7 @@ def _guarded(control: RunControl, answer: Callable[[Any, Any], None]) -> Callabl
         except BtMissionError as error:
             code = error.code if isinstance(error, RefusedError) else Code.OPERATION_FAILED
             response = type(response)()
-            tell(response.result, code, str(error))
+            fill_result(response.result, code, str(error))
         return response
 
     return call

@@ -21,10 +21,10 @@ from sim.ros.requests import (
     Feature,
     Offer,
     RefusedError,
+    fill_result,
     offer,
     refuse_while_quitting,
     service_name,
-    tell,
 )
 from sim.ros.run_control import RunControl, RunState, StepRun
 from sim.ros.topics import REQUESTS
@@ -119,7 +119,7 @@ class RunServices:
 
         def get_state(_: Any, response: Any) -> Any:
             response.state.state = int(self._control.state)
-            tell(response.result, Code.OK)
+            fill_result(response.result, Code.OK)
             return response
 
         for kind, answer in (
@@ -161,7 +161,7 @@ class RunServices:
         removed = self._reset_parts(Scope(scope) & _PARTS)
         if removed:
             text = f"no room any more, so deleted: {', '.join(removed)}"
-            tell(response.result, Code.OK, text)
+            fill_result(response.result, Code.OK, text)
 
     def _reset_parts(self, scope: Scope) -> list[str]:
         node, clock_s, removed = self._node, self._node.clock_ns / 1e9, []
@@ -183,7 +183,7 @@ class RunServices:
                 f"expected at most {MOST_STEPS} steps of {STEP_NS / 1e6:g} ms, got {request.steps};"
                 " the action simulate_steps takes any number, and can be canceled"
             )
-            tell(response.result, Code.OPERATION_FAILED, text)
+            fill_result(response.result, Code.OPERATION_FAILED, text)
         else:
             await self._do_steps(request.steps, response.result, lambda _: None)
         return response
@@ -191,12 +191,12 @@ class RunServices:
     async def _simulate_steps(self, goal: Any) -> Any:
         wanted, feedback = goal.request.steps, action.SimulateSteps.Feedback()
 
-        def tell_progress(done: int) -> None:
+        def send_progress(done: int) -> None:
             feedback.completed_steps, feedback.remaining_steps = done, wanted - done
             goal.publish_feedback(feedback)
 
         result = action.SimulateSteps.Result()
-        await self._do_steps(wanted, result.result, tell_progress)
+        await self._do_steps(wanted, result.result, send_progress)
         if result.result.result == Code.OK:
             goal.succeed()
         elif goal.is_cancel_requested:
@@ -214,7 +214,7 @@ class RunServices:
         try:
             self._check_steps(wanted)
         except RefusedError as error:
-            tell(result, error.code, str(error))
+            fill_result(result, error.code, str(error))
             return
         ended = Future(executor=self._node.executor)
         steps = StepRun(wanted, on_step, lambda: ended.set_result(None))
@@ -222,9 +222,9 @@ class RunServices:
         await ended
         if steps.given_up:
             text = f"given up after {steps.done} of {wanted} steps: {steps.given_up}"
-            tell(result, Code.OPERATION_FAILED, text)
+            fill_result(result, Code.OPERATION_FAILED, text)
         else:
-            tell(result, Code.OK)
+            fill_result(result, Code.OK)
 
     def _check_steps(self, wanted: int) -> None:
         refuse_while_quitting(self._control)

@@ -12,5 +12,5 @@ def passes(wanted: Any, tags: Sequence[str]) -> bool:
     """Return whether tags pass a TagsFilter: any of those asked for, or all of them."""
     if not wanted.tags:
         return True
-    found = [tag in tags for tag in wanted.tags]
-    return all(found) if wanted.filter_mode == _ALL else any(found)
+    matches = [tag in tags for tag in wanted.tags]
+    return all(matches) if wanted.filter_mode == _ALL else any(matches)

@@ -116,7 +116,7 @@ class RobotPublishers:
 
     def restart(self) -> None:
         """Say what is said only when it changes, after the robot was put back to its start."""
-        self._tell_motors()
+        self._publish_motors()
 
     def _name(self, topic: str) -> str:
         return self._robot.prefix + topic
@@ -150,7 +150,7 @@ class RobotPublishers:
         response.success = self._robot.power_motors(on=request.data)
         state = "on" if self._robot.motors_on else "off"
         response.message = f"motors are {state}" + ("" if response.success else ": no charge left")
-        self._tell_motors()
+        self._publish_motors()
         return response
 
     def _on_reset_odometry(self, _: Any, response: Any) -> Any:
@@ -178,8 +178,8 @@ class RobotPublishers:
         def publish(_: int) -> None:
             for collision in self._robot.take_collisions():
                 log_of(self._node).info(f"{who}collision with {collision.obstacle}")
-                told = replace(collision, time_ns=self._schedule.clock_ns(collision.time_ns))
-                publisher.publish(message_fields.collision(CollisionMessage(), told))
+                on_clock = replace(collision, time_ns=self._schedule.clock_ns(collision.time_ns))
+                publisher.publish(message_fields.collision(CollisionMessage(), on_clock))
 
         self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", publish)
 
@@ -237,15 +237,17 @@ class RobotPublishers:
     def _make_motors(self) -> None:
         """Whether they have power: latched, so said at the start and at every change."""
         publisher = self._publisher(Bool, "motors_on", LATCHED)
-        said: list[bool] = []
+        published: list[bool] = []
 
-        def tell() -> None:
-            if said != [self._robot.motors_on]:
-                said[:] = [self._robot.motors_on]
-                publisher.publish(Bool(data=said[0]))
+        def publish_changed() -> None:
+            if published != [self._robot.motors_on]:
+                published[:] = [self._robot.motors_on]
+                publisher.publish(Bool(data=published[0]))
 
-        self._tell_motors = tell
+        self._publish_motors = publish_changed
         # Told with the odometry, since an empty battery switches them off, too.
-        self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", lambda _: tell())
+        self._schedule.every(
+            self._robot.robot.odometry_rate, "odometry_rate", lambda _: publish_changed()
+        )
         name = self._name("motor_power")
         self._node.create_service(SetBool, name, self._on_motor_power, qos_profile=REQUESTS)

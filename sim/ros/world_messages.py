@@ -45,7 +45,7 @@ def zone_markers(
         Zone.model_construct(name=name, x=x, y=y, radius=_PLACE, colour="white")
         for name, (x, y) in named
     ]
-    found = []
+    markers = []
     for index, zone in enumerate((*world.zones, *marks)):
         disc = _marker(zone, stamp, "zones", index, Marker.CYLINDER)
         disc.scale.x = disc.scale.y = 2 * zone.radius
@@ -57,8 +57,8 @@ def zone_markers(
         name.pose.position.z = _TEXT
         name.scale.z = _TEXT
         name.color.r = name.color.g = name.color.b = name.color.a = 1.0
-        found += [disc, name]
-    return MarkerArray(markers=found)
+        markers += [disc, name]
+    return MarkerArray(markers=markers)
 
 
 def _marker(zone: Zone, stamp: Any, namespace: str, index: int, kind: int) -> Marker:

@@ -14,7 +14,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find, names
 from bt_mission.core.geometry import Pose2D
 from sim.ros import entity_messages
-from sim.ros.requests import Code, Feature, Offer, RefusedError, offer, tell
+from sim.ros.requests import Code, Feature, Offer, RefusedError, fill_result, offer
 from sim.ros.run_control import RunControl
 from sim.ros.tag_filters import passes
 from sim.world.loader import load_world
@@ -60,7 +60,7 @@ class WorldServices:
         if request.additional_sources:
             sources = ", ".join(map(quoted, request.additional_sources[:10]))
             notes.append(f"not searched: {sources}")
-        tell(response.result, Code.OK, "; ".join(notes))
+        fill_result(response.result, Code.OK, "; ".join(notes))
 
     def _get_poses(self, request: Any, response: Any) -> None:
         spawn = self._world.spawn
@@ -70,9 +70,9 @@ class WorldServices:
         ]
         for name, description, tags, x, y, yaw_deg in poses:
             if passes(request.tags, tags):
-                one = msg.NamedPose(name=name, description=description, tags=tags)
-                entity_messages.fill_pose(one.pose, Pose2D(x, y, math.radians(yaw_deg)))
-                response.poses.append(one)
+                named_pose = msg.NamedPose(name=name, description=description, tags=tags)
+                entity_messages.fill_pose(named_pose.pose, Pose2D(x, y, math.radians(yaw_deg)))
+                response.poses.append(named_pose)
 
     def _get_pose_bounds(self, request: Any, response: Any) -> None:
         zones = {zone.name: zone for zone in self._world.zones}
@@ -87,9 +87,9 @@ class WorldServices:
 
 
 def _resource(source: str, world: World) -> Any:
-    found = msg.WorldResource(name=world.name, description=world.description)
-    found.world_resource.uri = find("worlds", source).resolve().as_uri()
-    return found
+    world_resource = msg.WorldResource(name=world.name, description=world.description)
+    world_resource.world_resource.uri = find("worlds", source).resolve().as_uri()
+    return world_resource
 
 
 def _refuse(_request: Any, _response: Any) -> None:

@@ -82,7 +82,7 @@ class Overview:
             if model.body(body).name.endswith(BASE)
             or model.body(body).name.startswith((MOVER_PREFIX, PROP_PREFIX))
         ]
-        _tell_tops_apart(model)
+        _shade_tops(model)
         model.vis.quality.offsamples = _SMOOTH
         self.still = self._draw_still(shadows=True)
         """The whole picture without anything that can move."""
@@ -102,13 +102,13 @@ class Overview:
 
     def moving(self) -> list[OverviewPatch]:
         """Return what can move, where it is now."""
-        found = []
+        patches = []
         for body, geoms in self._things:
             shown = geoms[np.isin(self._model.geom_group[geoms], (SOLID, LOOKS))]
             patch = self._around(body, shown) if len(shown) else None
             if patch is not None:
-                found.append(patch)
-        return found
+                patches.append(patch)
+        return patches
 
     def close(self) -> None:
         """Give the renderer back."""
@@ -183,7 +183,7 @@ class Overview:
         return picture
 
 
-def _tell_tops_apart(model: mujoco.MjModel) -> None:
+def _shade_tops(model: mujoco.MjModel) -> None:
     """Make boxes a little lower, each by another bit: where tops coincide, light adds up."""
     boxes = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_BOX.value)
     model.geom_size[boxes, 2] *= 1 - 0.0002 * (np.arange(len(boxes)) % 8)

@@ -102,8 +102,8 @@ class WorldViews:
         y += spec.x * math.sin(yaw) + spec.y * math.cos(yaw)
         bearings = yaw + np.linspace(0.0, math.tau, len(ranges), endpoint=False)
         points = np.stack([x + ranges * np.cos(bearings), y + ranges * np.sin(bearings)], axis=1)
-        found: npt.NDArray[np.float64] = points[np.isfinite(ranges) & (ranges > 0)]
-        return found
+        points_seen: npt.NDArray[np.float64] = points[np.isfinite(ranges) & (ranges > 0)]
+        return points_seen
 
     def close(self) -> None:
         """Give the renderers back. Nothing can be drawn afterwards."""

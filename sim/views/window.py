@@ -83,7 +83,7 @@ class Window:
         self._viewer: Any = viewer.launch_passive(
             model, self._copy.data, show_left_ui=False, show_right_ui=False
         )
-        self._threads = [one for one in threading.enumerate() if one not in before]
+        self._threads = [thread for thread in threading.enumerate() if thread not in before]
         with self._viewer.lock():
             camera = self._viewer.cam
             camera.lookat[:] = 0.0

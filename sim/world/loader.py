@@ -32,11 +32,11 @@ def load_world(name_or_path: str | Path | Document, near: str | Path | None = No
 def world_in(document: Document, path: tuple[str | int, ...] = ()) -> World:
     """Return the world at a path of a document. Raises InputError with every fault."""
     world = validate(document, World, path)
-    found = problems(world)
-    if found:
+    found_problems = problems(world)
+    if found_problems:
         raise InputError(
             document.fault((*path, *problem.path), problem.message, problem.hint)
-            for problem in found
+            for problem in found_problems
         )
     return world
 

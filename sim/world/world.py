@@ -56,7 +56,7 @@ class Wall(WorldPart):
     colour: Colour = "white"
 
     @model_validator(mode="after")
-    def _one_way_of_writing(self) -> Wall:
+    def _exclude_mixed_forms(self) -> Wall:
         ends = self.start is not None and self.to is not None
         middle = self.centre is not None and self.length is not None
         mixed = {"start", "to"} & self.model_fields_set and {
@@ -101,7 +101,7 @@ class Moving(WorldPart):
     speed: Annotated[float, Field(gt=0, le=FASTEST, allow_inf_nan=False)] | None = None
 
     @model_validator(mode="after")
-    def _one_way_of_moving(self) -> Moving:
+    def _exclude_mixed_motions(self) -> Moving:
         given = {field for field in type(self).model_fields if getattr(self, field) is not None}
         if given not in ({"around", "period"}, {"through", "speed"}):
             raise ValueError(
@@ -254,8 +254,8 @@ class World(WorldPart):
             ("cylinders", "cylinder", self.cylinders),
         )
         return tuple(
-            Placed((section, index), thing.obstacle(thing.name or f"{one} {index + 1}"))
-            for section, one, things in sections
+            Placed((section, index), thing.obstacle(thing.name or f"{kind} {index + 1}"))
+            for section, kind, things in sections
             for index, thing in enumerate(things)
         )
 

@@ -7,7 +7,7 @@ import pytest
 from bt_mission.core.errors import BtMissionError
 from bt_mission.events.source import (
     Attachment,
-    AttachmentNews,
+    AttachmentChange,
     FoundExecutive,
     choose,
     nobody,
@@ -23,11 +23,11 @@ def test_the_only_one_is_taken_when_it_comes():
     one, two = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
     one.is_there = two.is_there = False
     attachment = Attachment(ScriptedGraph(one, two), None)
-    assert attachment.look() == AttachmentNews(nobody(None, (), "a test"), is_nobody=True)
+    assert attachment.look() == AttachmentChange(nobody(None, (), "a test"), is_nobody=True)
     one.is_there = True
-    assert attachment.look() == AttachmentNews(is_new=True)
+    assert attachment.look() == AttachmentChange(is_new=True)
     two.is_there = True
-    assert attachment.look() == AttachmentNews()
+    assert attachment.look() == AttachmentChange()
     assert attachment.source is one
 
 
@@ -35,7 +35,7 @@ def test_of_several_the_user_chooses():
     """A name decides without a question."""
     one, two = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
     attachment = Attachment(ScriptedGraph(one, two), None)
-    assert attachment.look() == AttachmentNews(is_choice=True)
+    assert attachment.look() == AttachmentChange(is_choice=True)
     attachment.attach(two.name)
     assert attachment.source is two
     named = Attachment(ScriptedGraph(one, two), one.name)
@@ -52,9 +52,9 @@ def test_another_version_is_left_and_waited_for():
     graph.faults[one.name] = FoundExecutive(one.name, "of another version", is_foreign=True)
     attachment.look()
     assert (one.closed, attachment.source) == (True, None)
-    assert attachment.look() == AttachmentNews("/bt_mission: of another version")
+    assert attachment.look() == AttachmentChange("/bt_mission: of another version")
     graph.faults.clear()
-    assert attachment.look() == AttachmentNews(is_new=True)
+    assert attachment.look() == AttachmentChange(is_new=True)
 
 
 def test_two_of_one_name_are_taken_with_a_word():
@@ -62,7 +62,7 @@ def test_two_of_one_name_are_taken_with_a_word():
     one = ScriptedExecutive()
     graph = ScriptedGraph(one)
     graph.faults[one.name] = FoundExecutive(one.name, "2 executives share this name")
-    assert Attachment(graph, None).look() == AttachmentNews(
+    assert Attachment(graph, None).look() == AttachmentChange(
         "2 executives share this name", is_new=True
     )
 

@@ -118,16 +118,17 @@ class JournalRecorder:
     def _take_results(self, rows: dict[Key, Any]) -> None:
         """Add new verdicts of requirements at once, new margins at each heartbeat."""
         now_ns = self._runtime.now_ns
-        results = {one.name: one for one in self._requirements()}
+        results = {requirement.name: requirement for requirement in self._requirements()}
         is_late = now_ns - self._heartbeat_ns >= HEARTBEAT_NS
         if is_late or any(
-            one.verdict != self._results.get(name, one).verdict for name, one in results.items()
+            result.verdict != self._results.get(name, result).verdict
+            for name, result in results.items()
         ):
             self._heartbeat_ns = now_ns
             rows["about", "time_ns"] = now_ns
-            for name, one in results.items():
-                if one != self._results.get(name):
-                    rows["requirements", name] = vars(one)
+            for name, result in results.items():
+                if result != self._results.get(name):
+                    rows["requirements", name] = vars(result)
             self._results = results
 
     def _changed_nodes(self) -> dict[Key, Any]:

@@ -237,14 +237,14 @@ class Journal:
         """Lock the file; return whether nothing is in it. A file of others stays as it is."""
         self._database.execute("PRAGMA locking_mode=EXCLUSIVE")
         self._database.execute("PRAGMA trusted_schema=OFF")
-        found = self._database.execute("SELECT sql FROM sqlite_master").fetchall()
+        tables = self._database.execute("SELECT sql FROM sqlite_master").fetchall()
         (version,) = self._database.execute("PRAGMA user_version").fetchone()
-        if found and (found != [(_TABLE,)] or version != VERSION):
+        if tables and (tables != [(_TABLE,)] or version != VERSION):
             raise BtMissionError(f"{self.path}: not a journal of this version of bt-mission")
         self._database.execute("PRAGMA synchronous=OFF")  # of a new file nothing can be lost yet
         self._database.execute("PRAGMA journal_mode=WAL")
         self._database.execute("PRAGMA synchronous=NORMAL")
-        return not found
+        return not tables
 
     def _read(self) -> JournalState:
         kinds: dict[str, dict[str, Any]] = {}

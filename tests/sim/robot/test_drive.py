@@ -12,8 +12,8 @@ WAFFLE = load_robot("waffle")
 
 
 def drive() -> DifferentialDrive:
-    """A Waffle's drive at rest, with patience enough for what follows."""
-    return DifferentialDrive(WAFFLE, STEP_S, patience=10.0)
+    """A Waffle's drive at rest, with command_timeout_factor enough for what follows."""
+    return DifferentialDrive(WAFFLE, STEP_S, command_timeout_factor=10.0)
 
 
 def run(drive: DifferentialDrive, steps: int, time_ns: int = 0) -> None:
@@ -68,14 +68,14 @@ def test_a_velocity_that_is_not_finite_is_refused(bad):
     assert base.linear == 0.1
 
 
-@pytest.mark.parametrize("patience", [1, 10])
-def test_a_command_holds_for_the_command_timeout_exactly(patience):
+@pytest.mark.parametrize("command_timeout_factor", [1, 10])
+def test_a_command_holds_for_the_command_timeout_exactly(command_timeout_factor):
     """The step that begins 0.2 s after it is the first that slows down; ten times that, if told."""
-    base = DifferentialDrive(WAFFLE, STEP_S, patience=patience)
+    base = DifferentialDrive(WAFFLE, STEP_S, command_timeout_factor=command_timeout_factor)
     base.command(0.2, 0.0, 1_000_000_000)
-    run(base, 40 * patience, 1_000_000_000)
+    run(base, 40 * command_timeout_factor, 1_000_000_000)
     assert base.linear == 0.2
-    end_ns = 1_000_000_000 + patience * 200_000_000
+    end_ns = 1_000_000_000 + command_timeout_factor * 200_000_000
     assert base.due_ns == end_ns
     base.step(end_ns)
     assert base.linear == pytest.approx(0.195)
