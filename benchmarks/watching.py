@@ -43,7 +43,7 @@ from bt_mission.core.memory import settle_memory, spare_collections
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import events, reader
 from bt_mission.events.messages import Batch
-from bt_mission.events.source import ControlRequest, FoundExecutive, Heard
+from bt_mission.events.source import ControlRequest, ListedExecutive, Received
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageOptions
@@ -217,23 +217,23 @@ class Large:
             name = f"part {place}" if is_part else f"leaf {place}"
             nodes.append(events.NodeInfo(name, kind, f"0.{place}", parent))
         self.tree = events.RunStarted(S, "run", "large", tuple(nodes))
-        self.heard = Heard()
+        self.heard = Received()
 
     def serve(self) -> None:
         """Nothing comes by itself."""
 
-    def find(self) -> tuple[FoundExecutive, ...]:
+    def find(self) -> tuple[ListedExecutive, ...]:
         """It."""
-        return (FoundExecutive(self.name),)
+        return (ListedExecutive(self.name),)
 
     def attach(self, _name: str) -> Large:
         """It."""
         return self
 
-    def take(self, *, needs_statuses: bool) -> Heard:
+    def take(self, *, needs_statuses: bool) -> Received:
         """What was put there."""
         del needs_statuses
-        heard, self.heard = self.heard, Heard()
+        heard, self.heard = self.heard, Received()
         return heard
 
     def send(self, command: ControlRequest) -> None:
@@ -256,7 +256,7 @@ def wire(tree: events.RunStarted) -> tuple[bytes, bytes]:
     return serialize_message(message), serialize_message(answer)
 
 
-def drawn(large: Large, app: WatchApp, heard: Callable[[], Heard]) -> float:
+def drawn(large: Large, app: WatchApp, heard: Callable[[], Received]) -> float:
     """Wall time from a message to the drawn screen, s."""
     watch = Stopwatch()
     large.heard = heard()
@@ -270,8 +270,8 @@ async def draw(nodes: int, changes: int) -> tuple[float, list[float]]:
     large = Large(nodes)
     tree, answer = wire(large.tree)
 
-    def begin() -> Heard:
-        return Heard(
+    def begin() -> Received:
+        return Received(
             (
                 reader.tree(deserialize_message(tree, Tree)),
                 Batch("run", (events.StateChanged(S, "run", "large", "running", ""),)),
@@ -289,7 +289,7 @@ async def draw(nodes: int, changes: int) -> tuple[float, list[float]]:
             index = 2 + number * 7919 % (nodes - 2) if starts else index
             status = Status.RUNNING if starts else Status.SUCCESS
             change = events.NodeChanged(S + number * S, index, status, "so it goes")
-            heard = Heard((Batch("run", (change,), number),))
+            heard = Received((Batch("run", (change,), number),))
             taken.append(drawn(large, app, lambda heard=heard: heard))
             await pilot.pause()
     return first, taken

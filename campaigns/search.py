@@ -222,10 +222,10 @@ def search(case: Case, strategy: str, seed: int, budget: int) -> dict[str, Any]:
         "strategy": strategy,
         "seed": seed,
         "budget": budget,
-        "runs": state.runs if state.found else None,
+        "runs": state.runs if state.counterexamples else None,
         "unfair": state.unfair,
         "errors": state.errors,
-        "faults": [one.text for each in state.found for one in each.candidate.faults],
+        "faults": [one.text for each in state.counterexamples for one in each.candidate.faults],
         "cpu_s": round(time.process_time() - began, 2),
     }
 

@@ -220,7 +220,7 @@ class ActionAdapter:
         def on_feedback(fields: Fields) -> None:
             feedback_message.feedback = self._filled(self._action.type.Feedback(), fields)
             try:
-                self._server.tell(feedback_message)
+                self._server.publish_feedback(feedback_message)
             except InvalidHandle:
                 return  # the server is destroyed
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from rclpy.node import Node
 
-from bt_mission.core.dds.publishers import duplicate_publishers, topics_of_one
+from bt_mission.core.dds.publishers import duplicate_publishers, single_publisher_topics
 from bt_mission.core.ros_log import log_of
 
 WATCH_PERIOD_S = 0.5
@@ -40,6 +40,6 @@ class PublisherWatch:
             self._log.error(fault)
             self._on_fault(fault)
         elif fault is None and before is not None:
-            topics = topics_of_one(self._node, self._odometry)
+            topics = single_publisher_topics(self._node, self._odometry)
             self._log.info(f"each of {', '.join(topics)} has one publisher again")
         return fault

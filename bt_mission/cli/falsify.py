@@ -34,8 +34,8 @@ from bt_mission.core.text import counted
 
 if TYPE_CHECKING:
     from bt_mission.core.interrupts import InterruptSignals
-    from bt_mission.search.result import FoundFiles
-    from bt_mission.search.search import Found, SearchState
+    from bt_mission.search.result import CounterexampleFiles
+    from bt_mission.search.search import Counterexample, SearchState
     from bt_mission.search.session import CoverSession, CoverState, SearchOptions, SearchSession
     from bt_mission.sweeps.base import BaseScenario
     from bt_mission.sweeps.ranges import RangesFile
@@ -277,9 +277,9 @@ def _warn_of(as_it_is: ScenarioRow) -> None:
 
 def _search_notes(state: SearchState) -> list[str]:
     """Return what a search has found so far."""
-    notes = [f"causes found: {len(state.found)}"] if state.found else []
+    notes = [f"causes found: {len(state.counterexamples)}"] if state.counterexamples else []
     if state.simplifying_runs:
-        faults = ", ".join(str(len(one.candidate.faults)) for one in state.found)
+        faults = ", ".join(str(len(one.candidate.faults)) for one in state.counterexamples)
         return [*notes, f"minimized in {state.simplifying_runs} runs, faults left: {faults}"]
     return notes if state.smallest is None else [*notes, _smallest(state.smallest)]
 
@@ -295,18 +295,20 @@ def _tell_search(session: SearchSession, folder: Path, options: argparse.Namespa
     from bt_mission.search.result import write_all
 
     state = session.state
-    files = write_all(session.base, state.found, folder, runs_again=not state.is_interrupted)
+    files = write_all(
+        session.base, state.counterexamples, folder, runs_again=not state.is_interrupted
+    )
     if options.json:
         print(json.dumps(_search_as_dict(session, files, options)))
     else:
         print("\n".join(_search_lines(session, files)))
     if state.is_interrupted:
         return INTERRUPTED
-    return MISSION_FAILED if state.found else SUCCESS
+    return MISSION_FAILED if state.counterexamples else SUCCESS
 
 
 def _search_as_dict(
-    session: SearchSession, files: list[FoundFiles], options: argparse.Namespace
+    session: SearchSession, files: list[CounterexampleFiles], options: argparse.Namespace
 ) -> dict[str, Any]:
     state = session.state
     return {
@@ -324,11 +326,11 @@ def _search_as_dict(
         "smallest_margin": None
         if state.smallest is None
         else {"share": state.smallest[0], "requirement": state.smallest[1]},
-        "found": [_find_as_dict(*one) for one in zip(state.found, files, strict=True)],
+        "found": [_find_as_dict(*one) for one in zip(state.counterexamples, files, strict=True)],
     }
 
 
-def _find_as_dict(found: Found, files: FoundFiles) -> dict[str, Any]:
+def _find_as_dict(found: Counterexample, files: CounterexampleFiles) -> dict[str, Any]:
     return {
         "kind": found.failure.kind,
         "what": found.failure.what,
@@ -347,7 +349,7 @@ def _find_as_dict(found: Found, files: FoundFiles) -> dict[str, Any]:
     }
 
 
-def _search_lines(session: SearchSession, files: list[FoundFiles]) -> list[str]:
+def _search_lines(session: SearchSession, files: list[CounterexampleFiles]) -> list[str]:
     state = session.state
     told: list[str] = []
     name = session.base.mission.name
@@ -371,12 +373,12 @@ def _search_lines(session: SearchSession, files: list[FoundFiles]) -> list[str]:
     if len(files) == 1:
         return [f"{name}: {files[0].sentence}", f"  {effort}", *_files_of(files[0])]
     told.append(f"{name}: {len(files)} causes {effort}")
-    for number, (found, one) in enumerate(zip(state.found, files, strict=True), 1):
+    for number, (found, one) in enumerate(zip(state.counterexamples, files, strict=True), 1):
         told += [f"{number}. {one.sentence} ({counted(found.runs, 'run')})", *_files_of(one)]
     return told
 
 
-def _files_of(files: FoundFiles) -> list[str]:
+def _files_of(files: CounterexampleFiles) -> list[str]:
     told = []
     if files.repeats is False:
         told.append("  the run of the file has another trace than the one of the search")

@@ -70,7 +70,7 @@ def fork(options: argparse.Namespace) -> int:
     from bt_mission.recording.forks.change import ForkChange, values_of
     from bt_mission.recording.forks.edit import edited
     from bt_mission.recording.forks.source import NO_PYTHON, read_source
-    from bt_mission.views.terminal.forks import told
+    from bt_mission.views.terminal.forks import fork_lines
 
     permissions = ANYTHING if options.import_python else NO_PYTHON
     source = read_source(options.file, permissions, options.robot)
@@ -96,7 +96,7 @@ def fork(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps({**result.as_dict(), "asked_at": options.at, **kept}))
     else:
-        print("\n".join([*told(result, options.at), *recording.told(kept)]))
+        print("\n".join([*fork_lines(result, options.at), *recording.told(kept)]))
     if result.report.status == "interrupted":
         return INTERRUPTED
     is_well = result.is_identical if change.is_none else result.is_success
@@ -107,7 +107,7 @@ def _sweep(options: argparse.Namespace, source: ForkSource, change: ForkChange) 
     """Tell the last instant at which a change would have saved the mission."""
     from bt_mission.core.wall_clock import Stopwatch
     from bt_mission.recording.forks import sweep
-    from bt_mission.views.terminal.forks import told, told_sweep, try_line
+    from bt_mission.views.terminal.forks import fork_lines, sweep_lines, try_line
 
     is_edited = change.edit is not None and change.edit.requirements != source.mission.requirements
     sweep.check_worth(source, has_more=bool(options.require) or is_edited)
@@ -132,10 +132,10 @@ def _sweep(options: argparse.Namespace, source: ForkSource, change: ForkChange) 
             break
     wall_s = wall.elapsed_s
     kept: recording.Kept = {}
-    lines = told_sweep(source, change, found, wall_s)
+    lines = sweep_lines(source, change, found, wall_s)
     if found.last is not None and any(getattr(options, name) for name in FILES):
         result, kept = run_fork(options, source, change, found.last.step_ns)
-        lines += ["", *told(result, found.last.at_s)]
+        lines += ["", *fork_lines(result, found.last.at_s)]
     if options.json:
         about = {"recording": str(source.path), "change": change.as_dict(), "wall_s": wall_s}
         print(json.dumps({**about, **found.as_dict(), **kept}))

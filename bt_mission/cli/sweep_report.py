@@ -102,7 +102,7 @@ def tell_results(store: ResultStore, page: Path | None = None, worst: int | None
 
     Args:
         page: Where that goes; None is among the results.
-        worst: So many of the worst runs are told of.
+        worst: The number of worst runs that are listed.
 
     Raises:
         BtMissionError: Where the page cannot be made in the place that was named.
@@ -112,15 +112,15 @@ def tell_results(store: ResultStore, page: Path | None = None, worst: int | None
     from bt_mission.core.terminal.console import EscapingConsole
     from bt_mission.sweeps.columns import SweepColumns
     from bt_mission.sweeps.repeat import Repeater
-    from bt_mission.sweeps.report.terminal import told
+    from bt_mission.sweeps.report.terminal import tables
 
     columns = SweepColumns(store.rows())
     width = None if sys.stdout.isatty() else UNSEEN_WIDTH
     console = EscapingConsole(sys.stdout, width=width)
     shown = columns.worst_rows(store, worst or SHOWN)
     name = store.about.mission
-    for one in told(name, columns, shown, Repeater(store)):
-        console.print(one, soft_wrap=isinstance(one, Text))  # a command is not broken
+    for table in tables(name, columns, shown, Repeater(store)):
+        console.print(table, soft_wrap=isinstance(table, Text))  # a command is not broken
     try:
         written = write_page(store, page, worst, columns)
     except BtMissionError as error:

@@ -30,7 +30,7 @@ class BoundedRequests:
 
         def __getattr__(self, name: str) -> Any: ...
 
-    def tell(self, message: Any) -> None:
+    def publish_feedback(self, message: Any) -> None:
         """Publish a feedback message, its goal's id included.
 
         `ServerGoalHandle.publish_feedback` makes a new one each time, for half of its cost.

@@ -67,14 +67,14 @@ PACKAGE = "action_servers"
 
 _MARK = b"= Action(\n"
 _DECLARATION = re.compile(r"^([A-Z][A-Z0-9_]*) = (Action\(\n.*?^\))", re.DOTALL | re.MULTILINE)
-_FIELDS = frozenset(one.name for one in fields(ActionName))
+_FIELDS = frozenset(field.name for field in fields(ActionName))
 
 
 @cache
 def declared() -> Mapping[str, DeclaredAction]:
     """Return the actions that `PACKAGE` declares, by their ROS names; no module is imported."""
     spec = find_spec(PACKAGE)
-    found = {}
+    actions = {}
     for folder in (spec and spec.submodule_search_locations) or ():
         root = Path(folder)
         for path in sorted(root.glob("*/*.py")):
@@ -83,13 +83,15 @@ def declared() -> Mapping[str, DeclaredAction]:
             for attribute, call in _DECLARATION.findall(text):
                 known = ActionName(**_literals(call))
                 module = f"{PACKAGE}.{path.parent.name}.{path.stem}"
-                found[known.name] = DeclaredAction(known, module, attribute)
-    return found
+                actions[known.name] = DeclaredAction(known, module, attribute)
+    return actions
 
 
 def _literals(call: str) -> dict[str, Any]:
     """Return the arguments of a declaration that missions know."""
     expression: Any = ast.parse(call, mode="eval").body
     return {
-        one.arg: ast.literal_eval(one.value) for one in expression.keywords if one.arg in _FIELDS
+        keyword.arg: ast.literal_eval(keyword.value)
+        for keyword in expression.keywords
+        if keyword.arg in _FIELDS
     }

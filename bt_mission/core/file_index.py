@@ -58,14 +58,14 @@ def list_files(kind: Kind) -> list[ListedFile]:
 
     A name that stands for several files is listed once, for the one that commands take.
     """
-    found: dict[str, ListedFile] = {}
+    listed: dict[str, ListedFile] = {}
     shipped = shipped_folders(kind)
     for folder in (Path(), *folders(kind)):
         for path in _files_in(folder, kind):
             name = _name(path, folder)
-            if name not in found:
-                found[name] = _listed(name, path, kind, is_shipped=folder in shipped)
-    return list(found.values())
+            if name not in listed:
+                listed[name] = _listed(name, path, kind, is_shipped=folder in shipped)
+    return list(listed.values())
 
 
 def find_listed(kind: Kind, name: str) -> ListedFile:
@@ -75,15 +75,15 @@ def find_listed(kind: Kind, name: str) -> ListedFile:
         InputError: With the names that are known.
     """
     known = list_files(kind)
-    named = [one for one in known if name in (one.name, Path(one.name).name.split(".")[0])]
+    named = [entry for entry in known if name in (entry.name, Path(entry.name).name.split(".")[0])]
     if named:
         return named[0]
     path = look_for(kind, name)
     if path is not None:
         return _listed(name, path, kind, is_shipped=False)
-    names = [one.name for one in known]
-    near = did_you_mean(name, [*names, *(Path(one).name.split(".")[0] for one in names)])
-    plain = [one for one in names if "/" not in one]
+    names = [entry.name for entry in known]
+    near = did_you_mean(name, [*names, *(Path(text).name.split(".")[0] for text in names)])
+    plain = [text for text in names if "/" not in text]
     message = f"no such {kind.removesuffix('s')} (known: {listed(plain)})"
     raise InputError([Diagnostic(message, name, hint=near)])
 
@@ -97,7 +97,7 @@ def files_of(path: Path) -> list[Path]:
     Raises:
         InputError: For a file that is no YAML.
     """
-    found = {path.resolve(): path}
+    files = {path.resolve(): path}
     waiting = [path]
     while waiting:
         file = waiting.pop()
@@ -105,10 +105,10 @@ def files_of(path: Path) -> list[Path]:
             continue
         for name in _named_files(read(file).data):
             beside = file.parent / name
-            if is_file(beside) and beside.resolve() not in found:
-                found[beside.resolve()] = beside
+            if is_file(beside) and beside.resolve() not in files:
+                files[beside.resolve()] = beside
                 waiting.append(beside)
-    return list(found.values())
+    return list(files.values())
 
 
 def _files_in(folder: Path, kind: Kind) -> list[Path]:
@@ -139,12 +139,12 @@ def _listed(name: str, path: Path, kind: Kind, *, is_shipped: bool) -> ListedFil
         data = read(path).data
     except InputError as error:
         first = error.faults[0]
-        said = f"cannot be read: line {first.line}: {first.message}"
+        description = f"cannot be read: line {first.line}: {first.message}"
     else:
         data = data if isinstance(data, dict) else {}
         what = kind_of(path) if kind == "missions" else what
-        said = str(data.get("description") or "") or _head_comment(text)
-    return ListedFile(name, what, " ".join(said.split()), path, is_shipped)
+        description = str(data.get("description") or "") or _head_comment(text)
+    return ListedFile(name, what, " ".join(description.split()), path, is_shipped)
 
 
 def _head_comment(text: str) -> str:
@@ -166,15 +166,15 @@ def _named_files(data: Any) -> Iterator[str]:
     """Give what a file may mean as paths of others; a fleet says it of each robot."""
     waiting = [data]
     while waiting:
-        one = waiting.pop()
-        if isinstance(one, dict):
+        part = waiting.pop()
+        if isinstance(part, dict):
             for key in _FILE_KEYS:
-                names = one.get(key)
+                names = part.get(key)
                 for name in names if isinstance(names, list) else [names]:
                     if isinstance(name, str) and Path(name).suffix in SUFFIXES:
                         yield name
-            waiting += one.values()
-        elif isinstance(one, list):
-            waiting += one
-        elif isinstance(one, str) and (leaf := _PYTHON_LEAF.fullmatch(one)):
+            waiting += part.values()
+        elif isinstance(part, list):
+            waiting += part
+        elif isinstance(part, str) and (leaf := _PYTHON_LEAF.fullmatch(part)):
             yield leaf[1]

@@ -44,9 +44,9 @@ def find(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -
     shipped file is also found by its path in the checkout, such as ``missions/square.yaml``.
     Raises InputError with the names that are known.
     """
-    found = look_for(kind, name_or_path, near)
-    if found is not None:
-        return found
+    path = look_for(kind, name_or_path, near)
+    if path is not None:
+        return path
     wanted = str(name_or_path)
     known = names(kind)
     what = "parameter file" if kind == "parameters" else kind.removesuffix("s")
@@ -65,7 +65,7 @@ def look_for(kind: Kind, name_or_path: str | Path, near: str | Path | None = Non
     if is_path:
         candidates = [wanted, *(folder / wanted for folder in beside[:1])]
         inside = wanted.relative_to(kind) if wanted.parts[0] == kind else wanted
-        candidates += [folder / one for folder in folders(kind) for one in (wanted, inside)]
+        candidates += [folder / tail for folder in folders(kind) for tail in (wanted, inside)]
     else:
         candidates = [
             folder / f"{wanted}{suffix}"
@@ -112,14 +112,14 @@ def names(kind: Kind) -> list[str]:
 
 def scenarios() -> list[str]:
     """Return the scenarios that are shipped, as `run` takes them, sorted."""
-    found = (folder.glob("scenarios/*.scenario.yaml") for folder in folders("missions"))
-    return sorted({f"scenarios/{path.name}" for paths in found for path in paths})
+    paths_by_folder = (folder.glob("scenarios/*.scenario.yaml") for folder in folders("missions"))
+    return sorted({f"scenarios/{path.name}" for paths in paths_by_folder for path in paths})
 
 
 def fleets() -> list[str]:
     """Return the fleets that are shipped, as `run` takes them, sorted."""
-    found = (folder.glob("fleets/*.fleet.yaml") for folder in folders("missions"))
-    return sorted({f"fleets/{path.name}" for paths in found for path in paths})
+    paths_by_folder = (folder.glob("fleets/*.fleet.yaml") for folder in folders("missions"))
+    return sorted({f"fleets/{path.name}" for paths in paths_by_folder for path in paths})
 
 
 def folders(kind: Kind) -> list[Path]:

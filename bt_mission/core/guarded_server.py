@@ -125,7 +125,7 @@ class Connections:
         self._open: list[Connection] = []
 
     def __len__(self) -> int:
-        return sum(one.is_open for one in self._open)
+        return sum(connection.is_open for connection in self._open)
 
     def take(self, accepted: socket.socket, peer: tuple[str, int]) -> Connection | None:
         """Return a new connection.
@@ -133,7 +133,7 @@ class Connections:
         Where there is no room, the oldest without a valid request is closed for it. Where all have
         sent one, the new one is closed, and None returned.
         """
-        self._open = [one for one in self._open if one.is_open]
+        self._open = [known for known in self._open if known.is_open]
         if len(self._open) >= self.most and not self._make_room():
             accepted.close()
             return None
@@ -142,25 +142,29 @@ class Connections:
         return connection
 
     def _make_room(self) -> bool:
-        for one in self._open:
-            if not one.is_admitted and one.transport is not None:
-                one.abort()
-                self._open.remove(one)
+        for connection in self._open:
+            if not connection.is_admitted and connection.transport is not None:
+                connection.abort()
+                self._open.remove(connection)
                 return True
         return False
 
     @contextmanager
     def admitted(self, scope: Scope) -> Iterator[None]:
         """Keep the connection of a valid request open while it is served, and a while longer."""
-        found = [one for one in self._open if one.peer == tuple(scope["client"] or ())]
-        for one in found:
-            one.is_admitted = True
-            one.stay()
+        connections = [
+            connection
+            for connection in self._open
+            if connection.peer == tuple(scope["client"] or ())
+        ]
+        for connection in connections:
+            connection.is_admitted = True
+            connection.stay()
         try:
             yield
         finally:
-            for one in found:
-                one.close_after(KEEP_ALIVE_S)
+            for connection in connections:
+                connection.close_after(KEEP_ALIVE_S)
 
 
 class GuardedServer(uvicorn.Server):
@@ -333,21 +337,21 @@ def listening_socket(host: str, port: int, option: str = "--port") -> socket.soc
 
 def _bound(host: str, port: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    found = socket.socket(family, socket.SOCK_STREAM)
+    listener = socket.socket(family, socket.SOCK_STREAM)
     try:
-        found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        found.bind((host, port))
-        found.listen(64)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((host, port))
+        listener.listen(64)
     except BaseException:
-        found.close()
+        listener.close()
         raise
-    return found
+    return listener
 
 
 def _free_ports(host: str, port: int) -> Iterator[int]:
-    for one in range(port + 1, min(port + 1 + NEXT_PORTS, 65536)):
+    for number in range(port + 1, min(port + 1 + NEXT_PORTS, 65536)):
         try:
-            _bound(host, one).close()
+            _bound(host, number).close()
         except OSError:
             continue
-        yield one
+        yield number

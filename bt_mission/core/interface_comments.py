@@ -72,8 +72,12 @@ class Section:
         if not re.search(r"code|status|state|mode|type|level|kind", name):
             return ""
         kind = self.types.get(name)
-        found = [one for one in self.constants if one.type == kind and one.value == str(value)]
-        return found[0].name if len(found) == 1 else ""
+        constants = [
+            constant
+            for constant in self.constants
+            if constant.type == kind and constant.value == str(value)
+        ]
+        return constants[0].name if len(constants) == 1 else ""
 
 
 @dataclass(frozen=True)
@@ -145,13 +149,13 @@ def _section(lines: list[str]) -> Section:
             continue
         if match := _FIELD.fullmatch(code):
             kind, name, equals, value = match.groups()
-            said = comment or " ".join(above)
+            comment_text = comment or " ".join(above)
             if equals:
-                section.constants.append(NamedValue(kind, name, value.strip(), said))
+                section.constants.append(NamedValue(kind, name, value.strip(), comment_text))
                 last = None
             else:
                 section.types[name] = kind
-                comments[name] = said
+                comments[name] = comment_text
                 last = name
         above = []
     section.remarks = {name: field_comment(comment) for name, comment in comments.items()}

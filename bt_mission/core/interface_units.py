@@ -66,9 +66,9 @@ def type_of_field(type_name: str, part: str, path: tuple[str | int, ...]) -> Fie
             continue
         if written:
             interface, section = _message(name, interface), 0
-        found = _interface(interface).section(section)
-        written = _full(found.types.get(step, ""), interface)
-        unit = found.remark(step).unit or unit
+        part_section = _interface(interface).section(section)
+        written = _full(part_section.types.get(step, ""), interface)
+        unit = part_section.remark(step).unit or unit
     return FieldType(written, unit, interface)
 
 
@@ -77,8 +77,8 @@ def unit_of_field(type_name: str, part: str, path: tuple[str | int, ...]) -> str
 
     The arguments are those of `type_of_field`. A field that holds text has None.
     """
-    found = type_of_field(type_name, part, path)
-    name, interface, unit = found.name.partition("[")[0], found.interface, found.unit
+    found_type = type_of_field(type_name, part, path)
+    name, interface, unit = found_type.name.partition("[")[0], found_type.interface, found_type.unit
     if name.partition("<")[0] in _TEXTS:
         return None
     if name in _TIMES:

@@ -56,7 +56,9 @@ class Stream(Generic[T]):
 
     def unsubscribe(self, take: Callable[[Any], object]) -> None:
         """Hand it no more; it need not be subscribed."""
-        self._subscribers = tuple(one for one in self._subscribers if one[0] != take)
+        self._subscribers = tuple(
+            subscriber for subscriber in self._subscribers if subscriber[0] != take
+        )
         self._takers = {}
 
     def emit(self, item: T) -> None:

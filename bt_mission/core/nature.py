@@ -216,7 +216,7 @@ QUANTITIES: tuple[Quantity, ...] = (
 )
 """Every quantity, in the order in which they are shown."""
 
-BY_NAME: Mapping[str, Quantity] = {one.name: one for one in QUANTITIES}
+BY_NAME: Mapping[str, Quantity] = {quantity.name: quantity for quantity in QUANTITIES}
 
 
 @dataclass(frozen=True)
@@ -239,10 +239,10 @@ class Nature:
         if self.profile == "none" and not self.set:
             return {}
         return {
-            one.name: self.set[one.name]
-            if one.name in self.set
-            else one.drawn(self.profile, generator(seed, one.name, robot))
-            for one in QUANTITIES
+            quantity.name: self.set[quantity.name]
+            if quantity.name in self.set
+            else quantity.drawn(self.profile, generator(seed, quantity.name, robot))
+            for quantity in QUANTITIES
         }
 
     @property
@@ -262,6 +262,6 @@ def generator(seed: int, name: str, robot: str = "") -> random.Random:
 
 def in_words(values: Mapping[str, float]) -> str:
     """Return drawn values in a line, with their units."""
-    units = {name: one.unit for name, one in BY_NAME.items()}
+    units = {name: quantity.unit for name, quantity in BY_NAME.items()}
     parts = (f"{name} {value:g} {units.get(name, '')}" for name, value in values.items())
-    return ", ".join(one.rstrip() for one in parts)
+    return ", ".join(part.rstrip() for part in parts)

@@ -34,9 +34,9 @@ def read_nature(written: Any) -> Nature:
 
 
 def _profile(written: Any) -> Profile:
-    for one in PROFILES:
-        if one == written:
-            return one
+    for profile in PROFILES:
+        if profile == written:
+            return profile
     message = f"expected a profile of {listed(PROFILES)}, got {describe(written)}"
     raise _refused(message, did_you_mean(str(written), PROFILES))
 
@@ -77,11 +77,13 @@ def _refused(message: str, hint: str | None = None) -> PydanticCustomError:
 
 def _schema() -> dict[str, Any]:
     numbers: dict[str, Any] = {
-        one.name: {
-            "description": f"{one.text}; in {one.unit}" if one.unit else one.text,
-            "type": ["number", "string"] if one.unit else "number",
+        quantity.name: {
+            "description": f"{quantity.text}; in {quantity.unit}"
+            if quantity.unit
+            else quantity.text,
+            "type": ["number", "string"] if quantity.unit else "number",
         }
-        for one in QUANTITIES
+        for quantity in QUANTITIES
     }
     properties = {"profile": {"enum": list(PROFILES)}, **numbers}
     mapping = {"type": "object", "properties": properties, "additionalProperties": False}
@@ -91,7 +93,7 @@ def _schema() -> dict[str, Any]:
 WrittenNature: TypeAlias = Annotated[
     Nature,
     PlainValidator(read_nature),
-    PlainSerializer(lambda one: one.written),
+    PlainSerializer(lambda profile: profile.written),
     WithJsonSchema(_schema()),
 ]
 """The field of a file's model."""

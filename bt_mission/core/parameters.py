@@ -63,7 +63,7 @@ def text(name: str, default: str, description: str, choices: tuple[str, ...] = (
 def specs(declared: Any) -> dict[str, tuple[str, ParameterSpec]]:
     """Return name and spec of the parameter behind each field of a dataclass that has one."""
     return {
-        one.name: (one.metadata.get("name", one.name), one.metadata["spec"])
-        for one in fields(declared)
-        if "spec" in one.metadata
+        field.name: (field.metadata.get("name", field.name), field.metadata["spec"])
+        for field in fields(declared)
+        if "spec" in field.metadata
     }

@@ -29,7 +29,7 @@ def wilson(passed: int, total: int, samples: int | None = None) -> tuple[float, 
     return max(low, 0.0), min(high, 1.0)
 
 
-def told_samples(runs: int, samples: int, varied: str = "the seed") -> str:
+def samples_as_text(runs: int, samples: int, varied: str = "the seed") -> str:
     """Return in words how many runs are distinct; empty where all are.
 
     Args:

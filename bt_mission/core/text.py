@@ -38,7 +38,7 @@ def escape_control(text: str) -> str:
     """
     if _is_all_shown(text):
         return text
-    return "".join(one if is_shown(one) else _escape(one) for one in text)
+    return "".join(character if is_shown(character) else _escape(character) for character in text)
 
 
 def escape_lines(text: str) -> str:

@@ -88,7 +88,7 @@ def converted(number: float, unit: str, wanted: str) -> float:
 def near_unit(written: str) -> str | None:
     """Return a hint at the unit that a word stands for, or None."""
     word = WORDS.get(written.lower())
-    plain = [one for one in COMPUTED if "/" not in one]
+    plain = [unit for unit in COMPUTED if "/" not in unit]
     return f"write '{word}'" if word else did_you_mean(written, plain)
 
 

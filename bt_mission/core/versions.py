@@ -12,10 +12,10 @@ PACKAGES = ("bt-mission", "ros-jazzy-rclpy", "mujoco", "py-trees", "numpy", "mca
 @cache
 def versions() -> dict[str, str]:
     """Versions of these packages, of Python and of the machine; ``?`` for a missing one."""
-    found = {"python": platform.python_version(), "machine": platform.machine()}
+    known = {"python": platform.python_version(), "machine": platform.machine()}
     for name in PACKAGES:
         try:
-            found[name] = version(name)
+            known[name] = version(name)
         except PackageNotFoundError:
-            found[name] = "?"
-    return found
+            known[name] = "?"
+    return known

@@ -41,7 +41,7 @@ class ControlResponse:
 
 
 @dataclass(frozen=True)
-class FoundExecutive:
+class ListedExecutive:
     """An executive of the graph.
 
     Args:
@@ -61,7 +61,7 @@ class FoundExecutive:
 
 
 @dataclass(frozen=True)
-class Heard:
+class Received:
     """What has come since the last time; of the camera the newest picture."""
 
     messages: tuple[told.Batch, ...] = ()
@@ -79,7 +79,7 @@ class ExecutiveSource(Protocol):
     def is_there(self) -> bool:
         """Is the executive in the graph?"""
 
-    def take(self, *, needs_statuses: bool) -> Heard:
+    def take(self, *, needs_statuses: bool) -> Received:
         """What has come since the last time, without waiting.
 
         Args:
@@ -105,7 +105,7 @@ class Graph(Protocol):
     def serve(self) -> None:
         """Receive what has come, without waiting."""
 
-    def find(self) -> tuple[FoundExecutive, ...]:
+    def find(self) -> tuple[ListedExecutive, ...]:
         """The executives that are there now, by name."""
 
     def attach(self, name: str) -> ExecutiveSource:
@@ -183,12 +183,12 @@ def wanted_name(text: str | None) -> str | None:
 
 
 def _candidates(
-    executives: Sequence[FoundExecutive], wanted: str | None
-) -> tuple[FoundExecutive, ...]:
+    executives: Sequence[ListedExecutive], wanted: str | None
+) -> tuple[ListedExecutive, ...]:
     return tuple(executive for executive in executives if wanted in (None, executive.name))
 
 
-def choose(executives: Sequence[FoundExecutive], wanted: str | None) -> FoundExecutive | None:
+def choose(executives: Sequence[ListedExecutive], wanted: str | None) -> ListedExecutive | None:
     """The executive that is meant; None where it is not there.
 
     Raises:
@@ -204,7 +204,7 @@ def choose(executives: Sequence[FoundExecutive], wanted: str | None) -> FoundExe
     return executives[0] if executives else None
 
 
-def nobody(wanted: str | None, executives: Sequence[FoundExecutive], where: str) -> str:
+def nobody(wanted: str | None, executives: Sequence[ListedExecutive], where: str) -> str:
     """What to say while nobody is there to watch."""
     if wanted is not None and executives:
         names = listed(executive.name for executive in executives)

@@ -16,7 +16,7 @@ from bt_mission.events.events import (
 from bt_mission.events.feed import MissionFeed
 from bt_mission.events.messages import Batch
 from bt_mission.events.mission_state import MissionState
-from bt_mission.events.source import ControlRequest, Heard, Verb
+from bt_mission.events.source import ControlRequest, Received, Verb
 
 WINDOW_S = 3.0
 """Wall time over which the pace is taken."""
@@ -59,7 +59,7 @@ class WatchedMission:
         """Has somebody to ask for all statuses at once?"""
         return self._feed.needs_statuses
 
-    def take(self, received: Heard, wall_s: float) -> list[Event]:
+    def take(self, received: Received, wall_s: float) -> list[Event]:
         """Take in what has come; return the events that change what is known, in order.
 
         Args:

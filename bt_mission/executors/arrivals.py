@@ -86,7 +86,7 @@ class Arrivals:
         self._epoll = select.epoll()
         self._by_file: dict[int, Arrived] = {}
         self._waiting: list[Arrived] = []
-        self._untold: list[Arrived] = []
+        self._unwatched: list[Arrived] = []
         self._links: dict[int, _Link] = {}
         self._end = finalize(self, _close, self._epoll, self._links)
         self._end.atexit = False
@@ -95,26 +95,26 @@ class Arrivals:
         """Count for these entities, and for no others; they are served in this order.
 
         Returns:
-            Those of which the middleware does not tell.
+            The entities that the middleware does not report.
         """
         kept = {id(entity) for entity in entities}
         for key in [key for key in self._links if key not in kept]:
             link = self._links.pop(key)
             del self._by_file[link.file]
             link.cut(self._epoll)
-        known, self._untold = {id(one.entity): one for one in self._untold}, []
+        known, self._unwatched = {id(polled.entity): polled for polled in self._unwatched}, []
         for rank, entity in enumerate(entities):
             link_ = self._links.get(id(entity)) or self._link(entity)
             if link_ is None:
                 arrived = known.get(id(entity)) or Arrived(entity, getattr(entity, "handle", None))
-                self._untold.append(arrived)
+                self._unwatched.append(arrived)
             else:
                 arrived = self._by_file[link_.file]
             arrived.rank = rank
-        told = set(map(id, self._by_file.values()))
-        self._waiting = [one for one in self._waiting if id(one) in told]
+        known_ids = set(map(id, self._by_file.values()))
+        self._waiting = [waiting for waiting in self._waiting if id(waiting) in known_ids]
         self._waiting.sort(key=RANK)
-        return self._untold
+        return self._unwatched
 
     def waiting(self) -> list[Arrived]:
         """What has something to be served now, in order; it stays until its count is zero."""
@@ -132,7 +132,7 @@ class Arrivals:
 
     def leftovers(self) -> list[Any]:
         """Of what there may be more than has been taken, after the last look."""
-        return [one.entity for one in self._waiting if one.count > 0]
+        return [arrived.entity for arrived in self._waiting if arrived.count > 0]
 
     def fileno(self) -> int:
         """The file that can be read from while something is counted that was not waited for."""
@@ -143,7 +143,7 @@ class Arrivals:
         self._end()
         self._by_file.clear()
         self._waiting.clear()
-        self._untold.clear()
+        self._unwatched.clear()
 
     def _link(self, entity: Any) -> _Link | None:
         for kind, (library, names) in TELLING.items():
@@ -241,9 +241,9 @@ def _function() -> Any:
 def _setter(library: str, name: str) -> Any:
     """The function of rcl; None where this rcl, or this middleware, has none."""
     try:
-        found = getattr(ctypes.CDLL(library), name)
+        function = getattr(ctypes.CDLL(library), name)
     except (OSError, AttributeError):
         return None
-    found.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
-    found.restype = ctypes.c_int
-    return found
+    function.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
+    function.restype = ctypes.c_int
+    return function

@@ -249,7 +249,7 @@ def _catch_part(end: Any, action: str, part: str, taken: Any, executor: TapConte
 
 
 _READY = ("feedback", "status", "goal_response", "cancel_response", "result_response")
-_ANSWERS = tuple({f"_is_{one}_ready": one == part for one in _READY} for part in _READY)
+_ANSWERS = tuple({f"_is_{known}_ready": known == part for known in _READY} for part in _READY)
 """What tells an action client which part to take; most of what comes is feedback."""
 
 _SENDERS = {

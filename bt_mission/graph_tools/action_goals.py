@@ -113,19 +113,19 @@ def cancel_goals(
         raise NotThereError(f"no server of {action} after {server_s:g} s")
     wait(session, STATUS_WAIT_S, lambda: bool(states))
     asked = _chosen(states, digits) if digits else ALL
-    under_way = {one for one, state in states.items() if state not in FINAL}
+    under_way = {goal_id for goal_id, state in states.items() if state not in FINAL}
     request = CancelGoal.Request(goal_info=GoalInfo(goal_id=UUID(uuid=list(bytes.fromhex(asked)))))
     future = client.call_async(request)
     if not wait(session, ANSWER_S, future.done):
         say(f"{action} did not answer within {ANSWER_S:g} s")
         return CancelResult(all_taken=True, all_ended=False)
-    taken = {bytes(one.goal_id.uuid).hex() for one in future.result().goals_canceling}
+    taken = {bytes(canceling.goal_id.uuid).hex() for canceling in future.result().goals_canceling}
     refused = (under_way if asked == ALL else under_way & {asked}) - taken
     if not taken and not refused:
         say(f"no goal of {action} is under way" if asked == ALL else f"goal {asked[:8]} has ended")
     for goal in sorted(refused):
         say(f"goal {goal[:8]}: the server refused to cancel")
-    ended = wait(session, GRACE_S, lambda: all(states.get(one) in FINAL for one in taken))
+    ended = wait(session, GRACE_S, lambda: all(states.get(goal_id) in FINAL for goal_id in taken))
     for goal in sorted(taken):
         state = states.get(goal, "unknown")
         late = "" if state in FINAL else f": its end was not confirmed within {GRACE_S:g} s"
@@ -141,8 +141,8 @@ def _subscribe_to_states(
     def on_status(message: Any) -> None:
         take(
             {
-                bytes(one.goal_info.goal_id.uuid).hex(): STATES.get(one.status, "unknown")
-                for one in message.status_list
+                bytes(status.goal_info.goal_id.uuid).hex(): STATES.get(status.status, "unknown")
+                for status in message.status_list
             }
         )
 
@@ -156,11 +156,11 @@ def _chosen(states: dict[str, str], digits: str) -> str:
     wanted = digits.replace("-", "").lower()
     if not wanted or any(digit not in "0123456789abcdef" for digit in wanted):
         raise BtMissionError(f"expected hexadecimal digits of a goal's id, got '{digits}'")
-    found = [goal for goal in states if goal.startswith(wanted)]
-    if len(found) == 1:
-        return found[0]
+    matches = [goal for goal in states if goal.startswith(wanted)]
+    if len(matches) == 1:
+        return matches[0]
     if len(wanted) == 32:
         return wanted
     known = listed(goal[:8] for goal, state in states.items() if state not in FINAL)
-    what = "several goals have" if found else "no goal has"
+    what = "several goals have" if matches else "no goal has"
     raise BtMissionError(f"{what} an id that begins with {wanted} (under way: {known})")

@@ -39,7 +39,7 @@ class FeedbackTable:
         fields = dict(flat(plain(feedback, SHOWN_ITEMS)))
         bounds = self._gauges.read(fields)
         if width < NARROW:
-            return Group(*(self._short_row(*one) for one in fields.items()))
+            return Group(*(self._short_row(*field) for field in fields.items()))
         table = Table.grid(padding=(0, 2, 0, 0))
         table.add_column(no_wrap=True)
         table.add_column(no_wrap=True, justify="right")

@@ -61,8 +61,8 @@ class FormLine(Vertical):
     @on(Input.Changed)
     def check(self) -> bool:
         """Show what is wrong, if anything is; gives whether nothing is."""
-        found = self.read()
-        fault = found[1] if found else ""
+        entry = self.read()
+        fault = entry[1] if entry else ""
         self.set_class(bool(fault), "wrong")
         self.query_one(".note", Static).update(escape_control(fault or self.line.note))
         return not fault
@@ -180,8 +180,8 @@ class GoalForm(EscapingApp[goal_events.GoalResult | None]):
             wrong[0].query_one(Input).focus()  # a truth is never wrong
             self._say(f"not sent: {', '.join(row.line.name for row in wrong)} cannot stay so")
             return
-        found = {row.line.name: row.read() for row in rows}
-        values = {name: one[0] for name, one in found.items() if one is not None}
+        entries = {row.line.name: row.read() for row in rows}
+        values = {name: entry[0] for name, entry in entries.items() if entry is not None}
         try:
             request = self._sender.prepare(nested(values))
         except BtMissionError as error:

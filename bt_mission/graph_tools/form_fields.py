@@ -103,26 +103,26 @@ def _example_of(line: FormField) -> Any:
 
 def nested(values: Mapping[str, Any]) -> dict[str, Any]:
     """Values by dotted names as a message's fields."""
-    found: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     for dotted, value in values.items():
         *above, name = dotted.split(".")
-        inner = found
+        inner = fields
         for part in above:
             inner = inner.setdefault(part, {})
         inner[name] = value
-    return found
+    return fields
 
 
 def texts(lines: list[FormField], fields: Mapping[str, Any]) -> dict[str, str]:
     """What to type into the lines for these fields of a message, by the lines' names."""
-    found = {}
+    texts = {}
     for line in lines:
         value: Any = fields
         for name in line.name.split("."):
             value = value.get(name) if isinstance(value, Mapping) else None
         if value is not None:
-            found[line.name] = value if isinstance(value, str) else _as_flow(value)
-    return found
+            texts[line.name] = value if isinstance(value, str) else _as_flow(value)
+    return texts
 
 
 def _as_flow(value: Any) -> str:
@@ -135,9 +135,11 @@ def _as_flow(value: Any) -> str:
         case str():
             return "'" + value.replace("'", "''") + "'"
         case Mapping():
-            return "{" + ", ".join(f"{name}: {_as_flow(one)}" for name, one in value.items()) + "}"
+            return (
+                "{" + ", ".join(f"{name}: {_as_flow(item)}" for name, item in value.items()) + "}"
+            )
         case list() | tuple():
-            return "[" + ", ".join(_as_flow(one) for one in value) + "]"
+            return "[" + ", ".join(_as_flow(item) for item in value) + "]"
     return repr(value)
 
 

@@ -75,7 +75,7 @@ class GoalRequest:
         self._rejected_ns: int | None = None
         self._next_check_ns = 0
         self._why_cancel = ""
-        self._told: set[GoalEvent] = set()
+        self._sent_once: set[GoalEvent] = set()
         self.goal: Goal | None = None
         self.end: GoalResult | None = None
 
@@ -193,8 +193,8 @@ class GoalRequest:
         return 0.0 if self._accepted_ns is None else (now_ns - self._accepted_ns) / NS
 
     def _send_once(self, event: GoalEvent) -> None:
-        if event not in self._told:
-            self._told.add(event)
+        if event not in self._sent_once:
+            self._sent_once.add(event)
             self._send(event)
 
     def _finish(self, end: GoalResult, now_ns: int) -> None:

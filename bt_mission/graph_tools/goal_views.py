@@ -74,7 +74,7 @@ class GoalLines(GoalView):
     def show(self, event: GoalEvent) -> None:
         """Write the lines of an event."""
         if isinstance(event, FeedbackReceived):
-            text = one_line(event.message, self._units)
+            text = on_a_line(event.message, self._units)
             if text == self._last.get(event.goal):
                 return
             self._last[event.goal] = text
@@ -198,7 +198,7 @@ def _event_lines(
         case GoalEnded(end=end):
             return [end.reason]
         case FeedbackReceived():
-            text = one_line(event.message, units)
+            text = on_a_line(event.message, units)
         case GoalStateChanged():
             text = event.state
         case _:
@@ -207,7 +207,7 @@ def _event_lines(
     return [f"{who}{seconds(event.since_s):>11}  {text}"]
 
 
-def one_line(message: Any, units: Mapping[str, str]) -> str:
+def on_a_line(message: Any, units: Mapping[str, str]) -> str:
     """Write a message on one line: ``current_angle 12.5 deg, remaining_angle 77.5 deg``."""
     fields = flat(plain(message, SHOWN_ITEMS))
     return ", ".join(f"{name} {short(value)}{_unit(units, name)}" for name, value in fields)

@@ -90,7 +90,7 @@ def entries(node: Node, kind: Kind, *, hidden: bool = False) -> list[GraphEntry]
     if kind == "service":
         return [GraphEntry(name, tuple(types)) for name, types in names]
     suffix = FEEDBACK if kind == "action" else ""
-    found = [
+    known = [
         GraphEntry(
             name,
             tuple(types),
@@ -99,7 +99,7 @@ def entries(node: Node, kind: Kind, *, hidden: bool = False) -> list[GraphEntry]
         )
         for name, types in names
     ]
-    return [one for one in found if kind == "action" or one.offers or one.uses]
+    return [entry for entry in known if kind == "action" or entry.offers or entry.uses]
 
 
 def is_hidden(name: str) -> bool:
@@ -141,7 +141,7 @@ def resolved(node: Node, kind: Kind, name: str) -> str:
 
 
 def _not_there(session: GraphSession, kind: Kind, name: str, seconds: float) -> str:
-    known = [one.name for one in entries(session.node, kind)]
+    known = [entry.name for entry in entries(session.node, kind)]
     head = f"no {kind} {name} in the graph (looked for {seconds:g} s); there "
     are = f"are: {listed(known)}" if known else f"is no {kind} at all"
     hint = did_you_mean(name, known)
@@ -152,8 +152,10 @@ def _an(kind: Kind) -> str:
     return "an action" if kind == "action" else f"a {kind}"
 
 
-def _nodes(found: Iterable[Any]) -> tuple[str, ...]:
-    return tuple(sorted({node_of(one) for one in found if not _is_ours(one.node_name)}))
+def _nodes(endpoints: Iterable[Any]) -> tuple[str, ...]:
+    return tuple(
+        sorted({node_of(endpoint) for endpoint in endpoints if not _is_ours(endpoint.node_name)})
+    )
 
 
 def _is_ours(node_name: str) -> bool:
@@ -175,12 +177,12 @@ def live_names(kind: LiveKind) -> list[str]:
     with graph_session.GraphSession() as session:
         query_graph(session, LIVE_LOOK_S, LIVE_QUIET_S)
         if kind == "executives":
-            found = _executives(session.node)
+            names = _executives(session.node)
         elif kind == "namespaces":
-            found = {space for _, space in session.node.get_node_names_and_namespaces()} - {"/"}
+            names = {space for _, space in session.node.get_node_names_and_namespaces()} - {"/"}
         else:
-            found = {one.name for one in entries(session.node, _OF_GRAPH[kind])}
-    return sorted(found)
+            names = {entry.name for entry in entries(session.node, _OF_GRAPH[kind])}
+    return sorted(names)
 
 
 def _executives(node: Node) -> set[str]:

@@ -60,7 +60,7 @@ class InterfacePart:
 
     def units(self) -> dict[str, str]:
         """The units of its fields by their dotted names, where they are known."""
-        known = {one.name: one.unit for one in self.fields() if one.unit}
+        known = {field.name: field.unit for field in self.fields() if field.unit}
         # A time is shown as one number of seconds; ours tell of nested fields.
         return known | {name: "s" for name, _ in flat(plain(self.cls())) if self._is_time(name)}
 
@@ -87,20 +87,20 @@ def describe_interface(type_name: str) -> InterfaceDescription:
     """What is known of an action, service or message type. Raises UnknownType."""
     match type_name.split("/"):
         case [_, "srv", _]:
-            found = service_type(type_name)
-            classes = dict(zip(SERVICE_PARTS, (found.Request, found.Response), strict=True))
+            class_ = service_type(type_name)
+            classes = dict(zip(SERVICE_PARTS, (class_.Request, class_.Response), strict=True))
         case [_, "msg", _]:
             classes = {"message": message_type(type_name)}
         case _:
-            found = action_type(type_name)
-            messages = (found.Goal, found.Result, found.Feedback)
+            class_ = action_type(type_name)
+            messages = (class_.Goal, class_.Result, class_.Feedback)
             classes = dict(zip(ACTION_PARTS, messages, strict=True))
-    said = _interface(type_name)
+    interface = _interface(type_name)
     parts = tuple(
-        InterfacePart(name, cls, said.section(index))
+        InterfacePart(name, cls, interface.section(index))
         for index, (name, cls) in enumerate(classes.items())
     )
-    return InterfaceDescription(type_name, said.text, parts)
+    return InterfaceDescription(type_name, interface.text, parts)
 
 
 @cache
@@ -123,7 +123,9 @@ def _fields(
         yield InterfaceField(prefix + name, inner, own, default, remark.text)
         if isinstance(inner, MessageShape):
             package, short = inner.name.split("/")
-            said = _interface(f"{package}/msg/{short}").section(0)
+            inner_section = _interface(f"{package}/msg/{short}").section(0)
             # The unit of a point is that of its coordinates.
             is_flat = all(isinstance(part, Scalar) for part in inner.fields.values())
-            yield from _fields(inner, said, default, f"{prefix}{name}.", own if is_flat else "")
+            yield from _fields(
+                inner, inner_section, default, f"{prefix}{name}.", own if is_flat else ""
+            )

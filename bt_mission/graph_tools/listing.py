@@ -72,7 +72,8 @@ def part_lines(part: InterfacePart) -> Iterator[str]:
     if part.section.constants:
         yield "  named values"
         yield from columns(
-            (f"    {one.name}", one.value, one.type, one.text) for one in part.section.constants
+            (f"    {constant.name}", constant.value, constant.type, constant.text)
+            for constant in part.section.constants
         )
 
 
@@ -98,7 +99,7 @@ def info_object(entry: GraphEntry, about: InterfaceDescription) -> dict[str, obj
             for part in about.parts
         },
         "constants": {
-            part.name: {one.name: one.value for one in part.section.constants}
+            part.name: {constant.name: constant.value for constant in part.section.constants}
             for part in about.parts
         },
     }

@@ -63,8 +63,8 @@ class TopicSubscriber:
                 self._subscribe(wanted)
 
     def _matching_qos(self) -> QoSProfile:
-        found = self._session.node.get_publishers_info_by_topic(self._topic)
-        return matching_qos([one.qos_profile for one in found], DEPTH)
+        publishers = self._session.node.get_publishers_info_by_topic(self._topic)
+        return matching_qos([publisher.qos_profile for publisher in publishers], DEPTH)
 
     def _subscribe(self, qos: QoSProfile) -> None:
         self._qos = qos

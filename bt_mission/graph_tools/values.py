@@ -187,7 +187,8 @@ def read_fields(text: str, shape: MessageShape, what: str) -> Mapping[str, Any]:
     filled: Mapping[str, Any] = conform(shape, document.data, _no_expressions, problems.append)
     if problems:
         raise InputError(
-            document.fault(one.path, one.message, one.hint, key=one.at_key) for one in problems
+            document.fault(problem.path, problem.message, problem.hint, key=problem.at_key)
+            for problem in problems
         )
     return filled
 

@@ -66,5 +66,9 @@ def _installed(type_name: str) -> Mapping[str, str]:
 
 
 def _kind(field: Field) -> str:
-    one = _FAMILIES.get(field.type, field.type)
-    return one if field.size is None else f"a list of {one.removeprefix('a ').removeprefix('an ')}"
+    family = _FAMILIES.get(field.type, field.type)
+    return (
+        family
+        if field.size is None
+        else f"a list of {family.removeprefix('a ').removeprefix('an ')}"
+    )

@@ -124,8 +124,8 @@ class RunFacts:
     @property
     def missions(self) -> Sequence[str]:
         """The nodes of the executives whose missions are in the file; the first is shown first."""
-        found = self._values(FACTS, {MISSIONS: self._first.get(MISSIONS, "[]")}).get(MISSIONS)
-        return found or ([self.node] if self.node else [])
+        names = self._values(FACTS, {MISSIONS: self._first.get(MISSIONS, "[]")}).get(MISSIONS)
+        return names or ([self.node] if self.node else [])
 
     @property
     def namespace(self) -> str:
@@ -140,8 +140,8 @@ class RunFacts:
     @property
     def hull(self) -> tuple[float, float, float] | None:
         """Front, rear and half width of the robot, m; None where it is not known."""
-        found = self._facts.get("robot_hull")
-        return None if found is None else (found[0], found[1], found[2])
+        footprint = self._facts.get("robot_hull")
+        return None if footprint is None else (footprint[0], footprint[1], footprint[2])
 
     @property
     def versions(self) -> Mapping[str, Any]:
@@ -161,14 +161,14 @@ class RunFacts:
     @property
     def changes(self) -> Sequence[Any]:
         """What was changed in the run while it was under way, where it is a fork of another."""
-        found: Sequence[Any] = self._facts.get("changes", ())
-        return found
+        recorded: Sequence[Any] = self._facts.get("changes", ())
+        return recorded
 
     @property
     def faults(self) -> Sequence[str]:
         """What was made to go wrong in the run, as it is written."""
-        found: Sequence[str] = self._facts.get("faults", ())
-        return found
+        recorded: Sequence[str] = self._facts.get("faults", ())
+        return recorded
 
     @property
     def simulation(self) -> Mapping[str, Any]:
@@ -178,8 +178,8 @@ class RunFacts:
     @property
     def requirements(self) -> Sequence[Mapping[str, Any]]:
         """Of the mission, as :func:`bt_mission.recording.signal_samples.written` has them."""
-        found: Sequence[Mapping[str, Any]] = self._facts.get("requirements", ())
-        return found
+        recorded: Sequence[Mapping[str, Any]] = self._facts.get("requirements", ())
+        return recorded
 
     @property
     def missing(self) -> str:
@@ -187,8 +187,8 @@ class RunFacts:
         return str(self.summary.get("missing", ""))
 
     def _mapping(self, name: str) -> Mapping[str, Any]:
-        found: Mapping[str, Any] = self._facts.get(name, {})
-        return found
+        recorded: Mapping[str, Any] = self._facts.get(name, {})
+        return recorded
 
     def _values(self, note: str, texts: Mapping[str, str]) -> Mapping[str, Any]:
         values = {}

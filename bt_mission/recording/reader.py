@@ -233,14 +233,15 @@ class _RunReader:
         start_ns = file.started_ns(self._tree.time_ns)
         robot = self._robot or RobotLife(facts.namespace, None)
         texts = {
-            one.name: one.data.decode(errors="replace")
-            for one in file.attached
-            if one.media_type == "text/plain"
+            attached.name: attached.data.decode(errors="replace")
+            for attached in file.attached
+            if attached.media_type == "text/plain"
         }
         saved = [
-            Picture(one.time_ns, one.name, one.media_type, one.data)
-            for one in file.attached
-            if one.media_type.startswith("image/") and not file.is_of_another(f"/{one.name}")
+            Picture(attached.time_ns, attached.name, attached.media_type, attached.data)
+            for attached in file.attached
+            if attached.media_type.startswith("image/")
+            and not file.is_of_another(f"/{attached.name}")
         ]
         return RecordedRun(
             path=file.path,
@@ -264,7 +265,7 @@ class _RunReader:
             log=tuple(self._log),
             battery=robot.battery,
             collisions=tuple(robot.collisions),
-            pictures=tuple(sorted([*saved, *self._pictures], key=lambda one: one.time_ns)),
+            pictures=tuple(sorted([*saved, *self._pictures], key=lambda picture: picture.time_ns)),
             files=texts,
             versions=facts.versions,
             inputs=facts.inputs,

@@ -130,9 +130,9 @@ def is_recording(path: Path) -> bool:
     except OSError as error:
         raise RecordingError(f"{path}: cannot read it: {error.strerror}") from error
     if not beginning or not (MAGIC.startswith(beginning) or beginning.startswith(b"{")):
-        found = "is neither" if beginning else "is empty: neither"
+        problem = "is neither" if beginning else "is empty: neither"
         raise RecordingError(
-            f"{path}: the file {found} a recording (MCAP, bt-mission run --record) nor a trace "
+            f"{path}: the file {problem} a recording (MCAP, bt-mission run --record) nor a trace "
             "(JSON lines, run --trace)"
         )
     return MAGIC.startswith(beginning)
@@ -211,7 +211,7 @@ class RecordedFile:
         """Is a topic that of another robot, whose mission is in the file, too; or of a mission?"""
         if self._others is None:
             first, node = RunFacts(self.notes), self.node
-            names = [robot_of(one) for one in first.missions if one != node]
+            names = [robot_of(mission) for mission in first.missions if mission != node]
             self._others = tuple(f"/{name}/" for name in names)
         return topic.startswith(self._others)
 
@@ -333,10 +333,10 @@ class RecordedFile:
         reader = StreamReader(
             stream, emit_chunks=True, validate_crcs=True, record_size_limit=LARGEST_RECORD
         )
-        found = reader.records
+        read = reader.records
         while True:
             try:
-                record = next(found)
+                record = next(read)
                 inside = _records_in(record) if isinstance(record, records.Chunk) else (record,)
             except StopIteration:
                 self.why_cut = "the end of its data is not marked"
@@ -345,7 +345,7 @@ class RecordedFile:
                 self._note_cut(stream, error)
                 return
             if isinstance(record, records.DataEnd):
-                self._compare(found, stream)
+                self._compare(read, stream)
                 return
             yield from inside
 

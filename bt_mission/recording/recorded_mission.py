@@ -54,7 +54,7 @@ class RecordedMission:
         self.variables: dict[str, Plain | None] = {}
         self._node = node
         self._nodes: tuple[NodeInfo, ...] = () if tree is None else tree.nodes
-        self._indices = {one.path: index for index, one in enumerate(self._nodes)}
+        self._indices = {recorded.path: index for index, recorded in enumerate(self._nodes)}
         self._has_trace = f"{node}/{TRACE}" in topics and bool(self._nodes)
         self._topics = topics
         self._status = [Status.INVALID] * len(self._nodes)
@@ -159,7 +159,9 @@ class RecordedMission:
         nodes, known, seen = self._named(node), self._status, self._seen
         if not nodes:
             return f"the recorded mission has no node {quoted(node)}"
-        return lambda: any(known[one] is status or status in seen.get(one, ()) for one in nodes)
+        return lambda: any(
+            known[index] is status or status in seen.get(index, ()) for index in nodes
+        )
 
     def _count_collisions(self) -> Reader:
         self._wants_poses = True
@@ -230,14 +232,14 @@ def _outcome_in(message: str, status: Status) -> str:
         return str(Outcome.SUCCEEDED)
     if status is Status.INVALID and message == HALTED:
         return str(Outcome.CANCELED_BY_HALT)
-    found = message.partition(": ")[0]
-    return found if found in Outcome._value2member_map_ else ""
+    outcome = message.partition(": ")[0]
+    return outcome if outcome in Outcome._value2member_map_ else ""
 
 
 def _value(text: str) -> Plain | None:
     """Return a variable's value out of JSON; None for a long one, which was cut."""
     try:
-        found = json.loads(text)
+        value = json.loads(text)
     except ValueError:
         return None
-    return found if isinstance(found, bool | int | float | str | list) else None
+    return value if isinstance(value, bool | int | float | str | list) else None

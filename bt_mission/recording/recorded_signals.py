@@ -44,7 +44,7 @@ MOST_BYTES = 100_000_000
 """Of the model of a simulation."""
 _OF_TOPICS: Mapping[str, tuple[str, Callable[[Any], Any]]] = {
     "scan_clearance": (SCAN, smallest_range),
-    "battery": (BATTERY, lambda one: float(one.percentage)),
+    "battery": (BATTERY, lambda message: float(message.percentage)),
     **{name: (ODOMETRY, read) for name, read in OF_ODOMETRY.items() if "." in name},
 }
 _OF_TRUTH = {name.removeprefix("odometry."): read for name, read in OF_ODOMETRY.items()}
@@ -89,10 +89,10 @@ class RecordingSurvey:
 
     def model(self) -> SimulationModel:
         """Return the model of the simulation. Raises ValueError with why it cannot be read."""
-        for one in self.file.attached:
-            if one.name == MODEL_FILE:
+        for attached in self.file.attached:
+            if attached.name == MODEL_FILE:
                 try:
-                    data = zlib.decompressobj(wbits=31).decompress(one.data, MOST_BYTES)
+                    data = zlib.decompressobj(wbits=31).decompress(attached.data, MOST_BYTES)
                 except zlib.error as error:
                     raise ValueError(f"the model of the simulation is damaged: {error}") from error
                 return SimulationModel(data, self.file.facts.simulation)
@@ -133,11 +133,11 @@ class RecordedTopic:
             if self.newest is not None and self.newest is not of:
                 of, value = self.newest, None
                 try:
-                    found = read(of.message)
+                    number = read(of.message)
                 except UNREADABLE as error:
                     self.problem = self.problem or str(error) or type(error).__name__
                 else:
-                    value = None if found != found else found  # noqa: PLR0124 - nan is no value
+                    value = None if number != number else number  # noqa: PLR0124 - nan is no value
             return value
 
         return newest
@@ -212,7 +212,9 @@ class RecordedSignals:
         if name == "age":
             return self._age(arguments[0])
         if name == "topic":
-            return self._of_topic(key, arguments[0], lambda one: field_of(one, arguments[1]))
+            return self._of_topic(
+                key, arguments[0], lambda message: field_of(message, arguments[1])
+            )
         if name in _OF_TOPICS:
             return self._of_topic(key, *_OF_TOPICS[name])
         if name in MISSION:

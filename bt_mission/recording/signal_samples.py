@@ -67,14 +67,14 @@ class SignalSamples:
         ledger = runner.ledger
         self._readers: dict[str, Reader] = {
             "open_goals": lambda: len(ledger.open_goals),
-            ACCEPTED_GOALS: lambda: [one.id.hex() for one in ledger.open_goals if one.accepted],
+            ACCEPTED_GOALS: lambda: [goal.id.hex() for goal in ledger.open_goals if goal.accepted],
         }
         follows = {"$", "time", *(OF_STATE if self._simulation is not None else ())}
         for requirement in runner.mission.requirements:
             for signal in signals_in(requirement.root):
-                found = self._signals.reader(signal)
-                if not isinstance(found, str) and signal.name not in follows:
-                    self._readers[signal.key] = found
+                reader = self._signals.reader(signal)
+                if not isinstance(reader, str) and signal.name not in follows:
+                    self._readers[signal.key] = reader
         self._readings = [(key, _json(key), read) for key, read in self._readers.items()]
         runner.requirements.add_sampler(self._sampler)
 
@@ -85,10 +85,10 @@ class SignalSamples:
     @property
     def facts(self) -> dict[str, str]:
         """What is to be told at the start."""
-        found = {REQUIREMENTS: json.dumps(written(self._runner.mission.requirements))}
+        facts = {REQUIREMENTS: json.dumps(written(self._runner.mission.requirements))}
         if self._simulation is not None:
-            found[SIMULATION] = json.dumps(self._simulation.facts)
-        return found
+            facts[SIMULATION] = json.dumps(self._simulation.facts)
+        return facts
 
     def attach_to(self, file: McapFile, time_ns: int) -> None:
         """Put the model of the simulation, if there is one, into a file."""
@@ -163,8 +163,12 @@ class SignalSamples:
 def written(requirements: Sequence[Requirement]) -> list[dict[str, str]]:
     """Return requirements as a recording holds them."""
     return [
-        {"name": one.name, "formula": one.text, "on_violation": one.on_violation}
-        for one in requirements
+        {
+            "name": requirement.name,
+            "formula": requirement.text,
+            "on_violation": requirement.on_violation,
+        }
+        for requirement in requirements
     ]
 
 
@@ -174,17 +178,17 @@ def requirements_in(file: RecordedFile) -> tuple[Requirement, ...]:
     Raises:
         RecordingError: For one that cannot be read here.
     """
-    found = []
-    for one in file.facts.requirements:
-        name, text = str(one.get("name", "?")), str(one.get("formula", ""))
-        action = one.get("on_violation", "report")
+    formulas = []
+    for requirement in file.facts.requirements:
+        name, text = str(requirement.get("name", "?")), str(requirement.get("formula", ""))
+        action = requirement.get("on_violation", "report")
         try:
             root = Formula(text).root
         except ExpressionError as error:
             raise RecordingError(
                 f"{file.path}: its requirement '{name}' cannot be read here: {error.message}"
             ) from error
-        found.append(
+        formulas.append(
             Requirement(name, text, root, action if action in ("fail", "halt") else "report")
         )
-    return tuple(found)
+    return tuple(formulas)

@@ -38,7 +38,7 @@ class Opening(Protocol):
     def guarded(self, call: Callable[..., None]) -> Callable[..., None]:
         """Give ``call`` without its exceptions."""
 
-    def trimming(self, type_name: str, *, has_one_shape: bool) -> Callable[[Take], Take] | None:
+    def trimming(self, type_name: str, *, has_fixed_shape: bool) -> Callable[[Take], Take] | None:
         """Give what takes from messages what rclpy adds to them; None where that takes too long."""
 
 
@@ -93,16 +93,16 @@ class GraphTopics:
     def look_around(self) -> None:
         """Take in what has come up since the last time."""
         new = []
-        for one in self._inside():
-            for publisher in one.node.publishers:
+        for entities in self._inside():
+            for publisher in entities.node.publishers:
                 if publisher not in self._publishers:
                     self._publishers.add(publisher)
                     if isinstance(publisher, ObservablePublisher):
-                        new.append((publisher, one))
+                        new.append((publisher, entities))
                     else:
                         self._subscribe_from_now_on(publisher.topic_name)
-        for publisher, one in new:
-            self._observe(publisher, one)
+        for publisher, entities in new:
+            self._observe(publisher, entities)
         for topic, types in self._node.get_topic_names_and_types():
             if topic not in self._known:
                 self._find(topic, types)
@@ -113,15 +113,15 @@ class GraphTopics:
         Args:
             busy: Of the topics of actions, look only at those of these actions.
         """
-        for one in self._subscribed:
-            if busy is None or not one.action or one.action in busy:
-                one.hand_on()
+        for subscribed in self._subscribed:
+            if busy is None or not subscribed.action or subscribed.action in busy:
+                subscribed.hand_on()
 
     def poll_feedback(self, busy: Container[str]) -> None:
         """Hand on the feedback of these actions that has come."""
-        for one in self._subscribed:
-            if one.is_feedback and one.action in busy:
-                one.hand_on()
+        for subscribed in self._subscribed:
+            if subscribed.is_feedback and subscribed.action in busy:
+                subscribed.hand_on()
 
     def close(self) -> None:
         """Let go of the publishers; the subscriptions go with the node."""
@@ -147,7 +147,7 @@ class GraphTopics:
         if topic in self._known and topic not in self._observable:
             return
         try:
-            trim = self._opening.trimming(type_name, has_one_shape=by.is_sensor)
+            trim = self._opening.trimming(type_name, has_fixed_shape=by.is_sensor)
             if trim is None:
                 return
             self._known.add(topic)
@@ -165,7 +165,7 @@ class GraphTopics:
             self._observed.append(publisher)
 
     def _find(self, topic: str, types: list[str]) -> None:
-        offers = [one.qos_profile for one in self._node.get_publishers_info_by_topic(topic)]
+        offers = [info.qos_profile for info in self._node.get_publishers_info_by_topic(topic)]
         if not offers:
             return
         self._known.add(topic)

@@ -93,10 +93,10 @@ class RecordedRequirements:
         if self.survey.tree is None:
             return KnownNames()
         nodes = self.survey.tree.nodes
-        goals = {one.name for one in nodes if one.kind == ActionLeaf.__name__}
+        goals = {node.name for node in nodes if node.kind == ActionLeaf.__name__}
         return KnownNames(
-            {one.name: one.name in goals for one in nodes},
-            {one.path: one.kind == ActionLeaf.__name__ for one in nodes},
+            {node.name: node.name in goals for node in nodes},
+            {node.path: node.kind == ActionLeaf.__name__ for node in nodes},
         )
 
     def own(self) -> tuple[Requirement, ...]:
@@ -134,8 +134,8 @@ class RecordedRequirements:
         monitors.finish(is_complete=not why_open and not is_interrupted)
         why_unknown = self._why_unknown(file)
         results = tuple(
-            _judged(result, why_unknown or signals.problem_of(one), why_open)
-            for one, result in zip(requirements, monitors.results, strict=True)
+            _judged(result, why_unknown or signals.problem_of(requirement), why_open)
+            for requirement, result in zip(requirements, monitors.results, strict=True)
         )
         return Verification(results, self._notes, why_open, file.missing)
 
@@ -168,7 +168,7 @@ class RecordedRequirements:
 
 def _sorted(file: RecordedFile, signals: RecordedSignals) -> list[tuple[int, RecordedMessage]]:
     """Return the messages that are of use, in the order of time: other tools write as they like."""
-    wanted = [one for one in happenings(file) if signals.wants(one[1])]
+    wanted = [happening for happening in happenings(file) if signals.wants(happening[1])]
     return sorted(wanted, key=itemgetter(0))
 
 
@@ -241,7 +241,7 @@ class _Curves:
     """Keeps the margins of requirements at every instant."""
 
     def __init__(self, requirements: Sequence[Requirement]) -> None:
-        self.is_of_instants = [_speaks_of_instants(one) for one in requirements]
+        self.is_of_instants = [_speaks_of_instants(requirement) for requirement in requirements]
         self.times: list[float] = []
         self.margins: list[list[float]] = [[] for _ in requirements]
 
@@ -261,7 +261,7 @@ def _speaks_of_instants(requirement: Requirement) -> bool:
     return (
         isinstance(root, Temporal)
         and root.window == EVERYTHING
-        and not any(isinstance(one, Temporal | Measure) for one in [*walk(root)][1:])
+        and not any(isinstance(part, Temporal | Measure) for part in [*walk(root)][1:])
     )
 
 
@@ -279,11 +279,11 @@ def recorded_requirements(path: Path, robot: str | None = None) -> tuple[Recorde
     if not requirements:
         return ()
     curves = _Curves(requirements)
-    found = recorded.verify(requirements, curves.take)
+    verified = recorded.verify(requirements, curves.take)
     return tuple(
         RecordedRequirement(result, np.array(curves.times), np.array(margins), is_of_instants=alone)
         for result, margins, alone in zip(
-            found.results, curves.margins, curves.is_of_instants, strict=True
+            verified.results, curves.margins, curves.is_of_instants, strict=True
         )
     )
 

@@ -155,8 +155,8 @@ class RunRecorder(Onlooker):
         is_due = not 0 <= now_ns - self._looked_ns < LOOK_NS
         busy = self._goals.take_busy()
         self._topics.poll(None if is_due else busy)
-        for one in self._missions:
-            one.look(now_ns)
+        for mission in self._missions:
+            mission.look(now_ns)
         self._hand_over()
         if is_due:
             self._looked_ns = now_ns
@@ -165,8 +165,8 @@ class RunRecorder(Onlooker):
     def _take_last(self) -> None:
         self._look_around()
         self._topics.poll()
-        for one in self._missions:
-            one.look(self._session.now_ns, is_due=True)
+        for mission in self._missions:
+            mission.look(self._session.now_ns, is_due=True)
         self._hand_over()
 
     def _hand_over(self) -> None:
@@ -187,9 +187,9 @@ class RunRecorder(Onlooker):
             return
         due: list[tuple[int, bytes]] = []
         early: list[tuple[int, bytes]] = []
-        for one in self._pending:
-            is_early = 0 < self._lead_ns(one, now_ns) <= MOST_LEAD_NS
-            (early if is_early else due).append(one)
+        for message in self._pending:
+            is_early = 0 < self._lead_ns(message, now_ns) <= MOST_LEAD_NS
+            (early if is_early else due).append(message)
         self.file.write(now_ns, due)
         self._pending[:] = early
 
@@ -198,8 +198,8 @@ class RunRecorder(Onlooker):
         if not self._has_head:
             self._write_head(self._session.now_ns)
         self._hand_over()
-        for one in sorted(self._pending, key=lambda one: self._lead_ns(one, 0)):
-            self.file.write(self._lead_ns(one, 0), [one])
+        for message in sorted(self._pending, key=lambda pending: self._lead_ns(pending, 0)):
+            self.file.write(self._lead_ns(message, 0), [message])
 
     def _lead_ns(self, message: tuple[int, bytes], now_ns: int) -> int:
         """By how much the header of a message is ahead of the clock, ns; 0 without a header."""
@@ -213,12 +213,12 @@ class RunRecorder(Onlooker):
             summary: Of all of it.
             robots: Of several robots, that of each, in the order of the session's runs.
         """
-        for one in self._missions:
-            one.tell_changes()
+        for mission in self._missions:
+            mission.note_changes()
         self.guarded(self._take_last)()
         self._note_summary(SUMMARY, summary)
-        for one, of_robot in zip(self._missions, robots, strict=False):
-            self._note_summary(note_of(SUMMARY, one.name), of_robot)
+        for mission, of_robot in zip(self._missions, robots, strict=False):
+            self._note_summary(note_of(SUMMARY, mission.name), of_robot)
         self.close()
 
     def _note_summary(self, name: str, summary: Mapping[str, Any]) -> None:
@@ -234,8 +234,8 @@ class RunRecorder(Onlooker):
         if self._is_closed:
             return
         self._is_closed = True
-        for one in self._missions:
-            one.close()
+        for mission in self._missions:
+            mission.close()
         for run in self._session.runs:
             run.runner.exchanges.unsubscribe(self._on_exchange)
         self._topics.close()
@@ -264,8 +264,8 @@ class RunRecorder(Onlooker):
         for run in session.runs:
             run.runner.show_waypoints()
         self._topics.look_around()
-        for run, one in zip(session.runs, self._missions, strict=True):
-            one.begin()
+        for run, mission in zip(session.runs, self._missions, strict=True):
+            mission.begin()
             run.runner.exchanges.subscribe(self._on_exchange)
         session.attach(self)
         self.guarded(self._hand_over)()
@@ -276,13 +276,15 @@ class RunRecorder(Onlooker):
         self._has_head, self._start_ns, session = True, now_ns, self._session
         is_fleet = len(session.runs) > 1
         facts = [
-            {**facts_of(run, self._start_ns), **session.facts, **run.facts, **one.facts}
-            for run, one in zip(session.runs, self._missions, strict=True)
+            {**facts_of(run, self._start_ns), **session.facts, **run.facts, **mission.facts}
+            for run, mission in zip(session.runs, self._missions, strict=True)
         ]
-        names = {MISSIONS: json.dumps([one.name for one in self._missions])} if is_fleet else {}
+        names = (
+            {MISSIONS: json.dumps([mission.name for mission in self._missions])} if is_fleet else {}
+        )
         self.file.note(FACTS, {**facts[0], **names})
-        for one, of_mission in zip(self._missions, facts if is_fleet else (), strict=False):
-            self.file.note(note_of(FACTS, one.name), of_mission)
+        for mission, of_mission in zip(self._missions, facts if is_fleet else (), strict=False):
+            self.file.note(note_of(FACTS, mission.name), of_mission)
         texts = {
             (name, text): "text/plain"
             for run in session.runs
@@ -300,11 +302,11 @@ class RunRecorder(Onlooker):
 
     # ---- channels --------------------------------------------------------------------------
 
-    def trimming(self, type_name: str, *, has_one_shape: bool) -> Callable[[Take], Take] | None:
+    def trimming(self, type_name: str, *, has_fixed_shape: bool) -> Callable[[Take], Take] | None:
         """Give what takes from messages what rclpy adds to them; None where that takes too long."""
         decoder = self._decoder(type_name)
-        if has_one_shape or decoder.has_known_length:
-            return partial(decoder.trimming, has_one_shape=has_one_shape)
+        if has_fixed_shape or decoder.has_known_length:
+            return partial(decoder.trimming, has_fixed_shape=has_fixed_shape)
         return None
 
     def open_topic(self, topic: str, type_name: str, offered_qos: str) -> Take | None:
@@ -363,7 +365,7 @@ class RunRecorder(Onlooker):
     def open_own(self, topic: str, type_name: str) -> Take:
         """The same for messages that are serialized here."""
         take = self._open_channel(topic, type_name)
-        return self._decoder(type_name).trimming(take, has_one_shape=False)
+        return self._decoder(type_name).trimming(take, has_fixed_shape=False)
 
     def _decoder(self, type_name: str) -> Decoder:
         if type_name not in self._decoders:
@@ -463,13 +465,13 @@ class MissionRecorder:
             self._is_due, self._described_ns = False, now_ns
             self._take_details(serialize_message(self._details.describe_changes()))
 
-    def tell_changes(self) -> None:
+    def note_changes(self) -> None:
         """Have the mission tell what it has not told yet."""
         self._runner.status_publisher.publish_if_changed()
 
     def close(self) -> None:
         """Record no more."""
-        self.tell_changes()
+        self.note_changes()
         self._runner.status_publisher.remove(self._on_status)
         self._runner.trace.lines.unsubscribe(self._on_line)
         self._runner.executive.events.unsubscribe(self._on_event)

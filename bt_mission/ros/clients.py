@@ -69,8 +69,8 @@ class TopicPublisher(RosClient):
         matched = int(self._publisher.get_subscription_count())
         if matched == 0:
             return 0
-        found = self._node.get_subscriptions_info_by_topic(self.name)
-        recorders = sum(1 for one in found if one.node_name == RECORDER)
+        readers = self._node.get_subscriptions_info_by_topic(self.name)
+        recorders = sum(1 for reader in readers if reader.node_name == RECORDER)
         return max(0, matched - recorders)
 
     def publish(self, message: Any) -> None:

@@ -10,7 +10,7 @@ from rclpy.node import Node
 
 from bt_mission.core.dds.discovery import RANGE
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.events.source import ExecutiveSource, FoundExecutive
+from bt_mission.events.source import ExecutiveSource, ListedExecutive
 from bt_mission.ros.graph import GraphConnection, quiet_node, type_hash_of
 from bt_mission.ros.mission_client import TOPICS, MissionClient
 
@@ -61,9 +61,9 @@ class LocalExecutive:
         if self._session.is_done:
             self._session.drain()
 
-    def find(self) -> tuple[FoundExecutive, ...]:
+    def find(self) -> tuple[ListedExecutive, ...]:
         """All of them."""
-        return tuple(FoundExecutive(name) for name in self._names)
+        return tuple(ListedExecutive(name) for name in self._names)
 
     def attach(self, name: str) -> MissionClient:
         """Listen to one."""
@@ -100,30 +100,30 @@ class ExecutiveDirectory:
         while since.elapsed_s < SERVE_S + wait_s and self._graph.executor.serve(wait_s):
             wait_s = 0.0
 
-    def find(self) -> tuple[FoundExecutive, ...]:
+    def find(self) -> tuple[ListedExecutive, ...]:
         """The executives that are there now, by name."""
-        found = {
+        names = {
             topic.removesuffix("/state"): topic
             for topic, types in self._node.get_topic_names_and_types()
             if STATE_TYPE in types and topic.endswith("/state")
             if self._node.count_publishers(topic)
         }
-        return tuple(self._look_at(found[name]) for name in sorted(found))
+        return tuple(self._look_at(names[name]) for name in sorted(names))
 
     def attach(self, name: str, *, with_robot: bool = True) -> ExecutiveSource:
         """Listen to an executive, also one that is not there yet; and to its robot."""
         return MissionClient(self._node, name, with_robot=with_robot)
 
-    def _look_at(self, topic: str) -> FoundExecutive:
+    def _look_at(self, topic: str) -> ListedExecutive:
         name = topic.removesuffix("/state")
         for (other, (kind, *_)), own in zip(TOPICS.items(), self._hashes, strict=True):
-            for one in self._node.get_publishers_info_by_topic(f"{name}/{other}"):
-                if one.topic_type_hash != own:
+            for publisher in self._node.get_publishers_info_by_topic(f"{name}/{other}"):
+                if publisher.topic_type_hash != own:
                     why = f"its {kind.__name__} messages are of another version of bt-mission: "
                     why += "install the same on both sides"
-                    return FoundExecutive(name, why, is_foreign=True)
+                    return ListedExecutive(name, why, is_foreign=True)
         if (count := self._node.count_publishers(topic)) > 1:
-            return FoundExecutive(
+            return ListedExecutive(
                 name, f"{count} executives share this name: give each a --namespace"
             )
-        return FoundExecutive(name)
+        return ListedExecutive(name)

@@ -48,8 +48,8 @@ CODES = {
 
 def stamp(time_ns: int) -> Time:
     """Return a time in ns as a stamp."""
-    found: Time = set_ns(Time(), time_ns)
-    return found
+    message: Time = set_ns(Time(), time_ns)
+    return message
 
 
 def tree(event: RunStarted) -> Tree:
@@ -60,13 +60,13 @@ def tree(event: RunStarted) -> Tree:
         mission=event.mission,
         nodes=[
             TreeNode(
-                name=one.name,
-                kind=one.kind,
-                path=one.path,
-                parent=one.parent,
-                details=one.details,
+                name=node.name,
+                kind=node.kind,
+                path=node.path,
+                parent=node.parent,
+                details=node.details,
             )
-            for one in event.nodes
+            for node in event.nodes
         ],
     )
 
@@ -107,19 +107,19 @@ def requirements(time_ns: int, run: str, events: Iterable[RequirementChanged]) -
         run=run,
         requirements=[
             Requirement(
-                name=one.name,
-                requirement=one.requirement,
-                verdict=one.verdict,
-                outcome=one.outcome,
-                margin=_number(one.margin),
-                unit=one.unit,
-                at=_number(one.at),
-                violated_at=_number(one.violated_at),
-                on_violation=one.on_violation,
-                sources=one.sources,
-                why=one.why,
+                name=event.name,
+                requirement=event.requirement,
+                verdict=event.verdict,
+                outcome=event.outcome,
+                margin=_number(event.margin),
+                unit=event.unit,
+                at=_number(event.at),
+                violated_at=_number(event.violated_at),
+                on_violation=event.on_violation,
+                sources=event.sources,
+                why=event.why,
             )
-            for one in events
+            for event in events
         ],
     )
 
@@ -149,7 +149,7 @@ def goal(event: GoalChanged, changed_ns: int) -> GoalRecord:
         sent=stamp(event.sent_ns),
         changed=stamp(changed_ns),
         state=event.state,
-        targets=[Point(x=one.x, y=one.y) for one in event.targets],
+        targets=[Point(x=target.x, y=target.y) for target in event.targets],
     )
 
 

@@ -129,7 +129,7 @@ class RosGoalClient(RosClient):
             handle = future.result()
             if asked is not None:
                 answer = service.Response(accepted=handle.accepted, stamp=handle.stamp)
-                self._tell("send_goal", goal, asked, answer)
+                self._report("send_goal", goal, asked, answer)
             if handle.accepted:
                 self._handles[goal.id] = handle
             else:
@@ -145,7 +145,7 @@ class RosGoalClient(RosClient):
             goal_uuid=goal_id,
         )
         if asked is not None:
-            self._tell("send_goal", goal, asked)
+            self._report("send_goal", goal, asked)
         future.add_done_callback(on_answer)
 
     def recover_goal(self, goal: Goal) -> None:
@@ -178,7 +178,7 @@ class RosGoalClient(RosClient):
         def on_result(future: Future) -> None:
             response = future.result()
             if asked is not None:
-                self._tell("get_result", goal, asked, response)
+                self._report("get_result", goal, asked, response)
             self._handles.pop(goal.id, None)
             executor = self._node.executor
             if isinstance(executor, VirtualTimeExecutor):
@@ -187,7 +187,7 @@ class RosGoalClient(RosClient):
 
         future = self._handles[goal.id].get_result_async()
         if asked is not None:
-            self._tell("get_result", goal, asked)
+            self._report("get_result", goal, asked)
         future.add_done_callback(on_result)
 
     def send_cancel(self, goal: Goal) -> None:
@@ -204,11 +204,11 @@ class RosGoalClient(RosClient):
         asked.goal_info.goal_id = _uuid(goal)
 
         def on_answer(future: Future) -> None:
-            self._tell("cancel_goal", goal, asked, future.result())
+            self._report("cancel_goal", goal, asked, future.result())
             self._hear_of_cancel(goal, future.result())
 
         future = handle.cancel_goal_async()
-        self._tell("cancel_goal", goal, asked)
+        self._report("cancel_goal", goal, asked)
         future.add_done_callback(on_answer)
 
     def _hear_of_cancel(self, goal: Goal, answer: Any) -> None:
@@ -235,7 +235,7 @@ class RosGoalClient(RosClient):
         elif not is_taken:
             goal.on(Event.CANCEL_REFUSED)
 
-    def _tell(self, service: str, goal: Goal, request: Any, answer: Any = None) -> None:
+    def _report(self, service: str, goal: Goal, request: Any, answer: Any = None) -> None:
         if self._exchanges:
             self._exchanges.emit(
                 Exchange(self.name, self.type_name, service, goal.id, request, answer)

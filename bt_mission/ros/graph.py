@@ -107,8 +107,8 @@ def type_hash_of(node: Node, kind: Any) -> TypeHash:
     probe = node.create_subscription(kind, topic, lambda _: None, QoSProfile(depth=1))
     (own,) = node.get_subscriptions_info_by_topic(probe.topic_name)
     node.destroy_subscription(probe)
-    found: TypeHash = own.topic_type_hash
-    return found
+    type_hash: TypeHash = own.topic_type_hash
+    return type_hash
 
 
 @dataclass(frozen=True)
@@ -242,12 +242,12 @@ class GraphConnection:
         probe = self._probe = quiet_node("bt_mission_probe", self.context)
         watch = Stopwatch()
         self.executor.add_node(probe)
-        while not (found := probe.count_publishers(CLOCK) > 0):
+        while not (has_clock := probe.count_publishers(CLOCK) > 0):
             if watch.elapsed_s > CLOCK_WAIT_S:
                 break
             self.executor.spin_once(timeout_sec=WAIT_S)
         self.executor.remove_node(probe)
-        return found
+        return has_clock
 
     def _watch_clock(self, executive: Executive, node: Node) -> None:
         """End a mission when the publisher of ``/clock`` has left and time stands still."""

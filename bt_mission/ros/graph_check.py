@@ -80,9 +80,9 @@ def find_missing(mission: Mission, namespace: str | None = None) -> list[NameFin
         wanted = list(_wanted(mission, node))
         watch = Stopwatch()
         while True:
-            found = [_finding(one, node) for one in wanted]
-            if all(one.is_there for one in found) or watch.elapsed_s > LOOK_S:
-                return found
+            findings = [_finding(interface, node) for interface in wanted]
+            if all(finding.is_there for finding in findings) or watch.elapsed_s > LOOK_S:
+                return findings
             graph.executor.spin_once(timeout_sec=WAIT_S)
 
 
@@ -121,10 +121,12 @@ def find_servers(
         if response is None:
             return None
         values = map(parameter_value_to_python, response.values)
-        found = {
-            one: value for one, value in zip(parameters, values, strict=False) if value is not None
+        known = {
+            parameter: value
+            for parameter, value in zip(parameters, values, strict=False)
+            if value is not None
         }
-        return RunningServers(found, _actions_of(name, node))
+        return RunningServers(known, _actions_of(name, node))
 
 
 def _actions_of(name: str, node: Node) -> frozenset[str]:
@@ -132,15 +134,15 @@ def _actions_of(name: str, node: Node) -> frozenset[str]:
     namespace = node.get_namespace()
     if (name, namespace) not in node.get_node_names_and_namespaces():
         return frozenset()
-    found = get_action_server_names_and_types_by_node(node, name, namespace)
-    return frozenset(full.rpartition("/")[2] for full, _ in found)
+    actions = get_action_server_names_and_types_by_node(node, name, namespace)
+    return frozenset(full.rpartition("/")[2] for full, _ in actions)
 
 
 def _wanted(mission: Mission, node: Node) -> Iterator[Wanted]:
     seen: set[tuple[str, str]] = set()
     names = used(mission)
     trees = [tree for tree in mission.all_trees if tree.is_main or tree.name in names]
-    for follow in (one for tree in trees for one in tree.follow):
+    for follow in (followed for tree in trees for followed in tree.follow):
         name = node.resolve_topic_name(follow.settings.topic)
         if ("topic", name) not in seen:
             seen.add(("topic", name))
@@ -168,7 +170,7 @@ def _finding(wanted: Wanted, node: Node) -> NameFinding:
             there = dict(node.get_topic_names_and_types())
             if wanted.is_followed:
                 publishers = node.get_publishers_info_by_topic(wanted.name)
-                there[wanted.name] = sorted({one.topic_type for one in publishers})
+                there[wanted.name] = sorted({publisher.topic_type for publisher in publishers})
     types = tuple(there.get(wanted.name, ()))
     others = sorted(name for name in there if name != wanted.name)
     return NameFinding(wanted, types, None if types else did_you_mean(wanted.name, others))

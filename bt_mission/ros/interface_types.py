@@ -76,13 +76,13 @@ def topic_type(name: str) -> Any:
     return message_type(name)
 
 
-def check_type(name: str, wanted: str, found: Iterable[str], verb: str = "is a") -> None:
+def check_type(name: str, wanted: str, offered: Iterable[str], verb: str = "is a") -> None:
     """Compare the type of a resolved name with those that the graph has for it, if any.
 
     Raises:
         BtMissionError: When the graph has others, but not this one.
     """
-    types = list(found)
+    types = list(offered)
     if types and wanted not in types:
         article = verb.rpartition(" ")[2]
         raise BtMissionError(f"{name} {verb} {listed(types)}, not {article} {wanted}")
@@ -114,14 +114,14 @@ def installed(folder: str) -> tuple[str, ...]:
 @cache
 def _types_of(package: str) -> frozenset[str]:
     """Return the types that the ament index lists for a package; importing tells less."""
-    found = set()
+    names = set()
     for index in _indexes():
         path = index / package
         for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else ():
             entry = Path(line)
             if entry.parent.name in KINDS:
-                found.add(f"{package}/{entry.parent.name}/{entry.stem}")
-    return frozenset(found)
+                names.add(f"{package}/{entry.parent.name}/{entry.stem}")
+    return frozenset(names)
 
 
 def _indexes() -> list[Path]:

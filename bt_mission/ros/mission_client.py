@@ -33,7 +33,7 @@ from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events import messages, reader
 from bt_mission.events.feed import in_order
 from bt_mission.events.messages import Batch
-from bt_mission.events.source import ControlRequest, ControlResponse, Heard, Verb
+from bt_mission.events.source import ControlRequest, ControlResponse, Received, Verb
 from bt_mission.ros.graph import LATCHED, REQUESTS
 
 ALL = QoSProfile(depth=1000)
@@ -61,7 +61,7 @@ SURROUNDINGS: dict[str, tuple[Any, Callable[[Any], messages.Robot]]] = {
     "map": (OccupancyGrid, reader.grid),
     "zones": (MarkerArray, reader.zones),
 }
-"""What is told once about where a robot is."""
+"""What is batches once about where a robot is."""
 
 LOOK_S = 0.25
 """Wall time between two looks at the graph."""
@@ -88,7 +88,7 @@ class MissionClient:
         self.name = name
         self._with_robot = with_robot
         self._node = node
-        self._told: deque[Batch] = deque()
+        self._batches: deque[Batch] = deque()
         self._raw: deque[tuple[Callable[[Any], Batch], Any]] = deque()
         self._robot: dict[str, tuple[Callable[[Any], messages.Robot], Any]] = {}
         self._frames: deque[Any] = deque(maxlen=100)
@@ -123,24 +123,24 @@ class MissionClient:
             self._tune_in()
         return self._is_there
 
-    def take(self, *, needs_statuses: bool) -> Heard:
+    def take(self, *, needs_statuses: bool) -> Received:
         """What has come since the last time."""
         if needs_statuses:
             self._ask_statuses()
         self._settle()
         while self._raw:
             read, message = self._raw.popleft()
-            self._told.append(read(message))
-        robot: list[messages.Robot] = [reader.transforms(one) for one in self._frames]
+            self._batches.append(read(message))
+        robot: list[messages.Robot] = [reader.transforms(frame) for frame in self._frames]
         robot += [read(message) for read, message in self._robot.values()]
         image = None if self._image is None else reader.image(self._image)
-        told = tuple(in_order(self._told))
-        heard = Heard(told, tuple(robot), tuple(self._answers), image)
+        batches = tuple(in_order(self._batches))
+        received = Received(batches, tuple(robot), tuple(self._answers), image)
         self._image = None
-        for queue in (self._told, self._frames, self._answers):
+        for queue in (self._batches, self._frames, self._answers):
             queue.clear()
         self._robot.clear()
-        return heard
+        return received
 
     def send(self, command: ControlRequest) -> None:
         """Pass a wish on."""

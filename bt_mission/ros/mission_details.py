@@ -55,11 +55,17 @@ class MissionDetailsBuilder:
     def describe_changes(self) -> MissionDetails:
         """Describe what has changed since the last time, of running nodes, too."""
         running = []
-        for one in self._running():
-            shown = (one.since_ns, one.message, one.label, one.value, one.limit)
-            if self._shown.get(one.node) != shown:
-                self._shown[one.node] = shown
-                running.append(one)
+        for progress in self._running():
+            shown = (
+                progress.since_ns,
+                progress.message,
+                progress.label,
+                progress.value,
+                progress.limit,
+            )
+            if self._shown.get(progress.node) != shown:
+                self._shown[progress.node] = shown
+                running.append(progress)
         return self._described(running, complete=False)
 
     def _described(self, running: list[NodeProgressed], *, complete: bool) -> MissionDetails:
@@ -69,10 +75,10 @@ class MissionDetailsBuilder:
             run=run.executive.run,
             ticks=run.executive.ticks,
             goals_sent=run.ledger.goals_sent,
-            running=[event_messages.progress(one) for one in running],
+            running=[event_messages.progress(progress) for progress in running],
             goals=[
-                event_messages.goal(one, state.goals_changed_ns[one.id])
-                for one in self._some_goals(complete=complete)
+                event_messages.goal(goal, state.goals_changed_ns[goal.id])
+                for goal in self._some_goals(complete=complete)
             ],
             variables=[*self._variables(complete=complete)],
             breakpoints=list(run.executive.breakpoints.names),
@@ -80,13 +86,13 @@ class MissionDetailsBuilder:
 
     def _some_goals(self, *, complete: bool) -> list[GoalChanged]:
         goals = self._state.goals
-        ended = [one.id for one in goals.values() if one.is_ended]
+        ended = [goal.id for goal in goals.values() if goal.is_ended]
         old = frozenset(ended[:-KEPT_GOALS])
-        known, self._goals = self._goals, {k: one for k, one in goals.items() if k not in old}
+        known, self._goals = self._goals, {k: goal for k, goal in goals.items() if k not in old}
         return [
-            one
-            for one in self._goals.values()
-            if complete or one.id not in known or known[one.id].state != one.state
+            goal
+            for goal in self._goals.values()
+            if complete or goal.id not in known or known[goal.id].state != goal.state
         ]
 
     def _running(self) -> Iterator[NodeProgressed]:
@@ -97,15 +103,15 @@ class MissionDetailsBuilder:
         now_ns = self._run.now_ns
         for index in islice((*nodes, *nodes), first, first + min(count, MOST_RUNNING)):
             node = self._run.executive.nodes[index]
-            found = progress_of(node)
+            progress = progress_of(node)
             yield NodeProgressed(
                 now_ns,
                 index,
                 self._state.since_ns[index] or 0,
                 node.feedback_message,
-                "" if found is None else found.label,
-                0.0 if found is None else float(found.value),
-                0.0 if found is None else float(found.limit),
+                "" if progress is None else progress.label,
+                0.0 if progress is None else float(progress.value),
+                0.0 if progress is None else float(progress.limit),
             )
 
     def _variables(self, *, complete: bool) -> Iterator[Variable]:

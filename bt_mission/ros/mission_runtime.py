@@ -50,7 +50,7 @@ class MissionRuntime:
     ) -> None:
         self.node = node
         self.domain_id: int = node.context.get_domain_id()
-        """Of the node's context, which does not tell once it is shut down."""
+        """Of the node's context, which does not log once it is shut down."""
         self.mission = mission
         self.exchanges: Stream[Exchange] = Stream()
         """Emits every request to an action, and every answer."""
@@ -87,7 +87,7 @@ class MissionRuntime:
         try:
             self.executive.tick()
             if self.executive.status is MissionStatus.OBSERVING and not was_observing:
-                self.tell(self.executive.mission_state.explanation)
+                self.explain(self.executive.mission_state.explanation)
         finally:
             self._tick_ns = None
 
@@ -145,11 +145,11 @@ class MissionRuntime:
     # ---- words -----------------------------------------------------------------------------
 
     def log(self, text: str) -> None:
-        """Say a line that a leaf says."""
+        """Log a line of a leaf."""
         self._emit_line(text, is_own=True)
 
-    def tell(self, text: str) -> None:
-        """Say in words, for people, what another event tells."""
+    def explain(self, text: str) -> None:
+        """Log a line that explains another event."""
         self._emit_line(text, is_own=False)
 
     def warn(self, text: str) -> None:
@@ -180,7 +180,7 @@ class MissionRuntime:
     def _on_clock_jump(self, jump_s: float) -> None:
         self.executive.events.emit(ClockJumped(self._time.at(self._ros_ns), jump_s))
         if jump_s < 0:
-            said = f"was set back by {seconds(-jump_s)}: limits go on with what is left of them"
+            change = f"was set back by {seconds(-jump_s)}: limits go on with what is left of them"
         else:
-            said = f"skipped {seconds(jump_s)}: they count as passed"
-        log_of(self.node).warning(f"the ROS clock {said}")
+            change = f"skipped {seconds(jump_s)}: they count as passed"
+        log_of(self.node).warning(f"the ROS clock {change}")

@@ -74,11 +74,12 @@ class RequirementWatch:
     def resume(self, before: Mapping[str, RequirementResult]) -> None:
         """Continue with the results of an earlier process, for requirements of the same text."""
         self._before = {
-            one.name: before[one.name]
-            for one in self._runner.mission.requirements
-            if one.name in before and before[one.name].requirement == one.text
+            requirement.name: before[requirement.name]
+            for requirement in self._runner.mission.requirements
+            if requirement.name in before
+            and before[requirement.name].requirement == requirement.text
         }
-        verdicts = [one.verdict for one in self._before.values()]
+        verdicts = [verdict.verdict for verdict in self._before.values()]
         self._violated = verdicts.count("violated")
 
     def _joined(self, requirement: Requirement, result: RequirementResult) -> RequirementResult:
@@ -148,7 +149,7 @@ class RequirementWatch:
             return  # it cannot be told since the mission was resumed, or was told before that
         self._violated += 1
         self._emit(result, is_update=False)
-        runner.tell(f"requirement {result}")
+        runner.explain(f"requirement {result}")
         if result.on_violation == "report":
             return
         reason = f"requirement {result}"

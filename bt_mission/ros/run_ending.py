@@ -105,7 +105,9 @@ def _move_goals(runner: MissionRuntime, node: Node, executor: Executor, made: Ex
     watch = Stopwatch()
     while not all(client.is_ready() for client in clients):
         if watch.elapsed_s > FIND_WAIT_S:
-            missing = ", ".join(sorted(one.name for one in clients if not one.is_ready()))
+            missing = ", ".join(
+                sorted(goal_client.name for goal_client in clients if not goal_client.is_ready())
+            )
             runner.executive.abandon(
                 "ROS was shut down before the end of every goal was heard: cancels were sent, and "
                 f"within {FIND_WAIT_S:g} s no server of {missing} was found to ask"

@@ -64,8 +64,8 @@ class ServerLogs:
     def _servers(self, action: str) -> set[str]:
         """The names of loggers of the nodes that serve an action."""
         return {
-            f"{one.node_namespace}/{one.node_name}".strip("/").replace("/", ".")
-            for one in self._node.get_publishers_info_by_topic(action + FEEDBACK)
+            f"{publisher.node_namespace}/{publisher.node_name}".strip("/").replace("/", ".")
+            for publisher in self._node.get_publishers_info_by_topic(action + FEEDBACK)
         }
 
 

@@ -62,7 +62,7 @@ class TopicSignal:
 
     Attributes:
         is_read: Does anybody want more of it than its arrival? Set before the first look.
-        is_heard: Was it subscribed to, or found to be of a type that cannot be?
+        is_settled: Was it subscribed to, or found to be of a type that cannot be?
     """
 
     is_read = False
@@ -73,14 +73,14 @@ class TopicSignal:
         self.problem = ""
         self._runner = runner
         self._topic = topic
-        self.is_heard = False
+        self.is_settled = False
         self._waits = 0
         self.listeners: list[Callable[[Any], object]] = []
         """Called with each message."""
 
     def look(self, again_after: int = LOOK_EVERY) -> None:
         """Subscribe as soon as somebody publishes the topic; else look again after some calls."""
-        if self.is_heard:
+        if self.is_settled:
             return
         self._waits -= 1
         if self._waits > 0:
@@ -88,10 +88,10 @@ class TopicSignal:
         self._waits = again_after
         node = self._runner.node
         name = node.resolve_topic_name(self._topic)
-        types = {one.topic_type for one in node.get_publishers_info_by_topic(name)}
+        types = {publisher.topic_type for publisher in node.get_publishers_info_by_topic(name)}
         if not types:
             return
-        self.is_heard = True
+        self.is_settled = True
         try:
             kind = LatestMessageSubscriber if self.is_read else SerializedSubscriber
             self._runner.subscriber(self._topic, min(types), kind).listen(self._take)
@@ -131,7 +131,7 @@ class NodeOutcomes:
 
     def is_any(self, nodes: Iterable[Any], outcome: str) -> bool:
         """Tell whether the goal of one of these nodes ended in this way."""
-        return any(self._ended.get(one, "").startswith(outcome) for one in nodes)
+        return any(self._ended.get(node, "").startswith(outcome) for node in nodes)
 
 
 class LiveSignals:
@@ -145,9 +145,11 @@ class LiveSignals:
         self._runner = runner
         self._executive = runner.executive
         self._topics: dict[str, TopicSignal] = {}
-        self._unheard: list[TopicSignal] = []
+        self._silent_topics: list[TopicSignal] = []
         self._readers: dict[str, Reader | str] = {}
-        self._status: dict[Behaviour, Status] = {one: one.status for one in self._executive.nodes}
+        self._status: dict[Behaviour, Status] = {
+            behaviour: behaviour.status for behaviour in self._executive.nodes
+        }
         self._seen: defaultdict[Behaviour, set[Status]] = defaultdict(set)
         self._outcomes = NodeOutcomes()
         self._changes = 0
@@ -184,7 +186,7 @@ class LiveSignals:
             "age": self._age,
             "topic": self._field,
             "scan_clearance": lambda: self._of_topic(SCAN, smallest_range),
-            "battery": lambda: self._of_topic(BATTERY, lambda one: float(one.percentage)),
+            "battery": lambda: self._of_topic(BATTERY, lambda message: float(message.percentage)),
             "distance": self._path_length,
         }
         if name not in makers:
@@ -202,15 +204,15 @@ class LiveSignals:
 
     def listen(self) -> None:
         """Subscribe to the topics that are there, so that the first control step has heard them."""
-        for topic in self._unheard:
+        for topic in self._silent_topics:
             topic.look(again_after=0)
 
     def step(self) -> None:
         """Look for topics that are not there yet; called before each control step."""
-        if self._unheard:
-            for topic in self._unheard:
+        if self._silent_topics:
+            for topic in self._silent_topics:
                 topic.look()
-            self._unheard = [topic for topic in self._unheard if not topic.is_heard]
+            self._silent_topics = [topic for topic in self._silent_topics if not topic.is_settled]
 
     def forget(self) -> None:
         """Forget what nodes went through; called after each control step."""
@@ -255,20 +257,23 @@ class LiveSignals:
                 of = self._changes
                 # A node that starts and ends in one tick has run, too. What a loop has reset for a
                 # new round, and not entered again, is still as it ended: as the trace tells it.
-                value = any(known[one] is status or status in seen.get(one, ()) for one in nodes)
+                value = any(
+                    known[behaviour] is status or status in seen.get(behaviour, ())
+                    for behaviour in nodes
+                )
             return value
 
         return has_status
 
     def _variable(self, name: str) -> Reader:
         def value() -> Any:
-            found = self._runner.scope.values.get(name)
-            return None if isinstance(found, NoValue) else found
+            current = self._runner.scope.values.get(name)
+            return None if isinstance(current, NoValue) else current
 
         return value
 
     def _feedback(self, node: str, field: str) -> Reader:
-        leaves = [one for one in self._named[node] if isinstance(one, ActionLeaf)]
+        leaves = [behaviour for behaviour in self._named[node] if isinstance(behaviour, ActionLeaf)]
 
         def value() -> Any:
             for leaf in leaves:
@@ -279,16 +284,16 @@ class LiveSignals:
         return value
 
     def _accepted(self, node: str) -> Reader:
-        leaves = [one for one in self._named[node] if isinstance(one, ActionLeaf)]
+        leaves = [behaviour for behaviour in self._named[node] if isinstance(behaviour, ActionLeaf)]
 
         def is_accepted() -> bool:
-            goals = [one.attempt.goal for one in leaves if one.attempt is not None]
+            goals = [leaf.attempt.goal for leaf in leaves if leaf.attempt is not None]
             return any(goal is not None and goal.accepted for goal in goals)
 
         return is_accepted
 
     def _outcome(self, node: str, outcome: str) -> Reader:
-        leaves = [one for one in self._named[node] if isinstance(one, ActionLeaf)]
+        leaves = [behaviour for behaviour in self._named[node] if isinstance(behaviour, ActionLeaf)]
         return lambda: self._outcomes.is_any(leaves, outcome)
 
     # ---- topics --------------------------------------------------------------------------
@@ -297,14 +302,14 @@ class LiveSignals:
         """Return the newest message of a topic; it is subscribed to once."""
         if name not in self._topics:
             self._topics[name] = TopicSignal(self._runner, name)
-            self._unheard.append(self._topics[name])
+            self._silent_topics.append(self._topics[name])
         return self._topics[name]
 
     def _age(self, topic: str) -> Reader:
-        heard, runner, executive = self.topic(topic), self._runner, self._executive
+        signal, runner, executive = self.topic(topic), self._runner, self._executive
 
         def age() -> float:
-            came_ns = executive.started_ns if heard.came_ns is None else heard.came_ns
+            came_ns = executive.started_ns if signal.came_ns is None else signal.came_ns
             return (runner.now_ns - came_ns) / NS
 
         return age
@@ -313,25 +318,25 @@ class LiveSignals:
         return self._of_topic(topic, lambda message: field_of(message, field))
 
     def _path_length(self) -> Reader:
-        heard, path = self.topic(ODOMETRY), PathLength()
-        heard.is_read = True
-        heard.listeners.append(path.add)
-        return lambda: None if heard.message is None else path.length
+        signal, path = self.topic(ODOMETRY), PathLength()
+        signal.is_read = True
+        signal.listeners.append(path.add)
+        return lambda: None if signal.message is None else path.length
 
     def _of_topic(self, topic: str, read: Callable[[Any], Any]) -> Reader:
         """Return what reads the newest message, each only once."""
-        heard = self.topic(topic)
-        heard.is_read = True
+        signal = self.topic(topic)
+        signal.is_read = True
         value: Any = None
         of: Any = None
 
         def newest() -> Any:
             nonlocal value, of
-            if heard.message is not of:
-                of = heard.message
-                found = read(of)
-                is_number = not (isinstance(found, float) and math.isnan(found))
-                value = found if is_number else None
+            if signal.message is not of:
+                of = signal.message
+                newest_value = read(of)
+                is_number = not (isinstance(newest_value, float) and math.isnan(newest_value))
+                value = newest_value if is_number else None
             return value
 
         return newest
@@ -355,7 +360,7 @@ class PathLength:
 
 def smallest_range(scan: Any) -> float | None:
     """Return the smallest range of a scan that is one, m; None where there is none."""
-    valid = [one for one in scan.ranges if scan.range_min <= one <= scan.range_max]
+    valid = [measured for measured in scan.ranges if scan.range_min <= measured <= scan.range_max]
     return float(min(valid)) if valid else None
 
 

@@ -38,7 +38,7 @@ from bt_mission.ros.mission_runtime import MissionRuntime
 
 FOLDER = "~/snapshot_streams"
 MOST_STREAMS = 10
-UNHEARD_S = 10.0
+SILENT_S = 10.0
 SHORTEST_S = 0.02
 """Wall time between two snapshots: virtual time may run a hundred times as fast."""
 
@@ -59,7 +59,7 @@ class _Stream:
     parameters: msg.SnapshotStreamParameters
     sent: object = None
     since_sent: Stopwatch = field(default_factory=Stopwatch)
-    since_heard: Stopwatch = field(default_factory=Stopwatch)
+    since_received: Stopwatch = field(default_factory=Stopwatch)
 
 
 class SnapshotStreams:
@@ -142,8 +142,8 @@ class SnapshotStreams:
     def _drop_unheard(self) -> None:
         for topic, stream in tuple(self._streams.items()):
             if stream.publisher.get_subscription_count():
-                stream.since_heard = Stopwatch()
-            elif stream.since_heard.elapsed_s > UNHEARD_S:
+                stream.since_received = Stopwatch()
+            elif stream.since_received.elapsed_s > SILENT_S:
                 self._drop(topic)
 
     def _drop(self, topic: str) -> None:
@@ -194,7 +194,9 @@ class SnapshotStreams:
     def _tree(self, run: MissionRuntime, *, with_variables: bool) -> msg.BehaviourTree:
         executive = run.executive
         # As py_trees_ros: children before their parents.
-        self._nodes = self._nodes or {one: _described(one) for one in executive.root.iterate()}
+        self._nodes = self._nodes or {
+            behaviour: _described(behaviour) for behaviour in executive.root.iterate()
+        }
         ids: dict[Behaviour | None, UUID] = {
             node: message.own_id for node, message in self._nodes.items()
         }

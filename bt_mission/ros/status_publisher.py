@@ -190,9 +190,9 @@ class StatusPublisher:
             self._send("tree", event_messages.tree(tree))
         if self._pending:
             self.sequence += 1
-            found, self._pending = self._pending, []
+            changes, self._pending = self._pending, []
             name = run.executive.run
-            message = event_messages.changes(run.now_ns, name, self.sequence, found)
+            message = event_messages.changes(run.now_ns, name, self.sequence, changes)
             self._send("changes", message)
         self._watch.emit_changes()
         if self._has_verdicts:

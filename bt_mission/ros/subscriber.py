@@ -30,8 +30,8 @@ def matching_qos(offers: Sequence[QoSProfile], depth: int) -> QoSProfile:
         offers: what each offers; where there is none, the least is asked for.
         depth: how many messages may wait.
     """
-    is_reliable = {one.reliability for one in offers} == {ReliabilityPolicy.RELIABLE}
-    is_latched = {one.durability for one in offers} == {DurabilityPolicy.TRANSIENT_LOCAL}
+    is_reliable = {offer.reliability for offer in offers} == {ReliabilityPolicy.RELIABLE}
+    is_latched = {offer.durability for offer in offers} == {DurabilityPolicy.TRANSIENT_LOCAL}
     return QoSProfile(
         depth=depth,
         reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
@@ -93,12 +93,12 @@ class LatestMessageSubscriber:
         """Subscribe to the history of a latched publisher, once one is in the graph."""
         if self._hears_latched:
             return
-        found = self._node.get_publishers_info_by_topic(self.name)
+        publishers = self._node.get_publishers_info_by_topic(self.name)
         if any(
-            one.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
-            and one.qos_profile.reliability is ReliabilityPolicy.RELIABLE
-            and one.topic_type == self._type_name
-            for one in found
+            publisher.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
+            and publisher.qos_profile.reliability is ReliabilityPolicy.RELIABLE
+            and publisher.topic_type == self._type_name
+            for publisher in publishers
         ):
             self._hears_latched = True
             latched = self._node.create_subscription(
@@ -122,8 +122,8 @@ class LatestMessageSubscriber:
         return "its publishers are silent"
 
     def _published_types(self) -> list[str]:
-        found = self._node.get_publishers_info_by_topic(self.name)
-        return sorted({one.topic_type for one in found})
+        publishers = self._node.get_publishers_info_by_topic(self.name)
+        return sorted({publisher.topic_type for publisher in publishers})
 
     def _keep(self, message: Any) -> None:
         self._latched = message

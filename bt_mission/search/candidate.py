@@ -32,11 +32,11 @@ class Candidate:
     def size(self) -> tuple[int, int, int]:
         """How much it takes besides the base: faults, other changes, and characters of faults."""
         changes = len(self.values) + (self.seed is not None)
-        return len(self.faults), changes, sum(len(one.text) for one in self.faults)
+        return len(self.faults), changes, sum(len(fault.text) for fault in self.faults)
 
     def concrete(self, base: BaseScenario, number: int) -> ConcreteScenario:
         """Return what a worker carries out."""
-        faults = [one.text for one in self.faults]
+        faults = [fault.text for fault in self.faults]
         made = base.concrete(self.values, number=number, seed=self.seed, faults=faults)
         if self.limit is None:
             return made

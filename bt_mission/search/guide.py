@@ -70,7 +70,9 @@ class Guide:
     def __init__(self, aim: Aim, as_it_is: ScenarioRow) -> None:
         self._kinds = get_args(FailureKind) if aim == "anything" else (aim,)
         self._usual = {
-            name: one.margin for name, one in as_it_is.requirements.items() if one.margin
+            name: requirement.margin
+            for name, requirement in as_it_is.requirements.items()
+            if requirement.margin
         }
         self._has_booleans = bool({"failed", "orphaned"} & set(self._kinds)) or (
             "violated" in self._kinds
@@ -84,13 +86,17 @@ class Guide:
     def learn(self, row: ScenarioRow) -> None:
         """Take note of what of the tree a run has reached."""
         self._reached.update(_places(row))
-        self._taken |= {name for name, one in row.requirements.items() if one.verdict == "violated"}
+        self._taken |= {
+            name
+            for name, requirement in row.requirements.items()
+            if requirement.verdict == "violated"
+        }
 
     def is_assumed(self, row: ScenarioRow) -> bool:
         """Tell whether a run keeps to the assumptions."""
         return not any(
-            name.startswith(ASSUMED) and one.verdict == "violated"
-            for name, one in row.requirements.items()
+            name.startswith(ASSUMED) and requirement.verdict == "violated"
+            for name, requirement in row.requirements.items()
         )
 
     def failures(self, row: ScenarioRow) -> tuple[Failure, ...]:
@@ -100,21 +106,21 @@ class Guide:
         end: tuple[str, str] = ("", "")
         if row.outcome != "success":
             end = row.failed_node, masked(row.reason.partition("\n")[0])
-        found: list[Failure] = []
+        failures: list[Failure] = []
         if "violated" in self._kinds:
             broken = [
-                (self._share(name, one), name)
-                for name, one in row.requirements.items()
-                if one.verdict == "violated" and not is_hidden(name)
+                (self._share(name, requirement), name)
+                for name, requirement in row.requirements.items()
+                if requirement.verdict == "violated" and not is_hidden(name)
             ]
-            found += [Failure("violated", name, *end) for _, name in sorted(broken)]
+            failures += [Failure("violated", name, *end) for _, name in sorted(broken)]
         if "collision" in self._kinds and row.collisions:
-            found.append(Failure("collision", "", *end))
+            failures.append(Failure("collision", "", *end))
         if "orphaned" in self._kinds and row.orphaned_goals:
-            found.append(Failure("orphaned", "", *end))
+            failures.append(Failure("orphaned", "", *end))
         if "failed" in self._kinds and row.outcome != "success":
-            found.append(Failure("failed", failed_by(row), *end))
-        return tuple(found)
+            failures.append(Failure("failed", failed_by(row), *end))
+        return tuple(failures)
 
     def score(self, row: ScenarioRow) -> float:
         """Return how near a run came to what is searched for: from 1, not at all, to -1, there.
@@ -127,7 +133,7 @@ class Guide:
             return BEST
         if self.failures(row):
             return WORST
-        margin = min([one for one, _ in self._margins(row)], default=None)
+        margin = min([share for share, _ in self._margins(row)], default=None)
         if not self._has_booleans:
             return BEST if margin is None else margin
         new = self._novelty(row)
@@ -146,13 +152,15 @@ class Guide:
         normalize the branch distance in search-based software testing", Software Testing,
         Verification and Reliability 23 (2013).
         """
-        rarest = max((1 / (1 + self._reached[one]) for one in _places(row)), default=0.0)
+        rarest = max((1 / (1 + self._reached[place]) for place in _places(row)), default=0.0)
         distances = [
-            one.margin / abs(self._usual.get(name) or 1.0)
-            for name, one in row.requirements.items()
-            if name.startswith(BRANCH) and name not in self._taken and one.margin is not None
+            requirement.margin / abs(self._usual.get(name) or 1.0)
+            for name, requirement in row.requirements.items()
+            if name.startswith(BRANCH)
+            and name not in self._taken
+            and requirement.margin is not None
         ]
-        nearest = max((1 / (1 + max(0.0, one)) for one in distances), default=0.0)
+        nearest = max((1 / (1 + max(0.0, distance)) for distance in distances), default=0.0)
         return BEST - 0.5 * rarest - 0.5 * nearest
 
     def _margins(self, row: ScenarioRow) -> list[tuple[float, str]]:
@@ -162,11 +170,11 @@ class Guide:
         if "violated" in self._kinds:
             names |= {name for name in row.requirements if not is_hidden(name)}
         return [
-            (self._share(name, one), name)
-            for name, one in row.requirements.items()
+            (self._share(name, requirement), name)
+            for name, requirement in row.requirements.items()
             if name in names
-            and one.margin is not None
-            and (self._usual.get(name) or one.verdict == "violated")
+            and requirement.margin is not None
+            and (self._usual.get(name) or requirement.verdict == "violated")
         ]
 
     def _share(self, name: str, margin: RequirementMargin) -> float:

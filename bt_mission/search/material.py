@@ -107,23 +107,23 @@ class Material:
 def material_of(mission: Mission) -> Material:
     """Gather what a mission gives to draw from."""
     steps = list(all_steps(mission))
-    goals = [one for one in steps if isinstance(one, GoalNode)]
-    labels = Counter(one.label for one in steps)
-    leaves = tuple(one.label for one in goals if labels[one.label] == 1)
-    speaking = (one.label for one in steps if isinstance(one, InterfaceNode))
-    waiting = tuple(one for one in speaking if labels[one] == 1)
+    goals = [step for step in steps if isinstance(step, GoalNode)]
+    labels = Counter(step.label for step in steps)
+    leaves = tuple(goal.label for goal in goals if labels[goal.label] == 1)
+    speaking = (step.label for step in steps if isinstance(step, InterfaceNode))
+    waiting = tuple(label for label in speaking if labels[label] == 1)
     comparisons = list(_comparisons(mission))
-    signals = [one for each in mission.requirements for one in signals_in(each.root)]
+    signals = [signal for each in mission.requirements for signal in signals_in(each.root)]
     uses_camera = any(
-        ACTION_NAMES[one.short].needs_camera for one in goals if isinstance(one, ShortActionNode)
+        ACTION_NAMES[goal.short].needs_camera for goal in goals if isinstance(goal, ShortActionNode)
     )
     topics = _topics(mission, steps, signals) | (CAMERA_TOPIC if uses_camera else {})
     branches = tuple(_branches(mission, set(leaves)))[:MOST_BRANCHES]
     return Material(
         leaves,
-        tuple(dict.fromkeys(one.ros_name for one in goals)),
+        tuple(dict.fromkeys(goal.ros_name for goal in goals)),
         topics,
-        tuple(dict.fromkeys(one.ros_name for one in steps if isinstance(one, ServiceNode))),
+        tuple(dict.fromkeys(step.ros_name for step in steps if isinstance(step, ServiceNode))),
         tuple(_limits(mission, steps)),
         tuple(_field_values(comparisons, goals, topics)),
         tuple(dict.fromkeys(_events(waiting, branches))),
@@ -137,28 +137,30 @@ def material_of(mission: Mission) -> Material:
 
 
 def _topics(mission: Mission, steps: list[NodeModel], signals: list[SignalValue]) -> dict[str, str]:
-    found = dict(TOPICS)
+    topics = dict(TOPICS)
     for tree in mission.all_trees:
-        found |= {one.settings.topic.strip("/"): one.type for one in tree.follow}
-    found |= {one.ros_name.strip("/"): one.type for one in steps if isinstance(one, WaitForNode)}
-    for one in signals:
-        named = {"battery": "battery_state"}.get(one.name, "")
-        if one.name in ("age", "topic"):
-            named = one.arguments[0].strip("/")
+        topics |= {followed.settings.topic.strip("/"): followed.type for followed in tree.follow}
+    topics |= {
+        step.ros_name.strip("/"): step.type for step in steps if isinstance(step, WaitForNode)
+    }
+    for signal in signals:
+        named = {"battery": "battery_state"}.get(signal.name, "")
+        if signal.name in ("age", "topic"):
+            named = signal.arguments[0].strip("/")
         if named in ROBOT_TOPICS:
-            found[named] = ROBOT_TOPICS[named]
-    return found
+            topics[named] = ROBOT_TOPICS[named]
+    return topics
 
 
 def _limits(mission: Mission, steps: list[NodeModel]) -> Iterator[float]:
     written: list[Any] = [TUNING.hold_after, TUNING.sensor_timeout, TUNING.blocked_after]
-    for one in steps:
-        if isinstance(one, GoalNode | ServiceNode | WaitForNode):
-            written += [getattr(one, name, None) for name in LIMITS]
-        elif isinstance(one, TimeoutNode):
-            written.append(one.seconds)
-    written += [one.settings.timeout for tree in mission.all_trees for one in tree.follow]
-    known = {value for one in written if (value := _number(one, mission)) is not None}
+    for step in steps:
+        if isinstance(step, GoalNode | ServiceNode | WaitForNode):
+            written += [getattr(step, name, None) for name in LIMITS]
+        elif isinstance(step, TimeoutNode):
+            written.append(step.seconds)
+    written += [followed.settings.timeout for tree in mission.all_trees for followed in tree.follow]
+    known = {value for text in written if (value := _number(text, mission)) is not None}
     for limit in sorted(known):
         if BESIDE_S < limit <= LONGEST_LIMIT_S:
             yield from (round(limit - BESIDE_S, 6), round(limit + BESIDE_S, 6))
@@ -210,28 +212,30 @@ def _comparisons(mission: Mission) -> Iterator[_Compared]:
 
 def _conditions(tree: Tree) -> Iterator[tuple[NodeModel, Expression]]:
     for node in tree.body.walk():
-        found: list[Any] = []
+        conditions: list[Any] = []
         if isinstance(node, GoalNode | WaitForNode | ConditionalNode):
-            found.append(node.condition)
+            conditions.append(node.condition)
         elif isinstance(node, RepeatNode):
-            found += [node.settings.before, node.settings.after]
-        yield from ((node, one) for one in found if isinstance(one, Expression))
+            conditions += [node.settings.before, node.settings.after]
+        yield from (
+            (node, condition) for condition in conditions if isinstance(condition, Expression)
+        )
 
 
 def _sources(tree: Tree) -> dict[str, tuple[tuple[str, str, str], ...]]:
     """Return which fields variables come from, by the variables' names."""
-    found: dict[str, tuple[tuple[str, str, str], ...]] = {}
-    for one in tree.follow:
-        settings = one.settings
+    sources: dict[str, tuple[tuple[str, str, str], ...]] = {}
+    for followed in tree.follow:
+        settings = followed.settings
         place = ("set_fields", settings.topic.strip("/"), settings.field)
-        found[one.variable] = (*found.get(one.variable, ()), place)
+        sources[followed.variable] = (*sources.get(followed.variable, ()), place)
     for node in tree.body.walk():
         if isinstance(node, GoalNode | WaitForNode):
             fault = "set_result" if isinstance(node, GoalNode) else "set_fields"
             for field, variable in node.outputs.items():
                 place = (fault, node.ros_name.strip("/"), field)
-                found[variable] = (*found.get(variable, ()), place)
-    return found
+                sources[variable] = (*sources.get(variable, ()), place)
+    return sources
 
 
 def _own_field(node: NodeModel, name: Name) -> tuple[tuple[str, str, str], ...]:
@@ -253,14 +257,14 @@ def _compared(
         if not isinstance(node, Comparison):
             continue
         for left, right in pairwise((node.first, *(part for _, _, part in node.rest))):
-            for one, other in ((left, right), (right, left)):
+            for side, other in ((left, right), (right, left)):
                 value = _value(other, inputs)
                 if value is not None:
-                    yield from ((part, value) for part in parts_of(one))
+                    yield from ((part, value) for part in parts_of(side))
 
 
 def _names_in(root: SyntaxNode) -> list[Name]:
-    return [one for one in walk(root) if isinstance(one, Name)]
+    return [part for part in walk(root) if isinstance(part, Name)]
 
 
 def _value(node: SyntaxNode, inputs: Mapping[str, Plain]) -> Plain | None:
@@ -274,16 +278,18 @@ def _field_values(
     compared: list[_Compared], goals: list[GoalNode], topics: Mapping[str, str]
 ) -> Iterator[FieldValues]:
     """Yield the values beside each comparison, and some of results that others depend on."""
-    found: dict[tuple[str, str, str], list[Any]] = {}
-    for one in compared:
-        found.setdefault(one[:3], []).extend(_beside(one.value))
+    values_of: dict[tuple[str, str, str], list[Any]] = {}
+    for comparison in compared:
+        values_of.setdefault(comparison[:3], []).extend(_beside(comparison.value))
     for goal in goals:
         for field in goal.outputs:
-            found.setdefault(("set_result", goal.ros_name.strip("/"), field), [-1.0, 0.0, 1.0])
-    types = {one.ros_name.strip("/"): one.type for one in goals}
-    for (fault, target, field), values in found.items():
+            values_of.setdefault(("set_result", goal.ros_name.strip("/"), field), [-1.0, 0.0, 1.0])
+    types = {client.ros_name.strip("/"): client.type for client in goals}
+    for (fault, target, field), values in values_of.items():
         type_name = (topics if fault == "set_fields" else types).get(target.strip("/"))
-        fitting = tuple(dict.fromkeys(one for one in values if _fits(fault, type_name, field, one)))
+        fitting = tuple(
+            dict.fromkeys(value for value in values if _fits(fault, type_name, field, value))
+        )
         if fitting:
             yield FieldValues(fault, target, field, fitting)
 
@@ -297,7 +303,7 @@ def _beside(value: Plain) -> list[Any]:
     step = max(abs(value) * 0.01, 0.01)
     numbers = [value - step, value, value + step, 0.0, 2 * value]
     whole = [int(value) - 1, int(value), int(value) + 1]
-    return [*whole, *(round(float(one), 6) for one in numbers)]
+    return [*whole, *(round(float(number), 6) for number in numbers)]
 
 
 def _fits(fault: str, type_name: str | None, field: str, value: Any) -> bool:
@@ -342,8 +348,8 @@ def _branches(mission: Mission, leaves: set[str]) -> Iterator[Branch]:
 def _over_signals(node: NodeModel, condition: Expression, mission: Mission) -> str:
     """Return a condition with signals in the place of its names."""
     text = condition.text
-    variables = set(mission.inputs) | {one.variable for one in mission.follow}
-    for name in sorted(condition.references, key=lambda one: one.column, reverse=True):
+    variables = set(mission.inputs) | {followed.variable for followed in mission.follow}
+    for name in sorted(condition.references, key=lambda reference: reference.column, reverse=True):
         start = name.column - 1
         end = start + len(name.shown)
         is_field = isinstance(node, GoalNode) and not name.variable and name.name not in variables
@@ -367,16 +373,16 @@ def _events(waiting: tuple[str, ...], branches: tuple[Branch, ...]) -> Iterator[
 
 def branch_formulas(branches: tuple[Branch, ...]) -> dict[str, str]:
     """Return requirements whose margins are the distances to what a run did not do, by names."""
-    found: dict[str, str] = {}
-    for one in branches:
-        forms = [("true", f"never {one.condition}")]
-        if one.has_two:
-            forms.append(("false", f"always {one.condition}"))
+    formulas: dict[str, str] = {}
+    for branch in branches:
+        forms = [("true", f"never {branch.condition}")]
+        if branch.has_two:
+            forms.append(("false", f"always {branch.condition}"))
         for end, text in forms:
             with suppress(ExpressionError):
                 Formula(text)
-                found[f"{one.place}: {one.condition} is {end}"] = text
-    return found
+                formulas[f"{branch.place}: {branch.condition} is {end}"] = text
+    return formulas
 
 
 # ---- what is there -----------------------------------------------------------------------------
@@ -387,7 +393,7 @@ PROBE_S = 0.05
 NEVER = "when time > 1000000"
 """When the faults of a probe begin: names are looked for before the run."""
 
-SENSORS = tuple(one.part for one in FAULTS.values() if one.name == f"{one.part}_dead")
+SENSORS = tuple(fault.part for fault in FAULTS.values() if fault.name == f"{fault.part}_dead")
 
 
 async def present_in(material: Material, base: BaseScenario, runner: ScenarioRunner) -> Material:
@@ -396,25 +402,32 @@ async def present_in(material: Material, base: BaseScenario, runner: ScenarioRun
     All is tried in one run; each by itself only where that cannot run.
     """
     probes = {
-        **{("topic", one): f"{NEVER}: drop {one}" for one in material.topics},
-        **{("action", one): f"{NEVER}: reject_goals {one}" for one in material.actions},
-        **{("service", one): f"{NEVER}: ignore_service {one}" for one in material.services},
-        **{("sensor", one): f"{NEVER}: {one}_dead" for one in SENSORS},
+        **{("topic", topic): f"{NEVER}: drop {topic}" for topic in material.topics},
+        **{("action", action): f"{NEVER}: reject_goals {action}" for action in material.actions},
+        **{
+            ("service", service): f"{NEVER}: ignore_service {service}"
+            for service in material.services
+        },
+        **{("sensor", sensor): f"{NEVER}: {sensor}_dead" for sensor in SENSORS},
     }
     if not await _missing(base, runner, [list(probes.values())]):
         return material
-    wrong = await _missing(base, runner, [[one] for one in probes.values()])
+    wrong = await _missing(base, runner, [[probe] for probe in probes.values()])
     lost = {key for number, key in enumerate(probes) if number in wrong}
-    lacking = (one.name for one in FAULTS.values() if ("sensor", one.part) in lost)
-    topics = {one: kind for one, kind in material.topics.items() if ("topic", one) not in lost}
-    actions = tuple(one for one in material.actions if ("action", one) not in lost)
-    known = {*topics, *(one.strip("/") for one in actions)}
+    lacking = (fault.name for fault in FAULTS.values() if ("sensor", fault.part) in lost)
+    topics = {
+        topic: kind for topic, kind in material.topics.items() if ("topic", topic) not in lost
+    }
+    actions = tuple(action for action in material.actions if ("action", action) not in lost)
+    known = {*topics, *(action.strip("/") for action in actions)}
     return replace(
         material,
         topics=topics,
         actions=actions,
-        services=tuple(one for one in material.services if ("service", one) not in lost),
-        fields=tuple(one for one in material.fields if one.target.strip("/") in known),
+        services=tuple(
+            service for service in material.services if ("service", service) not in lost
+        ),
+        fields=tuple(field for field in material.fields if field.target.strip("/") in known),
         lacking=frozenset(lacking),
     )
 

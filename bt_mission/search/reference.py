@@ -53,31 +53,31 @@ def load_reference(path: Path, base: BaseScenario, ranges: RangesFile) -> BaseSc
     changes = replace(base.changes, world=_place(base), robot=robot, requirements={})
     own = load_base(path, replace(changes, faults=(), limit=None), ranges.parameters)
     ranges.check_inputs(own.mission)
-    kept = {key: one for key, one in base.data.items() if key not in OF_THE_MISSION}
+    kept = {key: value for key, value in base.data.items() if key not in OF_THE_MISSION}
     data = {**own.data, **kept}
     inputs = base.data.get("inputs", {})
-    if taken := {name: one for name, one in inputs.items() if name in own.mission.inputs}:
+    if taken := {name: value for name, value in inputs.items() if name in own.mission.inputs}:
         data["inputs"] = {**data.get("inputs", {}), **taken}
     if isinstance(base.data.get("world"), dict):
         data["world"] = base.data["world"]
-    known = {one.name for one in own.mission.requirements}
+    known = {requirement.name for requirement in own.mission.requirements}
     wanted: dict[str, Any] = {
-        one.name: {"formula": one.text, "on_violation": one.on_violation}
-        for one in base.mission.requirements
+        requirement.name: {"formula": requirement.text, "on_violation": requirement.on_violation}
+        for requirement in base.mission.requirements
     }
     wanted |= {
-        name: one
-        for name, one in base.data.get("requirements", {}).items()
+        name: text
+        for name, text in base.data.get("requirements", {}).items()
         if not name.startswith(BRANCH)
     }
-    more = {name: one for name, one in wanted.items() if name not in known}
+    more = {name: value for name, value in wanted.items() if name not in known}
     data["requirements"] = {**own.data.get("requirements", {}), **more}
     made = replace(own, data=data)
     try:
         with ScenarioWorker(made.bundle) as worker:
             worker.load(made.concrete({}))
     except InputError as error:
-        message = "; ".join(one.message for one in error.faults if one.severity == "error")
+        message = "; ".join(fault.message for fault in error.faults if fault.severity == "error")
         raise BtMissionError(f"{path}: does not fit the scenario: {message}") from error
     return made
 

@@ -22,7 +22,7 @@ from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.writer import mission_as_data
 from bt_mission.search.candidate import Candidate, given_world
 from bt_mission.search.guide import Failure, is_hidden
-from bt_mission.search.search import Found
+from bt_mission.search.search import Counterexample
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.work import record_scenario
 from bt_mission.views.web.report.page import write_report
@@ -46,7 +46,7 @@ def test_{name}():
 
 
 @dataclass(frozen=True)
-class FoundFiles:
+class CounterexampleFiles:
     """What was written of a find.
 
     Attributes:
@@ -66,8 +66,12 @@ class FoundFiles:
 
 
 def write_all(
-    base: BaseScenario, found: Sequence[Found], folder: Path, *, runs_again: bool = True
-) -> list[FoundFiles]:
+    base: BaseScenario,
+    counterexamples: Sequence[Counterexample],
+    folder: Path,
+    *,
+    runs_again: bool = True,
+) -> list[CounterexampleFiles]:
     """Write finds into a folder, each under a name of its own, and run each once more from there.
 
     Args:
@@ -76,18 +80,18 @@ def write_all(
     Raises:
         BtMissionError: When one cannot be written.
     """
-    written: dict[str, FoundFiles] = {}
-    for one in found:
-        stem = _name(one.failure)
+    written: dict[str, CounterexampleFiles] = {}
+    for counterexample in counterexamples:
+        stem = _name(counterexample.failure)
         others = (f"{stem}_{number}" for number in count(2))
         name = next(name for name in chain([stem], others) if name not in written)
-        written[name] = _write_found(base, one, folder, name, runs_again=runs_again)
+        written[name] = _write_found(base, counterexample, folder, name, runs_again=runs_again)
     return list(written.values())
 
 
 def _write_found(
-    base: BaseScenario, found: Found, folder: Path, name: str, *, runs_again: bool
-) -> FoundFiles:
+    base: BaseScenario, counterexample: Counterexample, folder: Path, name: str, *, runs_again: bool
+) -> CounterexampleFiles:
     scenario = folder / f"{name}.scenario.yaml"
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -95,41 +99,43 @@ def _write_found(
         raise cannot_write(scenario, error) from error
     test = folder / f"test_{name}.py"
     recording, page = folder / f"{name}.mcap", folder / f"{name}.html"
-    text = to_yaml(scenario_data(base, found, folder))
+    text = to_yaml(scenario_data(base, counterexample, folder))
     write_file(scenario, text)
     report = record_scenario(load_scenario(scenario), recording) if runs_again else None
-    said = sentence(found.failure, report, found.candidate)
-    full = textwrap.fill(f"{said[0].upper()}{said[1:]}.", 90, break_on_hyphens=False)
+    summary = sentence(counterexample.failure, report, counterexample.candidate)
+    full = textwrap.fill(f"{summary[0].upper()}{summary[1:]}.", 90, break_on_hyphens=False)
     head = f"{textwrap.indent(full, '# ')}\n#\n#   bt-mission run {scenario}\n\n"
     write_file(scenario, head + text)
     quoted = full.replace("\\", "\\\\").replace('"', "'")
     write_file(test, TEST.format(sentence=quoted, name=name, file=scenario.name))
     if report is None:
-        return FoundFiles(folder, scenario, test, None, None, said, None)
+        return CounterexampleFiles(folder, scenario, test, None, None, summary, None)
     write_report(recording, page)
-    is_same = report.trace_sha256 == found.row.trace_sha256
-    return FoundFiles(folder, scenario, test, recording, page, said, is_same)
+    is_same = report.trace_sha256 == counterexample.row.trace_sha256
+    return CounterexampleFiles(folder, scenario, test, recording, page, summary, is_same)
 
 
-def scenario_data(base: BaseScenario, found: Found, folder: Path) -> dict[str, Any]:
+def scenario_data(
+    base: BaseScenario, counterexample: Counterexample, folder: Path
+) -> dict[str, Any]:
     """Return what stands in the file of the scenario; paths are relative to its folder."""
-    made = dict(found.candidate.concrete(base, 0).data)
-    of_mission = _mission(base, found, made, folder)
+    made = dict(counterexample.candidate.concrete(base, 0).data)
+    of_mission = _mission(base, counterexample, made, folder)
     for key in ("mission", "world", "robot", "inputs", "expect"):
         made.pop(key, None)
     given = made.pop("requirements", {})
-    requirements = {name: one for name, one in given.items() if not is_hidden(name)}
-    name = f"{base.mission.name}: {_phrase(found.failure)}"
+    requirements = {name: requirement for name, requirement in given.items() if not is_hidden(name)}
+    name = f"{base.mission.name}: {_phrase(counterexample.failure)}"
     head = {"scenario": name[:200], **of_mission}
-    if found.candidate.seed is None and "seed" not in base.data:
+    if counterexample.candidate.seed is None and "seed" not in base.data:
         made.pop("seed")  # the mission says it
-    if found.row.outcome != "interrupted" and "limit" not in base.data:
+    if counterexample.row.outcome != "interrupted" and "limit" not in base.data:
         made.pop("limit", None)  # the run ends by itself
-    rest = {key: one for key, one in made.items() if key not in ("scenario", "description")}
+    rest = {key: value for key, value in made.items() if key not in ("scenario", "description")}
     data = {**head, **rest}
     if requirements:
         data["requirements"] = requirements
-    data["expect"] = _expected(found)
+    data["expect"] = _expected(counterexample)
     return data
 
 
@@ -137,45 +143,45 @@ def scenario_data(base: BaseScenario, found: Found, folder: Path) -> dict[str, A
 
 
 def _mission(
-    base: BaseScenario, found: Found, made: dict[str, Any], folder: Path
+    base: BaseScenario, counterexample: Counterexample, made: dict[str, Any], folder: Path
 ) -> dict[str, Any]:
     """Return mission, world, robot and inputs, as far as they are not what the mission says."""
-    values = found.candidate.values
+    values = counterexample.candidate.values
     inputs = {
         **base.mission.inputs,
-        **{one: value for one, value in values.items() if one in base.mission.inputs},
+        **{name: value for name, value in values.items() if name in base.mission.inputs},
     }
     mission = replace(base.mission, inputs=inputs)
-    told: dict[str, Any]
+    data: dict[str, Any]
     if isinstance(made.get("mission"), dict):
-        told = {"mission": made["mission"]}
+        data = {"mission": made["mission"]}
         for key in ("robot", "inputs"):
             if made.get(key):
-                told[key] = made[key]
-        if told.get("robot") in (None, made["mission"].get("robot", "waffle")):
-            told.pop("robot", None)
+                data[key] = made[key]
+        if data.get("robot") in (None, made["mission"].get("robot", "waffle")):
+            data.pop("robot", None)
     else:
-        told = mission_as_data(mission, folder)
-        told.pop("world", None)
-        told["mission"] = _by_name("missions", Path(base.mission.file), told["mission"])
+        data = mission_as_data(mission, folder)
+        data.pop("world", None)
+        data["mission"] = _by_name("missions", Path(base.mission.file), data["mission"])
     world = made.get("world")
     if isinstance(world, dict):
-        told["world"] = world
+        data["world"] = world
     elif isinstance(world, str):
         given = given_world(base, world)
         file = find("worlds", given, near=base.mission.file)
         if given != _own_world(base):
             relative = Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
-            told["world"] = _by_name("worlds", file, relative)
-    return told
+            data["world"] = _by_name("worlds", file, relative)
+    return data
 
 
 def _own_world(base: BaseScenario) -> str | None:
     """Return the world that the mission itself says."""
     document = base.mission.document
     head = document.data if isinstance(document.data, dict) else {}
-    found = head.get("world")
-    return found if isinstance(found, str) else None
+    world = head.get("world")
+    return world if isinstance(world, str) else None
 
 
 def _by_name(kind: Kind, file: Path, relative: str) -> str:
@@ -183,9 +189,9 @@ def _by_name(kind: Kind, file: Path, relative: str) -> str:
     return file.stem if file.resolve().parent == folders(kind)[-1].resolve() else relative
 
 
-def _expected(found: Found) -> dict[str, Any]:
+def _expected(counterexample: Counterexample) -> dict[str, Any]:
     """Return what should hold: of all else any end will do."""
-    row, failure = found.row, found.failure
+    row, failure = counterexample.row, counterexample.failure
     if failure.kind == "failed":
         return {"outcome": "success"}
     expected: dict[str, Any] = {"outcome": "any"}
@@ -230,7 +236,7 @@ def _what(failure: Failure, report: Report | None) -> str:
     match failure.kind:
         case "violated":
             results = () if report is None else report.requirements
-            outcomes = (one.outcome for one in results if one.name == failure.what)
+            outcomes = (result.outcome for result in results if result.name == failure.what)
             return f"requirement '{failure.what}' is {next(outcomes, 'violated')}"
         case "collision":
             count = 1 if report is None else report.collisions or 0
@@ -252,21 +258,25 @@ def _what(failure: Failure, report: Report | None) -> str:
 
 def _when(candidate: Candidate) -> list[str]:
     """Return the conditions; none is a mission that breaks as it is."""
-    faults = [_fault(one) for one in candidate.faults]
+    faults = [_fault(fault) for fault in candidate.faults]
     others = [f"{name}={value}" for name, value in _others(candidate.values).items()]
     if candidate.seed is not None:
         others.append(f"seed {candidate.seed}")
     if not faults and not others:
         return ["with nothing going wrong"]
-    found = [f"when {_listed(faults)}"] if faults else []
-    return [*found, f"with {_listed(others)}"] if others else found
+    parts = [f"when {_listed(faults)}"] if faults else []
+    return [*parts, f"with {_listed(others)}"] if others else parts
 
 
 def _others(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return values with the start as one place."""
     place = [values[f"start.{axis}"] for axis in ("x", "y", "yaw") if f"start.{axis}" in values]
-    rest = {name: one for name, one in values.items() if not name.startswith("start.")}
-    return {**rest, "start": f"({', '.join(f'{one:g}' for one in place)})"} if place else rest
+    rest = {name: value for name, value in values.items() if not name.startswith("start.")}
+    return (
+        {**rest, "start": f"({', '.join(f'{coordinate:g}' for coordinate in place)})"}
+        if place
+        else rest
+    )
 
 
 def _fault(fault: PlannedFault) -> str:

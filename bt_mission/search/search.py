@@ -16,7 +16,7 @@ from bt_mission.sweeps.work import ScenarioRunner
 
 
 @dataclass(frozen=True)
-class Found:
+class Counterexample:
     """A candidate that breaks the mission, and how.
 
     Attributes:
@@ -63,14 +63,14 @@ class SearchState(RunCounts):
         unfair: Runs that broke the reference mission, too.
         smallest: The smallest margin so far as a share of that of the mission as it is, and the
             requirement's name.
-        found: What was found, one for each cause; minimized later.
-        simplifying_runs: Scenarios that were run to minimize it.
+        counterexamples: One for each cause of a failure; minimized after the search.
+        simplifying_runs: The number of scenarios that were run to minimize them.
     """
 
     outside: int = 0
     unfair: int = 0
     smallest: tuple[float, str] | None = None
-    found: list[Found] = field(default_factory=list)
+    counterexamples: list[Counterexample] = field(default_factory=list)
     simplifying_runs: int = 0
 
     def count(self, row: ScenarioRow, guide: Guide) -> None:
@@ -82,15 +82,15 @@ class SearchState(RunCounts):
             self.smallest = smallest
 
     def add(self, candidate: Candidate, row: ScenarioRow, failure: Failure) -> None:
-        """Add a find: another run of its cause, or the first; the smaller candidate stays."""
-        for number, known in enumerate(self.found):
+        """Count a counterexample by its cause, and keep the smallest candidate of each cause."""
+        for number, known in enumerate(self.counterexamples):
             if known.failure == failure:
                 kept = replace(known, runs=known.runs + 1)
                 if candidate.size < known.candidate.size:
                     kept = replace(kept, candidate=candidate, row=row)
-                self.found[number] = kept
+                self.counterexamples[number] = kept
                 return
-        self.found.append(Found(candidate, row, failure))
+        self.counterexamples.append(Counterexample(candidate, row, failure))
 
 
 Watch = Callable[[SearchState], bool]
@@ -140,7 +140,7 @@ class Search:
             score = BEST if is_far else self.guide.score(row)
             self.guide.learn(row)
             state.is_interrupted = not self.watch(state)
-            return None if len(state.found) >= causes or state.is_interrupted else score
+            return None if len(state.counterexamples) >= causes or state.is_interrupted else score
 
         await explore(self.base, self.runner, strategy, state, budget, take)
 
@@ -176,7 +176,7 @@ async def explore(
                 if score is None:
                     return
                 scores.append(score)
-        strategy.tell(scores)
+        strategy.learn(scores)
 
 
 async def run_all(
@@ -187,7 +187,7 @@ async def run_all(
     Args:
         first: The number of the first.
     """
-    made = [one.concrete(base, first + n) for n, one in enumerate(candidates)]
+    made = [candidate.concrete(base, first + n) for n, candidate in enumerate(candidates)]
     ended: dict[int, ScenarioRow] = {}
     due = 0
     async with aclosing(runner.rows(made)) as rows:

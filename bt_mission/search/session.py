@@ -82,7 +82,9 @@ def load_search(
     base = load_base(path, changes, ranges.parameters)
     ranges.check_mission(base.mission)
     with ScenarioWorker(base.bundle) as worker:
-        worker.refuse_values(base, [one for one in ranges.parameters if one.name != "world"])
+        worker.refuse_values(
+            base, [parameter for parameter in ranges.parameters if parameter.name != "world"]
+        )
     return _with_measures(base, ranges, aim)
 
 
@@ -92,7 +94,7 @@ def _with_measures(base: BaseScenario, ranges: RangesFile, aim: Aim | None) -> B
     They are the assumptions of the ranges, the distances to branches, and the clearance where a
     collision counts. Obstacles of the base appear where there is room.
     """
-    measures = {f"{ASSUMED}{one.text}": one.text for one in ranges.ranges.assume}
+    measures = {f"{ASSUMED}{formula.text}": formula.text for formula in ranges.ranges.assume}
     formulas = branch_formulas(material_of(base.mission).branches)
     measures |= {f"{BRANCH}{name}": text for name, text in formulas.items()}
     if aim_of(base, aim) in ("collision", "anything"):
@@ -103,7 +105,7 @@ def _with_measures(base: BaseScenario, ranges: RangesFile, aim: Aim | None) -> B
     moves = ranges.ranges.start is not None or ranges.ranges.worlds
     for key in ("faults", *(["obstacles"] if moves else [])):
         if key in data:
-            data[key] = [_with_room(one) for one in data[key]]
+            data[key] = [_with_room(formula) for formula in data[key]]
     return replace(base, data=data)
 
 
@@ -120,7 +122,10 @@ def _with_room(written: Any) -> Any:
 
 def aim_of(base: BaseScenario, aim: Aim | None) -> Aim:
     """Return what is searched for: by default a violated requirement, if the base has any."""
-    given = [*(one.name for one in base.mission.requirements), *base.data.get("requirements", ())]
+    given = [
+        *(requirement.name for requirement in base.mission.requirements),
+        *base.data.get("requirements", ()),
+    ]
     default: Aim = "anything" if all(map(is_hidden, given)) else "violated"
     return aim or default
 
@@ -211,10 +216,10 @@ class SearchSession(_Session):
             return
         space, strategy = await self.prepare(self.ranges.ranges, row, runner)
         await search.find(strategy, options.budget, options.causes)
-        for number in range(len(state.found)):
+        for number in range(len(state.counterexamples)):
             if not state.is_interrupted and options.simplifying_runs:
                 await simplify(search, space, number, options.simplifying_runs)
-        state.found.sort(key=lambda one: one.candidate.size)
+        state.counterexamples.sort(key=lambda counterexample: counterexample.candidate.size)
 
 
 @dataclass
@@ -281,7 +286,7 @@ def _for_cover(ranges: Ranges, latest_s: float) -> Ranges:
     Some outcomes of goals take a server that is silent for long.
     """
     usual = {"kinds": COVER_KINDS, "lasting": Span(SHORTEST_S, max(SHORTEST_S, latest_s))}
-    left = {key: one for key, one in usual.items() if key not in ranges.faults.model_fields_set}
+    left = {key: value for key, value in usual.items() if key not in ranges.faults.model_fields_set}
     changes: dict[str, Any] = {"faults": ranges.faults.model_copy(update=left)}
     if "most" not in ranges.obstacles.model_fields_set:
         changes["obstacles"] = ranges.obstacles.model_copy(update={"most": 1})

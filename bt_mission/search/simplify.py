@@ -43,8 +43,8 @@ async def simplify(
     await simplifier.fewest_faults()
     await simplifier.defaults()
     before = None
-    while before != search.state.found[number]:
-        before = search.state.found[number]
+    while before != search.state.counterexamples[number]:
+        before = search.state.counterexamples[number]
         await simplifier.round_numbers()
         await simplifier.fewest_faults()
     await simplifier.shortest()
@@ -58,12 +58,12 @@ class _Simplifier:
         self._search = search
         self._number = number
         self._most = search.state.simplifying_runs + most_runs
-        self._failure = search.state.found[number].failure
+        self._failure = search.state.counterexamples[number].failure
         self._tried: set[str] = set()
 
     @property
     def _now(self) -> Candidate:
-        return self._search.state.found[self._number].candidate
+        return self._search.state.counterexamples[self._number].candidate
 
     async def fewest_faults(self) -> None:
         """Leave faults out, half of them at once while that works (delta debugging).
@@ -88,7 +88,7 @@ class _Simplifier:
         await self._first_that_fails([replace(now, seed=None, values={})])
         await self._first_that_fails([replace(self._now, seed=None)])
         for names in _kinds_of_values(self._now):
-            left = {name: one for name, one in self._now.values.items() if name not in names}
+            left = {name: value for name, value in self._now.values.items() if name not in names}
             await self._first_that_fails([replace(self._now, values=left)])
 
     async def round_numbers(self) -> None:
@@ -99,31 +99,35 @@ class _Simplifier:
             for name in (BEGINS, *lasting, *fault.arguments):
                 fault = self._now.faults[index]
                 await self._first_that_fails(
-                    [_with_fault(self._now, index, one) for one in _simpler(fault, name)]
+                    [_with_fault(self._now, index, simpler) for simpler in _simpler(fault, name)]
                 )
         for name in self._now.values:
             value = self._now.values[name]
             if isinstance(value, float):
-                rounder = ({**self._now.values, name: one} for one in rounder_numbers(value))
-                await self._first_that_fails([replace(self._now, values=one) for one in rounder])
+                rounder = ({**self._now.values, name: number} for number in rounder_numbers(value))
+                await self._first_that_fails(
+                    [replace(self._now, values=values) for values in rounder]
+                )
 
     async def shortest(self) -> None:
         """End the run soon after a violation; what ends the mission or comes after it stays."""
-        found = self._search.state.found[self._number]
-        margin = found.row.requirements.get(self._failure.what)
+        counterexample = self._search.state.counterexamples[self._number]
+        margin = counterexample.row.requirements.get(self._failure.what)
         if self._failure.kind != "violated" or margin is None or margin.at is None:
             return
         ends = sorted({math.ceil(margin.at + 0.1 + more) for more in (0, 1, 3, 10)})
-        sooner = [float(one) for one in ends if one < found.row.virtual_s]
-        latest = max((getattr(one.begins, "time_s", 0.0) for one in self._now.faults), default=0.0)
+        sooner = [float(end) for end in ends if end < counterexample.row.virtual_s]
+        latest = max(
+            (getattr(fault.begins, "time_s", 0.0) for fault in self._now.faults), default=0.0
+        )
         await self._first_that_fails(
-            [replace(self._now, limit=one) for one in sooner if one > latest]
+            [replace(self._now, limit=limit) for limit in sooner if limit > latest]
         )
 
     async def _first_that_fails(self, candidates: Sequence[Candidate]) -> bool:
         """Try candidates in their order; take the first that fails in the same way."""
         search, state = self._search, self._search.state
-        new = [one for one in candidates if self._is_worth_a_run(one)]
+        new = [untried for untried in candidates if self._is_worth_a_run(untried)]
         for start in range(0, len(new), AT_ONCE):
             left = self._most - state.simplifying_runs
             some = new[start : start + min(AT_ONCE, left)]
@@ -134,13 +138,19 @@ class _Simplifier:
                 async for candidate, row in tried:
                     state.simplifying_runs += 1
                     same = next(
-                        (one for one in search.guide.failures(row) if one.is_like(self._failure)),
+                        (
+                            failure
+                            for failure in search.guide.failures(row)
+                            if failure.is_like(self._failure)
+                        ),
                         None,
                     )
                     is_found = same is not None and await search.is_fair(candidate)
                     if is_found:
-                        known = state.found[self._number]
-                        state.found[self._number] = replace(known, candidate=candidate, row=row)
+                        known = state.counterexamples[self._number]
+                        state.counterexamples[self._number] = replace(
+                            known, candidate=candidate, row=row
+                        )
                     state.is_interrupted = not search.watch(state)
                     if is_found or state.is_interrupted:
                         return is_found
@@ -166,11 +176,11 @@ NEEDED = ("ahead", "at", "box")
 
 def _whole(faults: tuple[PlannedFault, ...]) -> tuple[PlannedFault, ...]:
     """Return faults without those of obstacles that no longer appear."""
-    names = {one.arguments.get("name", one.name.removeprefix("spawn_")) for one in faults}
+    names = {fault.arguments.get("name", fault.name.removeprefix("spawn_")) for fault in faults}
     return tuple(
-        one
-        for one in faults
-        if one.name not in OF_A_BOX or one.arguments.get("box", "box") in names
+        fault
+        for fault in faults
+        if fault.name not in OF_A_BOX or fault.arguments.get("box", "box") in names
     )
 
 
@@ -182,7 +192,9 @@ def _with_fault(candidate: Candidate, index: int, fault: PlannedFault) -> Candid
 def _simpler(fault: PlannedFault, part: str) -> Iterator[PlannedFault]:
     """Yield a fault with a part of it left out or rounder, the simplest first."""
     if part == BEGINS:
-        yield from (replace(fault, begins=one) for one in _simpler_beginnings(fault.begins))
+        yield from (
+            replace(fault, begins=beginning) for beginning in _simpler_beginnings(fault.begins)
+        )
     elif part == LASTING:
         assert fault.lasting is not None, "it has one"
         for lasting in rounder_numbers(fault.lasting):
@@ -191,7 +203,7 @@ def _simpler(fault: PlannedFault, part: str) -> Iterator[PlannedFault]:
     elif part in fault.arguments:
         parameter = fault.kind.parameters.get(part)
         if parameter and not parameter.is_required and part not in NEEDED:
-            left = {name: one for name, one in fault.arguments.items() if name != part}
+            left = {name: argument for name, argument in fault.arguments.items() if name != part}
             yield replace(fault, arguments=left)
         for value in _rounder_values(fault.arguments[part]):
             yield replace(fault, arguments={**fault.arguments, part: value})
@@ -228,14 +240,14 @@ def _kinds_of_values(candidate: Candidate) -> list[tuple[str, ...]]:
 
 def rounder_numbers(value: float) -> list[float]:
     """Return numbers near one that have fewer digits, the roundest first."""
-    found: dict[float, Any] = {}
+    rounded: dict[float, Any] = {}
     size = 10.0 ** math.floor(math.log10(abs(value))) if value else 1.0
     for unit in (10 * size, 5 * size, size, size / 2, size / 10):
         for share in (math.floor(value / unit), math.ceil(value / unit)):
             rounder = round(share * unit, 6)
             if _digits(rounder) < _digits(value) and abs(rounder) <= MOST_GROWTH * abs(value):
-                found.setdefault(rounder)
-    return sorted(found, key=lambda one: (_digits(one), abs(one - value)))[:MOST_ROUNDER]
+                rounded.setdefault(rounder)
+    return sorted(rounded, key=lambda number: (_digits(number), abs(number - value)))[:MOST_ROUNDER]
 
 
 def _digits(value: float) -> int:

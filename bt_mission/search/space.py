@@ -85,7 +85,9 @@ class SearchSpace:
         self._fault_times: Span = ranges.faults.times or whole_run
         self._lasting: Span | None = ranges.faults.lasting
         lasting = self._lasting or Span(STEP_S, LONGEST_S)
-        limits = [one for one in given.limits if self._lasting is None or _is_in(lasting, one)]
+        limits = [
+            limit for limit in given.limits if self._lasting is None or _is_in(lasting, limit)
+        ]
         choice = Drawable(
             (),
             given.leaves,
@@ -99,7 +101,7 @@ class SearchSpace:
             limits=limits,
         )
         kinds = faults_of(ranges.faults.kinds or _default_kinds(given))
-        names = [one for one in kinds if can_be_drawn(one, choice) and one not in given.lacking]
+        names = [kind for kind in kinds if can_be_drawn(kind, choice) and kind not in given.lacking]
         self._choice = replace(choice, names=names)
         self._appearing = replace(
             choice,
@@ -115,8 +117,8 @@ class SearchSpace:
     def draw(self, parts: PartDraws) -> Candidate:
         """Draw a candidate; the same draws give the same."""
         values: dict[str, Any] = {
-            one.name: one.at(parts(one.name).whole(0, FINE) / (FINE + 1))
-            for one in self._parameters
+            parameter.name: parameter.at(parts(parameter.name).whole(0, FINE) / (FINE + 1))
+            for parameter in self._parameters
         }
         seed = self._seeds[parts("seed").whole(0, len(self._seeds) - 1)]
         if self._start is not None:
@@ -132,13 +134,13 @@ class SearchSpace:
 
     def allows(self, candidate: Candidate) -> bool:
         """Tell whether a candidate lies within the ranges."""
-        for one in self._parameters:
-            value = candidate.values.get(one.name)
-            if not isinstance(one, Interval) or value is None:
+        for parameter in self._parameters:
+            value = candidate.values.get(parameter.name)
+            if not isinstance(parameter, Interval) or value is None:
                 continue
-            if not one.low <= value <= one.high:
+            if not parameter.low <= value <= parameter.high:
                 return False
-        return all(self._allows_fault(one) for one in candidate.faults)
+        return all(self._allows_fault(fault) for fault in candidate.faults)
 
     def _allows_fault(self, fault: PlannedFault) -> bool:
         time = getattr(fault.begins, "time_s", 0.0)
@@ -181,16 +183,16 @@ class SearchSpace:
             options["lasting"] = max(STEP_S, _within(draws, ranges.lasting, STEP_S))
         if one_of(draws, OBSTACLES) == "spawn_box":
             options["size"] = (size, size, 0.3)
-            found = [planned_fault(begins, "spawn_box", ahead, left, **options)]
+            faults = [planned_fault(begins, "spawn_box", ahead, left, **options)]
         else:
             options["radius"] = round(size / 2, 6)
-            found = [planned_fault(begins, "spawn_cylinder", ahead, left, **options)]
+            faults = [planned_fault(begins, "spawn_cylinder", ahead, left, **options)]
         if ranges.speed.high > 0 and maybe(draws, 3):
             to = _within(draws, TO_AHEAD, PLACE_STEP), _within(draws, TO_LEFT, PLACE_STEP)
             speed = max(SLOWEST, _within(draws, ranges.speed, PLACE_STEP))
             moves = {"speed": speed, "nearest_free": True}
-            found.append(planned_fault(begins, "move_box", name, *to, **moves))
-        return found
+            faults.append(planned_fault(begins, "move_box", name, *to, **moves))
+        return faults
 
 
 def _default_kinds(given: Material) -> list[str]:
@@ -201,7 +203,7 @@ def _default_kinds(given: Material) -> list[str]:
 
 def _obstacles_in(base: BaseScenario) -> int:
     """Count the obstacles that the base has already."""
-    spawned = sum("spawn_" in str(one) for one in base.data.get("faults", ()))
+    spawned = sum("spawn_" in str(text) for text in base.data.get("faults", ()))
     return min(MOST_OBSTACLES, len(base.data.get("obstacles", ())) + spawned)
 
 

@@ -35,21 +35,21 @@ class FreeSpace:
 
     def floor(self, world: str | None) -> tuple[Span, Span]:
         """Return the ends of x and y of a world, m; None is that of the base."""
-        found = self._map(world)
-        rows, columns = found.cells.shape
-        (x, y), edge = found.origin, found.resolution
+        grid = self._map(world)
+        rows, columns = grid.cells.shape
+        (x, y), edge = grid.origin, grid.resolution
         return Span(_r(x), _r(x + columns * edge)), Span(_r(y), _r(y + rows * edge))
 
     def nearest(self, world: str | None, x: float, y: float) -> tuple[float, float]:
         """Return the free place nearest to one, m; that itself where it is free."""
-        found = self._map(world)
-        edge, (left, low) = found.resolution, found.origin
-        rows, columns = found.cells.shape
+        grid = self._map(world)
+        edge, (left, low) = grid.resolution, grid.origin
+        rows, columns = grid.cells.shape
         row = min(max(int((y - low) / edge), 0), rows - 1)
         column = min(max(int((x - left) / edge), 0), columns - 1)
-        if found.cells[row, column] == FREE:
+        if grid.cells[row, column] == FREE:
             return x, y
-        free = np.argwhere(found.cells == FREE)
+        free = np.argwhere(grid.cells == FREE)
         near = free[np.argmin(((free - (row, column)) ** 2).sum(axis=1))]
         return _r(left + (near[1] + 0.5) * edge), _r(low + (near[0] + 0.5) * edge)
 

@@ -22,7 +22,7 @@ class Strategy(Protocol):
     def ask(self, count: int) -> Sequence[Candidate]:
         """Return the next candidates."""
 
-    def tell(self, scores: Sequence[float]) -> None:
+    def learn(self, scores: Sequence[float]) -> None:
         """Learn what the last candidates came to, in their order: from 1, far, to -1, there."""
 
 
@@ -47,7 +47,7 @@ class RandomStrategy:
             for n in range(first, self._count)
         ]
 
-    def tell(self, scores: Sequence[float]) -> None:
+    def learn(self, scores: Sequence[float]) -> None:
         """Learn nothing."""
 
 
@@ -81,9 +81,9 @@ class OptunaStrategy:
     def ask(self, count: int) -> Sequence[Candidate]:
         """Return the next candidates."""
         self._trials = [self._study.ask() for _ in range(count)]
-        return [self._space.draw(partial(_TrialDraws, one)) for one in self._trials]
+        return [self._space.draw(partial(_TrialDraws, trial)) for trial in self._trials]
 
-    def tell(self, scores: Sequence[float]) -> None:
+    def learn(self, scores: Sequence[float]) -> None:
         """Learn what the last candidates came to."""
         for trial, score in zip(self._trials, scores, strict=False):
             self._study.tell(trial, score)

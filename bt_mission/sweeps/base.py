@@ -93,8 +93,8 @@ def load_base(
     Raises:
         InputError: With every error of the file, and of parameters that it does not have.
     """
-    worlds = {str(one) for each in parameters if each.name == "world" for one in each.ends}
-    robots = {str(one) for each in parameters if each.name == "robot" for one in each.ends}
+    worlds = {str(value) for each in parameters if each.name == "world" for value in each.ends}
+    robots = {str(value) for each in parameters if each.name == "robot" for value in each.ends}
     given = ScenarioChanges(
         changes.set, None, changes.world, changes.robot, permissions=changes.permissions
     )
@@ -134,9 +134,9 @@ def load_base(
 
 def _says_nature(mission: Mission, worlds: Iterable[str], written: Any) -> bool:
     """Does the mission, or one of its worlds, say what differs from run to run?"""
-    found = [load_world(find("worlds", one, mission.file)).nature for one in worlds]
+    natures = [load_world(find("worlds", world, mission.file)).nature for world in worlds]
     here = isinstance(written, dict) and "nature" in written
-    return here or any(one is not None for one in (mission.nature, *found))
+    return here or any(nature is not None for nature in (mission.nature, *natures))
 
 
 def _add(data: dict[str, Any], key: str, more: Mapping[str, Any]) -> None:
@@ -169,12 +169,12 @@ def requirements_in_files(paths: Sequence[Path]) -> dict[str, Any]:
     Raises:
         InputError: For a file that is none of requirements.
     """
-    found: dict[str, Any] = {}
+    requirements: dict[str, Any] = {}
     for path in paths:
         document = read(path)
         written = document.data.get("requirements") if isinstance(document.data, dict) else None
         if not isinstance(written, dict):
             message = "expected a mapping 'requirements:'"
             raise InputError([document.fault((), message)])
-        found |= written
-    return found
+        requirements |= written
+    return requirements

@@ -113,9 +113,9 @@ def python_files(mission: Mission) -> Iterator[tuple[Path, str]]:
 
     Modules and plug-ins are installed.
     """
-    leaves = [one.target for one in all_steps(mission) if isinstance(one, PythonNode)]
-    written = [(mission.file, one) for one in leaves]
-    written += [(one.file, one.target) for one in mission.nodes]
+    leaves = [step.target for step in all_steps(mission) if isinstance(step, PythonNode)]
+    written = [(mission.file, leaf) for leaf in leaves]
+    written += [(node.file, node.target) for node in mission.nodes]
     for file, target in written:
         name, _, _ = target.rpartition(":")
         if name.endswith(".py"):

@@ -107,10 +107,10 @@ class SweepColumns:
 
     def margins(self, name: str) -> Floats:
         """The margins of a requirement; NaN where a run has none."""
-        found = np.full(len(self), np.nan)
+        margins = np.full(len(self), np.nan)
         known = np.frombuffer(self._margins.get(name, b""), np.float64)
-        found[: len(known)] = known
-        return found
+        margins[: len(known)] = known
+        return margins
 
     # ---- the worst -----------------------------------------------------------------------
 
@@ -120,11 +120,11 @@ class SweepColumns:
 
         One whose margin is the same in every run says nothing, and is left out.
         """
-        known = {name: np.array(one) for name, one in self._margins.items()}
+        known = {name: np.array(margins) for name, margins in self._margins.items()}
         return {
-            name: float(np.nanmean(np.abs(one)))
-            for name, one in known.items()
-            if np.nanmin(one) < np.nanmax(one)
+            name: float(np.nanmean(np.abs(margins)))
+            for name, margins in known.items()
+            if np.nanmin(margins) < np.nanmax(margins)
         }
 
     def worst(self, most: int = WORST) -> list[str]:
@@ -149,7 +149,9 @@ class SweepColumns:
 
     def worst_rows(self, store: ResultStore, most: int = WORST) -> list[ScenarioRow]:
         """Return the worst rows of the results that these are, the worst first."""
-        return [row for one in self.worst(most) for row in store.rows("id = ?", one)]
+        return [
+            row for scenario_id in self.worst(most) for row in store.rows("id = ?", scenario_id)
+        ]
 
     def nearest(self, row: ScenarioRow) -> str | None:
         """Name the requirement by whose margin a row counts; None where it has none."""
@@ -163,6 +165,6 @@ class SweepColumns:
 
 def _margins_of(row: ScenarioRow) -> Iterator[tuple[str, float]]:
     """Yield the name and the margin of each requirement that has a finite one."""
-    for name, one in row.requirements.items():
-        if one.margin is not None and math.isfinite(one.margin):
-            yield name, one.margin
+    for name, requirement in row.requirements.items():
+        if requirement.margin is not None and math.isfinite(requirement.margin):
+            yield name, requirement.margin

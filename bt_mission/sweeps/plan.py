@@ -48,18 +48,20 @@ class SweepPlan:
 
     def __post_init__(self) -> None:
         if self.sample is None:
-            for one in self.parameters:
-                if isinstance(one, Interval):
+            for parameter in self.parameters:
+                if isinstance(parameter, Interval):
                     message = "an interval has no end of values: draw some of them with --sample N"
-                    hint = f"or name values: {one.name}={one.low:g},{one.high:g}"
-                    raise InputError([replace(one.place, message=message, hint=hint)])
+                    hint = f"or name values: {parameter.name}={parameter.low:g},{parameter.high:g}"
+                    raise InputError([replace(parameter.place, message=message, hint=hint)])
 
     @property
     def points(self) -> int:
         """How many points of the space there are."""
         if self.sample is not None:
             return self.sample
-        return prod(len(one.values) for one in self.parameters if isinstance(one, Choices))
+        return prod(
+            len(parameter.values) for parameter in self.parameters if isinstance(parameter, Choices)
+        )
 
     @property
     def count(self) -> int:
@@ -84,15 +86,15 @@ class SweepPlan:
         if self.sample is not None:
             shares = self._draws[point] if self.parameters else ()
             return {
-                one.name: one.at(float(share))
-                for one, share in zip(self.parameters, shares, strict=True)
+                parameter.name: parameter.at(float(share))
+                for parameter, share in zip(self.parameters, shares, strict=True)
             }
-        found: dict[str, Plain] = {}
-        for one in reversed(self.parameters):
-            assert isinstance(one, Choices), "intervals are drawn"
-            point, index = divmod(point, len(one.values))
-            found[one.name] = one.values[index]
-        return {one.name: found[one.name] for one in self.parameters}
+        chosen: dict[str, Plain] = {}
+        for parameter in reversed(self.parameters):
+            assert isinstance(parameter, Choices), "intervals are drawn"
+            point, index = divmod(point, len(parameter.values))
+            chosen[parameter.name] = parameter.values[index]
+        return {parameter.name: chosen[parameter.name] for parameter in self.parameters}
 
     def scenarios(self) -> Iterator[ConcreteScenario]:
         """All of them, made when they are taken; draws that repeat an earlier one are left out."""
@@ -113,10 +115,10 @@ class SweepPlan:
             file=self.base.path.name,
             mission_hash=self.base.bundle.digest,
             scenario=dict(self.base.data),
-            vary=[str(one) for one in self.parameters],
+            vary=[str(parameter) for parameter in self.parameters],
             sample=self.sample,
             sample_seed=self.sample_seed,
-            seeds=_told_seeds(self.seeds),
+            seeds=_seeds_as_text(self.seeds),
             plans={name: list(faults) for name, faults in self.plans.items()},
             scenarios=self.count,
         )
@@ -139,7 +141,7 @@ class SweepPlan:
         return sampler.random(self.sample or 0)
 
 
-def _told_seeds(seeds: Sequence[int] | None) -> str | None:
+def _seeds_as_text(seeds: Sequence[int] | None) -> str | None:
     if seeds is None:
         return None
     if isinstance(seeds, range):

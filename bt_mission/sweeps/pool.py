@@ -122,8 +122,8 @@ class BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes 
 
     def setup(self, worker: Any) -> None:
         """Make the worker ready."""
-        for one in _profilers(worker):
-            one.stop()
+        for profiler in _profilers(worker):
+            profiler.stop()
         if self.is_local:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
         # Loads rclpy and MuJoCo.
@@ -134,8 +134,8 @@ class BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes 
     def teardown(self, worker: Any) -> None:
         """Remove its files, and leave the worker as it was."""
         self.scenarios.close()
-        for one in _profilers(worker):
-            one.start()
+        for profiler in _profilers(worker):
+            profiler.start()
 
 
 def _profilers(worker: Any) -> list[Any]:
@@ -177,8 +177,8 @@ def carry_out(scenario: ConcreteScenario, plugin: str, wanted: dict[str, str]) -
 
 def record(scenario: ConcreteScenario, plugin: str) -> tuple[bytes, bytes]:
     """Carry a scenario out once more on the worker that this runs on; gives recording and page."""
-    found: tuple[bytes, bytes] = get_worker().plugins[plugin].scenarios.record(scenario)
-    return found
+    recording: tuple[bytes, bytes] = get_worker().plugins[plugin].scenarios.record(scenario)
+    return recording
 
 
 def about_worker() -> dict[str, str]:
@@ -260,7 +260,7 @@ async def connected(options: PoolOptions) -> AsyncIterator[Client]:
         try:
             yield client
         except BaseException:  # nobody waits for the scenarios that are under way
-            closed = (one.close(timeout=LEAVE_S) for one in cluster.workers.values())
+            closed = (worker.close(timeout=LEAVE_S) for worker in cluster.workers.values())
             await asyncio.gather(*closed, return_exceptions=True)
             raise
 
@@ -281,8 +281,8 @@ async def _refuse_other_scheduler(address: str) -> None:
     """Ask a scheduler for its versions in a way that all of them understand."""
     arguments = Security().get_connection_args("client")
     async with rpc(address, connection_args=arguments, timeout=CONNECT_S) as scheduler:
-        found = await asyncio.wait_for(scheduler.versions(), CONNECT_S)
-    there = found["packages"]
+        versions = await asyncio.wait_for(scheduler.versions(), CONNECT_S)
+    there = versions["packages"]
     here = about_worker()
     wrong = [name for name in MUST_BE_EQUAL if there.get(name) != here[name]]
     if wrong:
@@ -326,39 +326,39 @@ async def unfit_workers(client: Client) -> dict[str, str]:
     Raises:
         BtMissionError: Where some do not answer.
     """
-    threads = {name: one["nthreads"] for name, one in (await workers_of(client)).items()}
+    threads = {name: facts["nthreads"] for name, facts in (await workers_of(client)).items()}
     try:
-        found = await asyncio.wait_for(client.run(about_worker, on_error="return"), ANSWER_S)
+        answers = await asyncio.wait_for(client.run(about_worker, on_error="return"), ANSWER_S)
     except TimeoutError:
         raise BtMissionError(
             f"some of {len(threads)} workers have not answered in {ANSWER_S:g} s"
         ) from None
-    told_of = {name: why_unfit(one, threads.get(name, 1)) for name, one in found.items()}
-    return {name: why for name, why in told_of.items() if why}
+    reasons = {name: why_unfit(answer, threads.get(name, 1)) for name, answer in answers.items()}
+    return {name: why for name, why in reasons.items() if why}
 
 
-def why_unfit(found: Any, threads: int) -> str:
+def why_unfit(answer: Any, threads: int) -> str:
     """Say why a worker cannot take part; empty where it can, or is gone by now.
 
     Args:
         found: Its versions, or the exception that came instead.
         threads: How many tasks it takes at once.
     """
-    if isinstance(found, OSError):
+    if isinstance(answer, OSError):
         return ""
-    if isinstance(found, BaseException):
-        missing = _MISSING.search(str(found))
+    if isinstance(answer, BaseException):
+        missing = _MISSING.search(str(answer))
         if missing and missing[1] == "bt_mission":
             return "has no bt-mission"
-        return f"has another bt-mission, or a broken one ({line_of(found)})"
+        return f"has another bt-mission, or a broken one ({line_of(answer)})"
     here = about_worker()
-    if not isinstance(found, Mapping):
+    if not isinstance(answer, Mapping):
         return "has another bt-mission"
-    differing = [name for name in here if name != SOURCES and found.get(name) != here[name]]
+    differing = [name for name in here if name != SOURCES and answer.get(name) != here[name]]
     if differing:
-        named = (f"{name} {found.get(name, 'missing')} (here {here[name]})" for name in differing)
+        named = (f"{name} {answer.get(name, 'missing')} (here {here[name]})" for name in differing)
         return f"has {', '.join(named)}"
-    if found.get(SOURCES) != here[SOURCES]:
+    if answer.get(SOURCES) != here[SOURCES]:
         return "has a bt-mission with other sources or shipped missions"
     if threads != 1:
         return (
@@ -473,7 +473,7 @@ class ScenarioPool:
 
         Those that cannot be recorded are left out.
         """
-        under_way = {self._submit(record, one, self._name): one for one in scenarios}
+        under_way = {self._submit(record, scenario, self._name): scenario for scenario in scenarios}
         ended = self._ended(list(under_way))
         for _ in range(len(under_way)):
             future, result = await self._next(ended)
@@ -506,11 +506,11 @@ class ScenarioPool:
 
         def fill() -> None:
             while len(under_way) < room():
-                one = again.popleft() if again else next(scenarios, None)
-                if one is None:
+                following = again.popleft() if again else next(scenarios, None)
+                if following is None:
                     return
-                future = self._submit(carry_out, one, self._name, wanted)
-                under_way[future] = one
+                future = self._submit(carry_out, following, self._name, wanted)
+                under_way[future] = following
                 ended.add(future)
 
         fill()

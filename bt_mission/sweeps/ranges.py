@@ -159,10 +159,12 @@ def refuse_repeated(parameters: Sequence[Parameter]) -> None:
         InputError: With the first such name.
     """
     seen: set[str] = set()
-    for one in parameters:
-        if one.name in seen:
-            raise InputError([replace(one.place, message=f"{quoted(one.name)} is given twice")])
-        seen.add(one.name)
+    for parameter in parameters:
+        if parameter.name in seen:
+            raise InputError(
+                [replace(parameter.place, message=f"{quoted(parameter.name)} is given twice")]
+            )
+        seen.add(parameter.name)
 
 
 # ---- values of a file -------------------------------------------------------------------------
@@ -178,12 +180,12 @@ class Span(NamedTuple):
 def _span(value: Any) -> Span:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return Span(value, value)
-    found = _RANGE.fullmatch(value) if isinstance(value, str) else None
-    if found is None or found["step"]:
+    match = _RANGE.fullmatch(value) if isinstance(value, str) else None
+    if match is None or match["step"]:
         raise fields.refusal(
             f"expected a number or a range such as '0.5..2', got {describe(value)}"
         )
-    low, high = float(found["low"]), float(found["high"])
+    low, high = float(match["low"]), float(match["high"])
     if low > high:
         raise fields.refusal(f"expected the lower end first, got {value}")
     return Span(low, high)
@@ -205,13 +207,13 @@ def _positive_span(value: Any) -> Span:
 
 def _seeds(value: Any) -> Sequence[int]:
     if isinstance(value, list):
-        spans = [_seeds(one) for one in value]
-        seeds = tuple(seed for one in spans for seed in one)
+        spans = [_seeds(item) for item in value]
+        seeds = tuple(seed for part in spans for seed in part)
         if not seeds or len(set(seeds)) < len(seeds):
             raise fields.refusal(f"expected different seeds, got {describe(value)}")
         return seeds
     span = _span(value)
-    if span.low < 0 or any(one != int(one) for one in span):
+    if span.low < 0 or any(end != int(end) for end in span):
         raise fields.refusal(
             f"expected integers from 0 up, such as '0..999', got {describe(value)}"
         )
@@ -219,21 +221,21 @@ def _seeds(value: Any) -> Sequence[int]:
 
 
 def _names(written: Any) -> Parameter:
-    if not isinstance(written, list) or not all(isinstance(one, str) for one in written):
+    if not isinstance(written, list) or not all(isinstance(name, str) for name in written):
         raise fields.refusal(f"expected a list of names, got {describe(written)}")
     return _parameter(written)
 
 
 def _parameter(written: Any) -> Parameter:
     """Return a parameter without a name: of a list, a range, or a range with a step."""
-    found = _RANGE.fullmatch(written) if isinstance(written, str) else None
-    if found:
-        return _ranged(found)
+    match = _RANGE.fullmatch(written) if isinstance(written, str) else None
+    if match:
+        return _ranged(match)
     if written is None or isinstance(written, Mapping | str):
         message = "expected a range such as '0.1..0.26', or a list"
         raise fields.refusal(f"{message}, got {describe(written)}")
     values = written if isinstance(written, list) else [written]
-    if not values or any(one is None or isinstance(one, dict) for one in values):
+    if not values or any(item is None or isinstance(item, dict) for item in values):
         raise fields.refusal(f"expected values as in {EXAMPLES}")
     for number, value in enumerate(values):
         if value in values[:number] and type(value) is type(values[values.index(value)]):
@@ -241,30 +243,30 @@ def _parameter(written: Any) -> Parameter:
     return Choices("", tuple(values))
 
 
-def _ranged(found: re.Match[str]) -> Parameter:
-    low, high = float(found["low"]), float(found["high"])
+def _ranged(match: re.Match[str]) -> Parameter:
+    low, high = float(match["low"]), float(match["high"])
     if not low < high:
         raise fields.refusal(f"expected the lower end first, got {low:g}..{high:g}")
-    numbers = [one for one in found.groups() if one is not None]
-    is_whole = all(re.fullmatch(r"[+-]?\d+", one) for one in numbers)
-    if not found["step"]:
+    numbers = [text for text in match.groups() if text is not None]
+    is_whole = all(re.fullmatch(r"[+-]?\d+", text) for text in numbers)
+    if not match["step"]:
         return Interval("", low, high, is_whole)
-    step = float(found["step"])
+    step = float(match["step"])
     if step <= 0 or (high - low) / step > _MOST_STEPS:
         raise fields.refusal(f"expected a step above 0 with at most {_MOST_STEPS:,} values")
     kind = int if is_whole else float
     steps = (low + number * step for number in range(int((high - low) / step + 1e-9) + 1))
-    return Choices("", tuple(kind(float(f"{one:.{_DIGITS}g}")) for one in steps))
+    return Choices("", tuple(kind(float(f"{at:.{_DIGITS}g}")) for at in steps))
 
 
 def _coordinate(written: Any) -> Parameter:
     """Return a parameter of numbers; a number alone is an interval of that."""
     if isinstance(written, int | float) and not isinstance(written, bool):
         return Interval("", written, written)
-    found = _parameter(written)
-    if any(isinstance(one, bool) or not isinstance(one, int | float) for one in found.ends):
+    parameter = _parameter(written)
+    if any(isinstance(end, bool) or not isinstance(end, int | float) for end in parameter.ends):
         raise fields.refusal(f"expected numbers, got {describe(written)}")
-    return found
+    return parameter
 
 
 _speeds = partial(_span_from, low=0, high=FASTEST, words=f"speeds from 0 to {FASTEST:g} m/s")
@@ -396,10 +398,10 @@ class RangesFile:
             return ()
         given = {axis: getattr(start, axis) for axis in start.model_fields_set}
         return tuple(
-            Choices(one.name, (one.low,), one.place)
-            if isinstance(one, Interval) and one.low == one.high
-            else one
-            for one in self._named(given, "start", "start.")
+            Choices(parameter.name, (parameter.low,), parameter.place)
+            if isinstance(parameter, Interval) and parameter.low == parameter.high
+            else parameter
+            for parameter in self._named(given, "start", "start.")
         )
 
     def _named(
@@ -411,14 +413,14 @@ class RangesFile:
 
     def _wrong_kinds(self) -> Iterator[Diagnostic]:
         for number, kind in enumerate(self.ranges.faults.kinds or ()):
-            if found := unknown_kind(kind):
-                yield self.document.fault(("faults", "kinds", number), *found)
+            if unknown := unknown_kind(kind):
+                yield self.document.fault(("faults", "kinds", number), *unknown)
 
     def _wrong_plans(self) -> Iterable[Diagnostic]:
         reader = FaultReader(self.document)
         for name, plan in self.ranges.plans.items():
-            for number, one in enumerate(plan):
-                reader.fault(one, ("plans", name, number))
+            for number, entry in enumerate(plan):
+                reader.fault(entry, ("plans", name, number))
         return reader.wrong
 
     def refuse_others(self, reader: str) -> None:
@@ -445,11 +447,11 @@ class RangesFile:
         wrong = [
             self.document.fault(
                 ("worlds", number),
-                f"no such world: {quoted(one)}",
-                did_you_mean(one, names("worlds")),
+                f"no such world: {quoted(world)}",
+                did_you_mean(world, names("worlds")),
             )
-            for number, one in enumerate(self.ranges.worlds.values if self.ranges.worlds else ())
-            if look_for("worlds", one, near=near) is None
+            for number, world in enumerate(self.ranges.worlds.values if self.ranges.worlds else ())
+            if look_for("worlds", world, near=near) is None
         ]
         if wrong:
             raise InputError(wrong)
@@ -486,9 +488,11 @@ class RangesFile:
     def _unknown_names(self, mission: Mission) -> Iterator[Diagnostic]:
         known = MissionNames(mission)
         for number, formula in enumerate(self.ranges.assume):
-            for one in known.unknown_in(formula.root):
-                offset = one.column - 1
-                yield self.document.fault(("assume", number), one.message, one.hint, offset=offset)
+            for unknown in known.unknown_in(formula.root):
+                offset = unknown.column - 1
+                yield self.document.fault(
+                    ("assume", number), unknown.message, unknown.hint, offset=offset
+                )
 
 
 def read_ranges(path: Path | None) -> RangesFile:
@@ -518,7 +522,7 @@ def with_fault_plans(plans: Mapping[str, list[Any]], paths: Sequence[Path]) -> d
     Raises:
         InputError: With everything that is wrong in a file, or a name that is there twice.
     """
-    found = dict(plans)
+    named = dict(plans)
     for path in paths:
         file = read_ranges(path)
         file.refuse_others("--fault-plan")
@@ -526,8 +530,8 @@ def with_fault_plans(plans: Mapping[str, list[Any]], paths: Sequence[Path]) -> d
             message = "expected plans such as 'plans: {blind: [at 5.0: drop scan lasting 2]}'"
             raise InputError([file.document.fault((), message)])
         for name, faults in file.ranges.plans.items():
-            if name in found:
+            if name in named:
                 message = f"a plan {quoted(name)} is there already"
                 raise InputError([file.document.fault(("plans", name), message, key=True)])
-            found[name] = faults
-    return found
+            named[name] = faults
+    return named

@@ -85,14 +85,14 @@ def origin_of(plan: SweepPlan, command: str = "", path: str = "") -> SweepOrigin
         path: What the user has called the mission; where it is empty, its file.
     """
     base, changes = plan.base, plan.base.changes
-    is_said = not changes.requirements and changes.limit is None
+    is_default = not changes.requirements and changes.limit is None
     faults = list(changes.faults)
     options = RunOptions(dict(changes.set), faults, changes.world, changes.robot)
     return SweepOrigin(
         path=path or str(base.path),
         command=command,
         is_scenario=base.is_scenario,
-        options=options if is_said else None,
+        options=options if is_default else None,
         bundle=base.bundle,
         places=CoverageRecord.of(base.mission).places,
     )
@@ -142,7 +142,7 @@ class Repeater:
                 return None
             else:
                 values[name.removeprefix("inputs.")] = _as_text(value)
-        if not all(isinstance(one, str) for one in faults):
+        if not all(isinstance(text, str) for text in faults):
             return None
         return [
             origin.path,
@@ -181,7 +181,7 @@ class Repeater:
             raise BtMissionError(f"{folder}: what {row.id} was made from has changed")
         bundle.write_to(within(folder, SCENARIOS))
         path = self._path(row)
-        remarks = [f"Scenario {row.number} of a sweep: {told_parameters(row)}."]
+        remarks = [f"Scenario {row.number} of a sweep: {parameters_as_text(row)}."]
         if row.trace_sha256:
             remarks.append(f"Its trace was {row.trace_sha256}.")
         lines = "".join(f"# {escape_control(line)}\n" for line in remarks)
@@ -202,18 +202,18 @@ def find_row(store: ResultStore, name: str) -> ScenarioRow:
     Raises:
         BtMissionError: Where there is none, or several.
     """
-    found = list(store.rows("id = ?", name))
-    if not found and name.isdecimal():
-        found = list(store.rows("number = ?", int(name)))
-    if not found and name.isalnum():
-        found = list(store.rows("substr(id, 1, ?) = ?", len(name), name))
-    if len(found) != 1:
-        how = "several scenarios begin" if found else "no scenario is called so or begins"
+    rows = list(store.rows("id = ?", name))
+    if not rows and name.isdecimal():
+        rows = list(store.rows("number = ?", int(name)))
+    if not rows and name.isalnum():
+        rows = list(store.rows("substr(id, 1, ?) = ?", len(name), name))
+    if len(rows) != 1:
+        how = "several scenarios begin" if rows else "no scenario is called so or begins"
         raise BtMissionError(f"{store.folder}: {how} with '{name}'")
-    return found[0]
+    return rows[0]
 
 
-def told_parameters(row: ScenarioRow) -> str:
+def parameters_as_text(row: ScenarioRow) -> str:
     """Return the values of a row for people, with its seed and its plan of faults."""
     parts = [f"{name} {_as_text(value)}" for name, value in row.parameters.items()]
     parts.append(f"seed {row.seed}")

@@ -161,7 +161,9 @@ class ScenarioRow:
     def _first_violated(self) -> str:
         """Name the requirement that was violated first."""
         violated = [
-            (name, one) for name, one in self.requirements.items() if one.verdict == "violated"
+            (name, requirement)
+            for name, requirement in self.requirements.items()
+            if requirement.verdict == "violated"
         ]
         return min(violated, key=lambda pair: math.inf if pair[1].at is None else pair[1].at)[0]
 
@@ -182,7 +184,9 @@ def row_of_columns(columns: Mapping[str, Any]) -> ScenarioRow:
         name = str(first["loc"][0])
         what = first["msg"] if first["type"] == "json" else "is invalid"
         raise ValueError(f"column '{name}': {cut(repr(columns[name]), 60)} {what}") from None
-    is_violated = any(one.verdict == "violated" for one in row.requirements.values())
+    is_violated = any(
+        requirement.verdict == "violated" for requirement in row.requirements.values()
+    )
     if row.passed != (row.cause_kind == "") or (row.cause_kind == "violated" and not is_violated):
         raise ValueError(f"column 'cause_kind': '{row.cause_kind}' contradicts the other columns")
     return row
@@ -192,15 +196,19 @@ def row_of(scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float)
     """Return the row of a scenario that was carried out."""
     report = result.report
     margins = {
-        one.name: RequirementMargin(one.verdict, one.margin, one.unit, one.at)
-        for one in report.requirements
+        requirement.name: RequirementMargin(
+            requirement.verdict, requirement.margin, requirement.unit, requirement.at
+        )
+        for requirement in report.requirements
     }
     failure = report.failure
     kind = kind_of(result)
     reason = report.reason
     if kind in ("violated", "unexpected"):
-        reason = "; ".join(one.message for one in result.differences)
-    known = [one.margin for one in report.requirements if one.margin is not None]
+        reason = "; ".join(difference.message for difference in result.differences)
+    known = [
+        requirement.margin for requirement in report.requirements if requirement.margin is not None
+    ]
     return ScenarioRow(
         id=scenario.id,
         number=scenario.number,
@@ -209,7 +217,7 @@ def row_of(scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float)
         robot=report.robot,
         parameters=scenario.parameters,
         plan=scenario.plan,
-        faults=tuple(one.planned.text for one in result.scenario.faults),
+        faults=tuple(fault.planned.text for fault in result.scenario.faults),
         nature=report.nature,
         outcome=report.status,  # type: ignore[arg-type] # a mission that has ended has one of these
         passed=result.passed,

@@ -34,7 +34,7 @@ RECORDINGS = "recordings"
 VERSIONS = "versions"
 """Begins the keys of versions in full; a fingerprint follows."""
 
-_COLUMNS = {one.name: str(one.type) for one in fields(ScenarioRow)}
+_COLUMNS = {column.name: str(column.type) for column in fields(ScenarioRow)}
 _NAMES = ", ".join(_COLUMNS)
 _TYPES = {"int": "INTEGER", "bool": "INTEGER", "float": "REAL"}
 _BESIDE = ("", "-wal", "-shm", "-journal")
@@ -193,13 +193,13 @@ class ResultStore:
     def check_format(self) -> None:
         """Refuse a file of another program or another version. Raises BtMissionError."""
         try:
-            found = self.value("format")
+            version = self.value("format")
         except sqlite3.Error as error:
             self.close()
             raise BtMissionError(f"{self.folder}: not results of a sweep ({error})") from error
-        if found != str(FORMAT):
+        if version != str(FORMAT):
             self.close()
-            got = "no version" if found is None else f"version {found}"
+            got = "no version" if version is None else f"version {version}"
             raise BtMissionError(f"{self.folder}: results of {got}; this bt-mission has {FORMAT}")
 
     # ---- rows ----------------------------------------------------------------------------
@@ -215,8 +215,8 @@ class ResultStore:
 
     def value(self, key: str) -> str | None:
         """A value beside the rows; None where there is none."""
-        found = self._connection.execute("SELECT value FROM about WHERE key = ?", (key,)).fetchone()
-        return None if found is None else str(found[0])
+        row = self._connection.execute("SELECT value FROM about WHERE key = ?", (key,)).fetchone()
+        return None if row is None else str(row[0])
 
     def set_value(self, key: str, value: str) -> None:
         """Keep a value beside the rows."""
@@ -230,8 +230,8 @@ class ResultStore:
             BtMissionError: Where it cannot be written, on a full disk, say.
         """
         values = [
-            json.dumps(one) if isinstance(one, dict | tuple) else one
-            for one in asdict(row).values()
+            json.dumps(cell) if isinstance(cell, dict | tuple) else cell
+            for cell in asdict(row).values()
         ]
         marks = ", ".join("?" * len(values))
         with self._writing("write a row"):
@@ -240,7 +240,8 @@ class ResultStore:
     def ids(self, *, without_errors: bool = False) -> set[str]:
         """The ids of all rows, or of those of scenarios that could run."""
         condition = " WHERE outcome != 'error'" if without_errors else ""
-        return {one for (one,) in self._connection.execute(f"SELECT id FROM scenarios{condition}")}  # noqa: S608 - no text of a user's
+        query = f"SELECT id FROM scenarios{condition}"  # noqa: S608 - no text of a user's
+        return {row_id for (row_id,) in self._connection.execute(query)}
 
     def rows(self, where: str = "", *values: Any) -> Iterator[ScenarioRow]:
         """All rows, in the order of their numbers.
@@ -251,8 +252,8 @@ class ResultStore:
         condition = f" WHERE {where}" if where else ""
         query = f"SELECT {_NAMES} FROM scenarios{condition} ORDER BY number, id"  # noqa: S608 - no text of a user's
         try:
-            for found in self._connection.execute(query, values):
-                columns = dict(zip(_COLUMNS, found, strict=True))
+            for cells in self._connection.execute(query, values):
+                columns = dict(zip(_COLUMNS, cells, strict=True))
                 try:
                     yield row_of_columns(columns)
                 except ValueError as error:
@@ -299,9 +300,9 @@ def _refuse_other(folder: Path, then: SweepAbout, now: SweepAbout) -> None:
         if there[key] != here[key]
     ]
     if differing:
-        told = "; ".join(differing)
+        differences = "; ".join(differing)
         raise BtMissionError(
-            f"{folder}: has results of another sweep ({told}); name another folder with -o"
+            f"{folder}: has results of another sweep ({differences}); name another folder with -o"
         )
 
 
@@ -340,8 +341,8 @@ def write_csv(rows: Callable[[], Iterable[ScenarioRow]], file: TextIO) -> None:
         cells += [row.parameters.get(name) for name in names["parameters"]]
         cells += [row.nature.get(name) for name in names["nature"]]
         for name in names["requirements"]:
-            one = row.requirements.get(name)
-            cells += [one and one.verdict, one and one.margin]
+            requirement = row.requirements.get(name)
+            cells += [requirement and requirement.verdict, requirement and requirement.margin]
         writer.writerow(map(_cell, cells))
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from bt_mission.core.statistics import told_samples, wilson
+from bt_mission.core.statistics import samples_as_text, wilson
 from bt_mission.scenarios.cause import KINDS, Cause, CauseKind
 from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
 
@@ -70,7 +70,7 @@ class OutcomeCount:
     @property
     def samples_in_words(self) -> str:
         """How many of the scenarios are distinct, in words; empty where all are."""
-        return told_samples(self.scenarios, self.samples, self.varied)
+        return samples_as_text(self.scenarios, self.samples, self.varied)
 
     def as_dict(self) -> dict[str, Any]:
         """As JSON has it."""
@@ -85,11 +85,11 @@ class OutcomeCount:
         }
 
     def __str__(self) -> str:
-        told = f"{self.succeeded:,} of {self.scenarios:,} succeeded"
+        text = f"{self.succeeded:,} of {self.scenarios:,} succeeded"
         if self.interval is None or self.success_rate is None:
-            return told
-        told += f" ({percent(self.success_rate)}; 95 % confidence interval {span(*self.interval)})"
-        return f"{told}; {self.samples_in_words}" if self.samples_in_words else told
+            return text
+        text += f" ({percent(self.success_rate)}; 95 % confidence interval {span(*self.interval)})"
+        return f"{text}; {self.samples_in_words}" if self.samples_in_words else text
 
 
 def sample_of(row: ScenarioRow) -> int:
@@ -193,14 +193,14 @@ class RequirementTally:
     example: str = ""
     number: int = 0
 
-    def add(self, row: ScenarioRow, one: RequirementMargin) -> None:
+    def add(self, row: ScenarioRow, margin: RequirementMargin) -> None:
         """Count a row's."""
-        self.verdicts[one.verdict] += 1
-        if one.margin is None:
+        self.verdicts[margin.verdict] += 1
+        if margin.margin is None:
             return
-        self.units.add(one.unit)
-        if self.least is None or (one.margin, row.number) < (self.least, self.number):
-            self.least, self.unit = one.margin, one.unit
+        self.units.add(margin.unit)
+        if self.least is None or (margin.margin, row.number) < (self.least, self.number):
+            self.least, self.unit = margin.margin, margin.unit
             self.number, self.example = row.number, row.id
 
     def as_dict(self) -> dict[str, Any]:
@@ -250,8 +250,8 @@ class SweepTally:
         self.distance_m += row.distance_m or 0.0
         if row.parameters or row.plan:
             self.count.varied = "what was varied"
-        for name, one in row.requirements.items():
-            self.requirements[name].add(row, one)
+        for name, requirement in row.requirements.items():
+            self.requirements[name].add(row, requirement)
         if not row.passed:
             self._group_of(row).add(row)
 
@@ -268,8 +268,8 @@ class SweepTally:
         """The groups by kind, within each the most frequent first."""
         kinds = list(KINDS)
 
-        def place(one: FailureGroup) -> tuple[bool, int, int, Cause]:
-            cause = one.cause or Cause("unexpected")
-            return one.cause is None, kinds.index(one.kind), -one.count, cause
+        def place(group: FailureGroup) -> tuple[bool, int, int, Cause]:
+            cause = group.cause or Cause("unexpected")
+            return group.cause is None, kinds.index(group.kind), -group.count, cause
 
         return sorted(self._groups.values(), key=place)

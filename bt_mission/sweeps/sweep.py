@@ -40,7 +40,10 @@ def _look(worker: ScenarioWorker, scenario: ConcreteScenario) -> None:
     except InputError as error:
         where = f"the plan '{scenario.plan}'" if scenario.plan else "--fault"
         raise InputError(
-            [Diagnostic(one.message, where, 1, 1, one.source, one.hint) for one in error.faults]
+            [
+                Diagnostic(fault.message, where, 1, 1, fault.source, fault.hint)
+                for fault in error.faults
+            ]
         ) from error
 
 
@@ -70,7 +73,7 @@ def left(
 ) -> Iterator[ConcreteScenario]:
     """What is not carried out yet."""
     done = store.ids(without_errors=retry_errors)
-    return (one for one in plan.scenarios() if one.id not in done)
+    return (scenario for scenario in plan.scenarios() if scenario.id not in done)
 
 
 def to_record(store: ResultStore, plan: SweepPlan, most: int | None) -> list[ConcreteScenario]:
@@ -86,7 +89,7 @@ def to_record(store: ResultStore, plan: SweepPlan, most: int | None) -> list[Con
         tenth = plan.count // 10
         rows = [row for number, row in enumerate(rows) if not row.passed or number < tenth]
     made = (plan.scenario(row.number) for row in rows)
-    return [one for one in made if not _recording(store, one).exists()]
+    return [scenario for scenario in made if not _recording(store, scenario).exists()]
 
 
 async def record(
@@ -100,13 +103,13 @@ async def record(
     Raises:
         BtMissionError: Where they cannot be written.
     """
-    async for one, recording, page in pool.recordings(scenarios):
-        path = _recording(store, one)
+    async for scenario, recording, page in pool.recordings(scenarios):
+        path = _recording(store, scenario)
         try:
             path.parent.mkdir(exist_ok=True)
         except OSError as error:
             raise cannot_write(path, error) from error
-        write_file(within(store.folder, f"{RECORDINGS}/{one.id}.html"), page)
+        write_file(within(store.folder, f"{RECORDINGS}/{scenario.id}.html"), page)
         write_file(path, recording)
         on_recorded()
 

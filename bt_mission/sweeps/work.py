@@ -83,8 +83,10 @@ class ScenarioWorker:
             return load_scenario(document)
         except InputError as error:
             raise InputError(
-                replace(one, message=self._for_user(one.message), file=self._for_user(one.file))
-                for one in error.faults
+                replace(
+                    fault, message=self._for_user(fault.message), file=self._for_user(fault.file)
+                )
+                for fault in error.faults
             ) from error
 
     def refuse_values(self, base: BaseScenario, parameters: Iterable[Parameter]) -> None:
@@ -95,13 +97,13 @@ class ScenarioWorker:
         """
         self.load(base.concrete({}))
         wrong: list[Diagnostic] = []
-        for one in parameters:
-            for value in one.ends:
+        for parameter in parameters:
+            for value in parameter.ends:
                 try:
-                    self.load(base.concrete({one.name: value}))
+                    self.load(base.concrete({parameter.name: value}))
                 except InputError as error:
                     wrong += [
-                        replace(one.place, message=each.message, hint=each.hint)
+                        replace(parameter.place, message=each.message, hint=each.hint)
                         for each in error.faults
                         if each.severity == "error"
                     ]
@@ -128,8 +130,8 @@ class ScenarioWorker:
         self, scenarios: Iterable[ConcreteScenario]
     ) -> AsyncGenerator[ScenarioRow, None]:
         """Yield the row of each scenario, in their order."""
-        for one in scenarios:
-            yield self.carry_out(one)
+        for scenario in scenarios:
+            yield self.carry_out(scenario)
 
     def carry_out(self, scenario: ConcreteScenario) -> ScenarioRow:
         """Carry a concrete scenario out; whatever goes wrong is its row.
@@ -142,7 +144,7 @@ class ScenarioWorker:
                 result = self._run(self.load(scenario), with_coverage=True)
             row = row_of(scenario, result, wall_s=watch.elapsed_s)
         except InputError as error:
-            row = row_of_error(scenario, "; ".join(one.message for one in error.faults))
+            row = row_of_error(scenario, "; ".join(fault.message for fault in error.faults))
         except BtMissionError as error:
             row = row_of_error(scenario, self._for_user(str(error)))
         except Exception as error:  # noqa: BLE001 - one scenario must not stop the others

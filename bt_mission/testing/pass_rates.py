@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from bt_mission.core.statistics import told_samples, wilson
+from bt_mission.core.statistics import samples_as_text, wilson
 
 SHOWN_IN_FULL = 3
 SHOWN_IN_LINES = 10
@@ -68,7 +68,7 @@ class PassRate:
         """The rate, its interval, how many runs are distinct, and the rate that is required."""
         low, high = wilson(len(self.passed), self.total, self.distinct)
         wanted = "" if self.at_least is None else f", at least {self.at_least:.4g} wanted"
-        distinct = told_samples(self.total, self.distinct)
+        distinct = samples_as_text(self.total, self.distinct)
         return (
             f"{len(self.passed)} of {self.total} passed: {len(self.passed) / self.total:.3f} "
             f"({low:.3f} to {high:.3f}){wanted}{distinct and '; '}{distinct}"

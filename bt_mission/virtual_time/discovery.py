@@ -113,10 +113,10 @@ def _unmatched_actions(nodes: Sequence[Node]) -> Iterator[str]:
     names = set()
     for node in nodes:
         if any(isinstance(waitable, ActionServer) for waitable in node.waitables):
-            found = get_action_server_names_and_types_by_node(
+            actions = get_action_server_names_and_types_by_node(
                 node, node.get_name(), node.get_namespace()
             )
-            names |= {name for name, _ in found}
+            names |= {name for name, _ in actions}
     for node, client in clients:
         name = node.resolve_topic_name(client._action_name)
         if name in names and not client.server_is_ready():

@@ -14,7 +14,7 @@ from bt_mission.core.errors import BtMissionError, described, place_of
 from bt_mission.core.ros_log import log_of
 
 
-def calls_one(task: Any) -> bool:
+def is_execute_callback(task: Any) -> bool:
     """Is this what an action server of rclpy has its executor run for a goal?"""
     return getattr(task, "__func__", None) is ActionServer._execute_goal
 

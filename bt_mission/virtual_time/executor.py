@@ -36,7 +36,7 @@ from bt_mission.executors.arrivals import Arrived
 from bt_mission.executors.callbacks import serve_timer
 from bt_mission.executors.entities import Entities, describe, describe_timer
 from bt_mission.virtual_time.discovery import wait_for_matching
-from bt_mission.virtual_time.execute_callbacks import ExecuteCallbacks, calls_one
+from bt_mission.virtual_time.execute_callbacks import ExecuteCallbacks, is_execute_callback
 from bt_mission.virtual_time.node_clocks import Clocks
 from bt_mission.virtual_time.spin import NestedStepError, NothingDueError, Spinning, TimeStuckError
 
@@ -124,7 +124,7 @@ class VirtualTimeExecutor(Spinning):
         self, callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any, **kwargs: Any
     ) -> Task:
         """Run a function or coroutine with the next round; gives its future."""
-        if calls_one(callback):
+        if is_execute_callback(callback):
             call = self._execute_callbacks.call
             return super().create_task(call, self._actions_served, callback, *args, **kwargs)
         return super().create_task(callback, *args, **kwargs)
@@ -180,7 +180,7 @@ class VirtualTimeExecutor(Spinning):
         if self.world is not None:
             self.world.advance_to(time_ns)
         self._now_ns = time_ns
-        self.clocks.tell(time_ns)
+        self.clocks.set_time(time_ns)
         if self._alarms:
             self._ring()
         self.run_until_quiet()
@@ -284,7 +284,7 @@ class VirtualTimeExecutor(Spinning):
     def _report_stuck(self) -> None:
         names: Counter[str] = Counter()
         for _ in range(100):
-            names.update(describe(one.entity) for one in self._serve_round())
+            names.update(describe(arrived.entity) for arrived in self._serve_round())
         busiest = ", ".join(name for name, _ in names.most_common(3)) or "tasks"
         raise self._stuck(f"callbacks do not end; busiest: {busiest}")
 

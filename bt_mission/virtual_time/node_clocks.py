@@ -35,10 +35,10 @@ class Clocks:
             timer.reset()
 
     def keep(self, nodes: Iterable[Node]) -> None:
-        """Take note of the nodes whose clocks :meth:`tell` sets."""
+        """Take note of the nodes whose clocks :meth:`set_time` sets."""
         self._handles = [(node, node.get_clock().handle) for node in nodes]
 
-    def tell(self, now_ns: int) -> None:
+    def set_time(self, now_ns: int) -> None:
         """Tell all nodes that it is ``now_ns``."""
         if self._ahead_ns:
             for node, _ in self._handles:

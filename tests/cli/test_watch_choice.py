@@ -9,7 +9,7 @@ import pytest
 
 from bt_mission.cli import watch
 from bt_mission.core import wall_clock
-from bt_mission.events.source import FoundExecutive
+from bt_mission.events.source import ListedExecutive
 
 
 class Watched:
@@ -26,10 +26,10 @@ class Watched:
         """Let time pass."""
         self.now_s += wall_s
 
-    def find(self) -> tuple[FoundExecutive, ...]:
+    def find(self) -> tuple[ListedExecutive, ...]:
         """All at once."""
         names = ("/r1/bt_mission", "/r2/bt_mission") if self.now_s > self._come_s else ()
-        return tuple(FoundExecutive(name) for name in names)
+        return tuple(ListedExecutive(name) for name in names)
 
     def attach(self, name: str, **_: Any) -> str:
         """Remember who is watched."""

@@ -18,7 +18,7 @@ from bt_mission.core.interface_comments import read_interface
 from bt_mission.core.text import columns
 from bt_mission.graph_tools import goal_events, listing
 from bt_mission.graph_tools.form import GoalForm
-from bt_mission.graph_tools.goal_views import goal_view_for, one_line
+from bt_mission.graph_tools.goal_views import goal_view_for, on_a_line
 from bt_mission.graph_tools.graph_query import GraphEntry
 from bt_mission.graph_tools.interface_description import (
     InterfaceDescription,
@@ -145,7 +145,7 @@ def test_goals_can_leak(view, monkeypatch):
 def test_messages(name):
     """As YAML, on one line, and as JSON, which gives back what came."""
     values = plain(fill(WITH_TEXTS[name]()))
-    for shown in (as_yaml(values), one_line(fill(WITH_TEXTS[name]()), {}), as_json(values)):
+    for shown in (as_yaml(values), on_a_line(fill(WITH_TEXTS[name]()), {}), as_json(values)):
         assert leaks(shown) == []
         assert MARK in shown
     assert json.loads(as_json(values)) == values
@@ -154,7 +154,7 @@ def test_messages(name):
 def test_messages_can_leak(monkeypatch):
     """Where nothing is escaped, it is noticed."""
     escape_nothing(monkeypatch)
-    assert leaks(one_line(fill(WITH_TEXTS["std_msgs/msg/String"]()), {}))
+    assert leaks(on_a_line(fill(WITH_TEXTS["std_msgs/msg/String"]()), {}))
 
 
 def hostile_interface() -> InterfaceDescription:

@@ -24,7 +24,7 @@ from bt_mission.events.codec import json_line
 from bt_mission.events.events import NodeChanged
 from bt_mission.events.feed import MissionFeed
 from bt_mission.events.mission_state import MissionState
-from bt_mission.events.source import ControlResponse, FoundExecutive, Heard
+from bt_mission.events.source import ControlResponse, ListedExecutive, Received
 from bt_mission.executive.leaf_statistics import LeafSummary
 from bt_mission.executive.report import FailurePath, Report
 from bt_mission.executive.trace import VERSION
@@ -102,9 +102,9 @@ class HostileExecutive(ScriptedExecutive):
 
     def __init__(self) -> None:
         super().__init__(name=BRIEF)
-        self._heard = Heard(tuple(told(BRIEF)), (), (filled(ControlResponse, BRIEF),))
+        self._heard = Received(tuple(told(BRIEF)), (), (filled(ControlResponse, BRIEF),))
 
-    def take(self, *, needs_statuses: bool) -> Heard:
+    def take(self, *, needs_statuses: bool) -> Received:
         return self._heard
 
 
@@ -114,7 +114,7 @@ def screens() -> str:
     async def scene() -> list[str]:
         shown = []
         graph = ScriptedGraph(HostileExecutive())
-        graph.faults[BRIEF] = filled(FoundExecutive, BRIEF)
+        graph.faults[BRIEF] = filled(ListedExecutive, BRIEF)
         app = WatchApp(graph, SIGNS)
         async with app.run_test(size=(300, 60)) as pilot:
             app.attach(BRIEF)
@@ -125,7 +125,7 @@ def screens() -> str:
                 await pilot.pause()
                 strips = app.screen._compositor.render_strips()
                 shown += [strip.text for strip in strips]
-            app.tell(BRIEF)
+            app.show_notice(BRIEF)
         return shown
 
     return "\n".join(asyncio.run(scene()))

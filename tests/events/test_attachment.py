@@ -8,14 +8,14 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.events.source import (
     Attachment,
     AttachmentChange,
-    FoundExecutive,
+    ListedExecutive,
     choose,
     nobody,
     wanted_name,
 )
 from tests.support.watched import ScriptedExecutive, ScriptedGraph
 
-ONE, TWO = FoundExecutive("/robot1/bt_mission"), FoundExecutive("/robot2/bt_mission")
+ONE, TWO = ListedExecutive("/robot1/bt_mission"), ListedExecutive("/robot2/bt_mission")
 
 
 def test_the_only_one_is_taken_when_it_comes():
@@ -49,7 +49,7 @@ def test_another_version_is_left_and_waited_for():
     graph = ScriptedGraph(one)
     attachment = Attachment(graph, None)
     attachment.look()
-    graph.faults[one.name] = FoundExecutive(one.name, "of another version", is_foreign=True)
+    graph.faults[one.name] = ListedExecutive(one.name, "of another version", is_foreign=True)
     attachment.look()
     assert (one.closed, attachment.source) == (True, None)
     assert attachment.look() == AttachmentChange("/bt_mission: of another version")
@@ -61,7 +61,7 @@ def test_two_of_one_name_are_taken_with_a_word():
     """Nothing better can be done from here."""
     one = ScriptedExecutive()
     graph = ScriptedGraph(one)
-    graph.faults[one.name] = FoundExecutive(one.name, "2 executives share this name")
+    graph.faults[one.name] = ListedExecutive(one.name, "2 executives share this name")
     assert Attachment(graph, None).look() == AttachmentChange(
         "2 executives share this name", is_new=True
     )
@@ -101,7 +101,7 @@ def test_another_version_is_refused():
     """Its messages would be read as what they are not."""
     with pytest.raises(BtMissionError, match="/a/bt_mission: its Tree messages are of another"):
         choose(
-            [FoundExecutive("/a/bt_mission", "its Tree messages are of another", is_foreign=True)],
+            [ListedExecutive("/a/bt_mission", "its Tree messages are of another", is_foreign=True)],
             None,
         )
 

@@ -211,7 +211,7 @@ def test_the_streams_of_killed_watchers_are_dropped(ros: Any, monkeypatch: pytes
     killed.leave()
     ros.run(0.2)
     assert ros.client.count_publishers(killed.topic) == 1
-    monkeypatch.setattr(snapshot_streams, "UNHEARD_S", 0.0)
+    monkeypatch.setattr(snapshot_streams, "SILENT_S", 0.0)
     ros.run(0.2)
     assert ros.client.count_publishers(killed.topic) == 0
     assert ros.client.count_publishers(stays.topic) == 1
@@ -224,7 +224,7 @@ def test_there_is_room_for_so_many_streams(ros: Any, monkeypatch: pytest.MonkeyP
     ros.run(0.2)
     asked = {"parameters": parameters()}
     assert ros.call(OpenSnapshotStream, OPEN, **asked).topic_name == ""
-    monkeypatch.setattr(snapshot_streams, "UNHEARD_S", 0.0)
+    monkeypatch.setattr(snapshot_streams, "SILENT_S", 0.0)
     watchers[3].leave()
     ros.run(0.2)
     assert ros.call(OpenSnapshotStream, OPEN, **asked).topic_name != ""

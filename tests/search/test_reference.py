@@ -48,14 +48,14 @@ def test_what_breaks_the_reference_does_not_count(base: BaseScenario) -> None:
     """Not as a find, nor as a step that makes a find small."""
     state = searched(base, either, has("spawn_box")).state
     assert state.unfair > 0
-    (found,) = state.found
+    (found,) = state.counterexamples
     assert {one.name for one in found.candidate.faults} == {"spawn_cylinder"}
 
 
 def test_a_search_whose_finds_are_all_unfair_finds_nothing(base: BaseScenario) -> None:
     """However many there are."""
     state = searched(base, either, either).state
-    assert state.found == []
+    assert state.counterexamples == []
     assert state.unfair > 10
     assert state.runs == 60
 

@@ -15,7 +15,7 @@ from bt_mission.scenarios.loader import load_scenario
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.guide import CLEARANCE, CLEARANCE_FORMULA, Failure
 from bt_mission.search.result import scenario_data
-from bt_mission.search.search import Found
+from bt_mission.search.search import Counterexample
 from bt_mission.search.session import load_search
 from bt_mission.sweeps.base import BaseChanges, BaseScenario
 from bt_mission.sweeps.ranges import RangesFile
@@ -25,13 +25,13 @@ NO_RANGES = RangesFile()
 FAULT = parse_fault("at 3.0: spawn_box 1.0")
 
 
-def found_in(base: BaseScenario, kind: Any, candidate: Candidate, **changes: Any) -> Found:
+def found_in(base: BaseScenario, kind: Any, candidate: Candidate, **changes: Any) -> Counterexample:
     """Return a find."""
     of_it = row(candidate.concrete(base, 0), -0.1)
-    return Found(candidate, replace(of_it, **changes), Failure(kind, "drive"))
+    return Counterexample(candidate, replace(of_it, **changes), Failure(kind, "drive"))
 
 
-def data_of(base: BaseScenario, found: Found, folder: Path) -> dict[str, Any]:
+def data_of(base: BaseScenario, found: Counterexample, folder: Path) -> dict[str, Any]:
     """Return what stands in the file, which can be loaded."""
     folder.mkdir()
     data = scenario_data(base, found, folder)

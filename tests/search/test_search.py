@@ -46,7 +46,7 @@ def test_the_budget_is_kept(search_by: MakeSearch) -> None:
     search = search_by(far)
     carry_out(search, "random", 37)
     assert (search.state.runs, search.runner.count) == (37, 37)  # type: ignore[attr-defined]
-    assert search.state.found == []
+    assert search.state.counterexamples == []
     assert search.state.smallest == (0.5, "keeps its distance")
 
 
@@ -54,7 +54,7 @@ def test_the_first_in_the_order_of_asking_is_found(search_by: MakeSearch) -> Non
     """Whatever ends first: here every scenario from the sixth on is one."""
     search = search_by(lambda one: -0.1 if one.number >= 5 else 0.5)
     carry_out(search, "random", 100)
-    (found,) = search.state.found
+    (found,) = search.state.counterexamples
     assert found.row.number == 5
     assert search.state.runs == 6
 
@@ -116,7 +116,7 @@ def test_a_mission_that_breaks_as_it_is(base: BaseScenario) -> None:
     """One run is enough, and nothing of it is varied."""
     state = session(base, lambda _: -0.1).state
     assert state.runs == 1
-    (found,) = state.found
+    (found,) = state.counterexamples
     assert found.candidate.faults == ()
 
 
@@ -131,7 +131,7 @@ def test_what_is_found_is_made_small(base: BaseScenario) -> None:
         ]
         return -0.1 if max(times, default=0) >= 4 else 0.5
 
-    (found,) = session(base, judge).state.found
+    (found,) = session(base, judge).state.counterexamples
     (fault,) = found.candidate.faults
     assert fault.name == "spawn_box"
     assert found.candidate.seed is None

@@ -11,7 +11,7 @@ from bt_mission.core.yaml.document import read_text
 from bt_mission.faults.text import parse_fault
 from bt_mission.search.candidate import Candidate
 from bt_mission.search.guide import Failure
-from bt_mission.search.search import Found, Search
+from bt_mission.search.search import Counterexample, Search
 from bt_mission.search.simplify import rounder_numbers, simplify
 from bt_mission.search.space import SearchSpace
 from bt_mission.sweeps.concrete import ConcreteScenario
@@ -32,11 +32,13 @@ def simplified(search: Search, texts: tuple[str, ...], most: int = 150) -> Candi
     faults = tuple(map(parse_fault, texts))
     candidate = Candidate(99, {"speed": 0.237}, faults)
     of_it = row(candidate.concrete(search.base, 1), -0.1)
-    search.state.found = [Found(candidate, of_it, Failure("violated", "keeps its distance"))]
+    search.state.counterexamples = [
+        Counterexample(candidate, of_it, Failure("violated", "keeps its distance"))
+    ]
     file = RangesFile(read_text("inputs: {speed: 0.1..0.25}"))
     space = SearchSpace(search.base, file.ranges, file.parameters, 20.0)
     asyncio.run(simplify(search, space, 0, most))
-    return search.state.found[0].candidate
+    return search.state.counterexamples[0].candidate
 
 
 def needs(*parts: str) -> Judge:

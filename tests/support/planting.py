@@ -87,11 +87,13 @@ def late_condition(self: Attempt, goal: Goal, now_ns: int) -> None:
 check_limits, check_feedback = Attempt._check_limits, Attempt._check_feedback
 
 
-def no_zero_at_the_end(self: pilot.Pilot, run: Any, outcome: Any, *, tell: bool = False) -> None:
+def no_zero_at_the_end(
+    self: pilot.Pilot, run: Any, outcome: Any, *, with_feedback: bool = False
+) -> None:
     """End a maneuver without a command to stand."""
     command, self._command = self._command, lambda _: None
     try:
-        end(self, run, outcome, tell=tell)
+        end(self, run, outcome, with_feedback=with_feedback)
     finally:
         self._command = command
 

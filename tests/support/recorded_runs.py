@@ -35,7 +35,7 @@ tree:
 
 
 @dataclass
-class Heard:
+class Received:
     """A message as the independent reader has it."""
 
     topic: str
@@ -43,14 +43,14 @@ class Heard:
     message: Any
 
 
-def heard_by_others(path: Path) -> list[Heard]:
+def heard_by_others(path: Path) -> list[Received]:
     """Every message of a file, decoded by rosbags."""
     store = get_typestore(Stores.EMPTY)
     with Reader(path) as reader:
         for connection in reader.connections:
             store.register(get_types_from_msg(connection.msgdef.data, connection.msgtype))
         return [
-            Heard(connection.topic, time_ns, store.deserialize_cdr(data, connection.msgtype))
+            Received(connection.topic, time_ns, store.deserialize_cdr(data, connection.msgtype))
             for connection, time_ns, data in reader.messages()
         ]
 

@@ -10,7 +10,7 @@ from bt_mission.events import events, messages
 from bt_mission.events.feed import MissionFeed
 from bt_mission.events.messages import Batch
 from bt_mission.events.mission_state import MissionState
-from bt_mission.events.source import ControlRequest, ControlResponse, FoundExecutive, Heard
+from bt_mission.events.source import ControlRequest, ControlResponse, ListedExecutive, Received
 from bt_mission.goals.poses import NamedPose
 
 S = 1_000_000_000
@@ -235,12 +235,12 @@ class ScriptedExecutive:
 
     # ---- a source ------------------------------------------------------------------------
 
-    def take(self, *, needs_statuses: bool) -> Heard:
+    def take(self, *, needs_statuses: bool) -> Received:
         if needs_statuses and self.is_there:
             self.asked += 1
             self._told.append(self.statuses)
         image, self.image = self.image, None
-        heard = Heard(tuple(self._told), tuple(self._robot), tuple(self._answers), image)
+        heard = Received(tuple(self._told), tuple(self._robot), tuple(self._answers), image)
         for queue in (self._told, self._robot, self._answers):
             queue.clear()
         return heard
@@ -262,15 +262,15 @@ class ScriptedGraph:
 
     def __init__(self, *executives: ScriptedExecutive) -> None:
         self.executives = list(executives)
-        self.faults: dict[str, FoundExecutive] = {}
+        self.faults: dict[str, ListedExecutive] = {}
         self.served = 0
 
     def serve(self) -> None:
         self.served += 1
 
-    def find(self) -> tuple[FoundExecutive, ...]:
+    def find(self) -> tuple[ListedExecutive, ...]:
         there = [one.name for one in self.executives if one.is_there]
-        return tuple(self.faults.get(name, FoundExecutive(name)) for name in there)
+        return tuple(self.faults.get(name, ListedExecutive(name)) for name in there)
 
     def attach(self, name: str) -> ScriptedExecutive:
         for one in self.executives:

@@ -72,13 +72,13 @@ class DecodedMessage(dict[str, Any]):
 
 
 def _message_class(names: Iterable[str]) -> type[DecodedMessage]:
-    """Return the class of messages with these fields; one called as a method of dict hides it."""
+    """Return the class of messages with these fields; step called as a method of dict hides it."""
     hiding = {name: property(itemgetter(name)) for name in names if hasattr(dict, name)}
     return type("DecodedMessage", (DecodedMessage,), hiding) if hiding else DecodedMessage
 
 
 class Decoder:
-    """Reads messages of one type.
+    """Reads messages of step type.
 
     Args:
         type_name: Such as ``nav_msgs/msg/Odometry``.
@@ -102,8 +102,8 @@ class Decoder:
     def has_known_length(self) -> bool:
         """Does ROS know how long such a message is before it is serialized?
 
-        It does not for sequences, other than of small numbers: an empty one is reckoned with the
-        room that keeps its first element in its place, were there one.
+        It does not for sequences, other than of small numbers: an empty step is reckoned with the
+        room that keeps its first element in its place, were there step.
         """
         sizes = {kind: struct.calcsize(form) for kind, form in FORMATS.items()}
         return not any(
@@ -142,7 +142,7 @@ class Decoder:
         """
         return self._read(data)[0]
 
-    def trimming(self, take: Take, *, has_one_shape: bool) -> Take:
+    def trimming(self, take: Take, *, has_fixed_shape: bool) -> Take:
         """Give ``take``, with messages of this type without what rclpy adds to them.
 
         ``serialize_message`` gives as many bytes as ROS has reckoned that a message may take. That
@@ -151,12 +151,12 @@ class Decoder:
 
         Args:
             take: Takes the messages.
-            has_one_shape: Messages of the same length as reckoned have the same true length, so
+            has_fixed_shape: Messages of the same length as reckoned have the same true length, so
                 each length is looked at once; otherwise each message is read to find its end.
         """
         if self.has_known_length:
             return take
-        if not has_one_shape:
+        if not has_fixed_shape:
             return lambda data: take(data[: self._read(data)[1]])
         lengths: dict[int, int] = {}
 
@@ -196,7 +196,7 @@ def byte_order(data: bytes) -> str:
 
 
 class _Compiler:
-    """Makes functions that read, for one order of bytes."""
+    """Makes functions that read, for step order of bytes."""
 
     def __init__(self, specs: Mapping[str, list[Field]], order: str) -> None:
         self._specs = specs
@@ -227,13 +227,13 @@ class _Compiler:
         def read_nothing(data: bytes, at: int) -> tuple[Any, int]:
             if at > len(data):
                 raise ValueError("it ends too early")
-            return DecodedMessage(), at + 1  # a message without fields is sent with one byte
+            return DecodedMessage(), at + 1  # a message without fields is sent with step byte
 
         self._known[name] = read if steps else read_nothing
         return self._known[name]
 
     def _row(self, fields: list[Field], size: int) -> Step:
-        """Read numbers of one size, such as a quaternion's, in one go."""
+        """Read numbers of step size, such as a quaternion's, in step go."""
         row = struct.Struct(self._order + "".join(FORMATS[field.type] for field in fields))
         length, unpack = row.size, row.unpack_from
 
@@ -244,10 +244,10 @@ class _Compiler:
         return read
 
     def _field(self, field: Field) -> Step:
-        one = self._one(field.type)
+        step = self._step_of(field.type)
         if field.size is None:
-            return one
-        many = self._numbers(field.type) if field.type in FORMATS else _several(one)
+            return step
+        many = self._numbers(field.type) if field.type in FORMATS else _several(step)
         if field.size >= 0:
             size = field.size
             return lambda data, at: many(data, at, size)
@@ -259,7 +259,7 @@ class _Compiler:
 
         return sequence
 
-    def _one(self, kind: str) -> Step:
+    def _step_of(self, kind: str) -> Step:
         if kind in FORMATS:
             return self._number(FORMATS[kind])
         if kind == "string":
@@ -269,8 +269,8 @@ class _Compiler:
         return self.message(kind)
 
     def _number(self, form: str) -> Step:
-        one = struct.Struct(self._order + form)
-        size, unpack = one.size, one.unpack_from
+        step = struct.Struct(self._order + form)
+        size, unpack = step.size, step.unpack_from
 
         def read(data: bytes, at: int) -> tuple[Any, int]:
             at += -(at - HEAD) % size
@@ -305,18 +305,18 @@ class _Compiler:
 
 
 def _size(field: Field) -> int:
-    """Return the bytes of a field that is one number; 0 of any other."""
+    """Return the bytes of a field that is step number; 0 of any other."""
     is_number = field.size is None and field.type in FORMATS
     return struct.calcsize(FORMATS[field.type]) if is_number else 0
 
 
-def _several(one: Step) -> Callable[[bytes, int, int], tuple[Any, int]]:
+def _several(step: Step) -> Callable[[bytes, int, int], tuple[Any, int]]:
     def read(data: bytes, at: int, count: int) -> tuple[Any, int]:
         if count > len(data):
             raise ValueError("a sequence is longer than the message")
         values = []
         for _ in range(count):
-            value, at = one(data, at)
+            value, at = step(data, at)
             values.append(value)
         return values, at
 

@@ -169,15 +169,15 @@ def parse(type_name: str, definition: str) -> dict[str, list[Field]]:
     Types are ``package/Name``, too, or basic ones.
     """
     package = type_name.partition("/")[0]
-    found: dict[str, list[Field]] = {}
+    definitions: dict[str, list[Field]] = {}
     for part in definition.split(f"\n{SEPARATOR}\n"):
         first, _, rest = part.partition("\n")
         name, text = "", part
         if first.startswith("MSG: "):
             name, text = _short(first.removeprefix("MSG: ").strip()), rest
         here = name.partition("/")[0] or package
-        found[name] = [field for line in text.splitlines() for field in _fields(line, here)]
-    return found
+        definitions[name] = [field for line in text.splitlines() for field in _fields(line, here)]
+    return definitions
 
 
 def _fields(line: str, package: str) -> list[Field]:

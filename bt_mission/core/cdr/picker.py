@@ -81,22 +81,22 @@ class Picker:
 
     def _learn(self, data: bytes) -> _Layout:
         try:
-            found = _Walk(self._decoder.specs, data, byte_order(data))
-            found.whole()
-            row = _row(found, self._choose(found.texts), byte_order(data))
+            walk = _Walk(self._decoder.specs, data, byte_order(data))
+            walk.whole()
+            row = _row(walk, self._choose(walk.texts), byte_order(data))
         except (struct.error, IndexError, ValueError, KeyError, RecursionError) as error:
             raise DecodingError(
                 f"a message of type {self._decoder.type_name} cannot be read: {error}"
             ) from error
-        decisive = tuple((start, end, data[start:end]) for start, end in _merged(found.decisive))
-        return _Layout(len(data), decisive, row, found.texts)
+        decisive = tuple((start, end, data[start:end]) for start, end in _merged(walk.decisive))
+        return _Layout(len(data), decisive, row, walk.texts)
 
 
-def _row(found: _Walk, paths: Sequence[str], order: str) -> struct.Struct:
+def _row(walk: _Walk, paths: Sequence[str], order: str) -> struct.Struct:
     """Return what reads numbers at their places, and skips what lies between."""
     at, form = 0, order
     for path in paths:
-        place, letter = found.places[path]
+        place, letter = walk.places[path]
         if place < at:
             raise ValueError(f"{path} comes before what is asked for ahead of it")
         form += f"{place - at}x{letter}"
@@ -135,26 +135,26 @@ class _Walk:
         fields = self.specs[name]
         if not fields:
             return at + 1  # a message without fields is sent with one byte
-        for one in fields:
-            at = self._field(one, f"{path}.{one.name}" if path else one.name, at)
+        for part in fields:
+            at = self._field(part, f"{path}.{part.name}" if path else part.name, at)
         return at
 
-    def _field(self, one: Field, path: str, at: int) -> int:
-        if one.size is None:
-            return self._one(one.type, path, at)
-        count = one.size
+    def _field(self, field: Field, path: str, at: int) -> int:
+        if field.size is None:
+            return self._walk_value(field.type, path, at)
+        count = field.size
         if count < 0:
             count, at = self._length(at)
             if count > len(self.data):
                 raise ValueError("a sequence is longer than the message")
-        if one.type in FORMATS:
-            size = struct.calcsize(FORMATS[one.type])
+        if field.type in FORMATS:
+            size = struct.calcsize(FORMATS[field.type])
             return at + (-(at - HEAD) % size + count * size if count else 0)
         for index in range(count):
-            at = self._one(one.type, f"{path}.{index}", at)
+            at = self._walk_value(field.type, f"{path}.{index}", at)
         return at
 
-    def _one(self, kind: str, path: str, at: int) -> int:
+    def _walk_value(self, kind: str, path: str, at: int) -> int:
         if kind in FORMATS:
             size = struct.calcsize(FORMATS[kind])
             at += -(at - HEAD) % size

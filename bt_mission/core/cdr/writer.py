@@ -80,7 +80,7 @@ class MessageTemplate:
         self._number_places: list[tuple[slice, slice]] = []
         """Places of numbers among the arguments, and which numbers."""
         arguments, form, end = self._arguments, "<", 0
-        for at, one, count, first in changing:
+        for at, letter, count, first in changing:
             if at > end:
                 arguments.append(data[end:at])
                 form += f"{at - end}s"
@@ -90,8 +90,8 @@ class MessageTemplate:
             else:
                 self._add_numbers(slice(place, place + count), slice(first, first + count))
             arguments += [0] * count
-            form += one
-            end = at + struct.calcsize(f"<{one}")
+            form += letter
+            end = at + struct.calcsize(f"<{letter}")
         arguments.append(data[end:])
         return struct.Struct(f"{form}{len(data) - end}s")
 
@@ -139,12 +139,12 @@ def _find(message: Any, part: Any, name: str, serialize: Serialize) -> _Field:
         before[0] = _PROBE
         data = serialize(message)
         before[0] = first
-    found = [
+    matches = [
         (at, form) for form in ("d", "f") for at in _all(data, struct.pack(f"<{form}", _PROBE))
     ]
-    if len(found) != 1:
-        raise ValueError(f"{name} stands in {len(found)} places of a {type(message).__name__}")
-    ((at, form),) = found
+    if len(matches) != 1:
+        raise ValueError(f"{name} stands in {len(matches)} places of a {type(message).__name__}")
+    ((at, form),) = matches
     return _Field(name, at, form, count)
 
 

@@ -37,15 +37,19 @@ def node_of(endpoint: Endpoint) -> str:
 
 def unheard(publishers: Iterable[Endpoint], types: Collection[str]) -> Mapping[str, str]:
     """Return the types, by the names of their nodes, of publishers whose type is not in `types`."""
-    found = {node_of(one): one.topic_type for one in publishers if one.topic_type not in types}
-    return dict(sorted(found.items()))
+    unread = {
+        node_of(publisher): publisher.topic_type
+        for publisher in publishers
+        if publisher.topic_type not in types
+    }
+    return dict(sorted(unread.items()))
 
 
 def type_conflict(
     topic: str, publishers: Iterable[Endpoint], subscriptions: Iterable[Endpoint]
 ) -> str | None:
     """Return who publishes what nobody on the topic takes, and what is taken; None if all fits."""
-    taken = {node_of(one): one.topic_type for one in subscriptions}
+    taken = {node_of(subscription): subscription.topic_type for subscription in subscriptions}
     lost = unheard(publishers, set(taken.values()))
     if not lost or not taken:
         return None

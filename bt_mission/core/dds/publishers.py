@@ -29,7 +29,7 @@ class TopicGraph(Protocol):
         """Return a parameter."""
 
 
-def topics_of_one(node: TopicGraph, odometry: str = ODOMETRY) -> tuple[str, ...]:
+def single_publisher_topics(node: TopicGraph, odometry: str = ODOMETRY) -> tuple[str, ...]:
     """Return the topics that one publisher shall have: the clock, where the node goes by it.
 
     The node's parameter decides that, not the options of its process: ROS arguments override those.
@@ -40,10 +40,10 @@ def topics_of_one(node: TopicGraph, odometry: str = ODOMETRY) -> tuple[str, ...]
 
 def duplicate_publishers(node: TopicGraph, odometry: str = ODOMETRY) -> str | None:
     """Return which of its topics has several publishers, whose, and what to do, or None."""
-    for topic in topics_of_one(node, odometry):
+    for topic in single_publisher_topics(node, odometry):
         name = node.resolve_topic_name(topic)
-        found = node.get_publishers_info_by_topic(name)
-        if len(found) > 1:
-            who = sorted(node_of(one) for one in found)
-            return f"{name} has {len(found)} publishers ({listed(who)}): {ADVICE}"
+        publishers = node.get_publishers_info_by_topic(name)
+        if len(publishers) > 1:
+            who = sorted(node_of(publisher) for publisher in publishers)
+            return f"{name} has {len(publishers)} publishers ({listed(who)}): {ADVICE}"
     return None

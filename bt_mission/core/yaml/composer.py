@@ -191,8 +191,8 @@ class _EventReader:
         if event.anchor is None and event.tag is None:
             return line, column
         rest = self.lines[line - 1][column - 1 :] if line <= len(self.lines) else ""
-        found = re.match(r"(?:[&!][^\s,\[\]{}]*\s+)+(?=\S)", rest)
-        return line, column + (found.end() if found else 0)
+        prefix = re.match(r"(?:[&!][^\s,\[\]{}]*\s+)+(?=\S)", rest)
+        return line, column + (prefix.end() if prefix else 0)
 
     def open(self, new: _Open, event: Any) -> None:
         top = self.stack[-1] if self.stack else None
@@ -212,8 +212,8 @@ class _EventReader:
             return
         text: str = event.value
         data = self.number_or_text(text, at) if _is_plain(event) else text
-        one_piece = isinstance(data, str) and event.start_mark.line == event.end_mark.line
-        place = Place(*at, text=text if one_piece else None)
+        is_single_line = isinstance(data, str) and event.start_mark.line == event.end_mark.line
+        place = Place(*at, text=text if is_single_line else None)
         size = 1 + len(text) // TEXT_WEIGHT if isinstance(data, str) else 1
         if event.anchor is not None:
             self.anchors[event.anchor] = _Open(data, place, size=size, closed=True)
@@ -232,10 +232,10 @@ class _EventReader:
 
     def point_hint(self, line: int, column: int) -> str | None:
         """Return how a number is written that has a decimal comma before this place."""
-        found = _DECIMAL_COMMA.search(self.lines[line - 1][: column + 20])
-        if found is None or found.start(2) != column - 1:
+        match = _DECIMAL_COMMA.search(self.lines[line - 1][: column + 20])
+        if match is None or match.start(2) != column - 1:
             return None
-        return f"decimals are written with a point: {found[1]}.{found[2]}"
+        return f"decimals are written with a point: {match[1]}.{match[2]}"
 
     def take_alias(self, event: Any) -> None:
         at = _start(event)

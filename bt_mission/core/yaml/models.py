@@ -75,23 +75,25 @@ def model_faults(
     document: Document, error: pydantic.ValidationError, model: Any, path: Sequence[Key] = ()
 ) -> list[Diagnostic]:
     """Return a pydantic error as faults, in the order of the file, one for each place."""
-    found: dict[tuple[int, int, str], Diagnostic] = {}
+    merged: dict[tuple[int, int, str], Diagnostic] = {}
     for detail in error.errors(include_url=False)[:MOST_FAULTS]:
         fault = _fault(document, detail, model, path)
         is_type = fault.message.startswith("expected")
         what = (fault.line, fault.column, "" if is_type else fault.message)
-        found[what] = _merged(found[what], fault) if what in found else fault
-    return sorted(found.values(), key=lambda fault: (fault.line, fault.column))
+        merged[what] = _merged(merged[what], fault) if what in merged else fault
+    return sorted(merged.values(), key=lambda fault: (fault.line, fault.column))
 
 
-def _merged(one: Diagnostic, other: Diagnostic) -> Diagnostic:
+def _merged(fault: Diagnostic, other: Diagnostic) -> Diagnostic:
     """Return the complaints of two members of a union as one: "expected a or b, got c"."""
-    first, separator, got = one.message.partition(", got ")
+    first, separator, got = fault.message.partition(", got ")
     second, _, other_got = other.message.partition(", got ")
     if not separator or got != other_got or second in first:
-        return one
+        return fault
     message = f"{first} or {second.removeprefix('expected ')}, got {got}"
-    return Diagnostic(message, one.file, one.line, one.column, one.source, one.hint, one.severity)
+    return Diagnostic(
+        message, fault.file, fault.line, fault.column, fault.source, fault.hint, fault.severity
+    )
 
 
 def _fault(document: Document, detail: ErrorDetails, model: Any, path: Sequence[Key]) -> Diagnostic:

@@ -83,7 +83,7 @@ class Client:
         self._subscribed: dict[int, Channel] = {}
         self._waiting: deque[bytes] = deque()
         self._errors: deque[str] = deque(maxlen=BACKLOG)
-        self._news = asyncio.Event()
+        self._has_messages = asyncio.Event()
 
     def put(self, message: bytes) -> None:
         """Send it when the client takes it."""
@@ -93,7 +93,7 @@ class Client:
             len(self._waiting) > BACKLOG or self.waiting_bytes > BACKLOG_BYTES
         ):
             self._next()
-        self._news.set()
+        self._has_messages.set()
 
     def _next(self) -> bytes:
         message = self._waiting.popleft()
@@ -102,7 +102,7 @@ class Client:
 
     def wake(self) -> None:
         """Send what has changed: the channels, the time."""
-        self._news.set()
+        self._has_messages.set()
 
     async def serve(self) -> None:
         """Send and listen until the client has left."""
@@ -128,10 +128,10 @@ class Client:
             sessionId=secrets.token_hex(8),
         )
         sent_ns = 0
-        self._news.set()
+        self._has_messages.set()
         while True:
-            await self._news.wait()
-            self._news.clear()
+            await self._has_messages.wait()
+            self._has_messages.clear()
             await self._offer()
             while self._errors:
                 await self._say(op="status", level=ERROR, message=self._errors.popleft())
@@ -163,7 +163,7 @@ class Client:
                 return
             if why := self._refusal(message.get("text")):
                 self._errors.append(why)
-                self._news.set()
+                self._has_messages.set()
 
     def _refusal(self, text: str | None) -> str:
         """Do what a client asks for; gives why not, or an empty text."""
@@ -175,9 +175,9 @@ class Client:
             return "the message is not JSON"
         match words:
             case {"op": "subscribe", "subscriptions": [*wanted]}:
-                faults = [why for one in wanted if (why := self._subscribe(one))]
+                faults = [why for number in wanted if (why := self._subscribe(number))]
             case {"op": "unsubscribe", "subscriptionIds": [*numbers]}:
-                faults = [why for one in numbers if (why := self._unsubscribe(one))]
+                faults = [why for number in numbers if (why := self._unsubscribe(number))]
             case {"op": str(operation)}:
                 return f"this server does not support {operation[:LONGEST_WORD]!r}"
             case _:
@@ -234,7 +234,7 @@ class Clients:
         channel.viewers.clear()
         self._wake()
 
-    def tell_time(self, time_ns: int) -> None:
+    def send_time(self, time_ns: int) -> None:
         """Send each the time of the graph, ns."""
         for client in self._clients:
             client.time_ns = time_ns

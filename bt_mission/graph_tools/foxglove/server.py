@@ -94,7 +94,7 @@ class FoxgloveServer(Onlooker):
         self._port: int = self._listener.getsockname()[1]
         connections = Connections()
         self._newcomers: set[int] = set()
-        self._clients = Clients(connections, lambda one: self._newcomers.add(one.number))
+        self._clients = Clients(connections, lambda client: self._newcomers.add(client.number))
         app = Starlette(routes=[WebSocketRoute("/{path:path}", self._clients.open)])
         self._server = GuardedServer(app, connections, FRAMES, most_bytes=MOST_BYTES)
         self._turning: _Turning | None = None
@@ -133,12 +133,12 @@ class FoxgloveServer(Onlooker):
             self._since_search = Stopwatch()
             self._search()
         newcomers, self._newcomers = self._newcomers, set()
-        for one in self._topics.values():
-            if one is not None:
-                one.look(has_newcomers=one.channel.number in newcomers)
+        for topic in self._topics.values():
+            if topic is not None:
+                topic.look(has_newcomers=topic.channel.number in newcomers)
         if self._since_time.elapsed_s >= TIME_S:
             self._since_time = Stopwatch()
-            self._clients.tell_time(self._now_ns())
+            self._clients.send_time(self._now_ns())
         if self._turning is None:
             self._turning = _Turning(self._server, self._listener)
         self._turning.look()
@@ -146,9 +146,9 @@ class FoxgloveServer(Onlooker):
     def _search(self) -> None:
         """Offer what has come up since the last time, and take back what has gone."""
         offers = {
-            topic: (types, [one.qos_profile for one in found])
+            topic: (types, [publisher.qos_profile for publisher in publishers])
             for topic, types in self.node.get_topic_names_and_types()
-            if topic not in NEVER and (found := self.node.get_publishers_info_by_topic(topic))
+            if topic not in NEVER and (publishers := self.node.get_publishers_info_by_topic(topic))
         }
         for topic in self._topics.keys() - offers.keys():
             if (gone := self._topics.pop(topic)) is not None:

@@ -44,8 +44,8 @@ class ForkChange:
 
     def __str__(self) -> str:
         names = [] if self.edit is None else [Path(self.edit.file).name]
-        values = (f"{name}={show(one)}" for name, one in self.values.items())
-        return ", ".join([*names, *values, *(f"'{one}'" for one in self.faults)])
+        values = (f"{name}={show(value)}" for name, value in self.values.items())
+        return ", ".join([*names, *values, *(f"'{fault}'" for fault in self.faults)])
 
     @property
     def is_none(self) -> bool:
@@ -103,7 +103,7 @@ def values_of(mission: Mission, given: Iterable[tuple[str, str]]) -> dict[str, P
     Raises:
         InputError: For a variable that the mission has not, or a value of another type.
     """
-    followed = {one.variable for one in mission.follow}
+    followed = {topic.variable for topic in mission.follow}
     written = {name for node in mission.tree.walk() for name in written_by(node)} - followed
     known = [*mission.inputs, *sorted(written - mission.inputs.keys())]
     values: dict[str, Plain] = {}
@@ -132,11 +132,11 @@ def refuse_earlier(faults: Iterable[WrittenFault], at_s: float) -> None:
         InputError: With each of them.
     """
     wrong = []
-    for one in faults:
-        begins = one.planned.begins
+    for fault in faults:
+        begins = fault.planned.begins
         if not isinstance(begins, WhenTrue) and begins.time_s < at_s - ROUNDING_S:
             message = f"it begins before the fork, whose control step is at {seconds(at_s)}"
-            wrong.append(one.locate(message, None, str(begins.time_s), 0))
+            wrong.append(fault.locate(message, None, str(begins.time_s), 0))
     if wrong:
         raise InputError(wrong)
 

@@ -30,43 +30,45 @@ def edited(source: ForkSource, path: Path, permissions: Permissions) -> ForkChan
     Raises:
         InputError: For a mission that is not sound, or whose world, robot or seed are others.
     """
-    found = required(examine(path, permissions=permissions))
-    if others := list(_other_heads(source.written, found)):
+    new = required(examine(path, permissions=permissions))
+    if others := list(_other_heads(source.written, new)):
         raise InputError(others)
     recorded, written = source.mission, source.written.inputs
-    kept = {name: value for name, value in recorded.inputs.items() if name in found.inputs}
+    kept = {name: value for name, value in recorded.inputs.items() if name in new.inputs}
     values = {
-        name: value for name, value in found.inputs.items() if value != written.get(name, value)
+        name: value for name, value in new.inputs.items() if value != written.get(name, value)
     }
-    names = {one.name for one in (*found.requirements, *source.written.requirements)}
-    added = tuple(one for one in recorded.requirements if one.name not in names)
+    names = {requirement.name for requirement in (*new.requirements, *source.written.requirements)}
+    added = tuple(
+        requirement for requirement in recorded.requirements if requirement.name not in names
+    )
     edit = replace(
-        found,
+        new,
         world=recorded.world,
         robot=recorded.robot,
         seed=recorded.seed,
-        observe=found.observe or recorded.observe,
+        observe=new.observe or recorded.observe,
         nodes=recorded.nodes,
-        inputs={**found.inputs, **kept},
-        requirements=(*found.requirements, *added),
+        inputs={**new.inputs, **kept},
+        requirements=(*new.requirements, *added),
     )
-    new_tree = frame_change(recorded, found)
+    new_tree = frame_change(recorded, new)
     if new_tree is None:
-        values |= {name: found.inputs[name] for name in found.inputs.keys() - written.keys()}
+        values |= {name: new.inputs[name] for name in new.inputs.keys() - written.keys()}
     return ForkChange(values, edit, new_tree)
 
 
 def _other_heads(before: Mission, after: Mission) -> Iterator[Diagnostic]:
     for name in FIXED:
-        one, other = _head(before, name), _head(after, name)
-        if one != other:
-            message = f"'{name}' is settled when a run begins: it was {one}, and is {other} here"
+        old, other = _head(before, name), _head(after, name)
+        if old != other:
+            message = f"'{name}' is settled when a run begins: it was {old}, and is {other} here"
             yield after.document.fault((name,), message)
 
 
 def _head(mission: Mission, name: str) -> str:
     if name == "nodes":
-        return ", ".join(one.target for one in mission.nodes) or "none"
+        return ", ".join(node.target for node in mission.nodes) or "none"
     return str(getattr(mission, name))
 
 
@@ -86,24 +88,24 @@ def _frame_changes(before: Mission, after: Mission) -> Iterator[Diagnostic]:
         yield after.main.document.fault(("follow",), "other variables follow topics")
     yield from _node_changes(before.tree, after.tree, after.main)
     for name in used(before):
-        one, other = before.trees[name], after.trees.get(name)
+        old, other = before.trees[name], after.trees.get(name)
         if other is None:
             yield after.main.document.fault(("trees",), f"there is no tree '{name}'")
             continue
-        if _signature(one) != _signature(other):
+        if _signature(old) != _signature(other):
             message = f"the tree '{name}' has other inputs, outputs or variables"
             yield other.document.fault(other.path, message, key=True)
-        yield from _node_changes(one.body, other.body, other)
+        yield from _node_changes(old.body, other.body, other)
 
 
 def _node_changes(before: NodeModel, after: NodeModel, tree: Tree) -> Iterator[Diagnostic]:
     waiting: list[tuple[NodeModel | None, NodeModel | None, NodeModel]] = [(before, after, after)]
     while waiting:
-        one, other, parent = waiting.pop()
-        if one is None or other is None or one.frame != other.frame:
-            yield tree.document.fault((other or parent).path, _difference(one, other))
+        old, other, parent = waiting.pop()
+        if old is None or other is None or old.frame != other.frame:
+            yield tree.document.fault((other or parent).path, _difference(old, other))
             return
-        below = zip_longest(one.below, other.below)
+        below = zip_longest(old.below, other.below)
         waiting += reversed([(*pair, other) for pair in below])
 
 
@@ -120,4 +122,4 @@ def _signature(tree: Tree) -> tuple[object, ...]:
 
 
 def _followed(part: Mission | Tree) -> list[object]:
-    return [one.settings for one in part.follow]
+    return [followed.settings for followed in part.follow]

@@ -46,7 +46,7 @@ class ForkResult:
     @property
     def is_identical(self) -> bool:
         """Is the whole run the same, that of the other robots included?"""
-        return self.difference is None and all(one.difference is None for one in self.others)
+        return self.difference is None and all(other.difference is None for other in self.others)
 
     @property
     def is_success(self) -> bool:
@@ -62,7 +62,7 @@ class ForkResult:
         """What programs are told."""
         status, reason = self.source.outcome
         robot = {"robot": self.source.name} if self.source.name else {}
-        others = [one.as_dict() for one in self.others]
+        others = [other.as_dict() for other in self.others]
         return {
             **robot,
             "recording": str(self.source.path),
@@ -110,7 +110,7 @@ class ForkedRun:
         self._step_ns = step_ns
         self._is_whole = source.is_whole
         others = set(source.mission.requirements) ^ set(mission.requirements)
-        self._others = tuple(f'"name": {json.dumps(one.name)}' for one in others)
+        self._others = tuple(f'"name": {json.dumps(other.name)}' for other in others)
         self._recorded = [line for line in source.trace if self._is_compared(line)]
         lines = zip(source.trace, source.events, strict=True)
         self._same = sum(
@@ -206,8 +206,8 @@ class ForkedRun:
                 self._stage.clock.call_at(self._stage.now_ns, self._leave)
 
     def _is_compared(self, line: str) -> bool:
-        is_one = bool(self._others) and REQUIREMENT in line
-        return not (is_one and any(name in line for name in self._others))
+        has_name = bool(self._others) and REQUIREMENT in line
+        return not (has_name and any(name in line for name in self._others))
 
     def _difference(self, recorded: Sequence[str]) -> Difference | None:
         if self._parted is None:

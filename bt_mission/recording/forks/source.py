@@ -109,8 +109,12 @@ class ForkSource:
     @property
     def requirements(self) -> list[dict[str, Any]]:
         """What the requirements came to, where that was recorded."""
-        found = self.summary.get("requirements", [])
-        return [one for one in found if isinstance(one, dict) and "name" in one]
+        recorded = self.summary.get("requirements", [])
+        return [
+            requirement
+            for requirement in recorded
+            if isinstance(requirement, dict) and "name" in requirement
+        ]
 
     def seconds(self, time_ns: int) -> float:
         """A time of the run, s since its start."""
@@ -161,13 +165,13 @@ class ForkSource:
 
     @property
     def _recorded(self) -> Mapping[str, Any]:
-        found: Mapping[str, Any] = self.stage["robots"][self.names.index(self.name)]
-        return found
+        recorded: Mapping[str, Any] = self.stage["robots"][self.names.index(self.name)]
+        return recorded
 
     @property
     def names(self) -> list[str]:
         """The robots of the fleet, in order."""
-        return [one["name"] for one in self.stage["robots"]]
+        return [robot["name"] for robot in self.stage["robots"]]
 
 
 def read_source(
@@ -185,7 +189,7 @@ def read_source(
         InputError: For a mission, world or robot in it that this version cannot read.
     """
     source = _read(path, permissions, robot)
-    others = (_read(path, permissions, one) for one in source.names if one != source.name)
+    others = (_read(path, permissions, name) for name in source.names if name != source.name)
     return replace(source, others=tuple(others))
 
 
@@ -213,7 +217,7 @@ def _read(path: Path, permissions: Permissions, robot: str | None) -> ForkSource
         raise ForkError(
             f"{path}: its trace has version {version}, and this bt-mission writes {VERSION}"
         )
-    steps = tuple(one["t"] for one in events if one.get("event") == "pose")
+    steps = tuple(event["t"] for event in events if event.get("event") == "pose")
     if not steps:
         raise ForkError(f"{path}: it ends before the first control step{_cut(file.why_cut)}")
     written, mission = _missions_of(file, facts, permissions)
@@ -289,7 +293,9 @@ def _stage_of(path: Path, facts: RunFacts, why_cut: str) -> Mapping[str, Any]:
             f"{path}: it lacks the files of world and robot, and the options of the simulation: "
             f"recorded by an older bt-mission ({by}); record the run again"
         )
-    if facts.texts.get("namespace", "/").strip("/") not in [one["name"] for one in stage["robots"]]:
+    if facts.texts.get("namespace", "/").strip("/") not in [
+        robot["name"] for robot in stage["robots"]
+    ]:
         raise ForkError(f"{path}: its robots are not those of its simulation")
     if stage["without"]:
         names = ", ".join(map(str, stage["without"]))
@@ -309,9 +315,9 @@ def _missions_of(
 ) -> tuple[Mission, Mission]:
     """Return the mission as its file has it, and as it was run."""
     texts = {
-        one.name: one.data.decode(errors="replace")
-        for one in file.attached
-        if one.media_type == "text/plain"
+        attached.name: attached.data.decode(errors="replace")
+        for attached in file.attached
+        if attached.media_type == "text/plain"
     }
     name = facts.texts.get("file", "")
     if name not in texts:
@@ -363,9 +369,9 @@ def _nodes_of(facts: RunFacts) -> Iterator[NodeFactory]:
 
 
 def _text_of(file: RecordedFile, what: str, prefix: str) -> Document:
-    for one in file.attached:
-        if one.media_type == "application/yaml" and one.name.startswith(prefix):
-            return read_text(one.data.decode(errors="replace"), one.name)
+    for attached in file.attached:
+        if attached.media_type == "application/yaml" and attached.name.startswith(prefix):
+            return read_text(attached.data.decode(errors="replace"), attached.name)
     raise ForkError(f"{file.path}: it lacks the file of the {what}{_cut(file.why_cut)}")
 
 

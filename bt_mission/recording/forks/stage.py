@@ -51,11 +51,13 @@ def forked_stage(
     members = {source.name: source.member(mission)}
     more = faults_in_texts(change.faults)
     refuse_earlier(more, source.seconds(step_ns))
-    faults = [replace(one, robot=source.name) for one in (*faults_in_texts(source.faults), *more)]
+    faults = [
+        replace(fault, robot=source.name) for fault in (*faults_in_texts(source.faults), *more)
+    ]
     for other in source.others:
         forked[other.name] = ForkedRun(other, ForkChange(), step_ns, other.mission, parted)
         members[other.name] = other.member(other.mission)
-        faults += [replace(one, robot=other.name) for one in faults_in_texts(other.faults)]
+        faults += [replace(fault, robot=other.name) for fault in faults_in_texts(other.faults)]
     with (
         TemporaryDirectory() as folder,
         Stage(
@@ -66,8 +68,8 @@ def forked_stage(
         ) as stage,
         planned_on(stage, faults) as with_outcomes,
     ):
-        for one in forked.values():
-            one.follow(stage, limit_s)
+        for robot in forked.values():
+            robot.follow(stage, limit_s)
         if source.fleet:
             stage.facts["fleet"] = source.fleet
         stage[source.name].facts |= forked[source.name].facts

@@ -38,7 +38,11 @@ class Try:
     def of(cls, result: ForkResult) -> Try:
         """What a fork came to, in short."""
         report = result.report
-        violated = [str(one) for one in report.requirements if one.verdict == "violated"]
+        violated = [
+            str(requirement)
+            for requirement in report.requirements
+            if requirement.verdict == "violated"
+        ]
         reason = "; ".join(filter(None, (report.reason, *violated)))
         ended = (report.status, reason, report.virtual_s, result.is_success)
         return cls(result.step_ns, result.at_s, *ended)
@@ -91,13 +95,13 @@ def sweep(source: ForkSource, attempt: Attempt, most: int) -> Generator[Try, Non
     last: Try | None = None
     beyond: Try | None = None
     for step_ns in reversed(chosen):
-        found = attempt(step_ns)
-        tries.append(found)
-        yield found
-        if found.is_saved:
-            last = found
+        attempted = attempt(step_ns)
+        tries.append(attempted)
+        yield attempted
+        if attempted.is_saved:
+            last = attempted
             break
-        beyond = found
+        beyond = attempted
     if last is not None:
         steps = source.steps_ns
         low = steps.index(last.step_ns)
@@ -106,13 +110,13 @@ def sweep(source: ForkSource, attempt: Attempt, most: int) -> Generator[Try, Non
         while high - low > 1:
             # Most often the next step already reads what it reads too late.
             middle = min(low + stride, (low + high) // 2 if stride > 1 else low + 1)
-            found = attempt(steps[middle])
-            tries.append(found)
-            yield found
-            if found.is_saved:
-                last, low, stride = found, middle, stride * 2
+            attempted = attempt(steps[middle])
+            tries.append(attempted)
+            yield attempted
+            if attempted.is_saved:
+                last, low, stride = attempted, middle, stride * 2
             else:
-                beyond, high = found, middle
+                beyond, high = attempted, middle
     skipped = len(instants) - len(chosen)
     return SweepResult(tuple(tries), last, beyond, skipped, len(source.steps_ns))
 
@@ -137,7 +141,7 @@ def check_worth(source: ForkSource, *, has_more: bool) -> None:
     Raises:
         ForkError: Where it has succeeded, with no requirement violated.
     """
-    violated = any(one.get("verdict") == "violated" for one in source.requirements)
+    violated = any(requirement.get("verdict") == "violated" for requirement in source.requirements)
     if source.outcome[0] == "success" and not violated and not has_more:
         raise ForkError(
             f"{source.path}: it ended in success with no requirement violated, so there is nothing "

@@ -46,7 +46,7 @@ class TimelineSeeker:
         self._state = MissionState()
         self._at = 0
         """So many frames have been played."""
-        sizes = (len(one.nodes) for one in timeline.frames if isinstance(one, RunStarted))
+        sizes = (len(frame.nodes) for frame in timeline.frames if isinstance(frame, RunStarted))
         most_kept = min(MOST_KEPT, max(MOST_NODES // max(sizes, default=1), 1))
         self._spacing = max(SPACING, len(timeline.frames) // most_kept)
         self._kept = [MissionState()]

@@ -185,7 +185,7 @@ class _TimelineReader:
         ]
         kept = [*self._kept, *((at_ns, event) for at_ns, _, event in happened), *self._logged]
         kept += self._robots.get(self._node.rpartition("/")[0], [])
-        kept.sort(key=lambda one: (one[0], _rank(one[1])))
+        kept.sort(key=lambda timed: (timed[0], _rank(timed[1])))
         return Timeline(
             path=self._file.path,
             start_ns=start_ns,
@@ -197,7 +197,9 @@ class _TimelineReader:
             missing=self._file.missing,
             robots=tuple(robot_of(node) for node in self._file.facts.missions),
             notes=self._file.notes,
-            changes_ns=tuple(sorted({at_ns for at_ns, one in kept if isinstance(one, CHANGES)})),
+            changes_ns=tuple(
+                sorted({at_ns for at_ns, frame in kept if isinstance(frame, CHANGES)})
+            ),
             starts_ns=_starts(happened),
         )
 
@@ -206,7 +208,7 @@ class _TimelineReader:
         first = self._trees[0]
         begin = replace(first, time_ns=self._file.started_ns(first.time_ns))
         self._trees[0] = begin
-        at = next(index for index, one in enumerate(self._batches) if one[2] is first)
+        at = next(index for index, batch in enumerate(self._batches) if batch[2] is first)
         self._batches[at] = (begin.time_ns, begin.run, begin)
         return begin.time_ns
 
@@ -241,8 +243,8 @@ def _rank(frame: Frame) -> int:
 def _starts(
     happened: Iterable[tuple[int, str, events.Event]],
 ) -> dict[tuple[str, int], tuple[int, ...]]:
-    found: dict[tuple[str, int], list[int]] = {}
+    starts: dict[tuple[str, int], list[int]] = {}
     for at_ns, run, event in happened:
         if isinstance(event, events.NodeChanged) and event.status is Status.RUNNING:
-            found.setdefault((run, event.node), []).append(at_ns)
-    return {key: tuple(times) for key, times in found.items()}
+            starts.setdefault((run, event.node), []).append(at_ns)
+    return {key: tuple(times) for key, times in starts.items()}

@@ -39,14 +39,14 @@ def plain(text: str, most: int = 300) -> str:
     return escape_markup(cut(escape_control(text), most))
 
 
-def success_figure(one: Factor) -> Figure:
+def success_figure(factor: Factor) -> Figure:
     """Return success by a parameter: a curve over numbers, bars for names."""
-    return _curve(one) if one.is_number else _bars(one)
+    return _curve(factor) if factor.is_number else _bars(factor)
 
 
-def _curve(one: Factor) -> Figure:
-    at = [level.at for level in one.levels]
-    low, high = zip(*(level.interval for level in one.levels), strict=True)
+def _curve(factor: Factor) -> Figure:
+    at = [level.at for level in factor.levels]
+    low, high = zip(*(level.interval for level in factor.levels), strict=True)
     edge = {
         "type": "scatter",
         "x": at,
@@ -62,23 +62,23 @@ def _curve(one: Factor) -> Figure:
             {
                 "type": "scatter",
                 "x": at,
-                "y": [level.rate for level in one.levels],
+                "y": [level.rate for level in factor.levels],
                 "mode": "lines+markers",
                 "line": {"color": CURVE, "width": 2},
                 "marker": {"size": 7},
-                "text": [_told(level) for level in one.levels],
+                "text": [_level_text(level) for level in factor.levels],
                 "hovertemplate": "%{text}<extra></extra>",
                 "showlegend": False,
             },
         ],
-        x={"title": _title(one.name)},
-        y=_share_axis(one.levels),
+        x={"title": _title(factor.name)},
+        y=_share_axis(factor.levels),
     )
 
 
-def _bars(one: Factor) -> Figure:
-    rates = [level.rate for level in one.levels]
-    low, high = zip(*(level.interval for level in one.levels), strict=True)
+def _bars(factor: Factor) -> Figure:
+    rates = [level.rate for level in factor.levels]
+    low, high = zip(*(level.interval for level in factor.levels), strict=True)
     bars = {
         "type": "bar",
         "orientation": "h",
@@ -93,31 +93,31 @@ def _bars(one: Factor) -> Figure:
             "arrayminus": [rate - bottom for bottom, rate in zip(low, rates, strict=True)],
             "color": "#7d8794",
         },
-        "text": [_told(level) for level in one.levels],
+        "text": [_level_text(level) for level in factor.levels],
         "textposition": "none",
         "hovertemplate": "%{text}<extra></extra>",
     }
-    y = {**_names(one.levels), "range": [len(rates) - 0.5, -0.5]}
+    y = {**_names(factor.levels), "range": [len(rates) - 0.5, -0.5]}
     return _figure([bars], x={**_share_axis(()), "range": [0, 1.02]}, y=y, rows=len(rates))
 
 
 def pair_figure(pair: Pair) -> Figure:
     """Return success by two parameters, as a map with the shares in its cells."""
     rates = np.where(pair.total > 0, pair.passed / np.maximum(pair.total, 1), np.nan)
-    cells, told = [], []
+    cells, hover_texts = [], []
     for row in range(rates.shape[0]):
         cells.append([_share(value) for value in rates[row]])
-        told.append([_told_cell(pair, row, column) for column in range(rates.shape[1])])
+        hover_texts.append([_cell_text(pair, row, column) for column in range(rates.shape[1])])
     least = next(at for at in (0.9, 0.5, 0.0) if np.nanmin(rates) >= at)
     heat = {
         "type": "heatmap",
-        "z": [[None if np.isnan(one) else float(one) for one in row] for row in rates],
+        "z": [[None if np.isnan(rate) else float(rate) for rate in row] for row in rates],
         "zmin": least,
         "zmax": 1,
         "colorscale": RATES,
         "text": cells,
         "texttemplate": "%{text}",
-        "customdata": told,
+        "customdata": hover_texts,
         "hovertemplate": "%{customdata}<extra></extra>",
         "xgap": 2,
         "ygap": 2,
@@ -138,7 +138,7 @@ def pair_figure(pair: Pair) -> Figure:
     )
 
 
-def _told_cell(pair: Pair, row: int, column: int) -> str:
+def _cell_text(pair: Pair, row: int, column: int) -> str:
     first, second = pair.first.levels[column], pair.second.levels[row]
     total, passed = int(pair.total[row, column]), int(pair.passed[row, column])
     where = (
@@ -148,7 +148,7 @@ def _told_cell(pair: Pair, row: int, column: int) -> str:
     if not total:
         return f"{where}<br>no scenario"
     samples = int(pair.samples[row, column])
-    return f"{where}<br>{_told_count(Level('', 0.0, passed, total, samples))}"
+    return f"{where}<br>{_count_text(Level('', 0.0, passed, total, samples))}"
 
 
 def histogram_figure(
@@ -173,7 +173,7 @@ def histogram_figure(
         counts, _ = np.histogram(known[chosen], edges)
         if not counts.any():
             continue
-        told = [
+        hover_texts = [
             f"{short(low)} to {short(high)}: {count:,} {name}"
             for low, high, count in zip(edges[:-1], edges[1:], counts.tolist(), strict=True)
         ]
@@ -185,7 +185,7 @@ def histogram_figure(
                 "y": counts.tolist(),
                 "width": _rounded(np.diff(edges)),
                 "marker": {"color": colour, "pattern": pattern},
-                "text": told,
+                "text": hover_texts,
                 "textposition": "none",
                 "hovertemplate": "%{text}<extra></extra>",
                 "showlegend": True,
@@ -255,11 +255,11 @@ def _names(levels: Sequence[Level]) -> dict[str, Any]:
     }
 
 
-def _told(level: Level) -> str:
-    return f"{plain(level.label)}<br>{_told_count(level)}"
+def _level_text(level: Level) -> str:
+    return f"{plain(level.label)}<br>{_count_text(level)}"
 
 
-def _told_count(level: Level) -> str:
+def _count_text(level: Level) -> str:
     distinct = "" if level.samples in (None, level.total) else f", {level.samples:,} distinct"
     return (
         f"{level.passed:,} of {level.total:,}{distinct}: {percent(level.rate)}<br>"
@@ -276,4 +276,4 @@ def _share(value: float) -> str:
 
 def _rounded(values: Floats) -> list[float]:
     """Values with the digits that a picture needs."""
-    return [float(f"{one:.6g}") for one in values.tolist()]
+    return [float(f"{value:.6g}") for value in values.tolist()]

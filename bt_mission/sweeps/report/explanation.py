@@ -91,13 +91,13 @@ class Explainer:
         made = (
             _splits(name, [values[row] for row in kept]) for name, values in columns.values.items()
         )
-        self._factors = [one for one in made if one is not None]
-        self._words = [words for one in self._factors for words in one.words]
+        self._factors = [factor for factor in made if factor is not None]
+        self._words = [words for factor in self._factors for words in factor.words]
         self._sizes = self._count(np.ones(len(kept), bool))
 
     def explain(self, cause: Cause | None) -> Explanation | None:
         """Return what explains a cause; None where no factor does significantly."""
-        of_cause = np.array([one == cause for one in self._causes], bool)
+        of_cause = np.array([other == cause for other in self._causes], bool)
         total, count = len(of_cause), int(of_cause.sum())
         if cause is None or min(count, total - count) < FEWEST or not self._words:
             return None
@@ -119,7 +119,7 @@ class Explainer:
         """Count the rows on each side of all splits, among some rows."""
         if not self._factors:
             return np.zeros(0, np.int64)
-        return np.concatenate([one.sizes(rows) for one in self._factors])
+        return np.concatenate([factor.sizes(rows) for factor in self._factors])
 
 
 def results_as_dict(columns: SweepColumns) -> dict[str, Any]:
@@ -128,9 +128,9 @@ def results_as_dict(columns: SweepColumns) -> dict[str, Any]:
     failures = []
     for group in tally.failures:
         explanation = explainer.explain(group.cause)
-        told = None if explanation is None else str(explanation)
-        failures.append({**group.as_dict(), "explained_by": told})
-    names = [one for one in columns.values if one != PLAN and not one.startswith(NATURE)]
+        explained_by = None if explanation is None else str(explanation)
+        failures.append({**group.as_dict(), "explained_by": explained_by})
+    names = [key for key in columns.values if key != PLAN and not key.startswith(NATURE)]
     return {
         **tally.count.as_dict(),
         "orphaned_goals": tally.orphaned_goals,
@@ -141,10 +141,12 @@ def results_as_dict(columns: SweepColumns) -> dict[str, Any]:
         "failures": failures,
         "parameters": {name: _by_value(columns, name) for name in names},
         "plans": {
-            str(one.pop("value")): one
-            for one in (_by_value(columns, PLAN, None) if PLAN in columns.values else ())
+            str(entry.pop("value")): entry
+            for entry in (_by_value(columns, PLAN, None) if PLAN in columns.values else ())
         },
-        "requirements": {name: one.as_dict() for name, one in tally.requirements.items()},
+        "requirements": {
+            name: requirement.as_dict() for name, requirement in tally.requirements.items()
+        },
     }
 
 
@@ -156,9 +158,9 @@ def _by_value(
     for row, value in enumerate(columns.values[name]):
         if value is not None:
             rows.setdefault(json.dumps(value), []).append(row)
-    found = sorted(((json.loads(key), rows) for key, rows in rows.items()), key=_order)
-    size = 1 if most is None else -(-len(found) // most)
-    parts = [found[start : start + size] for start in range(0, len(found), size)]
+    groups = sorted(((json.loads(key), rows) for key, rows in rows.items()), key=_order)
+    size = 1 if most is None else -(-len(groups) // most)
+    parts = [groups[start : start + size] for start in range(0, len(groups), size)]
     return [
         {
             **({"value": part[0][0]} if size == 1 else {"from": part[0][0], "to": part[-1][0]}),
@@ -197,10 +199,12 @@ def _distinct(columns: SweepColumns) -> list[int]:
 def _splits(name: str, values: list[Any]) -> _Splits | None:
     """Return the splits of a factor; None where it has one value only."""
     shown = name.removeprefix(NATURE)
-    known = [one for one in values if one is not None]
-    if known and all(isinstance(one, int | float) and not isinstance(one, bool) for one in known):
+    known = [value for value in values if value is not None]
+    if known and all(
+        isinstance(value, int | float) and not isinstance(value, bool) for value in known
+    ):
         unit = BY_NAME[shown].unit if name != shown and shown in BY_NAME else ""
-        numbers = np.array([math.nan if one is None else one for one in values], np.float64)
+        numbers = np.array([math.nan if value is None else value for value in values], np.float64)
         ends = list(_ends(numbers))
         bins = np.searchsorted(ends, numbers, side="right").astype(np.int64)
         bins[~np.isfinite(numbers)] = -1
@@ -209,11 +213,13 @@ def _splits(name: str, values: list[Any]) -> _Splits | None:
         ]
         return _Splits(tuple(words), bins, len(ends) + 1, is_number=True) if ends else None
     places: dict[str, int] = {}
-    found = [-1 if one is None else places.setdefault(str(one), len(places)) for one in values]
-    words = [f"{shown} = {one}" for one in places]
+    indices = [
+        -1 if value is None else places.setdefault(str(value), len(places)) for value in values
+    ]
+    words = [f"{shown} = {place}" for place in places]
     if len(words) < 2:
         return None
-    return _Splits(tuple(words), np.array(found, np.int64), len(words), is_number=False)
+    return _Splits(tuple(words), np.array(indices, np.int64), len(words), is_number=False)
 
 
 def _ends(numbers: Floats) -> Iterator[float]:
@@ -227,9 +233,9 @@ def _ends(numbers: Floats) -> Iterator[float]:
 def short_between(low: float, high: float) -> float:
     """Return a number above `low` and up to `high` with few digits."""
     for digits in range(1, 17):
-        found = float(f"{(low + high) / 2:.{digits}g}")
-        if low < found <= high:
-            return found
+        middle = float(f"{(low + high) / 2:.{digits}g}")
+        if low < middle <= high:
+            return middle
     return high
 
 
@@ -249,5 +255,5 @@ def _gains(inside: Any, sizes: Any, count: int, total: int) -> Any:
 
 def _entropy(part: Any, whole: Any) -> Any:
     share = part / np.maximum(whole, 1)
-    logarithms = [np.log2(np.where(one > 0, one, 1.0)) for one in (share, 1 - share)]
+    logarithms = [np.log2(np.where(fraction > 0, fraction, 1.0)) for fraction in (share, 1 - share)]
     return -(share * logarithms[0] + (1 - share) * logarithms[1])

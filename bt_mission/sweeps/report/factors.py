@@ -67,8 +67,8 @@ class Factor:
     @property
     def spread(self) -> float:
         """How much the success differs between levels: the variance that they explain."""
-        totals = np.array([one.total for one in self.levels])
-        rates = np.array([one.rate for one in self.levels])
+        totals = np.array([level.total for level in self.levels])
+        rates = np.array([level.rate for level in self.levels])
         return float(np.average((rates - np.average(rates, weights=totals)) ** 2, weights=totals))
 
 
@@ -81,8 +81,10 @@ def factor(
         values: One for each row; None where a row has none.
         most_levels: Numbers that have a level each.
     """
-    known = [one for one in values if one is not None]
-    if known and all(isinstance(one, int | float) and not isinstance(one, bool) for one in known):
+    known = [value for value in values if value is not None]
+    if known and all(
+        isinstance(value, int | float) and not isinstance(value, bool) for value in known
+    ):
         return _of_numbers(name, values, columns, most_levels)
     return _of_names(name, values, columns)
 
@@ -90,10 +92,10 @@ def factor(
 def _of_numbers(
     name: str, values: Sequence[Any], columns: SweepColumns, most_levels: int
 ) -> Factor:
-    numbers = np.array([np.nan if one is None else one for one in values], np.float64)
+    numbers = np.array([np.nan if value is None else value for value in values], np.float64)
     is_known = np.isfinite(numbers)
     distinct, indices = np.unique(numbers[is_known], return_inverse=True)
-    at, labels = distinct, [short(one) for one in distinct]
+    at, labels = distinct, [short(value) for value in distinct]
     if len(distinct) > most_levels:
         edges = round_edges(distinct[0], distinct[-1], min(STRETCHES, most_levels))
         indices = np.searchsorted(edges, numbers[is_known], side="right") - 1
@@ -109,13 +111,13 @@ def _of_numbers(
 def _of_names(name: str, values: Sequence[Any], columns: SweepColumns) -> Factor:
     names: dict[str, int] = {}
     indices = np.array(
-        [-1 if one is None else names.setdefault(_label(one), len(names)) for one in values],
+        [-1 if value is None else names.setdefault(_label(value), len(names)) for value in values],
         np.int64,
     )
     made = _factor(name, (list(names), list(range(len(names)))), indices, columns, is_number=False)
     if len(made.levels) <= MOST_NAMES:
         return made
-    worst = sorted(made.levels, key=lambda one: (one.rate, one.label))[:MOST_NAMES]
+    worst = sorted(made.levels, key=lambda level: (level.rate, level.label))[:MOST_NAMES]
     return Factor(name, is_number=False, levels=tuple(worst), indices=indices, is_cut=True)
 
 
@@ -136,10 +138,10 @@ def _factor(
     kept = np.flatnonzero(total)
     renumbered = np.full(len(labels) + 1, -1, np.int64)
     renumbered[kept] = np.arange(len(kept))
-    found = tuple(
+    kept_levels = tuple(
         Level(labels[n], float(at[n]), int(good[n]), int(total[n]), int(distinct[n])) for n in kept
     )
-    return Factor(name, is_number, found, renumbered[indices])
+    return Factor(name, is_number, kept_levels, renumbered[indices])
 
 
 def _distinct(indices: Counts, samples: Counts, count: int) -> Counts:
@@ -179,15 +181,15 @@ class Pair:
 def factors_of(columns: SweepColumns) -> list[Factor]:
     """Return what was varied, as curves and bars have it; what has one level only is left out."""
     made = (factor(name, values, columns) for name, values in columns.values.items())
-    return [one for one in made if len(one.levels) > 1]
+    return [known for known in made if len(known.levels) > 1]
 
 
 def pairs_of(columns: SweepColumns, most: int = MOST_MAPS) -> tuple[list[Pair], int]:
     """Return the pairs of parameters that tell most, and how many are left out."""
     made = [factor(name, values, columns, MOST_CELLS) for name, values in columns.values.items()]
-    shown = [one for one in made if len(one.levels) > 1 and not one.is_cut]
+    shown = [known for known in made if len(known.levels) > 1 and not known.is_cut]
     pairs = [_pair(first, second, columns) for first, second in combinations(shown, 2)]
-    pairs.sort(key=lambda one: -round(one.spread, 9))
+    pairs.sort(key=lambda pair: -round(pair.spread, 9))
     return pairs[:most], max(0, len(pairs) - most)
 
 
@@ -199,7 +201,7 @@ def _pair(first: Factor, second: Factor, columns: SweepColumns) -> Pair:
     total = np.bincount(cells[is_known], minlength=size)
     good = np.bincount(cells[is_known & columns.passed], minlength=size)
     samples = _distinct(np.where(is_known, cells, -1), columns.samples, size)
-    made = (one.reshape(shape) for one in (good, total, samples))
+    made = (counts.reshape(shape) for counts in (good, total, samples))
     return Pair(first, second, *made)
 
 

@@ -22,7 +22,7 @@ from bt_mission.coverage.places import OUTCOME, REACHED, CoveragePlace
 from bt_mission.coverage.record import CoverageRecord
 from bt_mission.scenarios.cause import KINDS
 from bt_mission.sweeps.columns import WORST, SweepColumns
-from bt_mission.sweeps.repeat import Repeater, resume_command, told_parameters
+from bt_mission.sweeps.repeat import Repeater, parameters_as_text, resume_command
 from bt_mission.sweeps.report.charts import (
     Figure,
     histogram_figure,
@@ -123,8 +123,8 @@ class SweepPage:
             },
             varied=list(_varied(about, columns)),
             factors=[
-                (one, self._drawn(f"Success by {one.name}", success_figure(one)))
-                for one in factors_of(columns)
+                (factor, self._drawn(f"Success by {factor.name}", success_figure(factor)))
+                for factor in factors_of(columns)
             ],
             pairs=self._pairs(),
             failures=list(self._failures()),
@@ -137,7 +137,7 @@ class SweepPage:
             resume=resume_command(origin.command) if origin else "",
             versions=self._versions(),
             figures=self._figures,
-            told_parameters=told_parameters,
+            parameters_as_text=parameters_as_text,
             words=_words,
             percent=percent,
             span=span,
@@ -152,23 +152,23 @@ class SweepPage:
 
     def _pairs(self) -> tuple[list[dict[str, Any]], int]:
         pairs, left_out = pairs_of(self._columns)
-        titles = (f"Success in % by {one.first.name} and {one.second.name}" for one in pairs)
+        titles = (f"Success in % by {pair.first.name} and {pair.second.name}" for pair in pairs)
         drawn = zip(titles, map(pair_figure, pairs), strict=True)
-        return [self._drawn(*one) for one in drawn], left_out
+        return [self._drawn(*titled) for titled in drawn], left_out
 
     def _failures(self) -> Iterator[tuple[str, list[dict[str, Any]], int]]:
         """Yield kinds of causes, the most frequent causes of each, and how many are left out."""
         explainer = Explainer(self._columns)
-        for kind, several in groupby(self._columns.tally.failures, lambda one: one.kind):
+        for kind, several in groupby(self._columns.tally.failures, lambda group: group.kind):
             of_kind = list(several)
             shown = [
                 {
-                    "group": one,
-                    "way": _way(one.path),
-                    "explanation": explainer.explain(one.cause),
-                    "command": self._repeater.command(one.example),
+                    "group": group,
+                    "way": _way(group.path),
+                    "explanation": explainer.explain(group.cause),
+                    "command": self._repeater.command(group.example),
                 }
-                for one in of_kind[:MOST_GROUPS]
+                for group in of_kind[:MOST_GROUPS]
             ]
             yield KINDS[kind].capitalize(), shown, len(of_kind) - len(shown)
 
@@ -194,20 +194,24 @@ class SweepPage:
 
     def _requirements(self) -> Iterator[tuple[str, Any, str, str]]:
         """Yield the name, the totals, and the smallest and the median margin of each."""
-        for name, one in self._columns.tally.requirements.items():
+        for name, requirement in self._columns.tally.requirements.items():
             margins = self._columns.margins(name)
             known = margins[np.isfinite(margins)]
-            unit = one.unit if len(one.units) == 1 else ""
+            unit = requirement.unit if len(requirement.units) == 1 else ""
             middle = f"{number(float(np.median(known)))} {unit}" if len(known) else ""
-            least = "" if one.least is None else f"{number(one.least)} {one.unit}"
-            yield name, one, least, middle
+            least = (
+                ""
+                if requirement.least is None
+                else f"{number(requirement.least)} {requirement.unit}"
+            )
+            yield name, requirement, least, middle
 
     def _margins(self) -> dict[str, Any]:
         """Return charts of margins, and the names of requirements whose margin is always equal."""
         columns = self._columns
         drawn: list[dict[str, Any]] = []
         constant: list[str] = []
-        for name, one in columns.tally.requirements.items():
+        for name, requirement in columns.tally.requirements.items():
             margins = columns.margins(name)
             known = margins[np.isfinite(margins)]
             if not len(known):
@@ -215,7 +219,7 @@ class SweepPage:
             if known.min() == known.max():
                 constant.append(name)
             elif len(drawn) < MOST_MARGINS:
-                units = " or ".join(sorted(filter(None, one.units)))
+                units = " or ".join(sorted(filter(None, requirement.units)))
                 axis = f"margin in {units}" if units else "margin"
                 figure = histogram_figure(margins, columns.passed, axis, marks_zero=True)
                 drawn.append(self._drawn(name, figure))
@@ -245,31 +249,31 @@ class SweepPage:
         def share(runs: int) -> str:
             return "never" if not runs else "always" if runs == total else percent(runs / total)
 
-        counts = [runs for one in record.places for runs in _ways(one).values()]
+        counts = [runs for place in record.places for runs in _ways(place).values()]
         return {
             "nodes": record.places,
             "ways": _ways,
             "total": total,
             "taken": sum(map(bool, counts)),
             "choices": len(counts),
-            "never": [line for one in record.places for line in _never(one)],
+            "never": [line for place in record.places for line in _never(place)],
             "share": share,
         }
 
     def _versions(self) -> list[str]:
-        found = []
+        versions = []
         for fingerprint, runs in self._columns.versions.most_common():
-            told = self._store.value(f"{VERSIONS} {fingerprint}") or fingerprint
-            if told:
+            version = self._store.value(f"{VERSIONS} {fingerprint}") or fingerprint
+            if version:
                 is_alone = len(self._columns.versions) == 1
-                found.append(told if is_alone else f"{told} ({runs:,} runs)")
-        return found
+                versions.append(version if is_alone else f"{version} ({runs:,} runs)")
+        return versions
 
 
 def _varied(about: SweepAbout, columns: SweepColumns) -> Iterator[tuple[str, str]]:
     """Yield what was varied, and what was not."""
-    for told in about.vary:
-        name, _, values = told.partition("=")
+    for parameter in about.vary:
+        name, _, values = parameter.partition("=")
         yield name, values.replace(",", ", ").replace("..", " to ")
     if about.plans:
         yield "plans of faults", ", ".join(about.plans)

@@ -13,7 +13,7 @@ from rich.text import Text
 from bt_mission.core.text import number
 from bt_mission.scenarios.cause import KINDS
 from bt_mission.sweeps.columns import NATURE, SweepColumns
-from bt_mission.sweeps.repeat import Repeater, told_parameters
+from bt_mission.sweeps.repeat import Repeater, parameters_as_text
 from bt_mission.sweeps.report.explanation import Explainer
 from bt_mission.sweeps.report.factors import Factor, factors_of
 from bt_mission.sweeps.row import ScenarioRow
@@ -22,14 +22,14 @@ from bt_mission.sweeps.summary import percent, span
 MOST_GROUPS = 8
 
 
-def told(
+def tables(
     name: str, columns: SweepColumns, worst: Sequence[ScenarioRow], repeater: Repeater
 ) -> Iterator[RenderableType]:
-    """Yield the tables, each with its heading.
+    """Yield the tables of a sweep, each with its heading.
 
     Args:
-        name: Of the mission.
-        worst: Rows that are told of one by one.
+        name: The mission's name.
+        worst: The scenarios that are listed one by one.
     """
     tally = columns.tally
     yield Text(f"{name}: {tally.count}")
@@ -51,8 +51,8 @@ def told(
 
 def _section(title: str, *parts: RenderableType) -> Iterator[RenderableType]:
     yield Text(f"\n{title}", style="bold")
-    for one in parts:
-        yield one if isinstance(one, Text) else Padding(one, (0, 0, 0, 2))
+    for part in parts:
+        yield part if isinstance(part, Text) else Padding(part, (0, 0, 0, 2))
 
 
 def _table(columns: Iterable[str], right: str = "") -> Table:
@@ -66,23 +66,29 @@ def _table(columns: Iterable[str], right: str = "") -> Table:
 
 def _levels(factor: Factor) -> Table:
     table = _table((factor.name, "scenarios", "distinct", "succeeded", "share", "95 %"), " >>>> ")
-    for one in factor.levels:
+    for level in factor.levels:
         table.add_row(
-            Text(one.label),
-            f"{one.total:,}",
-            f"{one.total if one.samples is None else one.samples:,}",
-            f"{one.passed:,}",
-            percent(one.rate),
-            span(*one.interval),
+            Text(level.label),
+            f"{level.total:,}",
+            f"{level.total if level.samples is None else level.samples:,}",
+            f"{level.passed:,}",
+            percent(level.rate),
+            span(*level.interval),
         )
     return table
 
 
 def _requirements(columns: SweepColumns) -> Table:
     table = _table(("", "holds", "violated", "open", "unknown", "smallest margin"), " >>>>>")
-    for name, one in columns.tally.requirements.items():
-        counts = [f"{one.verdicts[key]:,}" for key in ("holds", "violated", "open", "unknown")]
-        least = "" if one.least is None else f"{number(one.least)} {one.unit}".strip()
+    for name, requirement in columns.tally.requirements.items():
+        counts = [
+            f"{requirement.verdicts[key]:,}" for key in ("holds", "violated", "open", "unknown")
+        ]
+        least = (
+            ""
+            if requirement.least is None
+            else f"{number(requirement.least)} {requirement.unit}".strip()
+        )
         table.add_row(Text(name), *counts, least)
     return table
 
@@ -90,14 +96,14 @@ def _requirements(columns: SweepColumns) -> Table:
 def _failures(columns: SweepColumns, repeater: Repeater) -> Iterator[RenderableType]:
     """Yield the most frequent causes of each kind under its heading."""
     explainer = Explainer(columns)
-    for kind, several in groupby(columns.tally.failures, lambda one: one.kind):
+    for kind, several in groupby(columns.tally.failures, lambda group: group.kind):
         of_kind = list(several)
         parts = []
-        for one in of_kind[:MOST_GROUPS]:
-            parts.append(Text.assemble((f"  {one.count:,} times ", "bold"), one.reason))
-            if explanation := explainer.explain(one.cause):
+        for group in of_kind[:MOST_GROUPS]:
+            parts.append(Text.assemble((f"  {group.count:,} times ", "bold"), group.reason))
+            if explanation := explainer.explain(group.cause):
                 parts.append(Text(f"    {explanation}"))
-            parts.append(Text(f"    {repeater.command(one.example)}", style="dim"))
+            parts.append(Text(f"    {repeater.command(group.example)}", style="dim"))
         if len(of_kind) > MOST_GROUPS:
             left = len(of_kind) - MOST_GROUPS
             parts.append(Text(f"  and {left:,} other causes: see --json or the page"))
@@ -109,5 +115,5 @@ def _worst(rows: Sequence[ScenarioRow]) -> Table:
     for row in rows:
         outcome = Text("succeeded" if row.passed else row.why_failed, no_wrap=True)
         outcome.overflow = "ellipsis"
-        table.add_row(row.id, str(row.number), Text(told_parameters(row)), outcome)
+        table.add_row(row.id, str(row.number), Text(parameters_as_text(row)), outcome)
     return table

@@ -80,7 +80,7 @@ def _arrange(
     rights: list[_Piece] = []
     for child in box.children:
         below = _arrange(child, bottom + gap_y, gaps, offsets)
-        at = max((gap_x + one for one in _overlaps(rights, below.left)), default=0.0)
+        at = max((gap_x + overlap for overlap in _overlaps(rights, below.left)), default=0.0)
         places.append(at)
         lefts += _beyond(_moved(below.left, at), lefts)
         moved = list(_moved(below.right, at))
@@ -93,13 +93,13 @@ def _arrange(
 
 def _overlaps(right: list[_Piece], left: list[_Piece]) -> Iterable[float]:
     """How far a left side would reach into a right one, wherever they are beside each other."""
-    one = other = 0
-    while one < len(right) and other < len(left):
-        first, second = right[one], left[other]
+    index = other = 0
+    while index < len(right) and other < len(left):
+        first, second = right[index], left[other]
         if min(first.bottom, second.bottom) > max(first.top, second.top):
             yield first.x - second.x
         if first.bottom <= second.bottom:
-            one += 1
+            index += 1
         else:
             other += 1
 

@@ -84,16 +84,16 @@ def outline(root: DrawnNode, *, ascii_only: bool = False) -> Iterator[OutlineRow
 
 def legend(root: DrawnNode, *, ascii_only: bool = False) -> str:
     """What the signs that occur stand for, each once."""
-    found: dict[str, str] = {}
+    signs: dict[str, str] = {}
     waiting = [root]
     while waiting:
         node = waiting.pop()
         sign = node.sign.ascii if ascii_only else node.sign.glyph
-        words = found.setdefault(sign, node.sign.words)
+        words = signs.setdefault(sign, node.sign.words)
         if node.sign.words not in words.split(" or "):
-            found[sign] = f"{words} or {node.sign.words}"
+            signs[sign] = f"{words} or {node.sign.words}"
         waiting += reversed(node.children)
-    return "   ".join(f"{sign} {words}" for sign, words in found.items())
+    return "   ".join(f"{sign} {words}" for sign, words in signs.items())
 
 
 def can_show(encoding: str | None) -> bool:

@@ -136,13 +136,13 @@ def scene(root: DrawnNode, title: str) -> Scene:
 
 
 def _edges(box: NodeBox) -> list[Polyline]:
-    found = []
+    edges = []
     for child in box.children:
         bend = child.y - GAP_Y_PX / 2
         down = ((box.middle, box.y + box.height), (box.middle, bend))
         across = ((child.middle, bend), (child.middle, child.y))
-        found.append(Polyline((*down, *across), EDGE, 1.2))
-    return found
+        edges.append(Polyline((*down, *across), EDGE, 1.2))
+    return edges
 
 
 def _shapes(box: _NodeBox) -> list[Shape]:

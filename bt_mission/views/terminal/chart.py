@@ -168,7 +168,7 @@ def fitting(
     rows: int,
 ) -> ChartWindow | None:
     """The frame that shows all that is known; None where that is nothing."""
-    places = [*robot.trail, *targets, *((one.x, one.y) for one in robot.others.values())]
+    places = [*robot.trail, *targets, *((other.x, other.y) for other in robot.others.values())]
     if robot.map is not None:
         places += _corners(robot.map)
     else:
@@ -243,8 +243,8 @@ def _rasterised(grid: Map, frame: ChartWindow) -> Grid:
 
 def _around_known(cells: Grid) -> npt.NDArray[np.bool_]:
     """The cells of the rectangle that holds everything known."""
-    found = np.zeros(cells.shape, np.bool_)
+    known = np.zeros(cells.shape, np.bool_)
     rows, columns = np.nonzero(cells >= 0)
     if len(rows):
-        found[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1] = True
-    return found
+        known[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1] = True
+    return known

@@ -16,11 +16,11 @@ SHOWN_S = 0.0005
 """A time that is rounded by less than this is shown as it was asked for, s."""
 
 
-def told(result: ForkResult, asked_s: float, changed: str = "") -> list[str]:
-    """Tell what was recorded, what has become of it, and where the two part.
+def fork_lines(result: ForkResult, asked_s: float, changed: str = "") -> list[str]:
+    """Return lines on what was recorded, how the fork ended, and where the two differ.
 
     Args:
-        changed: Of a fleet, the other robot whose run was changed, with the change.
+        changed: In a fleet, the other robot whose run was changed, with the change.
     """
     source, report = result.source, result.report
     rounded = abs(result.at_s - asked_s) > SHOWN_S
@@ -34,59 +34,60 @@ def told(result: ForkResult, asked_s: float, changed: str = "") -> list[str]:
         f"forked at {seconds(result.at_s)}{step} {what}: {now}",
         f"  the same until there: {result.same_events} events, byte by byte",
     ]
-    before = {one["name"]: one for one in source.requirements}
+    before = {requirement["name"]: requirement for requirement in source.requirements}
     unknown = "not watched" if source.summary else "not known"
     lines += [
-        f"  requirement {one} (recorded: {_verdict(before.get(one.name), unknown)})"
-        for one in report.requirements
+        f"  requirement {requirement} (recorded: {_verdict(before.get(requirement.name), unknown)})"
+        for requirement in report.requirements
     ]
     lines += _difference(result)
     if result.source.name:
         lines = [f"{result.source.name}: {lines[0]}", *lines[1:]]
     changed = "" if result.change.is_none else f"with {result.source.name}: {result.change}"
     for other in result.others:
-        lines += told(other, result.at_s, changed)
+        lines += fork_lines(other, result.at_s, changed)
     return [escape_control(line) for line in lines]
 
 
-def try_line(one: Try) -> str:
-    """Tell of one try of a sweep."""
-    return escape_control(f"  forked at {seconds(one.at_s):>9}: {_ending(one)}")
+def try_line(attempted: Try) -> str:
+    """Return the line of an attempt of a sweep."""
+    return escape_control(f"  forked at {seconds(attempted.at_s):>9}: {_ending(attempted)}")
 
 
-def told_sweep(
-    source: ForkSource, change: ForkChange, found: SweepResult, wall_s: float
+def sweep_lines(
+    source: ForkSource, change: ForkChange, result: SweepResult, wall_s: float
 ) -> list[str]:
-    """Tell the last instant at which a change would have saved a mission, and what was tried."""
+    """Return lines on the last instant at which a change saves a mission, and on the attempts."""
     then = _outcome(*source.outcome, source.summary.get("virtual_s", source.end_s))
     lines = [f"recorded: {then}"]
     lines += [
-        f"  requirement {one['name']}: {_verdict(one)}"
-        for one in source.requirements
-        if one.get("verdict") == "violated"
+        f"  requirement {requirement['name']}: {_verdict(requirement)}"
+        for requirement in source.requirements
+        if requirement.get("verdict") == "violated"
     ]
-    if found.last is None:
+    if result.last is None:
         lines.append(f"with {change}: saved at none of the instants that were tried")
     else:
-        at_s = found.last.at_s
-        lines.append(f"with {change} from {seconds(at_s)} on, it is saved: {_ending(found.last)}")
-    if found.last is not None and found.next is not None:
-        at_s = found.next.at_s
+        at_s = result.last.at_s
+        lines.append(f"with {change} from {seconds(at_s)} on, it is saved: {_ending(result.last)}")
+    if result.last is not None and result.next is not None:
+        at_s = result.next.at_s
         lines.append(
-            f"  one control step later, at {seconds(at_s)}, it is not: {_ending(found.next)}"
+            f"  one control step later, at {seconds(at_s)}, it is not: {_ending(result.next)}"
         )
-    left = f"; {found.skipped} such instants were left out (--tries)" if found.skipped else ""
+    left = f"; {result.skipped} such instants were left out (--tries)" if result.skipped else ""
     lines.append(
-        f"  {len(found.tries)} of {found.control_steps} control steps were tried, in {wall_s:.0f} "
-        f"s: where nodes changed, from the last one back{left}. Nothing is known of the others"
+        f"  {len(result.tries)} of {result.control_steps} control steps were tried, in "
+        f"{wall_s:.0f} s: where nodes changed, from the last one back{left}. "
+        "Nothing is known of the others"
     )
     return [escape_control(line) for line in lines]
 
 
-def _ending(one: Try) -> str:
-    if one.status == "refused":
-        return f"not possible: {one.reason}"
-    return _outcome(one.status, one.reason, one.virtual_s)
+def _ending(attempted: Try) -> str:
+    if attempted.status == "refused":
+        return f"not possible: {attempted.reason}"
+    return _outcome(attempted.status, attempted.reason, attempted.virtual_s)
 
 
 def _outcome(status: str, reason: str, at_s: float) -> str:

@@ -158,16 +158,16 @@ class RequirementLines:
     """
 
     def __init__(self, known: Iterable[RequirementChanged] = ()) -> None:
-        self._verdicts = {one.name: one.verdict for one in known}
+        self._verdicts = {change.name: change.verdict for change in known}
 
-    def take(self, one: RequirementChanged, tree: RunStarted | None) -> Iterator[str]:
+    def take(self, change: RequirementChanged, tree: RunStarted | None) -> Iterator[str]:
         """Give a line, if there is something new; a violation is said by the mission itself."""
-        before = self._verdicts.get(one.name, "open")
-        is_said = one.name in self._verdicts and one.verdict == "violated"
-        self._verdicts[one.name] = one.verdict
-        if tree is not None and one.verdict != before and not is_said:
-            text = escape_control(f"  requirement {one.name}: {one.outcome}")
-            yield timed(one.time_ns - tree.time_ns, text)
+        before = self._verdicts.get(change.name, "open")
+        is_known = change.name in self._verdicts and change.verdict == "violated"
+        self._verdicts[change.name] = change.verdict
+        if tree is not None and change.verdict != before and not is_known:
+            text = escape_control(f"  requirement {change.name}: {change.outcome}")
+            yield timed(change.time_ns - tree.time_ns, text)
 
 
 def log_line(entry: LogEntry, start_ns: int, marks: Marks) -> str:
@@ -180,14 +180,14 @@ def log_line(entry: LogEntry, start_ns: int, marks: Marks) -> str:
 
 def leaf_table(leaves: Sequence[LeafSummary], width: int, marks: Marks) -> list[str]:
     """A line for each leaf that took time or did not succeed; none where none did."""
-    telling = [one for one in leaves if one.running_s > 0 or set(one.outcomes) != {"success"}]
-    longest = sorted(telling, key=lambda one: -one.running_s)[:MOST_ROWS]
-    shown = [one for one in telling if one in longest]
+    unusual = [leaf for leaf in leaves if leaf.running_s > 0 or set(leaf.outcomes) != {"success"}]
+    longest = sorted(unusual, key=lambda leaf: -leaf.running_s)[:MOST_ROWS]
+    shown = [leaf for leaf in unusual if leaf in longest]
     if not shown:
         return []
-    has_distance = any(one.distance_m is not None for one in shown)
+    has_distance = any(leaf.distance_m is not None for leaf in shown)
     rows = [["leaf", "runs", "time", *(["driven"] if has_distance else []), "outcomes"]]
-    rows += [_row(one, marks, has_distance=has_distance) for one in shown]
+    rows += [_row(leaf, marks, has_distance=has_distance) for leaf in shown]
     widths = [max(cell_len(row[at]) for row in rows) for at in range(len(rows[0]) - 1)]
     lines = []
     for name, *figures, outcomes in rows:
@@ -195,20 +195,20 @@ def leaf_table(leaves: Sequence[LeafSummary], width: int, marks: Marks) -> list[
         for figure, room in zip(figures, widths[1:], strict=True):
             line += f"  {figure:>{room}}"
         lines.append(text_of(fit([(f"{line}  {outcomes}", "")], width, marks)).rstrip())
-    if len(telling) > len(shown):
-        lines.append(f"  and {len(telling) - len(shown)} leaves that ran for less time")
+    if len(unusual) > len(shown):
+        lines.append(f"  and {len(unusual) - len(shown)} leaves that ran for less time")
     return lines
 
 
-def _row(one: LeafSummary, marks: Marks, *, has_distance: bool) -> list[str]:
-    name = clean(one.name, marks)
+def _row(leaf: LeafSummary, marks: Marks, *, has_distance: bool) -> list[str]:
+    name = clean(leaf.name, marks)
     if cell_len(name) > LONGEST_NAME:
         name = set_cell_size(name, LONGEST_NAME - 1) + marks.cut
-    row = [name, str(one.runs), seconds(one.running_s)]
+    row = [name, str(leaf.runs), seconds(leaf.running_s)]
     if has_distance:
-        row.append("" if one.distance_m is None else f"{one.distance_m:.2f} m")
+        row.append("" if leaf.distance_m is None else f"{leaf.distance_m:.2f} m")
     outcomes = Counter[str]()
-    for what, count in one.outcomes.items():
+    for what, count in leaf.outcomes.items():
         outcomes[OUTCOME_WORDS.get(what, what)] += count
     only = len(outcomes) == 1
     counts = outcomes.most_common()

@@ -121,7 +121,7 @@ def goal_rows(mission: MissionState, marks: Marks) -> Rows:
     """Every goal and its state: those that are open first, the newest on top."""
     goals = list(mission.goals.values())[::-1]
     rows: Rows = []
-    for goal in sorted(goals, key=lambda one: one.state not in OPEN):
+    for goal in sorted(goals, key=lambda known: known.state not in OPEN):
         status = GOAL_STATUSES.get(goal.state, Status.RUNNING)
         end_ns = mission.now_ns if goal.state in OPEN else mission.goals_changed_ns[goal.id]
         rows.append(
@@ -168,39 +168,52 @@ def requirement_rows(mission: MissionState, marks: Marks) -> Rows:
     order = list(VERDICTS)
     known = sorted(
         mission.requirements,
-        key=lambda one: order.index(one.verdict) if one.verdict in order else len(order),
+        key=lambda requirement: (
+            order.index(requirement.verdict) if requirement.verdict in order else len(order)
+        ),
     )
-    width = min(max((cell_len(clean(one.name, marks)) for one in known), default=0), LONGEST_NAME)
-    margins = [_margin(one) for one in known]
+    width = min(
+        max((cell_len(clean(requirement.name, marks)) for requirement in known), default=0),
+        LONGEST_NAME,
+    )
+    margins = [_margin(requirement) for requirement in known]
     room = max(map(len, margins), default=0)
     rows: Rows = []
-    for one, margin in zip(known, margins, strict=True):
-        status = VERDICTS.get(one.verdict, Status.INVALID)
-        name = clean(one.name, marks)
+    for requirement, margin in zip(known, margins, strict=True):
+        status = VERDICTS.get(requirement.verdict, Status.INVALID)
+        name = clean(requirement.name, marks)
         if cell_len(name) > width:
             name = set_cell_size(name, width - 1) + marks.cut
+        reasons = filter(None, (requirement.why, *requirement.sources))
         rows.append(
             [
-                (f"{marks.status[status]} {one.verdict:<8} ", STATUS_STYLES[status]),
+                (f"{marks.status[status]} {requirement.verdict:<8} ", STATUS_STYLES[status]),
                 (set_cell_size(name, width), "title"),
-                (f" {margin:>{room}}", STATUS_STYLES[status] if one.verdict != "open" else ""),
-                ("" if one.at is None else f"  at {seconds(one.at)}", "time"),
-                (f"  {'; '.join(filter(None, (one.why, *one.sources)))}".rstrip(), "words"),
-                (f"  {one.requirement}", "words"),
+                (
+                    f" {margin:>{room}}",
+                    STATUS_STYLES[status] if requirement.verdict != "open" else "",
+                ),
+                ("" if requirement.at is None else f"  at {seconds(requirement.at)}", "time"),
+                (f"  {'; '.join(reasons)}".rstrip(), "words"),
+                (f"  {requirement.requirement}", "words"),
             ]
         )
     return rows
 
 
-def _margin(one: RequirementChanged) -> str:
-    return "" if one.margin is None else f"{one.margin:+.4g} {one.unit}".rstrip()
+def _margin(requirement: RequirementChanged) -> str:
+    return (
+        ""
+        if requirement.margin is None
+        else f"{requirement.margin:+.4g} {requirement.unit}".rstrip()
+    )
 
 
 def requirements_title(mission: MissionState) -> str:
     """How many there are of each verdict."""
-    counts = Counter(one.verdict for one in mission.requirements)
-    told = [f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict]]
-    return f"requirements: {', '.join(told)}" if told else "requirements"
+    counts = Counter(requirement.verdict for requirement in mission.requirements)
+    parts = [f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict]]
+    return f"requirements: {', '.join(parts)}" if parts else "requirements"
 
 
 def node_rows(mission: MissionState, index: int, width: int, marks: Marks) -> Rows:

@@ -121,7 +121,7 @@ def scrolled_to(row: int, above: Sequence[int], top: int, height: int, count: in
     """
     if height <= 0:
         return 0
-    fitting = [one for one in above if row - one < height]
+    fitting = [ancestor for ancestor in above if row - ancestor < height]
     highest = fitting[0] if fitting else row
     top = min(top, highest)
     top = max(top, row - height + 1)

@@ -70,10 +70,10 @@ class WatchApp(ViewApp):
         self._look_round()
         if self.source is not None:
             needs = self.outlook.needs_statuses
-            heard = self.source.take(needs_statuses=needs)
-            self.outlook.take(heard, self._wall.elapsed_s)
-            for answer in heard.answers:
-                self.tell(self.outlook.with_names(answer.text))
+            received = self.source.take(needs_statuses=needs)
+            self.outlook.take(received, self._wall.elapsed_s)
+            for answer in received.answers:
+                self.show_notice(self.outlook.with_names(answer.text))
         self.draw()
 
     def draw(self) -> None:
@@ -111,7 +111,7 @@ class WatchApp(ViewApp):
             self.exit(return_code=1)
         self.outlook.hint = finding.text
         if finding.text and not finding.is_nobody:
-            self.tell(finding.text)
+            self.show_notice(finding.text)
 
     def keys_now(self) -> list[str]:
         """Those that its state allows."""
@@ -121,7 +121,7 @@ class WatchApp(ViewApp):
         if not self.source.is_there:
             return others
         verbs = possible_verbs(self.outlook.mission.status)
-        return [*(KEY_WORDS[one] for one in verbs if one in KEY_WORDS), *others]
+        return [*(KEY_WORDS[verb] for verb in verbs if verb in KEY_WORDS), *others]
 
     # ---- wishes --------------------------------------------------------------------------
 
@@ -141,7 +141,7 @@ class WatchApp(ViewApp):
             self.send_command(ControlRequest(Verb.STOP))
         else:
             self._may_stop = True
-            self.tell("x again stops the mission; any other key does not")
+            self.show_notice("x again stops the mission; any other key does not")
 
     def action_breakpoint(self) -> None:
         """Set or remove the breakpoint at the selected node."""

@@ -10,7 +10,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.screen import ModalScreen
 
-from bt_mission.events.source import FoundExecutive
+from bt_mission.events.source import ListedExecutive
 from bt_mission.views.terminal.marks import Marks, Span
 from bt_mission.views.tui.keys import Key
 from bt_mission.views.tui.pane import Pane
@@ -95,12 +95,12 @@ class Chooser(Dialog[str | None]):
     ]
 
     def __init__(
-        self, marks: Marks, find: Callable[[], tuple[FoundExecutive, ...]], where: str
+        self, marks: Marks, find: Callable[[], tuple[ListedExecutive, ...]], where: str
     ) -> None:
         super().__init__(marks)
         self._find = find
         self._where = where
-        self._found: tuple[FoundExecutive, ...] = ()
+        self._executives: tuple[ListedExecutive, ...] = ()
         self._cursor = 0
 
     def on_mount(self) -> None:
@@ -110,15 +110,15 @@ class Chooser(Dialog[str | None]):
 
     def look(self) -> None:
         """Show those that are there now."""
-        self._found = self._find()
-        self._cursor = min(self._cursor, max(len(self._found) - 1, 0))
+        self._executives = self._find()
+        self._cursor = min(self._cursor, max(len(self._executives) - 1, 0))
         rows: list[list[Span]] = [
             [
                 (f"{self._marks.cursor if number == self._cursor else ' '} ", "key"),
-                (one.name, "chosen" if number == self._cursor else "title"),
-                (f"  {one.fault}" if one.fault else "", "notice"),
+                (executive.name, "chosen" if number == self._cursor else "title"),
+                (f"  {executive.fault}" if executive.fault else "", "notice"),
             ]
-            for number, one in enumerate(self._found)
+            for number, executive in enumerate(self._executives)
         ]
         if not rows:
             rows = [[(f"no executive yet ({self._where}); looking", "")]]
@@ -127,13 +127,13 @@ class Chooser(Dialog[str | None]):
 
     def action_move(self, rows: int) -> None:
         """Select another one."""
-        self._cursor = min(max(self._cursor + rows, 0), max(len(self._found) - 1, 0))
+        self._cursor = min(max(self._cursor + rows, 0), max(len(self._executives) - 1, 0))
         self.look()
 
     def action_choose(self) -> None:
         """Take the selected one, unless it cannot be watched."""
-        if self._found and not self._found[self._cursor].is_foreign:
-            self.dismiss(self._found[self._cursor].name)
+        if self._executives and not self._executives[self._cursor].is_foreign:
+            self.dismiss(self._executives[self._cursor].name)
 
     def action_cancel(self) -> None:
         """Go back without a choice."""

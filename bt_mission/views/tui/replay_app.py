@@ -61,7 +61,7 @@ class ReplayApp(ViewApp):
         was_playing = self.player.is_playing
         self.player.advance(passed_s)
         if was_playing and self.player.is_at_end and self.player.timeline.why_cut:
-            self.tell(f"the recording ends here: {self.player.timeline.why_cut}")
+            self.show_notice(f"the recording ends here: {self.player.timeline.why_cut}")
         self.draw()
 
     def draw(self) -> None:
@@ -102,7 +102,9 @@ class ReplayApp(ViewApp):
     def action_step(self, steps: int) -> None:
         """To the next change of the tree, or the one before."""
         if not self.player.step(steps):
-            self.tell("the tree does not change after this" if steps > 0 else "nothing before this")
+            self.show_notice(
+                "the tree does not change after this" if steps > 0 else "nothing before this"
+            )
         self.draw()
 
     def action_start(self, steps: int) -> None:
@@ -112,7 +114,7 @@ class ReplayApp(ViewApp):
         tree = self.player.mission.tree
         if not self.player.step_to_start(node, steps) and tree is not None:
             when = "later" if steps > 0 else "before this"
-            self.tell(f"'{tree.nodes[node].name}' does not start {when}")
+            self.show_notice(f"'{tree.nodes[node].name}' does not start {when}")
         self.draw()
 
     def action_skip(self, seconds: int) -> None:
@@ -137,12 +139,12 @@ class ReplayApp(ViewApp):
         if math.isfinite(at_s):
             self.player.go(at_s)
         else:
-            self.tell(f"'{text}' is no time: expected seconds, such as 12.5")
+            self.show_notice(f"'{text}' is no time: expected seconds, such as 12.5")
 
     def action_fork(self) -> None:
         """Ask for a change, and fork the recording at the instant that is shown."""
         if self._fork is None:
-            self.tell("forks are not offered here")
+            self.show_notice("forks are not offered here")
             return
         self.player.pause()
         hint = f"fork at {seconds(self.player.at_s)}: NAME=VALUE, or --mission FILE; Enter, or Esc"
@@ -154,15 +156,15 @@ class ReplayApp(ViewApp):
         try:
             words = shlex.split(text)
         except ValueError as error:
-            self.tell(f"'{text}' cannot be read: {error}")
+            self.show_notice(f"'{text}' cannot be read: {error}")
             return
         path = self._fork(shown.timeline.path, shown.at_s, words, self.suspend)
         if path is None:
-            self.tell("there is no fork; this is the recording as before")
+            self.show_notice("there is no fork; this is the recording as before")
             return
         self.player = Player(read_timeline(path), speed=shown.speed, at_s=shown.at_s)
         self.outlook = WatchModel()
-        self.tell(f"the fork: {path}")
+        self.show_notice(f"the fork: {path}")
 
 
 def time_line(player: Player, width: int, marks: Marks) -> list[Span]:

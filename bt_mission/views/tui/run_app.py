@@ -46,7 +46,7 @@ class RunApp(WatchApp, Generic[R]):
             self.exit()
             return
         self.look()
-        self.tell("the mission has ended: q leaves")
+        self.show_notice("the mission has ended: q leaves")
 
     @property
     def report(self) -> R | None:
@@ -57,7 +57,9 @@ class RunApp(WatchApp, Generic[R]):
         """End the mission, as Ctrl-C does; leave once it has ended, or when asked twice."""
         if self.report is None:
             self._interrupts.note("the user")
-            self.tell("the mission ends, every goal is seen to its end; q again leaves at once")
+            self.show_notice(
+                "the mission ends, every goal is seen to its end; q again leaves at once"
+            )
         if self.report is not None or self._interrupts.count > 1:
             self.exit()
 
@@ -66,7 +68,7 @@ class RunApp(WatchApp, Generic[R]):
         if self.report is None:
             super().send_command(command)
         else:
-            self.tell("the mission has ended")
+            self.show_notice("the mission has ended")
 
     def run_to_the_end(self) -> R:
         """Show the mission until the user leaves; gives its report.

@@ -88,7 +88,7 @@ class ViewApp(EscapingApp[None]):
     def keys_now(self) -> list[str]:
         """The keys that make sense now: each a key, a blank, and what it does."""
 
-    def tell(self, text: str) -> None:
+    def show_notice(self, text: str) -> None:
         """Show a line in the place of the keys, for a while."""
         self._notice = text
         self._notice_until_s = self._wall.elapsed_s + NOTICE_S
@@ -112,7 +112,9 @@ class ViewApp(EscapingApp[None]):
     def _panel_beside(self, step: int) -> str:
         shown = self._main.panel
         has_requirements = bool(self.outlook.mission.requirements)
-        panels = [one for one in PANELS if one != REQUIREMENTS or has_requirements or one == shown]
+        panels = [
+            panel for panel in PANELS if panel != REQUIREMENTS or has_requirements or panel == shown
+        ]
         return panels[(panels.index(shown) + step) % len(panels)]
 
     def _rearrange(self) -> None:
@@ -203,7 +205,7 @@ class ViewApp(EscapingApp[None]):
 
         def take(text: str) -> None:
             if not self.outlook.search(text, before - 1):
-                self.tell(f"'{text}' is nowhere in the tree")
+                self.show_notice(f"'{text}' is nowhere in the tree")
 
         def give_up() -> None:
             self.outlook.cursor = before
@@ -213,7 +215,7 @@ class ViewApp(EscapingApp[None]):
     def action_again(self, step: int) -> None:
         """The next node with the text of the last search."""
         if not self.outlook.search(self.outlook.sought, self.outlook.cursor, step=step):
-            self.tell("nothing was searched for yet: / does")
+            self.show_notice("nothing was searched for yet: / does")
         self.draw()
 
     # ---- panels and screens --------------------------------------------------------------

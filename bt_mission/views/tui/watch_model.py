@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bt_mission.events.events import Event, RunStarted
 from bt_mission.events.mission_state import MissionState
-from bt_mission.events.source import ControlRequest, Heard
+from bt_mission.events.source import ControlRequest, Received
 from bt_mission.events.watched_mission import WatchedMission
 from bt_mission.views.terminal.tree_rows import Outline, scrolled_to
 
@@ -25,13 +25,13 @@ class WatchModel(WatchedMission):
         self.hint = ""
         """What stands in the place of the tree as long as there is none."""
 
-    def take(self, heard: Heard, wall_s: float) -> list[Event]:
+    def take(self, received: Received, wall_s: float) -> list[Event]:
         """Take in what has come, and go with it; return the events that change what is known.
 
         Args:
             wall_s: Wall time at which it came, s.
         """
-        happened = super().take(heard, wall_s)
+        happened = super().take(received, wall_s)
         self._go_along()
         return happened
 
@@ -64,7 +64,7 @@ class WatchModel(WatchedMission):
         if not outline.rows:
             return []
         row = self.cursor_row
-        above = [outline.row_of(one) for one in outline.path_to(outline.rows[row])[:-1]]
+        above = [outline.row_of(node) for node in outline.path_to(outline.rows[row])[:-1]]
         self.top = scrolled_to(row, above, self.top, height, len(outline.rows))
         return outline.rows[self.top : self.top + height]
 
@@ -129,14 +129,14 @@ class WatchModel(WatchedMission):
         def matches(index: int) -> bool:
             node = tree.nodes[index]
             words = (node.name, node.kind, self.mission.messages[index])
-            return any(wanted in one.casefold() for one in words)
+            return any(wanted in word.casefold() for word in words)
 
-        found = self.outline.find(matches, start, step=step)
-        if found is None:
+        row = self.outline.find(matches, start, step=step)
+        if row is None:
             return False
         self.is_following = False
-        self.cursor = found
-        self.outline.reveal(found)
+        self.cursor = row
+        self.outline.reveal(row)
         return True
 
     @property
@@ -145,7 +145,7 @@ class WatchModel(WatchedMission):
         tip, tree = self.mission.tip, self.mission.tree
         if tip is None or tree is None:
             return []
-        return [tree.nodes[one].name for one in self.outline.path_to(tip)]
+        return [tree.nodes[node].name for node in self.outline.path_to(tip)]
 
     # ---- wishes --------------------------------------------------------------------------
 

@@ -1,4 +1,4 @@
-"""What is said beside the picture: the mission, its time, what it does, and what came of it."""
+"""What is log_line beside the picture: the mission, its time, what it does, and what came of it."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ class PanelLeaf:
 
 @dataclass(frozen=True)
 class Captions:
-    """What is said at one instant.
+    """What is log_line at one instant.
 
     Args:
         seconds: Virtual time since the start.
         state: A word for where the mission stands; the last ones are outcomes.
         leaves: Those that run.
-        said: What the mission said last.
+        log_line: What the mission log_line last.
         reason: Why it ended so.
         facts: What it came to so far, in a line.
     """
@@ -54,7 +54,7 @@ class Captions:
     seconds: float
     state: str
     leaves: tuple[PanelLeaf, ...] = ()
-    said: str = ""
+    log_line: str = ""
     reason: str = ""
     facts: str = ""
 
@@ -91,7 +91,7 @@ def panel(captions: Captions, width: int, height: int) -> Picture:
     if len(captions.leaves) > LEAVES:
         more = f"and {len(captions.leaves) - LEAVES} more"
         draw.text((MARGIN, y), more, fill=FAINT, font=font(15, bold=False), anchor="ls")
-    for words, low in ((captions.said, 46), (captions.facts, 20)):
+    for words, low in ((captions.log_line, 46), (captions.facts, 20)):
         line = _fitting(words, 15, room)
         draw.text((MARGIN, height - low), line, fill=FAINT, font=font(15, bold=False), anchor="ls")
     return np.asarray(image)

@@ -97,7 +97,7 @@ class VideoRecorder:
         self._ground.name_zones(zones)
         self._frame: Picture = np.zeros((HEIGHT, WIDTH, 3), dtype=np.uint8)
         self._seen = np.empty((0, 2))
-        self._said = ""
+        self._log_line = ""
         self._is_closed = False
         session.executive.after_tick.append(self._look)
         session.executive.events.subscribe(self._take)
@@ -150,7 +150,7 @@ class VideoRecorder:
     def _take(self, event: Event) -> None:
         match event:
             case LogLine(text=text):
-                self._said = text
+                self._log_line = text
             case GoalChanged(change="sent", targets=targets):
                 self._guarded(lambda: self._mark(targets))
 
@@ -188,7 +188,7 @@ class VideoRecorder:
             seconds=(session.now_ns - session.start_ns) / 1e9,
             state=executive.mission_state.status,
             leaves=tuple(PanelLeaf(leaf.name, progress_of(leaf)) for leaf in leaves),
-            said=self._said,
+            log_line=self._log_line,
             facts=f"{driven:.2f} m driven, {counts}",
             reason=executive.reason,
         )

@@ -58,13 +58,13 @@ class _Revised(Generic[Key]):
 
     def since(self, revision: int) -> dict[Key, Any]:
         """What has changed after a revision, in the order of the changes."""
-        found: list[tuple[Key, Any]] = []
+        changes: list[tuple[Key, Any]] = []
         for key in reversed(self._kept):
             changed, value = self._kept[key]
             if changed <= revision:
                 break
-            found.append((key, value))
-        return dict(reversed(found))
+            changes.append((key, value))
+        return dict(reversed(changes))
 
     def drop(self, key: Key) -> None:
         """Forget a value; pages that have it keep it."""
@@ -88,30 +88,30 @@ class _LogLines:
         """Take a log in as it is now; gives whether it is another one than before."""
         if (log[-1] if log else None) == self._last:
             return False
-        news: list[LogEntry] = []
+        new: list[LogEntry] = []
         for entry in reversed(log):
-            if entry == self._last or len(news) == LOG_LINES:
+            if entry == self._last or len(new) == LOG_LINES:
                 break
-            news.append(entry)
+            new.append(entry)
         else:
             self._lines.clear()
             self._reset_revision = revision
-        self._lines += [(revision, encoding.log_entry(one, start_ns)) for one in reversed(news)]
+        self._lines += [(revision, encoding.log_entry(added, start_ns)) for added in reversed(new)]
         del self._lines[:-LOG_LINES]
         self._last = log[-1] if log else None
         return True
 
     def since(self, revision: int) -> dict[str, Any]:
         """The lines that came after a revision, and whether they replace those before."""
-        found: list[list[Any]] = []
+        lines: list[list[Any]] = []
         for came, line in reversed(self._lines):
             if came <= revision:
                 break
-            found.append(line)
+            lines.append(line)
         is_new = self._reset_revision > revision
-        if not found and not is_new:
+        if not lines and not is_new:
             return {}
-        return {"log": found[::-1], **({"log_is_new": True} if is_new else {})}
+        return {"log": lines[::-1], **({"log_is_new": True} if is_new else {})}
 
 
 class Board:
@@ -133,7 +133,7 @@ class Board:
         self._changes: list[list[Any]] = []
         self._changes_begin: float | None = None
         self._tree: RunStarted | None = None
-        self._told_tree: dict[str, Any] | None = None
+        self._sent_tree: dict[str, Any] | None = None
         self._tree_revision = self._values_revision = 1
         self._seen_goals: dict[str, GoalChanged] = {}
         self._seen_variables: dict[str, str] = {}
@@ -213,21 +213,21 @@ class Board:
 
     def since(self, revision: int) -> dict[str, Any]:
         """What has changed after a revision; empty where nothing has."""
-        told: dict[str, Any] = self._parts.since(revision) | self._log.since(revision)
+        changes: dict[str, Any] = self._parts.since(revision) | self._log.since(revision)
         if self._tree_revision > revision:
-            told["tree"] = self._told_tree
-            told["past"] = {"begin": self._changes_begin, "changes": self._changes}
+            changes["tree"] = self._sent_tree
+            changes["past"] = {"begin": self._changes_begin, "changes": self._changes}
         if self._values_revision > revision:
-            told["values_are_new"] = True
+            changes["values_are_new"] = True
         if nodes := self._nodes.since(revision):
-            told["nodes"] = list(nodes.values())
+            changes["nodes"] = list(nodes.values())
         if goals := self._goals.since(revision):
-            told["goals"] = list(goals.values())
+            changes["goals"] = list(goals.values())
         if variables := self._variables.since(revision):
-            told["variables"] = list(variables.items())
+            changes["variables"] = list(variables.items())
         if requirements := self._requirements.since(revision):
-            told["requirements"] = list(requirements.values())
-        return told
+            changes["requirements"] = list(requirements.values())
+        return changes
 
     def robot_since(self, revision: int) -> dict[str, Any]:
         """As :meth:`since`, of the robot and its map."""
@@ -244,7 +244,7 @@ class Board:
 
     def _begin(self, tree: RunStarted | None) -> None:
         self._tree, self._tree_revision = tree, self._next
-        self._told_tree = None if tree is None else encoding.tree(tree)
+        self._sent_tree = None if tree is None else encoding.tree(tree)
         self._nodes.clear()
         self._changes, self._changes_begin = [], None
         self._series.clear()

@@ -38,17 +38,17 @@ def shown(value: Any) -> Any:
         case float():
             return value if math.isfinite(value) else None
         case dict():
-            return {shown(key): shown(one) for key, one in value.items()}
+            return {shown(key): shown(item) for key, item in value.items()}
         case list() | tuple():
-            return [shown(one) for one in value]
+            return [shown(item) for item in value]
     return value
 
 
 def tree(started: RunStarted) -> dict[str, Any]:
     """Return a tree: of each node its name, class and parent's index."""
-    nodes = [(one.name, one.kind, one.parent, one.path) for one in started.nodes]
-    told = {"run": started.run, "mission": started.mission, "nodes": nodes}
-    return {**shown(told), "start": started.time_ns / NS}
+    nodes = [(node.name, node.kind, node.parent, node.path) for node in started.nodes]
+    facts = {"run": started.run, "mission": started.mission, "nodes": nodes}
+    return {**shown(facts), "start": started.time_ns / NS}
 
 
 def node(mission: MissionState, index: int) -> list[Any]:
@@ -82,40 +82,40 @@ def node_details(mission: MissionState, index: int) -> dict[str, Any] | None:
         ]
         for end in reversed(mission.ends[index])
     ]
-    told: dict[str, Any] = shown(
+    facts: dict[str, Any] = shown(
         {"index": index, "asked": mission.details(index), "ends": ends},
     )
-    return told
+    return facts
 
 
-def goal(one: GoalChanged, changed_ns: int, start_ns: int) -> list[Any]:
+def goal(goal: GoalChanged, changed_ns: int, start_ns: int) -> list[Any]:
     """Return a goal: its id, action, owner, state, when it was sent, and when it last changed."""
-    sent_s, changed_s = (one.sent_ns - start_ns) / NS, (changed_ns - start_ns) / NS
-    told: list[Any] = shown([one.id, one.action, one.owner, one.state, sent_s, changed_s])
-    return told
+    sent_s, changed_s = (goal.sent_ns - start_ns) / NS, (changed_ns - start_ns) / NS
+    cells: list[Any] = shown([goal.id, goal.action, goal.owner, goal.state, sent_s, changed_s])
+    return cells
 
 
-def requirement(one: RequirementChanged) -> dict[str, Any]:
+def requirement(requirement: RequirementChanged) -> dict[str, Any]:
     """Return what a requirement has come to."""
-    told: dict[str, Any] = shown(
+    facts: dict[str, Any] = shown(
         {
-            "name": one.name,
-            "requirement": one.requirement,
-            "verdict": one.verdict,
-            "margin": one.margin,
-            "unit": one.unit,
-            "at": one.at,
-            "why": "; ".join(filter(None, (one.why, *one.sources))),
+            "name": requirement.name,
+            "requirement": requirement.requirement,
+            "verdict": requirement.verdict,
+            "margin": requirement.margin,
+            "unit": requirement.unit,
+            "at": requirement.at,
+            "why": "; ".join(filter(None, (requirement.why, *requirement.sources))),
         }
     )
-    return told
+    return facts
 
 
 def log_entry(entry: LogEntry, start_ns: int) -> list[Any]:
     """Return a line of the log: its time, status, name and text."""
     status = None if entry.status is None else STATUS_CODES[entry.status]
-    told: list[Any] = shown([(entry.time_ns - start_ns) / NS, status, entry.name, entry.text])
-    return told
+    cells: list[Any] = shown([(entry.time_ns - start_ns) / NS, status, entry.name, entry.text])
+    return cells
 
 
 def _pose(robot: RobotState) -> Any:
@@ -172,7 +172,7 @@ def grid(known: Map | None) -> dict[str, Any] | None:
     kinds = np.where(cells < 0, 1, np.where(cells >= OCCUPIED, 2, 0))
     starts = [0, *(np.flatnonzero(np.diff(kinds)) + 1).tolist(), len(kinds)]
     runs = [[int(kinds[first]), after - first] for first, after in pairwise(starts)]
-    told: dict[str, Any] = shown(
+    facts: dict[str, Any] = shown(
         {
             "width": known.width,
             "height": known.height,
@@ -181,4 +181,4 @@ def grid(known: Map | None) -> dict[str, Any] | None:
             "runs": runs,
         }
     )
-    return told
+    return facts

@@ -94,13 +94,13 @@ class LiveMission:
         happened: Sequence[Event] = ()
         if source is not None:
             source.watch_camera(is_on=panels.camera)
-            heard = source.take(needs_statuses=watched.needs_statuses)
-            happened = watched.take(heard, self._wall.elapsed_s)
-            for answer in heard.answers:
+            received = source.take(needs_statuses=watched.needs_statuses)
+            happened = watched.take(received, self._wall.elapsed_s)
+            for answer in received.answers:
                 self._say(watched.with_names(answer.text))
             touched = touched_by(happened)
-            self._has_moved |= bool(heard.robot)
-            self._show_image(heard.image)
+            self._has_moved |= bool(received.robot)
+            self._show_image(received.image)
         self.board.show(watched.mission, touched)
         self.board.remember(watched.mission, happened)
         if panels.map:
@@ -112,7 +112,7 @@ class LiveMission:
         """Pass a wish on to the executive; its answer comes later, as a notice."""
         source = self._attachment.source
         if request.do == "attach":
-            if request.name in (one.name for one in self._graph.find()):
+            if request.name in (executive.name for executive in self._graph.find()):
                 self.attach(request.name)
             else:
                 self._say(f"{request.name} is not there any more")
@@ -132,9 +132,9 @@ class LiveMission:
         if image is None or self._since_picture.elapsed_s < PICTURE_S:
             return
         self._since_picture = Stopwatch()
-        found = jpeg_of(image)
-        if found is not None:
-            self.picture = (self.picture[0] + 1 if self.picture else 1, found)
+        jpeg = jpeg_of(image)
+        if jpeg is not None:
+            self.picture = (self.picture[0] + 1 if self.picture else 1, jpeg)
 
     # ---- inside ---------------------------------------------------------------------------
 
@@ -151,14 +151,14 @@ class LiveMission:
         if self._attachment.source is not None and self._since_check.elapsed_s < CHECK_S:
             return
         self._since_check = Stopwatch()
-        news = self._attachment.look()
-        self._is_choice = news.is_choice
-        if news.is_new:
+        change = self._attachment.look()
+        self._is_choice = change.is_choice
+        if change.is_new:
             self._watch_anew()
-        self._hint = news.text if news.is_nobody else ""
-        if news.text and not news.is_nobody:
-            self._say(news.text)
-        self.nobody_s = self._wall.elapsed_s if news.is_nobody else 0.0
+        self._hint = change.text if change.is_nobody else ""
+        if change.text and not change.is_nobody:
+            self._say(change.text)
+        self.nobody_s = self._wall.elapsed_s if change.is_nobody else 0.0
 
     def _put_state(self) -> None:
         source, mission = self._attachment.source, self.mission
@@ -176,5 +176,9 @@ class LiveMission:
         self.board.put("factor", None if factor is None else round(factor, 1))
         self.board.put("hint", self._hint)
         is_choice = self._is_choice or self._is_fleet
-        choices = [(one.name, one.fault) for one in self._graph.find()] if is_choice else []
+        choices = (
+            [(executive.name, executive.fault) for executive in self._graph.find()]
+            if is_choice
+            else []
+        )
         self.board.put("choices", choices)

@@ -60,19 +60,19 @@ def read_request(text: str) -> PageRequest:
     if len(text) > LONGEST:
         raise PageRequestError(f"a message of {len(text)} characters, at most {LONGEST}")
     try:
-        found = json.loads(text)
+        request = json.loads(text)
     except (ValueError, RecursionError):
         raise PageRequestError("the message is no JSON") from None
-    if not isinstance(found, dict) or not isinstance(found.get("do"), str):
+    if not isinstance(request, dict) or not isinstance(request.get("do"), str):
         raise PageRequestError("the message is no request: expected an object with 'do'")
-    do = found.pop("do")
+    do = request.pop("do")
     needed = {**CONTROLS, **QUESTIONS}.get(do)
     if needed is None:
         raise PageRequestError("the message asks for what there is not")
-    allowed = {one for one in (needed, "node") if one}
-    if not set(found) <= allowed or (needed and needed not in found):
+    allowed = {name for name in (needed, "node") if name}
+    if not set(request) <= allowed or (needed and needed not in request):
         raise PageRequestError(f"'{do}' takes {needed or 'nothing'}")
-    return PageRequest(do, **{key: _checked(key, value) for key, value in found.items()})
+    return PageRequest(do, **{key: _checked(key, value) for key, value in request.items()})
 
 
 def _checked(key: str, value: Any) -> Any:

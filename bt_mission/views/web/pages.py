@@ -32,23 +32,23 @@ class OpenPage:
 
     def __init__(self, socket: WebSocket, shown: LiveMission, *, is_read_only: bool) -> None:
         self.has_map = self.has_camera = False
-        self.news = asyncio.Event()
-        """Set when there may be something to tell."""
-        self.news.set()
+        self.changed = asyncio.Event()
+        """Set when there may be something to wake."""
+        self.changed.set()
         self._socket = socket
         self._shown = shown
         self._is_read_only = is_read_only
         self._revision = self._robot_revision = 0
         self._selected: int | None = None
-        self._told_node: dict[str, Any] | None = None
-        self._told_picture = 0
+        self._sent_node: dict[str, Any] | None = None
+        self._sent_picture = 0
         self._answers: dict[str, Any] = {}
 
     async def serve(self) -> None:
         """Tell and listen until the page is closed, or is not one of ours."""
-        teller = asyncio.create_task(self._tell())
+        sender = asyncio.create_task(self._send_changes())
         listener = asyncio.create_task(self._listen())
-        both = (teller, listener)
+        both = (sender, listener)
         await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
         for task in both:
             task.cancel()
@@ -65,7 +65,7 @@ class OpenPage:
     async def _listen(self) -> None:
         while True:
             self._take(read_request(await self._received()))
-            self.news.set()
+            self.changed.set()
 
     async def _received(self) -> str:
         message = await self._socket.receive()
@@ -79,11 +79,11 @@ class OpenPage:
     def _take(self, request: PageRequest) -> None:
         match request.do:
             case "select":
-                self._selected, self._told_node = request.node, None
+                self._selected, self._sent_node = request.node, None
             case "map":
                 self.has_map, self._robot_revision = request.is_on, 0
             case "camera":
-                self.has_camera, self._told_picture = request.is_on, 0
+                self.has_camera, self._sent_picture = request.is_on, 0
             case "series":
                 values = self._shown.board.series(request.name)
                 self._answers["series"] = encoding.shown([request.name, values])
@@ -92,33 +92,33 @@ class OpenPage:
             case _:
                 self._shown.perform(request)
 
-    async def _tell(self) -> None:
+    async def _send_changes(self) -> None:
         while True:
-            await self.news.wait()
-            self.news.clear()
-            if told := self._news():
-                await self._socket.send_text(json.dumps(told, allow_nan=False))
+            await self.changed.wait()
+            self.changed.clear()
+            if changes := self._changes():
+                await self._socket.send_text(json.dumps(changes, allow_nan=False))
             picture = self._shown.picture
-            if self.has_camera and picture is not None and picture[0] > self._told_picture:
-                self._told_picture = picture[0]
+            if self.has_camera and picture is not None and picture[0] > self._sent_picture:
+                self._sent_picture = picture[0]
                 await self._socket.send_bytes(picture[1])
 
-    def _news(self) -> dict[str, Any]:
+    def _changes(self) -> dict[str, Any]:
         """What the page has not been told yet."""
         board = self._shown.board
-        told, self._answers = self._answers, {}
+        changes, self._answers = self._answers, {}
         if self._revision == 0:
-            told["is_read_only"] = self._is_read_only
-        told |= board.since(self._revision)
+            changes["is_read_only"] = self._is_read_only
+        changes |= board.since(self._revision)
         if self.has_map and (robot := board.robot_since(self._robot_revision)):
-            told["robot"] = robot
+            changes["robot"] = robot
             self._robot_revision = board.revision
         self._revision = board.revision
         if self._selected is not None:
             node = encoding.node_details(self._shown.mission, self._selected)
-            if node != self._told_node:
-                told["node"] = self._told_node = node
-        return told
+            if node != self._sent_node:
+                changes["node"] = self._sent_node = node
+        return changes
 
 
 class OpenPages:
@@ -133,7 +133,7 @@ class OpenPages:
         self._shown = shown
         self._is_read_only = is_read_only
         self._pages: set[OpenPage] = set()
-        self._told: tuple[int, tuple[int, bytes] | None] = (0, None)
+        self._sent: tuple[int, tuple[int, bytes] | None] = (0, None)
 
     @property
     def are_open(self) -> bool:
@@ -161,10 +161,10 @@ class OpenPages:
         finally:
             self._pages.discard(page)
 
-    def tell(self) -> None:
+    def wake(self) -> None:
         """Have each page told what is new to it."""
         newest = (self._shown.board.revision, self._shown.picture)
-        if newest != self._told:
-            self._told = newest
+        if newest != self._sent:
+            self._sent = newest
             for page in self._pages:
-                page.news.set()
+                page.changed.set()

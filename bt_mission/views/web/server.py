@@ -149,7 +149,7 @@ class WebServer(PageServer):
             return
         self._since_look = Stopwatch()
         self._shown.look(self.pages.panels)
-        self.pages.tell()
+        self.pages.wake()
 
 
 @cache

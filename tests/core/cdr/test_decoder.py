@@ -123,7 +123,7 @@ def test_a_message_of_known_length_is_left_alone() -> None:
     """Nothing is even looked at."""
     taken: list[bytes] = []
     take = taken.append
-    assert decoder("sensor_msgs/msg/Imu").trimming(take, has_one_shape=False) is take
+    assert decoder("sensor_msgs/msg/Imu").trimming(take, has_fixed_shape=False) is take
     assert len(serialize_message(Imu())) == 4 + 8 + 4 + 1 + 3 + 8 * (4 + 9 + 3 + 9 + 3 + 9)
 
 
@@ -131,10 +131,10 @@ def test_room_for_a_sequence_that_is_empty_is_taken_away() -> None:
     """ROS reckons with its first element."""
     message = JointState(name=["left", "right"], position=[1.0, 2.0], velocity=[3.0, 4.0])
     data = serialize_message(message)
-    for has_one_shape in (True, False):
+    for has_fixed_shape in (True, False):
         taken: list[bytes] = []
         joints = decoder("sensor_msgs/msg/JointState")
-        take = joints.trimming(taken.append, has_one_shape=has_one_shape)
+        take = joints.trimming(taken.append, has_fixed_shape=has_fixed_shape)
         take(data)
         take(data)
         assert taken == [data[:-4], data[:-4]]

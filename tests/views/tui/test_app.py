@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bt_mission.events.source import FoundExecutive
+from bt_mission.events.source import ListedExecutive
 from bt_mission.views.terminal.marks import ASCII_SIGNS
 from bt_mission.views.tui import app
 from tests.support.screens import Screen, on_screen, shown
@@ -153,7 +153,7 @@ def test_an_executive_of_another_version_is_not_read():
     executive = ScriptedExecutive()
 
     async def play(screen: Screen) -> None:
-        screen.graph.faults["/bt_mission"] = FoundExecutive(
+        screen.graph.faults["/bt_mission"] = ListedExecutive(
             "/bt_mission", "its Tree messages are of another version", is_foreign=True
         )
         executive.is_there = True
@@ -228,7 +228,7 @@ async def test_an_executive_that_comes_back_as_another_version_is_left(
 ) -> None:
     """Its messages are read no longer."""
     assert screen.app.source is screen.executive
-    screen.graph.faults["/bt_mission"] = FoundExecutive(
+    screen.graph.faults["/bt_mission"] = ListedExecutive(
         "/bt_mission", "its Tree messages are of another version", is_foreign=True
     )
     monkeypatch.setattr(app, "CHECK_S", 0.0)
@@ -243,7 +243,7 @@ def test_two_of_one_name_are_told():
     executive.is_there = False
 
     async def play(screen: Screen) -> None:
-        screen.graph.faults["/bt_mission"] = FoundExecutive(
+        screen.graph.faults["/bt_mission"] = ListedExecutive(
             "/bt_mission", "2 executives share this name"
         )
         executive.is_there = True

@@ -57,7 +57,9 @@ def details(run: RecordedRun, mission: MissionState) -> dict[str, Any]:
                 "asked": [node.details for node in nodes],
                 "goals": [_goal(run, goal) for goal in run.goals[:MOST_GOALS]],
                 "goals_left_out": max(len(run.goals) - MOST_GOALS, 0),
-                "requirements": [_requirement(run, one) for one in run.requirements],
+                "requirements": [
+                    _requirement(run, requirement) for requirement in run.requirements
+                ],
                 "leaves": [[index, dict(ends), spent_s] for index, ends, spent_s in leaves(run)],
                 "charts": [chart.data(run.start_ns) for chart in charts(run)],
                 "stops": [
@@ -65,8 +67,13 @@ def details(run: RecordedRun, mission: MissionState) -> dict[str, Any]:
                     for start_ns, length_s, x, y in stops(run.track)[:MOST_STOPS]
                 ],
                 "collisions": [
-                    [since_start_s(run, one.time_ns), one.x, one.y, one.obstacle]
-                    for one in run.collisions[:MOST_STOPS]
+                    [
+                        since_start_s(run, collision.time_ns),
+                        collision.x,
+                        collision.y,
+                        collision.obstacle,
+                    ]
+                    for collision in run.collisions[:MOST_STOPS]
                 ],
                 "log": _log(run),
                 "lines_left_out": max(len(run.log) - MOST_LINES, 0),

@@ -67,7 +67,7 @@ def distance_m(run: RecordedRun) -> float | None:
 
 def charts(run: RecordedRun) -> list[Chart]:
     """Return what is known of the robot against time."""
-    track, seen = run.track, [one for one in run.scans if np.isfinite(one.clearance)]
+    track, seen = run.track, [measured for measured in run.scans if np.isfinite(measured.clearance)]
     times = np.array([scan.time_ns for scan in seen], np.int64)
     clearances = np.array([scan.clearance for scan in seen], np.float64)
     known = [
