@@ -1,4 +1,4 @@
-"""What runs reach of their missions: nodes, outcomes of them, and branches.
+"""Coverage of missions: which nodes, outcomes and branches runs reach.
 
 - ``places``: what there is to reach in a mission
 - ``watch``: counts what a run of it reaches

@@ -1,6 +1,6 @@
-"""What there is to reach in a mission: its nodes, what can come of each, and the ways they choose.
+"""The places of a mission: its nodes, the ways each can end, and the branches each can choose.
 
-Only what can happen is asked for: a leaf without a limit is never cancelled by one, a sequence of
+Only what can happen is a place: a leaf without a limit is never cancelled by one, and a sequence of
 nodes that never fail does not fail.
 """
 
@@ -52,14 +52,14 @@ CHOOSING = (FallbackNode, ParallelNode, ChooseNode)
 
 @dataclass
 class CoveragePlace:
-    """A node of a mission with what there is to reach at it, and in how many runs it was.
+    """A node of a mission, its marks, and the number of runs that reached each mark.
 
     Attributes:
-        tree: The named tree that it belongs to; empty is the mission's own.
+        tree: The named tree of the node; empty for the mission's main tree.
         path: The place in its tree, such as ``0.1.0``.
-        line: In its file, from 1; likewise `column`.
+        line: Line in its file, from 1.
         marks: Runs by mark: ``reached``, ``outcome NAME`` for each way in which the node can end,
-            ``branch NAME`` for each way that it can choose.
+            ``branch NAME`` for each branch that it can choose.
     """
 
     tree: str
@@ -72,7 +72,10 @@ class CoveragePlace:
 
     @property
     def key(self) -> tuple[int, int, str]:
-        """Unique in its file. In XML one element can stand for two nodes, of different kinds."""
+        """A key that is unique in its file.
+
+        In XML, an element can stand for two nodes of different kinds.
+        """
         return self.line, self.column, self.kind
 
     @property
@@ -82,7 +85,7 @@ class CoveragePlace:
 
     @property
     def depth(self) -> int:
-        """How many nodes of its tree are above it."""
+        """The number of nodes above it in its tree."""
         return self.path.count(".")
 
     @property
@@ -114,9 +117,9 @@ class CoveragePlace:
 
 
 def places(mission: Mission) -> Iterator[tuple[Document, NodeModel, CoveragePlace]]:
-    """Yield every node of a mission, and of all named trees that it has at hand, used or not.
+    """Yield every node of a mission and of its named trees, used or unused.
 
-    The order depends on the trees of the mission alone: not on its inputs, its seed or the machine.
+    The order depends only on the trees of the mission, not on its inputs, its seed or the machine.
     """
     uses = _ends_of_trees(mission)
     halted = _trees_halted(mission)
@@ -138,7 +141,7 @@ def places(mission: Mission) -> Iterator[tuple[Document, NodeModel, CoveragePlac
 
 
 def branches(step: NodeModel) -> list[str]:
-    """The ways that a node can choose; those of children are in their order."""
+    """Return the branches of a node, children in their order."""
     match step:
         case FallbackNode() | ParallelNode() | ChooseNode():
             return [f"{number} {child.label}" for number, child in enumerate(step.children, 1)]
@@ -181,7 +184,7 @@ def _of_goal(step: GoalNode, *, can_halt: bool) -> Iterator[Outcome]:
     return (outcome for outcome in Outcome if outcome in ALWAYS_POSSIBLE or limits.get(outcome))
 
 
-# ---- who can be halted ---------------------------------------------------------------------
+# ---- which nodes can be halted ---------------------------------------------------------------
 
 
 def _descend(
@@ -200,7 +203,6 @@ def _descend(
 
 
 def _halts(step: NodeModel, index: int, ends: Mapping[int, Ends]) -> bool:
-    """Can a step halt its child of this index?"""
     match step:
         case TimeoutNode():
             return True
@@ -233,7 +235,7 @@ def _trees_halted(mission: Mission) -> set[str]:
 
 
 def _ends_of_trees(mission: Mission) -> dict[str, Ends]:
-    """How the named trees end; those that use others come after them."""
+    """Return how the named trees end; a tree is computed after the trees that it uses."""
     ends: dict[str, Ends] = {}
     waiting = list(mission.trees.values())
     while waiting:

@@ -1,4 +1,4 @@
-"""What runs have reached: of a mission as a bitmap, of files as counts."""
+"""The coverage that runs reach: of a mission as a bitmap, of files as counts."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ VERSION = 1
 
 
 class CoverageRecord:
-    """What was reached of the places of a mission, by one run or several.
+    """The places of a mission that one or several runs have reached.
 
     Each mark of a place has a name: ``0.1 drive: reached``, ``0.1 drive: outcome canceled by
     condition``, ``half:0.2 way out: branch 2 turn``. Names differ, and their order is that of
     `places`.
 
     Args:
-        places: What there is to reach, with the runs so far.
+        places: The places of the mission, with the runs so far.
     """
 
     def __init__(self, places: Iterable[CoveragePlace]) -> None:
@@ -34,24 +34,24 @@ class CoverageRecord:
 
     @classmethod
     def of(cls, mission: Mission) -> Self:
-        """Return the places of a mission, of which none is reached."""
+        """Return the record of a mission in which nothing is reached."""
         return cls(place for _, _, place in places(mission))
 
     @classmethod
     def attach(cls, mission: Mission, executive: Executive) -> Self:
-        """Record what a run reaches from now on; call it before the first tick."""
+        """Record what a run reaches from now on. Call it before the first tick."""
         by_step = {id(step): place for _, step, place in places(mission)}
         CoverageWatch(mission, executive, by_step)
         return cls(by_step.values())
 
     def add(self, text: str, runs: int = 1) -> tuple[str, ...]:
-        """Add runs that have reached the same; return the names of what is reached first.
+        """Add runs that reached the same places. Return the names of marks that are reached first.
 
         Args:
-            text: What each has reached, as `as_hex` writes it.
+            text: What each run reached, as `as_hex` writes it.
 
         Raises:
-            ValueError: When the text is not that of a record of so many marks.
+            ValueError: The text is not that of a record with the same number of marks.
         """
         bits = int(text, 16) if text else 0
         if len(text) != self._digits or bits >> len(self._marks):
@@ -65,7 +65,7 @@ class CoverageRecord:
         return tuple(first)
 
     def as_hex(self) -> str:
-        """What was reached in hexadecimal digits: four marks in each, the first in the last."""
+        """The record in hexadecimal: four marks in each digit, the first mark in the last digit."""
         bits = sum(1 << number for number, (marks, mark) in enumerate(self._marks) if marks[mark])
         return f"{bits:0{self._digits}x}" if self._digits else ""
 
@@ -90,7 +90,7 @@ class CoverageRecord:
 
 @dataclass(frozen=True)
 class Score:
-    """How much of what there is was reached."""
+    """How many of the places are reached."""
 
     nodes: int = 0
     reached: int = 0
@@ -101,7 +101,7 @@ class Score:
 
     @property
     def percent(self) -> float:
-        """Of nodes, outcomes and branches together; of nothing, all is reached."""
+        """The percentage of nodes, outcomes and branches together; 100 if there are none."""
         there = self.nodes + self.outcomes + self.branches
         return 100 * (self.reached + self.seen + self.taken) / there if there else 100.0
 
@@ -117,18 +117,18 @@ class Score:
         return cls(*(count for runs in parts for count in (len(runs), sum(map(bool, runs)))))
 
     def as_dict(self) -> dict[str, float]:
-        """As JSON has it."""
+        """Return the score as JSON data."""
         return {**vars(self), "percent": round(self.percent, 2)}
 
 
 @dataclass
 class CoveredFile:
-    """One file of missions, of which several missions, tests and processes may know something.
+    """The coverage of a file of missions, collected over missions, tests and processes.
 
     Attributes:
-        label: What the file is called.
+        label: The name of the file.
         missions: Names of the missions that used it.
-        source: Its lines.
+        source: The lines of the file.
         places: Its nodes by their keys.
     """
 
@@ -145,11 +145,11 @@ class CoveredFile:
 
     @property
     def score(self) -> Score:
-        """How much of it was reached."""
+        """How many of its places are reached."""
         return Score.of(self.places.values())
 
     def add(self, other: CoveredFile) -> None:
-        """Add what another mission, test or process knows of this file."""
+        """Add the coverage of the same file from another mission, test or process."""
         self.missions |= other.missions
         self.source = self.source or other.source
         for key, place in other.places.items():
@@ -169,7 +169,7 @@ class CoverageTally:
         return bool(self.files)
 
     def in_order(self) -> Iterator[CoveredFile]:
-        """The files by their names; texts that share a name are numbered."""
+        """The files by name. Texts that share a name are numbered."""
         labels = [covered.label for covered in self.files.values()]
         for label in sorted(set(labels)):
             same = [self.files[key] for key in sorted(self.files) if self.files[key].label == label]
@@ -179,7 +179,7 @@ class CoverageTally:
 
     @property
     def score(self) -> Score:
-        """How much of all was reached."""
+        """The score of all files together."""
         return Score.of(
             place for covered in self.files.values() for place in covered.places.values()
         )
@@ -209,7 +209,7 @@ class CoverageTally:
             self.add(key, CoveredFile(entry["label"], set(entry["missions"]), source, by_key))
 
     def report(self) -> dict[str, Any]:
-        """For programs: a score in all and of each file, and each node with its counts of runs."""
+        """Return the JSON report: the scores in total and of each file, and the counts of each node."""
         names = ("line", "column", "kind", "name", "tree", "depth", "runs", "outcomes", "branches")
         return {
             "version": VERSION,

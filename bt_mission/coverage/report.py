@@ -1,4 +1,4 @@
-"""Coverage as text and as HTML: a table of files, and of each the nodes that were not reached."""
+"""Coverage as text and as HTML: a table of files, and the nodes that are not reached."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from bt_mission.coverage.record import CoverageTally, CoveredFile
 HEAD = ("missions", "nodes", "reached", "outcomes", "seen", "branches", "taken", "cover", "missing")
 
 MANY = 4
-"""Missing outcomes at one node, of which more are not listed on the terminal."""
+"""The terminal does not list more missing outcomes of a node than this."""
 
 
 def rows(tally: CoverageTally) -> list[tuple[str, ...]]:
-    """Return the cells of the table: a row for each file, and one for all where several are."""
+    """Return the cells of the table: a row for each file, and a row of totals for several files."""
     table = [
         (
             covered.label,
@@ -34,7 +34,10 @@ def rows(tally: CoverageTally) -> list[tuple[str, ...]]:
 
 
 def in_ranges(lines: Iterable[int], covered: CoveredFile) -> str:
-    """Line numbers as ``7, 12-15``; lines between two without a node do not part them."""
+    """Return line numbers as ``7, 12-15``.
+
+    Lines without a node between two numbers do not split a range.
+    """
     wanted = sorted(set(lines))
     others = {place.line for place in covered.places.values()} - set(wanted)
     ranges: list[list[int]] = []
@@ -47,10 +50,10 @@ def in_ranges(lines: Iterable[int], covered: CoveredFile) -> str:
 
 
 def missing_of(place: CoveragePlace, *, brief: bool = False) -> str:
-    """Return what was not reached of a node, in words; empty where all was.
+    """Return the marks of a node that were not reached, as text; empty if all were.
 
     Args:
-        brief: Of a node with many missing outcomes, name those that were seen instead.
+        brief: For a node with many missing outcomes, name the outcomes that were reached instead.
     """
     if not place.runs:
         return "never reached"
@@ -65,10 +68,10 @@ def missing_of(place: CoveragePlace, *, brief: bool = False) -> str:
 
 
 def as_text(tally: CoverageTally, *, brief: bool = False) -> Iterator[str]:
-    """Yield the lines of the table, and of each file the nodes of which something is missing.
+    """Yield the lines of the table, and for each file the nodes with a mark that is missing.
 
     Args:
-        brief: As of `missing_of`.
+        brief: See `missing_of`.
     """
     table = [HEAD, *rows(tally)]
     widths = [max(len(row[column]) for row in table) for column in range(len(HEAD))]
@@ -127,7 +130,6 @@ def as_html(tally: CoverageTally) -> str:
 
 
 def _lines(covered: CoveredFile) -> Iterator[tuple[str, str, str]]:
-    """Yield how much of each line is reached, its text, and what is missing."""
     by_line: defaultdict[int, list[CoveragePlace]] = defaultdict(list)
     for place in covered.in_order():
         by_line[place.line].append(place)

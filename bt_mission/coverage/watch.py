@@ -1,4 +1,4 @@
-"""Sees what one run of a mission reaches."""
+"""The coverage that one run of a mission reaches."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ from bt_mission.language.nodes.leaves import CheckNode
 
 
 class CoverageWatch:
-    """Counts what one run of a mission reaches.
+    """Counts the places that one run of a mission reaches.
 
     Args:
-        places: Get a run for each mark that is reached, by the identity of the node's step.
+        places: The places by the identity of the node's step. Each mark that is reached gets a run.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class CoverageWatch:
                 self._reach(visited, f"{OUTCOME}{outcome}")
 
     def _take(self, event: Event) -> None:
-        """Goals that the tree halts are seen here; the end of a test is no such halt."""
+        """Note goals that the tree halts. The end of a test is not such a halt."""
         if not isinstance(event, NodeChanged) or event.status is not Status.INVALID:
             return
         node = self._executive.nodes[event.node]
@@ -93,7 +93,7 @@ class CoverageWatch:
 
 
 def _way_to(visited: Built) -> str:
-    """The branch of the node above that leads to this one, if that chooses."""
+    """Return the branch of the parent that leads to a node; empty if the parent does not choose."""
     above = visited.above
     assert above is not None
     if isinstance(above.step, CHOOSING):
@@ -104,7 +104,7 @@ def _way_to(visited: Built) -> str:
 
 
 def _went_nowhere(ended: Built) -> bool:
-    """Has a condition that does not hold kept a node from going on?"""
+    """Return whether a condition that is false has kept a node from running its child."""
     children = ended.node.children
     if isinstance(ended.step, WhenNode):
         return len(children) == 1 and children[0].status is Status.INVALID
@@ -114,7 +114,7 @@ def _went_nowhere(ended: Built) -> bool:
 
 
 def _outcome(ended: Built) -> str:
-    """What came of a node that has just ended."""
+    """Return the outcome of a node that has just ended."""
     node, step = ended.node, ended.step
     if isinstance(node, ActionLeaf):
         ending = node.attempt.ending if node.attempt else None

@@ -1,4 +1,4 @@
-"""What serves the nodes of a process: what is ready for them, and one callback after the other.
+"""The executors that serve the nodes of a process: one callback after the other.
 
 - ``serving``: :class:`ServingExecutor`, what the executors of live runs and of virtual time share
 - ``live``: :class:`LiveExecutor`, on the clock that the nodes have

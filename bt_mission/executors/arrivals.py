@@ -1,9 +1,9 @@
-"""Which entities were sent something, told by the middleware itself instead of asked for.
+"""The entities for which something has arrived, as counted by the middleware.
 
-A wait set asks every entity, at every instant, several times; most have nothing to say. rcl lets
-one register a C function that is called, with a number of messages, as soon as they can be taken.
-Ours is ``eventfd_write`` of the C library: it adds that number to a counter of the kernel's, from
-whatever thread, without Python's lock; and epoll tells which counters are above zero.
+A wait set asks every entity at every instant, several times, and most have nothing. rcl can
+register a C function that is called with a number of messages as soon as they can be taken. Here it
+is ``eventfd_write`` of the C library. It adds that number to a counter of the kernel's, from any
+thread, without Python's lock. epoll reports which counters are above zero.
 """
 
 from __future__ import annotations
@@ -54,26 +54,26 @@ TELLING: dict[type, tuple[str, tuple[str, ...]]] = {
     ),
     EventHandler: (_RCL, ("rcl_event_set_callback",)),
 }
-"""Kinds of entities of which the middleware tells, with the library and the functions for that."""
+"""Kinds of entities that the middleware reports, with the library and the functions for that."""
 
 
 @dataclass(eq=False, slots=True)
 class Arrived:
-    """What has arrived for one entity.
+    """The count of arrivals for one entity.
 
-    Whoever serves the entity counts down what it takes. A subscription from which nothing can be
-    taken has none left: its queue has dropped what was counted. Others may have been sent something
-    that was not for them, such as the answer to another client of the service.
+    The server of the entity subtracts what it takes. A subscription from which nothing can be taken
+    has a count of zero: its queue has dropped what was counted. Other entities may have been sent
+    something for another receiver, such as the answer to another client of the service.
     """
 
     entity: Any
     handle: Any
     rank: int = 0
-    """Those that come first are served first."""
+    """Lower ranks are served first."""
     file: int | None = None
-    """The kernel's counter; None for an entity of which the middleware does not tell."""
+    """The kernel's counter; None for an entity that the middleware does not report."""
     count: int = 0
-    """Messages that came and were not taken; more than there are where a queue overflowed."""
+    """Messages that arrived and were not taken; more than exist if a queue overflowed."""
 
 
 RANK = attrgetter("rank")
@@ -92,7 +92,7 @@ class Arrivals:
         self._end.atexit = False
 
     def watch(self, entities: Sequence[Any]) -> list[Arrived]:
-        """Count for these entities, and for no others; they are served in this order.
+        """Count for exactly these entities. They are served in this order.
 
         Returns:
             The entities that the middleware does not report.
@@ -117,7 +117,7 @@ class Arrivals:
         return self._unwatched
 
     def waiting(self) -> list[Arrived]:
-        """What has something to be served now, in order; it stays until its count is zero."""
+        """The arrivals that can be served now, in order, each until its count is zero."""
         if self._waiting:
             self._waiting = [arrived for arrived in self._waiting if arrived.count > 0]
         if changed := self._epoll.poll(0):
@@ -167,7 +167,7 @@ class Arrivals:
 
 
 class _Link:
-    """A counter that the middleware adds to, for one entity."""
+    """A counter to which the middleware adds, for one entity."""
 
     def __init__(self, handle: Any, setters: Sequence[Any], file: int) -> None:
         self.file = file
@@ -182,21 +182,21 @@ class _Link:
         try:
             with self.handle:
                 pointer = self.handle.pointer
-                # All are asked, so that none is left with a file that is closed.
+                # All are cut, so that no entity keeps a closed file.
                 refused = [setter(pointer, function, file) for setter in self._setters]
                 return not any(refused)
         except InvalidHandle:
             return False  # destroyed, and with it what calls the function
 
     def cut(self, epoll: select.epoll) -> None:
-        """Have nothing added any more; only then may the number of the file be used again."""
+        """Stop the additions. Only after that the number of the file may be used again."""
         self._set(None, 0)
         epoll.unregister(self.file)
         os.close(self.file)
 
 
 def _new_counter() -> int | None:
-    """A counter of the kernel's; None where it would take of the files that others need."""
+    """Return a counter of the kernel's; None if files are scarce."""
     try:
         file = os.eventfd(0, os.EFD_NONBLOCK | os.EFD_CLOEXEC)
     except OSError:
@@ -209,7 +209,7 @@ def _new_counter() -> int | None:
 
 @cache
 def _most_files() -> float:
-    """From this number on, files are left to others: three quarters of those it may open."""
+    """The highest file number that is used: three quarters of those that the process may open."""
     soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
     return math.inf if soft == resource.RLIM_INFINITY else 0.75 * soft
 
@@ -239,7 +239,7 @@ def _function() -> Any:
 
 @cache
 def _setter(library: str, name: str) -> Any:
-    """The function of rcl; None where this rcl, or this middleware, has none."""
+    """Return the function of rcl; None if this rcl or this middleware lacks it."""
     try:
         function = getattr(ctypes.CDLL(library), name)
     except (OSError, AttributeError):

@@ -1,7 +1,7 @@
 """One callback of each kind of entity: take what is ready, and call.
 
-Each function gives the callback's coroutine where it is one, and None otherwise. What was taken
-by somebody else, or destroyed since it was found ready, is nothing to serve.
+Each function returns the callback's coroutine if it is one, else None. What another receiver has
+taken, or what was destroyed since it was ready, is skipped.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from bt_mission.executors.taps import ACTION_PARTS, Passing, PendingCallback, Si
 
 
 class TapContext(Protocol):
-    """The executor that serves a callback, as far as taps and futures need to know it."""
+    """The part of an executor that taps and futures need."""
 
     taps: Taps
 
@@ -39,11 +39,11 @@ class TapContext(Protocol):
 
 
 def serve_timer(timer: Timer) -> tuple[bool, PendingCallback]:
-    """Call a timer if it is due; gives whether it was."""
+    """Call a timer if it is due. Return whether it was."""
     handle = timer.handle
     try:
         with handle:
-            if not handle.is_timer_ready():  # nor is one that is canceled
+            if not handle.is_timer_ready():  # a canceled timer is not due, either
                 return False, None
             handle.call_timer()
     except InvalidHandle:
@@ -58,7 +58,7 @@ def _rest(callback: Any, outcome: Any) -> PendingCallback:
 
 
 def _is_to_be_awaited(callback: Any, outcome: Any) -> bool:
-    """As under rclpy, only what an ``async def`` gives is awaited, not any coroutine."""
+    """Return whether to await a result: as in rclpy, only that of an ``async def``."""
     return inspect.iscoroutine(outcome) and inspect.iscoroutinefunction(callback)
 
 
@@ -85,7 +85,7 @@ def _serve_subscription(arrived: Arrived, executor: TapContext) -> PendingCallba
 def _catch_message(
     subscription: Subscription, message: Any, about: list[Any], executor: TapContext
 ) -> bool:
-    """Pass a message through the taps of its topic; raw bytes are unpacked for them."""
+    """Pass a message through the taps of its topic; raw bytes are unpacked for the taps."""
     name = subscription.topic_name
     if not executor.taps.has(name, Side.MESSAGE):
         return False
@@ -149,7 +149,7 @@ def _serve_client(arrived: Arrived, executor: TapContext) -> PendingCallback:
         try:
             future = client.get_pending_request(header.request_id.sequence_number)
         except KeyError:
-            return  # the caller no longer wants the answer
+            return  # the caller does not wait for the answer any more
         future._set_executor(executor)
         future.set_result(answer)
 
@@ -179,20 +179,20 @@ def _serve_waitable(arrived: Arrived, executor: TapContext) -> PendingCallback:
 
 
 def _take_parts(arrived: Arrived) -> Any:
-    """Take what a waitable has; of an action, one of each part."""
+    """Take the ready parts of a waitable; of an action, one item of each part."""
     waitable = arrived.entity
     if arrived.file is None:
-        return waitable.take_data()  # a wait set has told what is ready
+        return waitable.take_data()  # a wait set has reported what is ready
     if isinstance(waitable, ActionClient):
         return _take_answers(waitable, arrived)
     if isinstance(waitable, EventHandler):
         waitable._ready_to_take_data = True
-        arrived.count = 0  # it tells at once of all that has happened
+        arrived.count = 0  # it reports all events at once
         return waitable.take_data()
     waitable._is_goal_request_ready = True
     waitable._is_cancel_request_ready = waitable._is_result_request_ready = True
-    # Old results are forgotten with the next request: they would wake a wait set by
-    # themselves, and for a whole instant, at which virtual time would then stand still.
+    # Old results are dropped with the next request: they would wake a wait set alone, for a whole
+    # instant during which virtual time would not move.
     waitable._is_goal_expired = bool(waitable._goal_handles)
     data = waitable.take_data()
     arrived.count -= max(len(data.keys() & ACTION_PARTS.keys()) - 1, 0)
@@ -200,7 +200,7 @@ def _take_parts(arrived: Arrived) -> Any:
 
 
 def _take_answers(client: Any, arrived: Arrived) -> dict[str, Any]:
-    """Take one of each part, and look no further once all that was counted is there."""
+    """Take one item of each part, and stop once everything counted is taken."""
     data: dict[str, Any] = {}
     for flags in _ANSWERS:
         client.__dict__.update(flags)
@@ -212,7 +212,10 @@ def _take_answers(client: Any, arrived: Arrived) -> dict[str, Any]:
 
 
 def _sift(end: Any, data: dict[str, Any], executor: TapContext) -> dict[str, Any]:
-    """Pass what one end of an action has taken through the taps; gives what none caught."""
+    """Pass what one end of an action has taken through the taps.
+
+    Return what none of them caught.
+    """
     action, *others = executor.actions_of(end)
     if others and any(executor.taps.are_at(name) for name in (action, *others)):
         raise BtMissionError(
@@ -250,7 +253,7 @@ def _catch_part(end: Any, action: str, part: str, taken: Any, executor: TapConte
 
 _READY = ("feedback", "status", "goal_response", "cancel_response", "result_response")
 _ANSWERS = tuple({f"_is_{known}_ready": known == part for known in _READY} for part in _READY)
-"""What tells an action client which part to take; most of what comes is feedback."""
+"""The attributes of an action client that select the part to take. Most arrivals are feedback."""
 
 _SENDERS = {
     "goal": "send_goal_response",
@@ -266,4 +269,4 @@ SERVERS: Mapping[type, Callable[[Arrived, TapContext], PendingCallback]] = defau
         GuardCondition: _serve_guard,
     },
 )
-"""What serves an entity that was found ready, by its class."""
+"""The function that serves a ready entity, by its class."""

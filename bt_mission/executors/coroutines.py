@@ -1,4 +1,4 @@
-"""What an executor has begun and not ended: tasks, and callbacks that await something."""
+"""Tasks and suspended callbacks of an executor."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ from rclpy.node import Node
 from rclpy.task import Future, Task
 
 _PENDING = getattr(getattr(rclpy_task, "FutureState", None), "PENDING", None)
-"""State of a future of which nothing is known yet; None where this rclpy keeps it otherwise."""
+"""The state of a future that is pending; None if this rclpy stores it otherwise."""
 
 
 def _is_pending(future: Future) -> bool:
-    """Has it neither come nor been canceled? For an rclpy whose futures have no state."""
+    """Return whether a future is pending, for an rclpy whose futures have no state."""
     return not (future.done() or future.cancelled())
 
 
 @dataclass(eq=False)
 class _Begun:
-    """Something begun that is given turns.
+    """A coroutine that gets turns.
 
-    Most await a future for many turns: what waits for is remembered, so that no turn is spent on
-    looking whether it is there.
+    Most coroutines await a future for many turns. That future is kept, so that no turn is spent on
+    checking it.
     """
 
     coroutine: Any = None
     """Of a callback."""
     task: Task | None = None
     entity: Any = None
-    """What the callback serves."""
+    """The entity that the callback serves."""
     node: Node | None = None
     """Whose the entity is."""
     awaited: Future | None = None
-    """What the last turn ended at, if that is known."""
+    """The future at which the last turn ended, if it is known."""
 
     @property
     def is_stuck(self) -> bool:
-        """Would a turn get it no further?"""
+        """Whether a turn would not advance it."""
         awaited, task = self.awaited, self.task
         if awaited is None:
             return False
@@ -55,8 +55,7 @@ class Tasks:
     """Coroutines that each get a turn after every round of callbacks, in the order of their start.
 
     A callback that awaits something holds its callback group until it ends. It gets no turn while
-    its node is away, that is, was removed from the executor and not added again; a task is of no
-    node.
+    its node is removed from the executor. A task belongs to no node.
     """
 
     def __init__(self) -> None:
@@ -70,14 +69,14 @@ class Tasks:
 
     @property
     def can_go_on(self) -> bool:
-        """Is there a task that was not begun, or what one of them awaits?"""
+        """Return whether a task can advance."""
         return bool(self._new) or any(
             task.awaited is not None and not task.is_stuck for task in self._present()
         )
 
     @property
     def await_the_unknown(self) -> bool:
-        """Does one of them await something other than a future, which nothing tells of?"""
+        """Return whether a coroutine awaits something other than a future: nothing reports that."""
         return any(task.awaited is None for task in self._present())
 
     def _present(self) -> Iterator[_Begun]:
@@ -92,10 +91,10 @@ class Tasks:
     def begin(
         self, rest: Coroutine[Any, Any, None], entity: Any, node: Callable[[Any], Node | None]
     ) -> None:
-        """Run a callback's coroutine as far as it goes now, and the rest of it in turns.
+        """Run a callback's coroutine up to its first wait, and the rest of it in turns.
 
         Args:
-            node: Tells whose the entity is.
+            node: Returns the node of an entity.
         """
         try:
             rest.send(None)
@@ -110,20 +109,20 @@ class Tasks:
         self._away.add(node)
 
     def node_comes(self, node: Node) -> None:
-        """Go on with the callbacks of a node."""
+        """Resume the callbacks of a node that was added again."""
         self._away.discard(node)
 
     def resume(self) -> bool:
-        """Give each a turn; tells whether any of them ended, or has begun another.
+        """Give each a turn. Return whether any of them ended, or has begun another.
 
-        What one of them raises comes out of here; the others keep their place.
+        An exception of a coroutine is raised here; the others keep their place.
         """
         if self._new:
             self._tasks += [_Begun(task=task) for task in self._new]
             self._new = []
         for begun in (*self._tasks, *self.holding):
             awaited, task = begun.awaited, begun.task
-            # As `is_stuck`, without a call: this is asked several times at every instant.
+            # As `is_stuck`, without a call: it runs several times at every instant.
             if awaited is None or _PENDING is None or awaited._state is not _PENDING:
                 break
             if task is not None and task._state is not _PENDING:
@@ -161,7 +160,7 @@ class Tasks:
 
 
 def _awaited_by(coroutine: Any) -> Future | None:
-    """The future that a suspended coroutine awaits; None where it awaits something else."""
+    """Return the future that a suspended coroutine awaits; None if it awaits something else."""
     inner = coroutine
     while isinstance(inner, CoroutineType):
         inner = inner.cr_await
@@ -173,10 +172,10 @@ def _awaited_by(coroutine: Any) -> Future | None:
 
 
 def _give_turns(begun: list[_Begun], run: Callable[[_Begun], bool | None]) -> bool:
-    """Run each a little; keep those that go on (False), also where one raises.
+    """Give each a turn; keep those that have not ended (False), also if one raises.
 
     Returns:
-        Whether any has ended (True). One that was cancelled (None) is dropped.
+        Whether any has ended (True). A cancelled one (None) is dropped.
     """
     turns = deque(begun)
     begun.clear()

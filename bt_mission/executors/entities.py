@@ -1,4 +1,4 @@
-"""What the nodes of an executor can be woken by, and which of it is ready."""
+"""The entities that can wake the nodes of an executor, and which of them are ready."""
 
 from __future__ import annotations
 
@@ -39,21 +39,21 @@ _ADDED: dict[type, str] = {
     Client: "client",
     GuardCondition: "guard_condition",
 }
-"""What a wait set calls them."""
+"""The names of the kinds in a wait set."""
 
 
 class Entities:
-    """A snapshot of the entities of some nodes, and what has arrived for them.
+    """A snapshot of the entities of some nodes, and the arrivals for them.
 
-    A wait set is asked only for what the middleware does not tell of by itself: guard conditions
-    and waitables of others.
+    A wait set is asked only for entities that the middleware does not report: guard conditions and
+    waitables of other packages.
 
     Args:
-        nodes: In the order in which they are to be served.
+        nodes: Nodes in the order in which they are served.
         context: The rclpy context of the nodes.
-        arrivals: Counts what arrives; told to do so for these entities.
-        with_events: Take in what tells of discovery, which runs on a thread of its own, and so
-            has no virtual time.
+        arrivals: Counts the arrivals; it is set to watch these entities.
+        with_events: Include the events of discovery. Discovery runs on a thread, and so has no
+            virtual time.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class Entities:
         messages = (*self.subscriptions, *self.services, *self.clients)
         in_order = (*messages, *self.guards, *self.waitables)
         self.asked = arrivals.watch(in_order)
-        """Those of which the middleware does not tell by itself: they are asked at each look."""
+        """The entities that the middleware does not report: they are asked at each look."""
         self.timers: list[Timer] = [e for node in nodes for e in node.timers]
         self._nodes = tuple(nodes)
         self._context = context
@@ -108,7 +108,7 @@ class Entities:
             return _rclpy.WaitSet(*sizes.values(), self._context.handle)
 
     def node_of(self, entity: Any) -> Node | None:
-        """The node that an entity belongs to; None when it is gone, or its node is not served."""
+        """Return the node of an entity; None if it is gone, or its node is not served."""
         return self._owners.get(id(entity))
 
     @cached_property
@@ -116,13 +116,14 @@ class Entities:
         return {id(node): node.get_fully_qualified_name() for node in self._nodes}
 
     def owner_of(self, entity: Any) -> str:
-        """The full name of the node that an entity belongs to; empty when it is gone."""
+        """Return the full name of the node of an entity; empty if it is gone."""
         return self._names.get(id(self.node_of(entity)), "")
 
     def actions_of(self, end: ActionClient | ActionServer) -> tuple[str, ...]:
-        """The full names of the actions that one end of an action can be of.
+        """Return the full names of the actions to which an end of an action may belong.
 
-        A server of rclpy does not keep its name: those of one type on one node are not told apart.
+        A server of rclpy does not keep its name, so servers of one type on one node cannot be
+        distinguished.
         """
         node = end._node
         if isinstance(end, ActionClient):
@@ -130,7 +131,7 @@ class Entities:
         return self._offered[node.get_fully_qualified_name(), end._action_type]
 
     def offers(self, action: str) -> bool:
-        """Does one of the nodes serve the action of this full name?"""
+        """Return whether a node serves the action of this full name."""
         return action in self._actions
 
     @cached_property
@@ -155,11 +156,11 @@ class Entities:
         return offered
 
     def ready(self, owed: Sequence[Arrived], *, any_held: bool) -> Sequence[Arrived]:
-        """Return what has something to serve now, in the order of the entities' creation.
+        """Return the arrivals that can be served, in the order of the entities' creation.
 
         Args:
-            owed: What was ready earlier, was not served, and does not tell again.
-            any_held: May a callback group be held by a callback that awaits something?
+            owed: What was ready earlier, was not served, and is not reported again.
+            any_held: Whether a callback that awaits something may hold a callback group.
         """
         waiting = self._arrivals.waiting()
         if not self.asked:
@@ -175,7 +176,7 @@ class Entities:
         return ready
 
     def _with_work(self, asked: Sequence[Arrived]) -> list[Arrived]:
-        """Ask entities by a wait set; gives those that have something."""
+        """Ask entities through a wait set. Return those that are ready."""
         wait_set = self._wait_set
         wait_set.clear_entities()
         wait_set.add_guard_condition(self._awake)
@@ -202,7 +203,7 @@ class Entities:
         ]
 
     def _askable(self, owed: Sequence[Arrived]) -> list[Arrived]:
-        """Entities but those that would tell that they are ready, and could not be served."""
+        """Return the entities to ask, without those that would be ready and cannot be served."""
         return [
             arrived
             for arrived in self.asked
@@ -214,10 +215,10 @@ class Entities:
     def ns_until_next_timer(
         self, *, any_held: bool, stopped: frozenset[Node] = frozenset()
     ) -> int | None:
-        """Nanoseconds until the next timer is due, or None when none is set.
+        """Return the nanoseconds until the next timer is due, or None without a timer.
 
-        A timer whose callback group is held by a suspended callback is not due before that
-        callback ends: time goes on without it.
+        A timer whose callback group is held by a suspended callback is not due before that callback
+        ends. Time moves without it.
         """
         timers = self.timers
         if stopped:
@@ -228,10 +229,10 @@ class Entities:
 
 
 def _has_work(waitable: Waitable, wait_set: Any) -> bool:
-    """Has it something to serve, and not only old results of goals to forget?
+    """Return whether a waitable has something to serve besides old results of goals to drop.
 
-    Those stay due for a whole instant, at which virtual time would then stand still; they go with
-    the next request.
+    Those stay due for a whole instant, during which virtual time would not move. They are dropped
+    with the next request.
     """
     if isinstance(waitable, ActionServer) and True not in waitable._handle.is_ready(wait_set)[:3]:
         return False
@@ -244,13 +245,13 @@ def _type_name(action_type: Any) -> str:
 
 
 def ns_until_due(timers: Iterable[Timer]) -> int | None:
-    """Nanoseconds until the first of these timers is due by its clock; None where none is set."""
+    """Return the nanoseconds until the first of these timers is due by its clock, or None."""
     nearest: int | None = None
     for timer in timers:
         handle = timer.handle
         try:
             with handle:
-                wait_ns = handle.time_until_next_call()  # None where it is canceled
+                wait_ns = handle.time_until_next_call()  # None if it is canceled
         except InvalidHandle:
             continue  # destroyed since the snapshot
         if wait_ns is not None and (nearest is None or wait_ns < nearest):
@@ -259,16 +260,16 @@ def ns_until_due(timers: Iterable[Timer]) -> int | None:
 
 
 def is_reported_once(entity: Any) -> bool:
-    """Is an entity's being ready forgotten once it has been seen?
+    """Return whether an entity forgets that it is ready once that has been read.
 
-    A message, a request or a response waits until it is taken; a guard condition, and what a
-    waitable of somebody else's is made of, does not.
+    A message, a request or a response waits until it is taken. A guard condition and the parts of
+    waitables of other packages do not.
     """
     return not isinstance(entity, TELLING_AGAIN)
 
 
 def exists(node: Node) -> bool:
-    """Has a node not been destroyed?"""
+    """Return whether a node is not destroyed."""
     try:
         with node.handle:
             return True

@@ -1,10 +1,10 @@
-"""The executor of live runs: rclpy's own behaviour, at a fraction of its processor time.
+"""The executor of live runs: rclpy's behaviour, at a fraction of its processor time.
 
 rclpy's single-threaded executor makes a wait set of all entities for each callback that it serves,
-which costs more than most of the callbacks. :class:`LiveExecutor` sleeps until the middleware tells
-that something has arrived, or a timer is due. A round of it serves each entity once, then the
-timers that are due: however much arrives for one entity, no other waits for longer than a round,
-and what a queue has dropped is not waited for.
+which costs more than most of the callbacks. :class:`LiveExecutor` sleeps until the middleware
+reports an arrival, or a timer is due. A round serves each entity once, then the timers that are
+due. No entity waits for longer than a round, and messages that a queue has dropped are not waited
+for.
 """
 
 from __future__ import annotations
@@ -30,14 +30,15 @@ from bt_mission.executors.entities import Entities, ns_until_due
 from bt_mission.executors.serving import ServingExecutor
 
 ASK_S = 0.005
-"""Wall time, s, between two looks at what nothing tells of: guard conditions, callbacks that await
-something other than a future, and all, under a middleware that tells of nothing."""
+"""Wall time between two looks at entities that are not reported, s: guard conditions, callbacks
+that await something other than a future, and all entities under a middleware that reports none.
+"""
 
 
 class LiveExecutor(ServingExecutor):
-    """Serves nodes on the clocks that they have.
+    """Serves nodes on their own clocks.
 
-    The kernel counts a wait in milliseconds, so a timer may be served that much late.
+    The kernel counts a wait in milliseconds, so a timer may be served a millisecond late.
 
     Args:
         context: The rclpy context of the nodes; the default one without.
@@ -87,17 +88,17 @@ class LiveExecutor(ServingExecutor):
     def serve(
         self, timeout_sec: float | None = None, is_done: Callable[[], bool] = lambda: False
     ) -> bool:
-        """Serve what is ready; where there is nothing, wait for it.
+        """Serve what is ready; if there is nothing, wait for it.
 
         Args:
-            timeout_sec: For how long, s; None, or below 0, for as long as it takes.
-            is_done: Ends the wait, where it is true when the executor is woken.
+            timeout_sec: Limit of the wait, s; None or a negative value is no limit.
+            is_done: Ends the wait if it returns true when the executor wakes.
 
         Returns:
             Whether anything was served.
 
         Raises:
-            ExternalShutdownException: When the context has been shut down.
+            ExternalShutdownException: The context has been shut down.
         """
         most_s = None if timeout_sec is None or timeout_sec < 0 else timeout_sec
         since = Stopwatch()
@@ -117,7 +118,7 @@ class LiveExecutor(ServingExecutor):
     # ---- inside --------------------------------------------------------------------------
 
     def _serve_round(self) -> bool:
-        """Resume what awaits, serve each entity and timer once; tell whether any was served."""
+        """Resume coroutines, serve each entity and timer once. Return whether any was served."""
         has_ended = self._begun.resume()
         ready = self._serve_ready()
         return self._serve_timers() or bool(ready) or has_ended
@@ -136,7 +137,7 @@ class LiveExecutor(ServingExecutor):
     @override
     def _read(self, nodes: Sequence[Node]) -> Entities:
         entities = Entities(nodes, self._context, self.arrivals, with_events=True)
-        # To set `use_sim_time` makes a subscription, or destroys one: then they are read again.
+        # Setting `use_sim_time` creates or destroys a subscription: read the entities again.
         self._wall_timers = [timer for timer in entities.timers if not _is_simulated(timer)]
         return entities
 
@@ -148,7 +149,7 @@ class LiveExecutor(ServingExecutor):
 
     @property
     def _is_busy(self) -> bool:
-        """Is there something to serve that nothing tells of another time?"""
+        """Return whether there is something to serve that is not reported again."""
         return (
             self._structure_changed
             or self._begun.can_go_on
@@ -156,7 +157,7 @@ class LiveExecutor(ServingExecutor):
         )
 
     def _until_timer_s(self, most_s: float | None) -> float | None:
-        """Time until the next timer is due, s, and no more than this; None for no end."""
+        """Return the time until the next timer is due, s, at most a limit; None without either."""
         waits = [] if most_s is None else [most_s]
         if self._entities.asked or self._begun.await_the_unknown:
             waits.append(ASK_S)
@@ -166,13 +167,13 @@ class LiveExecutor(ServingExecutor):
         return min(waits, default=None)
 
     def _ring(self) -> None:
-        """End the sleep, from whatever thread."""
+        """End the sleep, from any thread."""
         if self._end.alive:
             os.eventfd_write(self._bell, 1)
 
 
 def _is_simulated(timer: Timer) -> bool:
-    """Is it due by a clock that moves with messages only, each of which ends the sleep anyway?"""
+    """Return whether a timer's clock moves only with messages, each of which ends the sleep."""
     clock: Any = timer.clock
     return clock.clock_type == ClockType.ROS_TIME and bool(clock.ros_time_is_active)
 

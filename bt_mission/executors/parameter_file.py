@@ -1,4 +1,4 @@
-"""A parameter file of ROS, read with the place of every value, so that mistakes are found."""
+"""A parameter file of ROS, read with the place of every value."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ class ParameterFile:
 
 
 def read_parameters(path: str | Path, node: str) -> ParameterFile:
-    """Read what a parameter file says for a node: below `/**`, and below the node's name.
+    """Read the values for a node in a parameter file: below `/**`, and below the node's name.
 
-    What it says for another of ours is left to that one. Raises InputError with every fault and
-    its place.
+    Sections of other nodes of this project are skipped. Raises InputError with every fault and its
+    place.
     """
     document = read(path)
     faults: list[Diagnostic] = []

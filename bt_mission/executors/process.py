@@ -1,4 +1,4 @@
-"""What the nodes of a robot have in common: options, parameters, life as a process."""
+"""The common part of the nodes of a robot: options, parameters, and the process around a node."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ Options = TypeVar("Options", bound="RobotNodeOptions")
 SIM_TIME = "use_sim_time"
 
 LOOK_S = 0.1
-"""How often at least a signal is looked for, s."""
+"""The longest time between two checks for a signal, s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,13 +47,13 @@ class RobotNodeOptions:
 
     Args:
         context: The rclpy context; None is the default one.
-        namespace: Of all its relative names.
+        namespace: The namespace of all its relative names.
         use_sim_time: Follow `/clock`.
         lean: No parameter services, log topic or type description, and only warnings in the log,
             as on the stage.
-        has_parameters: Parameter services all the same, where others look on.
-        parameters: Values of parameters by name, instead of their defaults; those of the process's
-            ROS arguments come first.
+        has_parameters: Parameter services even if `lean`, for viewers.
+        parameters: Values of parameters by name that replace their defaults. The process's ROS
+            arguments come first.
     """
 
     context: Context | None = None
@@ -83,7 +83,7 @@ class RobotNode(ValidClock, Node):
                 if is_set
             ],
         )
-        # What the options say is weaker than what the ROS arguments of the process say.
+        # The ROS arguments of the process override the options.
         for key, value in options.parameters.items():
             self._parameter_overrides.setdefault(key, Parameter(key, value=value))
         self._texts: dict[str, ParameterSpec] = {}
@@ -93,11 +93,11 @@ class RobotNode(ValidClock, Node):
             self._log.set_level(LoggingSeverity.WARN)
 
     def declare(self, name: str, spec: ParameterSpec) -> Any:
-        """Declare a parameter; return its value.
+        """Declare a parameter. Return its value.
 
         Raises:
-            rclpy.exceptions.ParameterException: For an override of another type, out of its range
-                or not among its choices.
+            rclpy.exceptions.ParameterException: An override has another type, is out of range or is
+                not among the choices.
         """
         value = self.declare_parameter(name, spec.default, _descriptor(spec)).value
         fault = spec.fault_of_text(name, value) if isinstance(spec.default, str) else None
@@ -125,14 +125,14 @@ class RobotNode(ValidClock, Node):
         return replace(defaults, **values)
 
     def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
-        """Set each parameter; say of one that is fixed how to give it another value."""
+        """Set each parameter. The error of a fixed parameter names the way to change it."""
         results = Node.set_parameters(self, parameter_list)
         for parameter, result in zip(parameter_list, results, strict=True):
             self._explain([parameter], result)
         return results
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
-        """Set all parameters or none; say of one that is fixed how to give it another value."""
+        """Set all parameters or none. The error of a fixed parameter names the way to change it."""
         result = Node.set_parameters_atomically(self, parameter_list)
         self._explain(parameter_list, result)
         return result
@@ -149,7 +149,7 @@ class RobotNode(ValidClock, Node):
         return self.has_parameter(name) and self.describe_parameter(name).read_only
 
     def _check_texts(self, parameters: Sequence[Parameter]) -> SetParametersResult:
-        """Refuse a text that is not among the choices; ROS itself checks only numbers."""
+        """Refuse a text that is not among the choices. ROS checks only numbers."""
         faults = (
             self._texts[parameter.name].fault_of_text(parameter.name, parameter.value)
             for parameter in parameters
@@ -159,7 +159,7 @@ class RobotNode(ValidClock, Node):
         return SetParametersResult(successful=fault is None, reason=fault or "")
 
     def warn_of_unknown(self) -> None:
-        """Say which values were given for parameters that do not exist."""
+        """Warn of values for parameters that do not exist."""
         unknown = [name for name in self._parameter_overrides if not self.has_parameter(name)]
         for name in unknown:
             hint = did_you_mean(name, sorted(self.list_parameters([], 0).names))
@@ -169,7 +169,7 @@ class RobotNode(ValidClock, Node):
 
     @property
     def is_done(self) -> bool:
-        """Has somebody else than a signal ended it?"""
+        """Whether the node has ended without a signal."""
         return False
 
     def begin(self) -> None:
@@ -183,7 +183,7 @@ class RobotNode(ValidClock, Node):
         Node.destroy_node(self)
 
     def end(self, signal: str, executor: Executor) -> None:
-        """Come to a good end after the signal of that name; empty without a signal."""
+        """End in an orderly way after the signal of that name; empty without a signal."""
 
 
 def _descriptor(spec: ParameterSpec) -> ParameterDescriptor:
@@ -203,11 +203,11 @@ def _descriptor(spec: ParameterSpec) -> ParameterDescriptor:
 
 
 def made_with(file: ParameterFile | None, options: Options, make: Callable[[Options], N]) -> N:
-    """Make a node with the values of a file, none of which may be unknown to it or out of range.
+    """Make a node with the values of a file. Each value must be known to it and in range.
 
     Raises:
-        InputError: With the place of the fault in the file.
-        BtMissionError: For another value that does not suit, such as one of the ROS arguments.
+        InputError: With the place of the error in the file.
+        BtMissionError: Another value is invalid, such as a ROS argument.
     """
     values = {} if file is None else file.values
     try:
@@ -237,11 +237,11 @@ def _refused(file: ParameterFile | None, error: Exception) -> BtMissionError:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessOptions:
-    """How a node's process is started.
+    """The options of a node's process.
 
     Args:
         parameters: A ROS parameter file, read with its places.
-        ros_args: What follows `--ros-args`: remappings, parameters, the level of the log.
+        ros_args: The arguments after `--ros-args`: remappings, parameters, the level of the log.
     """
 
     parameters: Path | None = None
@@ -254,27 +254,27 @@ NO_ARGUMENTS = ProcessOptions()
 def run(
     name: str, process: ProcessOptions, options: Options, make: Callable[[Options], RobotNode]
 ) -> int:
-    """Make the node of that name and serve it until SIGINT or SIGTERM; the second leaves at once.
+    """Make a node and serve it until SIGINT or SIGTERM. The second signal ends it at once.
 
     Args:
-        name: The node's name, by which a parameter file has a section for it.
+        name: The node's name, which is also its section in a parameter file.
         process: Its parameter file and ROS arguments.
-        options: What the node is made with, beside the values of the file.
+        options: The options of the node, besides the values of the file.
         make: Makes the node.
 
     Returns:
         The exit code 0.
 
     Raises:
-        BtMissionError: For a file that cannot be used.
+        BtMissionError: A file cannot be used.
     """
     file = None if process.parameters is None else read_parameters(process.parameters, name)
     has_sim_time = file.values.get(SIM_TIME) if file else None
     simulated = options.use_sim_time if has_sim_time is None else has_sim_time
-    # First, so that the user's arguments, which come later, are stronger.
+    # First, so that the user's arguments, which follow, take precedence.
     args = ["--ros-args", "-p", f"{SIM_TIME}:={str(simulated).lower()}", *process.ros_args]
     options = replace(options, use_sim_time=False)
-    # rclpy's own handlers would take the publishers away before the robot is stopped.
+    # rclpy's handlers would destroy the publishers before the robot is stopped.
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     try:
         node = made_with(file, options, make)

@@ -1,4 +1,4 @@
-"""What every executor of ours does: it has nodes, and serves what is ready for them in order."""
+"""The common part of the executors: the nodes, and serving what is ready in order."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class ServingExecutor(Executor):
     """Serves nodes, and the entities of a node, in the order of their creation.
 
     It runs on the caller's thread and starts none. Coroutine callbacks and tasks are resumed before
-    every round of callbacks, as under rclpy's own executors.
+    every round of callbacks, as by rclpy's executors.
 
     Args:
         context: The rclpy context of the nodes.
@@ -43,7 +43,7 @@ class ServingExecutor(Executor):
     @property
     @abstractmethod
     def now_ns(self) -> int:
-        """The present instant, ns, by whatever clock this executor goes."""
+        """The present instant by the executor's clock, ns."""
 
     @property
     def callbacks_served(self) -> int:
@@ -63,7 +63,7 @@ class ServingExecutor(Executor):
         return True
 
     def remove_node(self, node: Node) -> None:
-        """Stop serving ``node``; callbacks of it that await something stay where they are."""
+        """Stop serving ``node``. Its suspended callbacks stay suspended."""
         if node in self._ordered_nodes:
             self._ordered_nodes.remove(node)
             self._begun.node_leaves(node)
@@ -78,7 +78,7 @@ class ServingExecutor(Executor):
         self._structure_changed = True
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """Serve nobody any more; it never has to wait."""
+        """Stop serving. It never waits."""
         self._ordered_nodes.clear()
         self._owed.clear()
         self._entities = Entities([], self._context, self.arrivals)
@@ -88,7 +88,7 @@ class ServingExecutor(Executor):
     def create_task(
         self, callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any, **kwargs: Any
     ) -> Task:
-        """Run a function or coroutine with the next round; gives its future."""
+        """Run a function or coroutine in the next round. Return its future."""
         task = Task(callback, args, kwargs, executor=self)
         self._begun.add(task)
         return task
@@ -100,14 +100,14 @@ class ServingExecutor(Executor):
         return Passing(name, side, message, self._entities.owner_of(entity), self.now_ns)
 
     def actions_of(self, end: Any) -> tuple[str, ...]:
-        """The full names of the actions that one end of an action can be of."""
+        """Return the full names of the actions to which an end of an action may belong."""
         return self._entities.actions_of(end)
 
     def offers(self, action: str) -> bool:
-        """Is the action of this full name surely served by one of the nodes?
+        """Return whether a node certainly serves the action of this full name.
 
-        Where it is not known at the moment, as after a change, the answer is no. To ask the graph
-        takes the longer the more there is in it.
+        While that is not known, as after a change, the result is False. A look at the graph takes
+        longer, the larger the graph is.
         """
         return not self._structure_changed and self._entities.offers(action)
 
@@ -118,7 +118,7 @@ class ServingExecutor(Executor):
         """Take a snapshot of the entities of these nodes, some of which are new."""
 
     def _refresh(self) -> None:
-        """Read the entities again if any was made or destroyed."""
+        """Read the entities again if any was created or destroyed."""
         while self._structure_changed:
             self._structure_changed = False
             self._is_over = self._is_shutdown or not self._context.ok()
@@ -127,18 +127,19 @@ class ServingExecutor(Executor):
             try:
                 self._entities = self._read([] if self._is_over else self._ordered_nodes)
             except BaseException:
-                self._structure_changed = True  # so that the next step sees it, too
+                self._structure_changed = True  # so that the next step finds it ready, too
                 raise
 
     def _serve_ready(self) -> Sequence[Arrived]:
-        """Serve each entity that is ready once; gives those."""
+        """Serve each ready entity once. Return those entities."""
         if self._structure_changed:
             self._refresh()
         if self._is_over:
             return ()
         holding = self._begun.holding
         ready = self._entities.ready(self._owed, any_held=bool(holding))
-        # What tells only once that it is ready is owed a call until it is served, or gone.
+        # An entity that reports only once that it is ready is owed a call until it is served, or
+        # gone.
         asked = self._entities.asked
         self._owed = (
             [arrived for arrived in ready if is_reported_once(arrived.entity)] if asked else []
@@ -148,7 +149,7 @@ class ServingExecutor(Executor):
         for arrived in ready:
             entity = arrived.entity
             if holding and not self._can_be_served(entity):
-                continue  # since it was found ready, a callback of its group has begun to await
+                continue  # since it was ready, a callback of its group has been suspended
             if arrived in self._owed:
                 self._owed.remove(arrived)
             self._served += 1
@@ -157,11 +158,11 @@ class ServingExecutor(Executor):
             if rest is not None:
                 self._begin(entity, rest)
             if self._structure_changed:
-                break  # what is ready may be gone; the next round looks again
+                break  # the entity may be gone; the next round looks again
         return ready
 
     def _can_be_served(self, entity: Any) -> bool:
-        """Is no callback of its group in the middle of something?"""
+        """Return whether no callback of the entity's group is suspended."""
         return not self._begun.holding or bool(entity.callback_group.can_execute(entity))
 
     def _begin(self, entity: Any, rest: Coroutine[Any, Any, None]) -> None:

@@ -1,13 +1,13 @@
-"""Taps: what passes between nodes, looked at and changed on its way to a receiver.
+"""Taps read and change messages, requests and responses on their way to a receiver.
 
-A tap sits where the executor takes a message, a request or a response for one receiver, before
-the receiver's callback sees it. It decides what becomes of it: delivered now or later, once, more
-often or not at all, as it is or changed; a request can also be answered in the receiver's place.
-So anything can go wrong between sound nodes, at exact virtual times, without a wire to cut.
+A tap sits where the executor takes a message, a request or a response for one receiver, before the
+receiver's callback gets it. It decides how the item is delivered: now or later, once, several times
+or not at all, as it is or changed. A request can also be answered in the receiver's place. So any
+failure can be injected between valid nodes, at exact virtual times.
 
-An action is three services and two topics (``/turn/_action/send_goal``, ``.../feedback``, ...),
-and each of them can be tapped. What a subscription to raw bytes is sent is unpacked for its taps,
-and packed again.
+An action is three services and two topics (``/turn/_action/send_goal``, ``.../feedback``, ...), and
+each of them can be tapped. Messages for a subscription to raw bytes are unpacked for its taps, and
+packed again.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from operator import itemgetter
 from typing import Any
 
 PendingCallback = Coroutine[Any, Any, None] | None
-"""The coroutine of a callback that was begun; None when the callback has ended."""
+"""The coroutine of a suspended callback; None if the callback has ended."""
 
 
 class Side(StrEnum):
-    """What passes: a message of a topic, or one of the two directions of a service."""
+    """The kind of item: a message of a topic, or a direction of a service."""
 
     MESSAGE = "message"
     REQUEST = "request"
@@ -51,14 +51,14 @@ class Passing:
 
 
 class Gate:
-    """Holds deliveries back, for as long as it takes."""
+    """Holds deliveries back until it is opened."""
 
     def __init__(self) -> None:
         self.opened_ns: int | None = None
-        """The virtual time from which on it lets through, ns; None while it is closed."""
+        """The virtual time at which it opens, ns; None while it is closed."""
 
     def open(self, time_ns: int) -> None:
-        """Let through from a virtual time on; the earliest that is said counts."""
+        """Open at a virtual time, ns. The earliest time counts."""
         if self.opened_ns is None or time_ns < self.opened_ns:
             self.opened_ns = time_ns
 
@@ -74,14 +74,14 @@ class Delivery:
 
 @dataclass(frozen=True)
 class Answer:
-    """Answer a request, ``after_ns`` from now, with ``message``; the receiver never sees it."""
+    """Answer a request after ``after_ns`` with ``message``, instead of its receiver."""
 
     message: Any
     after_ns: int = 0
 
 
 Tap = Callable[[Passing], Iterable[Delivery | Answer]]
-"""Gives what becomes of something that passes; nothing, and it is lost."""
+"""Yields what is delivered in place of an item; without a yield the item is lost."""
 
 ACTION_PARTS = {
     "goal": "send_goal",
@@ -90,25 +90,25 @@ ACTION_PARTS = {
     "feedback": "feedback",
     "status": "status",
 }
-"""What rclpy calls the parts of an action, and the last word of their names in the graph."""
+"""rclpy's names of the parts of an action, and the last word of their names in the graph."""
 
 
 class Taps:
-    """The taps of an executor, and what they hold back.
+    """The taps of an executor, and the items that they hold back.
 
-    Taps of one name and side are passed through in the order in which they were added: what the
-    first delivers reaches the second at that time.
+    Taps of one name and side apply in the order in which they were added: what the first delivers
+    reaches the second at that time.
     """
 
     def __init__(self) -> None:
         self._taps: defaultdict[tuple[str, Side], list[Tap]] = defaultdict(list)
         self.held: list[_Held] = []
-        """What is to be delivered later."""
+        """Items that are delivered later."""
         self.is_open = False
-        """Is there any tap? Where there is none, nothing is looked up."""
+        """Whether there is a tap. Without one, nothing is looked up."""
 
     def add(self, name: str, side: Side, tap: Tap) -> Callable[[], None]:
-        """Have ``tap`` see what passes; gives a function that takes it away again.
+        """Add a tap. Return a function that removes it.
 
         Args:
             name: Fully resolved, such as ``/scan`` or ``/turn/_action/send_goal``.
@@ -124,18 +124,18 @@ class Taps:
         return remove
 
     def has(self, name: str, side: Side) -> bool:
-        """Is there a tap of this name and side?"""
+        """Return whether there is a tap of this name and side."""
         return bool(self._taps.get((name, side)))
 
     def are_at(self, action: str) -> bool:
-        """Is there a tap at any part of an action?"""
+        """Return whether there is a tap at any part of an action."""
         parts = {f"{action}/_action/{part}" for part in ACTION_PARTS.values()}
         return any(taps and name in parts for (name, _), taps in self._taps.items())
 
     def next_due_ns(self) -> int | None:
-        """When the next delivery that is held back is due, ns; None when there is none.
+        """Return when the next held item is due, ns; None without one.
 
-        One whose receiver is in the middle of another callback waits for its end.
+        An item whose receiver is in a suspended callback waits for the end of that callback.
         """
         due = (held.due_ns for held in self.held if held.is_free)
         return min((time_ns for time_ns in due if time_ns is not None), default=None)
@@ -151,7 +151,7 @@ class Taps:
         ]
         for _, held in due:
             self.held.remove(held)
-        due.sort(key=itemgetter(0))  # what is due at one time stays in the order of its coming
+        due.sort(key=itemgetter(0))  # items due at the same time keep the order of their arrival
         return [(held.entity, partial(held.deliver, now_ns)) for _, held in due]
 
     def catch(
@@ -161,10 +161,10 @@ class Taps:
         deliver: Callable[[Any], PendingCallback],
         answer: Callable[[Any], Any] | None = None,
     ) -> bool:
-        """Pass something through its taps; False when it has none, and nothing was done.
+        """Pass an item through its taps. Return False, without an effect, if it has none.
 
         Args:
-            deliver: Hands a message to the receiver.
+            deliver: Passes a message to the receiver.
             answer: Sends a response in the receiver's place.
         """
         taps = self._taps.get((passing.name, passing.side))
@@ -205,7 +205,7 @@ class Taps:
 
 @dataclass(frozen=True)
 class _End:
-    """Where something goes."""
+    """The receiver of an item."""
 
     entity: Any
     deliver: Callable[[Any], PendingCallback]
@@ -214,7 +214,7 @@ class _End:
 
 @dataclass(frozen=True, eq=False)
 class _Held:
-    """Something held back: to be delivered, at a virtual time that is told."""
+    """An item that is delivered at a virtual time."""
 
     after_ns: int
     gate: Gate | None
@@ -231,7 +231,7 @@ class _Held:
 
     @property
     def is_free(self) -> bool:
-        """Can its receiver take it, or is that in the middle of another callback?"""
+        """Return whether the receiver can take it, i.e. is not in another callback."""
         return bool(self.entity.callback_group.can_execute(self.entity))
 
 

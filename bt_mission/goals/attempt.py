@@ -23,7 +23,7 @@ REJECTED = "goal rejected: "
 """With which our own servers log a rejection."""
 
 SERVER_CHECK_NS = NS // 4
-"""How often a working goal's server is looked for in the graph."""
+"""The server of a goal under way is looked up in the graph at this interval."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Limits:
 
 
 class Cause(StrEnum):
-    """Why an attempt asked for its own goal to be cancelled."""
+    """The cause of a cancel request by the attempt."""
 
     CONDITION = "condition"
     TIMEOUT = "timeout"
@@ -73,8 +73,8 @@ class Attempt:
         ledger: Keeps the goal beyond this attempt's end.
         owner: The leaf's name.
         request: The goal, in the client's form.
-        limits: What ends it early.
-        now_ns: ROS time.
+        limits: The limits that end it early.
+        now_ns: ROS time, ns.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class Attempt:
 
     @property
     def stage(self) -> str:
-        """What is being waited for, for people."""
+        """What the attempt waits for, as text."""
         if self.ending:
             return str(self.ending.outcome)
         if self.goal is None:
@@ -127,12 +127,12 @@ class Attempt:
 
     @property
     def is_decided(self) -> bool:
-        """Is it known how it ends, whether or not that was looked at?"""
+        """Whether the outcome is known, even if it has not been read yet."""
         has_ended = self.goal is not None and self.goal.phase is Phase.ENDED
         return self.ending is not None or has_ended
 
     def is_quiet(self, now_ns: int) -> bool:
-        """Is the goal under way, with nothing new and no limit due? Then a poll finds nothing."""
+        """Return whether nothing has arrived and no limit is due, so that a poll does nothing."""
         goal = self.goal
         return (
             now_ns < self._due_ns
@@ -144,13 +144,13 @@ class Attempt:
         )
 
     def poll(self, now_ns: int) -> AttemptResult | None:
-        """Move on; gives the ending once there is one."""
+        """Advance; return the result once the attempt has ended."""
         if self.ending is None:
             self.ending = self._advance(now_ns)
         return self.ending
 
     def halt(self, now_ns: int, reason: str = "halted by the tree") -> None:
-        """End now: the ledger sees the goal to its end, without blocking."""
+        """End now. The ledger keeps the goal until it ends; nothing blocks."""
         if self.ending is not None:
             return
         self.ending = AttemptResult(Outcome.CANCELED_BY_HALT, reason)
@@ -219,9 +219,10 @@ class Attempt:
         return not self._ledger.is_there(self._goal_client, now_ns)
 
     def _next_due_ns(self, accepted_ns: int) -> int:
-        """The first instant, rounded down, at which the server or a limit is to be looked at.
+        """The first instant at which the server or a limit is checked, rounded down, ns.
 
-        Feedback that comes until then may put off the limit of its silence; it is found not over.
+        Feedback that arrives earlier may put off the limit of silence; the check then finds it not
+        due.
         """
         due_ns = self._next_server_check_ns
         for since_ns, limit_s in (

@@ -1,8 +1,8 @@
-"""One goal as its server sees it: a state machine whose table is written once.
+"""One goal as its server sees it: a state machine with one transition table.
 
-The machine knows nothing of leaves, limits or ROS. It is told what happened (:class:`Event`) and
-answers with what to do (:class:`Command`). A pair that is not in the table changes nothing: late
-and stale messages are noted by the ledger and otherwise without effect.
+The machine does not depend on leaves, limits or ROS. Its input is an :class:`Event`, its output a
+:class:`Command`. A pair that is not in the table changes nothing: late and stale messages are noted
+by the ledger and have no other effect.
 """
 
 from __future__ import annotations
@@ -17,25 +17,26 @@ from typing import Any, Protocol
 from bt_mission.goals.poses import NamedPose
 
 UNREAD_FEEDBACK = 1_000
-"""Feedback kept between two ticks; beyond it the oldest is dropped."""
+"""The number of feedback messages kept between two ticks. The oldest is dropped beyond it."""
 
 
 class Phase(StrEnum):
-    """Where a goal stands between its request and its confirmed end."""
+    """The phase of a goal between its request and its confirmed end."""
 
     SENT = "sent"
     RECALLED = "recalled"
-    """No longer wanted before the server answered, which may have accepted it all the same: it is
-    asked to cancel, and once more as soon as it accepts."""
+    """No longer wanted before the server answered. The goal is asked to cancel now, and again when
+    it is accepted.
+    """
     ACTIVE = "active"
     CANCELING = "canceling"
     LOST = "lost"
-    """Given up: nothing confirms that it ended. Whatever is still heard of it is acted upon."""
+    """Given up: nothing confirms that it ended. Later messages about it are still handled."""
     ENDED = "ended"
 
 
 class Event(StrEnum):
-    """What can happen to a goal."""
+    """An event in the life of a goal."""
 
     ACCEPTED = "accepted"
     REJECTED = "rejected"
@@ -46,7 +47,7 @@ class Event(StrEnum):
 
 
 class Command(StrEnum):
-    """What to do about an event."""
+    """A command that follows from an event."""
 
     ASK_RESULT = "ask for the result"
     SEND_CANCEL = "send a cancel request"
@@ -92,7 +93,7 @@ TRANSITIONS: Mapping[tuple[Phase, Event], tuple[Phase, tuple[Command, ...]]] = M
 
 
 class GoalClient(Protocol):
-    """Carries a goal's requests to its server, as rclpy's action client does."""
+    """Sends a goal's requests to its server, as rclpy's action client does."""
 
     name: str
     """The resolved name of the action."""
@@ -100,7 +101,7 @@ class GoalClient(Protocol):
     """Its type."""
 
     def is_ready(self) -> bool:
-        """Is a server there and matched?"""
+        """Return whether a server is there and matched."""
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """A goal request with these fields.
@@ -110,28 +111,29 @@ class GoalClient(Protocol):
         """
 
     def send(self, goal: Goal, request: Any) -> None:
-        """Send a prepared request; what comes back goes into ``goal``'s methods."""
+        """Send a prepared request. The answers are passed to the methods of ``goal``."""
 
     def recover_goal(self, goal: Goal) -> None:
-        """Be able to speak of a goal that another process has sent."""
+        """Prepare requests about a goal that another process has sent."""
 
     def ask_result(self, goal: Goal) -> None:
         """Ask for the result of an accepted goal."""
 
     def send_cancel(self, goal: Goal) -> None:
-        """Ask the server to cancel a goal, also one that it has not answered."""
+        """Ask the server to cancel a goal, even if the server has not answered the goal yet."""
 
 
 @dataclass(eq=False)
 class Goal:
-    """The record of one goal, from the request to the confirmed end.
+    """A goal from its request to its confirmed end.
 
     Args:
         id: The goal's UUID, 16 bytes.
-        goal_client: Carries its requests.
-        owner: Who sent it, for people.
-        grace_ns: How long it may take to end once nobody wants it, until it is left behind.
-        request: What was sent, in the client's form.
+        goal_client: Sends its requests.
+        owner: The name of its sender, for messages.
+        grace_ns: The time that it may take to end once it is not wanted, ns; after that it is
+            orphaned.
+        request: The request, in the client's form.
     """
 
     id: bytes
@@ -145,11 +147,11 @@ class Goal:
     status: GoalStatus | None = None
     result: Any = None
     refusal: Callable[[], str] = str
-    """Returns why the server has rejected it; empty where nobody knows."""
+    """Returns why the server has rejected the goal; empty if that is not known."""
     refused: str = ""
-    """The same, as it was known when the rejection came."""
+    """The reason of the rejection, as known when the rejection arrived."""
     raised: str = ""
-    """What the server's callback has raised, and where; empty where nobody knows."""
+    """The exception of the server's callback and its place; empty if that is not known."""
     feedback: Any = None
     unread: deque[Any] = field(default_factory=lambda: deque(maxlen=UNREAD_FEEDBACK))
     orphaned_ns: int | None = None
@@ -161,7 +163,7 @@ class Goal:
 
     @property
     def is_live(self) -> bool:
-        """May the server still be working on it, as far as is known?"""
+        """Whether the server may still be working on the goal, as far as is known."""
         return self.phase not in (Phase.ENDED, Phase.LOST)
 
     @property
@@ -170,7 +172,7 @@ class Goal:
         return self.id.hex()[:8]
 
     def on(self, event: Event) -> None:
-        """Take in an event, by the table; do what it commands."""
+        """Handle an event by the table, and run the command."""
         known = TRANSITIONS.get((self.phase, event))
         if known is None:
             return
@@ -188,7 +190,7 @@ class Goal:
                 self.goal_client.send_cancel(self)
 
     def on_result(self, status: int, result: Any) -> None:
-        """Take in the result; a status that is no final one counts as unknown."""
+        """Handle the result. A status that is not final counts as unknown."""
         if (self.phase, Event.RESULT) in TRANSITIONS:
             known = status in GoalStatus._value2member_map_
             self.status = GoalStatus(status) if known else GoalStatus.UNKNOWN
@@ -196,7 +198,7 @@ class Goal:
         self.on(Event.RESULT)
 
     def on_feedback(self, feedback: Any) -> None:
-        """Take in feedback; it may overtake the acceptance, and after the end it is dropped."""
+        """Handle feedback. It may overtake the acceptance; after the end it is dropped."""
         if self.phase is not Phase.ENDED:
             self.feedback = feedback
             self.unread.append(feedback)
@@ -211,7 +213,7 @@ _ENDS = {
 
 
 def state_of(goal: Goal) -> str:
-    """Return the state of a goal in one word: its phase, and once it has ended, how."""
+    """Return the state of a goal as one word: its phase or, after its end, its status."""
     if goal.phase is not Phase.ENDED:
         return str(goal.phase)
     if not goal.accepted:

@@ -1,8 +1,7 @@
 """Every goal sent, by UUID, until its server confirms a terminal status.
 
-A leaf that is halted, interrupted or timed out hands its goal over here; the ledger sees it to
-the end without blocking a tick. A mission ends with "0 goals left behind", or names those that
-are.
+A leaf that is halted, interrupted or timed out releases its goal to the ledger, which keeps it
+until it ends. No tick blocks. A mission ends with "0 orphaned", or names the orphaned goals.
 """
 
 from __future__ import annotations
@@ -14,27 +13,27 @@ from typing import Any
 from bt_mission.goals.goal import Event, Goal, GoalClient, Phase
 
 RETRY_NS = 1_000_000_000
-"""A cancel of an orphaned goal that is refused or not answered is asked again after this time."""
+"""The delay before a cancel request that is refused or not answered is repeated."""
 
 FOUND_GRACE_NS = 10_000_000_000
-"""How long a goal of another process may take to end; its server has only just been found."""
+"""The grace period of a goal of another process, whose server has only just been discovered."""
 
 WANTED = (Phase.SENT, Phase.ACTIVE)
-"""Phases of a goal that nobody has asked to end."""
+"""Phases of a goal for which no end was requested."""
 
 GoalListener = Callable[[int, str, Goal], None]
 """Takes the ROS time, ns, of an event of a goal, the event, and the goal."""
 
 
 class Ledger:
-    """Holds goals to their confirmed end.
+    """Keeps goals until their confirmed end.
 
     Args:
-        seed: Goal UUIDs are made from it, so that a run repeats.
-        grace_ns: How long an orphaned goal may take to end before it counts as left behind, where
-            its sender says nothing else.
-        on_event: Called for every goal that is sent, handed over, given up or ended; without a
-            word for what happened, where only its phase is another one.
+        seed: Goal UUIDs derive from it, so that a run can be repeated.
+        grace_ns: The time that an abandoned goal may take to end before it counts as orphaned, ns,
+            unless its sender sets another.
+        on_event: Called for every goal that is sent, released, given up or ended; the text is empty
+            if only the phase has changed.
     """
 
     def __init__(
@@ -52,7 +51,9 @@ class Ledger:
         self._seen: dict[GoalClient, tuple[int, bool]] = {}
         self.goals_sent = 0
         self.is_held = False
-        """Does no leaf of the tree send a goal, while a clean-up behind a halt is under way?"""
+        """Whether leaves of the tree must not send goals, while a clean-up after a halt is under
+        way.
+        """
 
     @property
     def open_goals(self) -> tuple[Goal, ...]:
@@ -60,16 +61,16 @@ class Ledger:
         return tuple(self._open.values())
 
     def find(self, goal_id: str) -> Goal:
-        """The open goal with this UUID, in hexadecimal.
+        """Return the open goal with this UUID, in hexadecimal.
 
         Raises:
-            KeyError: Where there is none.
+            KeyError: There is no such goal.
         """
         return self._open[bytes.fromhex(goal_id)]
 
     @property
     def is_settled(self) -> bool:
-        """Is no goal alive, as far as can still be found out?"""
+        """Return whether every goal has ended, as far as that can still be determined."""
         return not any(goal.is_live for goal in self._open.values())
 
     def send(
@@ -83,11 +84,11 @@ class Ledger:
         """Send ``request`` as a new goal and keep it until it ends.
 
         Args:
-            goal_client: Carries it to its server.
-            owner: Who sends it, for people.
+            goal_client: Sends it to its server.
+            owner: The name of its sender, for messages.
             request: The goal, in the client's form.
-            now_ns: ROS time.
-            grace_ns: Instead of the ledger's own.
+            now_ns: ROS time, ns.
+            grace_ns: Replaces the grace period of the ledger, ns.
         """
         self.goals_sent += 1
         digest = bytearray(hashlib.sha256(f"{self._seed}/{self.goals_sent}".encode()).digest()[:16])
@@ -99,15 +100,15 @@ class Ledger:
         self._report(now_ns, "sent", goal)
         try:
             goal_client.send(goal, request)
-        except Exception:  # whatever it was, it goes on to the caller
-            del self._open[goal.id]  # the goal never left
+        except Exception:  # any exception is passed to the caller
+            del self._open[goal.id]  # the goal was not sent
             raise
         return goal
 
     def recover_goal(
         self, goal_id: bytes, goal_client: GoalClient, owner: str, now_ns: int
     ) -> Goal:
-        """Take over a goal that another process has sent: ask what became of it, and cancel it."""
+        """Take over a goal that another process has sent: ask for its result, and cancel it."""
         goal = Goal(goal_id, goal_client, owner, FOUND_GRACE_NS, phase=Phase.LOST, sent_ns=now_ns)
         goal.orphaned_ns = now_ns
         self._open[goal.id] = goal
@@ -118,7 +119,7 @@ class Ledger:
         return goal
 
     def release_goal(self, goal: Goal, now_ns: int) -> None:
-        """Take care of a goal that nobody wants any more, until it has ended."""
+        """Keep a goal that is not wanted any more until it has ended."""
         if not goal.is_live or goal.orphaned_ns is not None:
             return
         goal.orphaned_ns = now_ns
@@ -127,19 +128,19 @@ class Ledger:
         goal.on(Event.UNWANTED)
 
     def has_orphan_at(self, goal_client: GoalClient) -> bool:
-        """Does a goal that nobody wants still live at this server?"""
+        """Return whether an abandoned goal is still open at this server."""
         orphans = (self._open[goal_id] for goal_id in self._retry_ns)
         return any(goal.goal_client is goal_client and goal.is_live for goal in orphans)
 
     def is_there(self, goal_client: GoalClient, now_ns: int) -> bool:
-        """Is this server there? The graph is asked once at each instant."""
+        """Return whether this server is in the graph. The graph is asked once at each instant."""
         seen = self._seen.get(goal_client)
         if seen is None or seen[0] != now_ns:
             seen = self._seen[goal_client] = now_ns, goal_client.is_ready()
         return seen[1]
 
     def update(self, now_ns: int) -> None:
-        """Close what has ended, ask again where no cancel is confirmed, give up after the grace."""
+        """Close ended goals, repeat unconfirmed cancel requests, give up goals after their grace."""
         ended = Phase.ENDED
         for goal in tuple(self._open.values()):
             if goal.phase is ended:
@@ -150,7 +151,8 @@ class Ledger:
             elif goal.orphaned_ns is None or not goal.is_live:
                 continue
             elif goal.id in self._given_up:
-                # Heard of after all: it has as much time to end as if it were handed over now.
+                # A message about it has arrived: it has as much time to end as if it were released
+                # now.
                 self._given_up.discard(goal.id)
                 goal.orphaned_ns = now_ns
                 self._retry_ns[goal.id] = now_ns + RETRY_NS
@@ -170,7 +172,7 @@ class Ledger:
         self.on_event(now_ns, change, goal)
 
     def describe_under_way(self) -> tuple[str, ...]:
-        """Who has sent each goal that may still be worked on; in brackets, that it is cancelled."""
+        """Name the sender of each goal that may be worked on; "cancelling" is in brackets."""
         return tuple(
             f"'{goal.owner}'" + ("" if goal.phase in WANTED else " (canceling)")
             for goal in self._open.values()
@@ -178,7 +180,7 @@ class Ledger:
         )
 
     def describe_left_behind(self) -> tuple[str, ...]:
-        """One line for each goal whose end nobody confirmed."""
+        """Return one line for each goal whose end was not confirmed."""
         return tuple(
             f"{goal.goal_client.name} goal {goal.short_id} of '{goal.owner}' ({goal.phase})"
             for goal in self._open.values()

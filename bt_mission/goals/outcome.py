@@ -27,11 +27,11 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class AttemptResult:
-    """An outcome with what goes with it.
+    """The outcome of an attempt with its reason and result.
 
     Args:
-        outcome: Which of the closed list.
-        reason: One line for people, naming the server, the limit or the condition.
+        outcome: An item of the closed list.
+        reason: One line that names the server, the limit or the condition.
         result: The result's fields, where the server sent one (also when canceled or aborted).
     """
 

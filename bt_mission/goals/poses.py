@@ -1,4 +1,4 @@
-"""Where a goal sends the robot."""
+"""The poses to which a goal sends the robot."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from bt_mission.core.geometry import yaw_of
 
 MOST = 1000
-"""Places of one goal that are looked at."""
+"""The number of poses of a goal that are read."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class NamedPose:
 
 
 def poses_of(request: Any) -> list[NamedPose]:
-    """The stamped poses among a goal's fields, in their order; a list of them counts, too.
+    """Return the stamped poses among a goal's fields in their order, including those in lists.
 
     Args:
         request: A goal message of any type.

@@ -12,14 +12,14 @@ PLAIN_WORDS = {"current", "count", "number", "total", "target", "goal", "desired
 
 
 class ProgressBounds:
-    """Finds for each number of the feedback what it counts towards.
+    """Finds the bound of each number of the feedback.
 
-    The bound is, in this order: the sum with a twin that says what is left (``current_angle`` and
+    The bound is, in this order: the sum with a field of the remaining amount (``current_angle`` and
     ``remaining_angle``); the goal's field of the same words (``current_image``, ``image_count``)
-    and unit; what it was at most, for what is left. Else there is none.
+    and unit; the largest value so far, for a remaining amount. Otherwise there is no bound.
 
     Args:
-        goal: The goal's fields by dotted name; those that are no numbers do not count.
+        goal: The goal's fields by dotted name; fields that are not numbers are ignored.
         goal_units: Units of the goal's fields, where they are known.
         feedback_units: Units of the feedback's fields, where they are known.
     """
@@ -47,10 +47,10 @@ class ProgressBounds:
         return bounds
 
     def measure(self, feedback: Mapping[str, Any]) -> tuple[str, float, float] | None:
-        """The goal's own measure: a field, how much of it is done, and the whole; None without.
+        """The progress of the goal: a field, its value, and its bound; None without a bound.
 
-        Of several numbers with a bound, the first one that grows. A number that says what is left
-        counts as the part of its largest value that is done, under its name without that word:
+        Of several numbers with a bound, it is the first one that grows. A remaining amount counts
+        as the part of its largest value that is done, under its name without that word:
         ``distance_remaining`` gives ``distance``.
         """
         left = None
@@ -80,7 +80,7 @@ class ProgressBounds:
 
 
 def is_number(value: Any) -> bool:
-    """Is it a finite number?"""
+    """Return whether a value is a finite number."""
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
@@ -96,7 +96,7 @@ def _twin(name: str, numbers: Mapping[str, float]) -> str | None:
 
 
 def _without_left(name: str) -> str:
-    """A field's name without the words for what is left."""
+    """Return a field's name without the words for a remaining amount."""
     path, dot, last = name.rpartition(".")
     kept = [word for word in last.split("_") if word.lower() not in LEFT_WORDS]
     return f"{path}{dot}{'_'.join(kept)}" if kept else name

@@ -1,4 +1,4 @@
-"""The virtual clock: real rclpy nodes, on a time that waits for them.
+"""The virtual clock: real rclpy nodes under a time that moves only when they are quiet.
 
 - ``executor``: :class:`VirtualTimeExecutor`, order and time
 - ``spin``: rclpy's ways to spin, and what keeps time from moving

@@ -1,8 +1,8 @@
-"""Discovery within a process: are all endpoints that belong together matched?
+"""Discovery within a process: whether all endpoints that belong together are matched.
 
-Within one rclpy context (one DDS participant) matching is done when the call that makes an
-endpoint returns; between contexts it takes a moment of wall time, during which virtual time must
-stand still. :func:`wait_for_matching` checks, and waits where it has to.
+Within one rclpy context (one DDS participant) matching is done when the call that creates an
+endpoint returns. Between contexts it takes a moment of wall time, during which virtual time must
+not move. :func:`wait_for_matching` checks, and waits if needed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PAUSE_NS = 1_000_000
 
 
 class DiscoveryError(BtMissionError):
-    """Endpoints of this process did not find each other."""
+    """Endpoints of this process were not matched."""
 
 
 def wait_for_matching(nodes: Sequence[Node]) -> None:
@@ -77,7 +77,7 @@ def _unmatched_topics(nodes: Sequence[Node]) -> Iterator[str]:
         writers, readers = publishers[topic], subscriptions[topic]
         for writer in writers:
             partners = sum(_compatible(writer, reader) for reader in readers)
-            # The class's own: one that is tapped counts its tap, too.
+            # The method of the class: a tapped one counts its tap, too.
             if Publisher.get_subscription_count(writer) < partners:
                 yield f"publisher of {topic}"
         for reader in readers:

@@ -1,4 +1,4 @@
-"""Execute callbacks of action servers: what they raise, and what they return."""
+"""Execute callbacks of action servers: their exceptions and results."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from bt_mission.core.ros_log import log_of
 
 
 def is_execute_callback(task: Any) -> bool:
-    """Is this what an action server of rclpy has its executor run for a goal?"""
+    """Return whether a task is the execution of a goal by an action server of rclpy."""
     return getattr(task, "__func__", None) is ActionServer._execute_goal
 
 
 class ExecuteCallbacks:
-    """Calls execute callbacks as rclpy does, and keeps what they raise.
+    """Calls execute callbacks as rclpy does, and keeps their exceptions.
 
-    A goal whose callback raises is aborted with an empty result, as by rclpy, and the log of the
-    node has one line in place of a traceback.
+    A goal whose callback raises is aborted with an empty result, as by rclpy. The log of the node
+    has one line in place of a traceback.
     """
 
     def __init__(self) -> None:
         self._raised: dict[bytes, str] = {}
 
     def take_raised(self, goal_id: bytes) -> str:
-        """Return what the callback of a goal (its UUID) has raised, once; empty for nothing."""
+        """Return once what the callback of a goal (its UUID) has raised; empty if nothing."""
         return self._raised.pop(goal_id, "")
 
     async def call(

@@ -41,7 +41,9 @@ from bt_mission.virtual_time.node_clocks import Clocks
 from bt_mission.virtual_time.spin import NestedStepError, NothingDueError, Spinning, TimeStuckError
 
 CALLBACKS_PER_INSTANT = 100_000
-"""Callbacks after which an instant of virtual time is taken for one that never ends."""
+"""The limit of callbacks within an instant of virtual time; beyond it the instant counts as
+endless.
+"""
 
 _NEVER = 2**63
 """Nanoseconds: beyond all that a ROS clock shows."""
@@ -51,7 +53,7 @@ STEPS_PER_INSTANT = 1_000
 
 
 class SteppedWorld(Protocol):
-    """What moves with time besides the timers, such as a simulator."""
+    """A part of the world that moves with time besides the timers, such as a simulator."""
 
     @property
     def next_due_ns(self) -> int:
@@ -66,7 +68,7 @@ class VirtualTimeExecutor(Spinning):
 
     Args:
         start_ns: The first instant, ns; above zero, since ROS takes zero for "not set".
-        world: What moves with time besides the timers; may be set later.
+        world: The part of the world that moves with time besides the timers; may be set later.
         context: The rclpy context of the nodes.
     """
 
@@ -101,7 +103,7 @@ class VirtualTimeExecutor(Spinning):
     def add_node(self, node: Node) -> bool:
         """Serve ``node`` after all nodes added before it, on the virtual clock.
 
-        Its timers start anew: each is first due one period from now.
+        Its timers restart: each is first due one period from now.
         """
         if not super().add_node(node):
             return False
@@ -117,26 +119,26 @@ class VirtualTimeExecutor(Spinning):
         if time_ns < self._now_ns:
             raise ValueError(f"{time_ns} ns is past: it is {self._now_ns} ns")
         self._alarms.append((time_ns, function))
-        self._alarms.sort(key=itemgetter(0))  # those of one instant stay in order
+        self._alarms.sort(key=itemgetter(0))  # those of the same instant keep their order
 
     @override
     def create_task(
         self, callback: Callable[..., Any] | Coroutine[Any, Any, Any], *args: Any, **kwargs: Any
     ) -> Task:
-        """Run a function or coroutine with the next round; gives its future."""
+        """Run a function or coroutine in the next round. Return its future."""
         if is_execute_callback(callback):
             call = self._execute_callbacks.call
             return super().create_task(call, self._actions_served, callback, *args, **kwargs)
         return super().create_task(callback, *args, **kwargs)
 
     def take_raised(self, goal_id: bytes) -> str:
-        """Return what the execute callback of a goal has raised, and where, once.
+        """Return once what the execute callback of a goal has raised, and where.
 
         Args:
             goal_id: The UUID of the goal, 16 bytes.
 
         Returns:
-            One line; empty for nothing.
+            One line; empty if nothing was raised.
         """
         return self._execute_callbacks.take_raised(goal_id)
 
@@ -165,11 +167,11 @@ class VirtualTimeExecutor(Spinning):
         return max(self._now_ns, due_ns)
 
     def step(self) -> int:
-        """Jump to the next due instant and serve it; gives that instant, ns.
+        """Jump to the next due instant and serve it. Return that instant, ns.
 
         Raises:
-            TimeStuckError: When callbacks do not end, or time does not move.
-            NestedStepError: In a callback.
+            TimeStuckError: Callbacks do not end, or time does not move.
+            NestedStepError: Called in a callback.
         """
         if self._is_serving:
             raise NestedStepError
@@ -191,7 +193,7 @@ class VirtualTimeExecutor(Spinning):
         """Serve callbacks at the present instant until none is ready.
 
         Raises:
-            TimeStuckError: When they do not end.
+            TimeStuckError: They do not end.
         """
         limit = self._served + CALLBACKS_PER_INSTANT
         was_serving, self._is_serving = self._is_serving, True
@@ -223,10 +225,13 @@ class VirtualTimeExecutor(Spinning):
         return () if self._entities.node_of(server) is None else self.actions_of(server)
 
     def _serve_round(self) -> Sequence[Arrived]:
-        """Run tasks as far as they get, then serve each ready entity once; gives those."""
+        """Run tasks as far as possible, then serve each ready entity once.
+
+        Return those entities.
+        """
         if self.taps.held:
             self._release()
-        # Resume suspended callbacks and tasks until none of them gets any further.
+        # Resume suspended callbacks and tasks until none of them advances.
         limit = self._begun.turns + CALLBACKS_PER_INSTANT
         while self._begun.resume():
             if self._begun.turns > limit:
@@ -244,7 +249,7 @@ class VirtualTimeExecutor(Spinning):
                     self._begin(entity, rest)
 
     def _ring(self) -> None:
-        """Call what was asked for at this instant."""
+        """Run the calls that are scheduled for this instant."""
         for _ in range(CALLBACKS_PER_INSTANT):
             if not self._alarms or self._alarms[0][0] > self._now_ns:
                 return
@@ -256,7 +261,7 @@ class VirtualTimeExecutor(Spinning):
         entities = self._entities
         for timer in tuple(entities.timers):
             if self._entities is not entities and self._entities.node_of(timer) is None:
-                continue  # destroyed since the instant began, or its node has left
+                continue  # destroyed since the instant began, or its node was removed
             if self._begun.holding and not self._can_be_served(timer):
                 continue
             self._is_serving = True

@@ -1,4 +1,4 @@
-"""The ROS clocks of nodes, kept at virtual time; a clock can be set wrong, as a fault."""
+"""The ROS clocks of nodes, kept at virtual time. A fault can set a clock wrong."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from rclpy.time import Time
 class Clocks:
     """Sets the clocks of nodes.
 
-    One that was set wrong goes on from there. The node's timers follow their clock, and fire as
-    rclpy has them do when ``/clock`` jumps.
+    A clock that was set wrong continues from there. The node's timers follow their clock, and fire
+    as rclpy lets them do when ``/clock`` jumps.
     """
 
     def __init__(self) -> None:
         self.stopped: frozenset[Node] = frozenset()
-        """The nodes whose clocks stand still: no timer of theirs is ever due."""
+        """The nodes with a stopped clock: none of their timers is ever due."""
         self._ahead_ns: dict[Node, int] = {}
         self._stopped_ns: dict[Node, int] = {}
         self._handles: list[tuple[Node, Any]] = []
 
     def start(self, node: Node, now_ns: int) -> None:
-        """Take a node's clock over; its timers start anew."""
+        """Control a node's clock from now on. Its timers restart."""
         handle = node.get_clock().handle
         with handle:
             handle.set_ros_time_override_is_enabled(True)
@@ -39,7 +39,7 @@ class Clocks:
         self._handles = [(node, node.get_clock().handle) for node in nodes]
 
     def set_time(self, now_ns: int) -> None:
-        """Tell all nodes that it is ``now_ns``."""
+        """Set the clocks of all nodes to virtual time, ns."""
         if self._ahead_ns:
             for node, _ in self._handles:
                 self._set(node, now_ns)
@@ -55,22 +55,22 @@ class Clocks:
             handle.set_ros_time_override(_ros_time(self.at(node, now_ns))._time_handle)
 
     def at(self, node: Node, now_ns: int) -> int:
-        """What a node's clock shows at ``now_ns``."""
+        """Return the time of a node's clock at virtual time ``now_ns``, ns."""
         return self._stopped_ns.get(node, now_ns) + self._ahead_ns.get(node, 0)
 
     def set_ahead(self, node: Node, by_ns: int, now_ns: int) -> None:
-        """Set a node's clock further ahead; below zero, back."""
+        """Advance a node's clock by an offset, ns; a negative one sets it back."""
         self._ahead_ns[node] = self._ahead_ns.get(node, 0) + by_ns
         self._set(node, now_ns)
 
     def stop(self, node: Node, now_ns: int) -> None:
-        """Have a node's clock stand still."""
+        """Stop a node's clock."""
         self._ahead_ns.setdefault(node, 0)
         self._stopped_ns.setdefault(node, now_ns)
         self.stopped = frozenset(self._stopped_ns)
 
     def go_on(self, node: Node, now_ns: int) -> None:
-        """Have a node's clock go on from where it stands."""
+        """Let a stopped clock continue."""
         stopped_ns = self._stopped_ns.pop(node, now_ns)
         self.stopped = frozenset(self._stopped_ns)
         self._ahead_ns[node] -= now_ns - stopped_ns

@@ -25,12 +25,12 @@ class NoVirtualTimeError(BtMissionError):
 
 @cache
 def self_test() -> None:
-    """Send messages and service calls within this process; each must be there at once.
+    """Send messages and service calls within this process; each must arrive at once.
 
-    What has been proved once is not proved again in the same process.
+    A process runs the test once.
 
     Raises:
-        NotLockstepError: When one is late or lost.
+        NotLockstepError: A message is late or lost.
     """
     context = Context()
     rclpy.init(context=context)

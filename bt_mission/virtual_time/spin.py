@@ -26,7 +26,7 @@ class NothingDueError(BtMissionError):
 
 
 class NestedStepError(BtMissionError):
-    """A callback asked for time to move, which waits for the callback to end."""
+    """A callback waits for time to move, which waits for the callback to end."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -73,7 +73,7 @@ class Spinning(ServingExecutor):
             self.step()
 
     def spin_until_future_complete(self, future: Any, timeout_sec: float | None = None) -> None:
-        """Go on until ``future`` is done, or ``timeout_sec`` of virtual time have passed."""
+        """Spin until ``future`` is done, or ``timeout_sec`` of virtual time have passed."""
         passed: list[None] = []
         if timeout_sec is not None and timeout_sec >= 0:
             end_ns = self.now_ns + round(timeout_sec * NS)
