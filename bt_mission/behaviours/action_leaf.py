@@ -1,4 +1,4 @@
-"""The leaf that sees one goal of an action through."""
+"""The leaf that sends a goal of an action."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from bt_mission.goals.progress_bounds import ProgressBounds
 from bt_mission.language.nodes.action import GoalNode
 
 HALTED = "halted"
-"""What a leaf says whose goal the tree has halted."""
+"""The message of a leaf whose goal the tree has halted."""
 
 
 class ActionLeaf(ClientLeaf):
@@ -37,7 +37,7 @@ class ActionLeaf(ClientLeaf):
     _client: GoalClient
     _message = ""
     _seen: tuple[str, Any] | None = None
-    """Stage and newest feedback of the attempt in the last tick, until they are put in words."""
+    """Stage and newest feedback of the attempt in the last tick, until they are formatted."""
 
     def __init__(self, node: GoalNode, values: Evaluator) -> None:
         super().__init__(node, values)
@@ -49,7 +49,7 @@ class ActionLeaf(ClientLeaf):
 
     @property
     def feedback_message(self) -> str:
-        """What the last tick has seen. It is put in words when somebody asks."""
+        """The result of the last tick as text. It is formatted when it is read."""
         if self._seen is not None:
             self._message, self._seen = _doing(*self._seen), None
         return self._message
@@ -62,10 +62,10 @@ class ActionLeaf(ClientLeaf):
         return self._runtime.goal_client(name, type_name)
 
     def initialise(self) -> None:
-        """Open an attempt of its own for this goal.
+        """Open a new attempt for this goal.
 
         Raises:
-            MissionFailure: When the goal's values do not fit its type.
+            MissionFailure: The goal's values do not fit its type.
         """
         self.attempt = None
         node = self._node
@@ -100,7 +100,7 @@ class ActionLeaf(ClientLeaf):
         )
 
     def update(self) -> Status:
-        """Poll the attempt; write outputs and say why when it has ended."""
+        """Poll the attempt. Write outputs and the reason when it has ended."""
         assert self.attempt is not None
         now_ns = self._runtime.now_ns
         if self.attempt.is_quiet(now_ns):
@@ -120,7 +120,7 @@ class ActionLeaf(ClientLeaf):
 
     @property
     def was_cut_off(self) -> bool:
-        """Was its last goal aborted because the server took this process for dead?"""
+        """Whether its last goal was aborted because the server took this process for dead."""
         ending = self.attempt.ending if self.attempt else None
         return (
             ending is not None
@@ -130,13 +130,13 @@ class ActionLeaf(ClientLeaf):
 
     @property
     def has_outcome(self) -> bool:
-        """Is it known how its goal ends, though no tick may have told yet?"""
+        """Whether the outcome of its goal is known, even if no tick has read it yet."""
         return self.attempt is not None and self.attempt.is_decided
 
     def supervise(self) -> None:
-        """Keep the limits of a goal that was sent, while the tree is not ticked.
+        """Enforce the limits of a goal that was sent, while the tree is not ticked.
 
-        What ends the goal is told by the next tick.
+        The next tick reads the outcome.
         """
         attempt, now_ns = self.attempt, self._runtime.now_ns
         if attempt is None or attempt.goal is None or attempt.ending is not None:
@@ -172,11 +172,11 @@ class ActionLeaf(ClientLeaf):
         return {} if goal is None else {"goal": goal.id.hex()}
 
     def restore_state(self, _state: dict[str, Any], _now_ns: int) -> None:
-        """Start anew: what has become of the goal shows first (:meth:`adopt`)."""
+        """Start again. :meth:`adopt` gives it the result of its goal first."""
         self.status = Status.INVALID
 
     def adopt(self, goal: Goal) -> None:
-        """Take a goal that has ended for the one that this leaf had sent."""
+        """Take a goal that has ended as the goal that this leaf sent."""
         now_ns = self._runtime.now_ns
         self.attempt = Attempt.of(goal, self._runtime.ledger, now_ns)
         self._limits, self._target, self._started_ns = Limits(), None, now_ns
@@ -184,15 +184,15 @@ class ActionLeaf(ClientLeaf):
 
     @property
     def was_halted(self) -> bool:
-        """Was its last goal halted by the tree before it ended?"""
+        """Whether the tree halted its last goal before it ended."""
         ending = self.attempt.ending if self.attempt else None
         return ending is not None and ending.outcome is Outcome.CANCELED_BY_HALT
 
     @property
     def progress(self) -> LeafProgress | None:
-        """Towards the condition's bound, else by the goal's own measure, else towards the timeout.
+        """The progress to the condition's bound, else by the goal's measure, else to the timeout.
 
-        The goal's own measure is what :class:`ProgressBounds` finds, such as the angle turned.
+        The goal's measure is what :class:`ProgressBounds` finds, such as the angle turned.
         """
         if self.status is not Status.RUNNING or self.attempt is None:
             return None

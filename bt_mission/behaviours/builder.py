@@ -46,42 +46,40 @@ BEHAVIOURS: dict[type[NodeModel], Callable[[Any, Evaluator], Behaviour]] = {
     interfaces.PublishNode: PublishLeaf,
     TreeNode: decorators.Subtree,
 }
-"""The behaviour of each kind of node, built from the node and what computes its values."""
+"""The behaviour of each kind of node, built from the node and the evaluator of its values."""
 
 
 def build_tree(mission: Mission, scope: Scope) -> Behaviour:
     """Return the tree of a mission; its leaves read and write `scope`.
 
-    The scope takes note of what follows a topic.
-
-    Nothing of ROS is needed to build it. Give each node its `setup(runtime=...)` before the first
-    tick.
+    The scope notes which variables follow a topic. Building a tree needs no ROS. Call each node's
+    `setup(runtime=...)` before the first tick.
     """
     scope.followed = mission.follow
     return _built(mission.root, "0", mission, mission.file, scope)
 
 
 def revise_tree(mission: Mission, scope: Scope) -> None:
-    """Have the nodes of a tree that was built go by another version of its mission from now on.
+    """Replace the mission of a tree that is already built by another version of it.
 
-    A node that runs keeps what it has read when it began.
+    A running node keeps what it read when it started.
 
     Args:
-        mission: Each of its nodes has the frame of the one before.
-        scope: With which the tree was built.
+        mission: Each of its nodes has the frame of the earlier one.
+        scope: The scope with which the tree was built.
     """
     for path, node, file in _nodes(mission):
         scope.evaluators[path].revise(node, file)
 
 
 def node_details(mission: Mission) -> Mapping[str, tuple[str, ...]]:
-    """Return the details of each node that has any, in its author's words, by its path."""
+    """Return the details of each node that has any, as its author wrote them, by path."""
     details = {path: tuple(node.details()) for path, node, _ in _nodes(mission)}
     return {path: lines for path, lines in details.items() if lines}
 
 
 def _nodes(mission: Mission) -> Iterator[tuple[str, NodeModel, str]]:
-    """Yield each node of a tree as it is built, with its path, and the file in which it stands."""
+    """Yield each node of a tree as it is built, with its path and its file."""
     waiting: list[tuple[str, NodeModel, str]] = [("0", mission.root, mission.file)]
     while waiting:
         path, node, file = waiting.pop()

@@ -1,4 +1,4 @@
-"""A node that is cleaned up after, however it ends: by itself, by a halt, or with the mission."""
+"""A node with a clean-up that runs in any case: after its end, a halt, or the mission's end."""
 
 from __future__ import annotations
 
@@ -20,27 +20,29 @@ from bt_mission.language.nodes.fields import LIMIT
 
 
 class CleanUpPhase(StrEnum):
-    """How far a node with a clean-up has come."""
+    """The progress of a node with a clean-up."""
 
     IDLE = "idle"
     BODY = "body"
     CLEANUP = "cleanup"
     DETACHED = "detached"
-    """It was halted: who ticks the tree ticks its clean-up, until that has ended."""
+    """The node was halted: the caller of the tree's tick also ticks its clean-up until that has
+    ended.
+    """
 
 
 class Finally(Hooked, Composite):
-    """Runs a node, then its clean-up, and ends as the node does; fails where the clean-up does.
+    """Runs a node, then its clean-up, and ends as the node does; fails if the clean-up fails.
 
-    Halted in between, it leaves its clean-up to :meth:`tick_detached`, with the variables as they
-    were, so that what the tree does meanwhile does not change it. It starts again only after that.
+    If it is halted in between, :meth:`tick_detached` runs the clean-up, with the variables as they
+    were, so that the tree cannot change it meanwhile. The node starts again only after that.
     """
 
     def __init__(self, node: FinallyNode, values: Evaluator) -> None:
         super().__init__(node.label, values.children)
         self.body, self.cleanup = values.children
         self.failure = ""
-        """Why the last clean-up behind a halt did not succeed; empty where it did."""
+        """Why the last clean-up after a halt failed; empty if it succeeded."""
         self._values, self._scope = values, values.scope
         self._stage = CleanUpPhase.IDLE
         self._limit_s = 0.0
@@ -57,16 +59,16 @@ class Finally(Hooked, Composite):
 
     @property
     def is_detached(self) -> bool:
-        """Is its clean-up under way behind a halt?"""
+        """Whether its clean-up is under way after a halt."""
         return self._stage is CleanUpPhase.DETACHED
 
     @property
     def limit_s(self) -> float:
-        """How long the clean-up that is due may take; 0 where none is."""
+        """The limit of the clean-up that is due, s; 0 without one."""
         return 0.0 if self._stage is CleanUpPhase.IDLE else self._limit_s
 
     def why_over(self) -> str:
-        """Why the clean-up has no time left; empty where it has, or has not begun."""
+        """Why the clean-up has no time left; empty if it has, or has not begun."""
         is_cleaning = self._stage in (CleanUpPhase.CLEANUP, CleanUpPhase.DETACHED)
         return self._too_late if is_cleaning and self._runtime.now_ns >= self._until_ns else ""
 
@@ -101,7 +103,7 @@ class Finally(Hooked, Composite):
         try:
             yield from self.cleanup.tick()
         except Exception:
-            self._stage = CleanUpPhase.IDLE  # the mission ends by it, and it is not begun again
+            self._stage = CleanUpPhase.IDLE  # it ends the mission, and is not begun again
             raise
         why = self._why_ended()
         if why is None:
@@ -115,7 +117,7 @@ class Finally(Hooked, Composite):
         yield self
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
-        """End; a node that is halted goes on with its clean-up."""
+        """End. A halted node continues with its clean-up."""
         self.note_reset(new_status)
         if self.body.status is not Status.INVALID and new_status is Status.INVALID:
             self.body.stop(Status.INVALID)
@@ -136,7 +138,7 @@ class Finally(Hooked, Composite):
         self._until_ns = self._runtime.now_ns + round(self._limit_s * NS)
 
     def _why_ended(self) -> str | None:
-        """Why the clean-up failed, nothing where it did well; None while it runs."""
+        """Return why the clean-up failed, empty if it succeeded; None while it runs."""
         status = self.cleanup.status
         if status is Status.SUCCESS:
             return ""
@@ -152,9 +154,9 @@ class Finally(Hooked, Composite):
     # ---- behind a halt -------------------------------------------------------------------
 
     def tick_detached(self) -> Iterator[Behaviour]:
-        """Tick a clean-up behind a halt; what goes wrong in it ends it, and nothing else.
+        """Tick a clean-up after a halt. An exception in it ends only the clean-up.
 
-        Those further down come first.
+        Clean-ups of deeper nodes run first.
         """
         if any(node.is_detached for node in self._inner):
             self._until_ns = self._runtime.now_ns + round(self._limit_s * NS)
@@ -191,7 +193,7 @@ class Finally(Hooked, Composite):
     # ---- for the journal -----------------------------------------------------------------
 
     def save_state(self, now_ns: int) -> dict[str, Any]:
-        """How far it has come, how the node ended, and what is left of the clean-up's time."""
+        """Return its phase, the node's status, and the clean-up's remaining time."""
         return {
             "stage": self._stage.value,
             "result": self._result.value,
@@ -201,7 +203,7 @@ class Finally(Hooked, Composite):
         }
 
     def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
-        """Go on with the node, or with the clean-up."""
+        """Continue with the node, or with the clean-up."""
         self._stage, self._result = CleanUpPhase(state["stage"]), Status(state["result"])
         self._limit_s, self._until_ns = state["limit_s"], now_ns + state["left_ns"]
         self._variables = dict(state["values"])

@@ -38,11 +38,11 @@ class ClientLeaf(Leaf):
 
 
 class ServiceLeaf(ClientLeaf):
-    """Calls a service each time it starts; the answer makes it succeed.
+    """Calls a service each time it starts, and succeeds with the response.
 
-    It fails when there is no server or no answer in time, and when the response has a field
-    ``success`` that is false. Outputs are written from every response. An answer that comes
-    after the leaf has ended, or was halted, changes nothing.
+    It fails without a server or a response in time, and if the response has a field ``success``
+    that is false. Outputs are written from every response. A response that arrives after the leaf
+    has ended, or was halted, has no effect.
     """
 
     _client: ServiceClient
@@ -56,10 +56,10 @@ class ServiceLeaf(ClientLeaf):
         return self._runtime.service_client(name, type_name)
 
     def initialise(self) -> None:
-        """Begin anew; nothing that was called before is heard any more.
+        """Start again; the response to an earlier call is ignored.
 
         Raises:
-            MissionFailure: When the request's values do not fit its type.
+            MissionFailure: The request's values do not fit its type.
         """
         with self._values.starting():
             self._request = self._client.prepare(self._values.resolve(self._node.sent))
@@ -68,7 +68,7 @@ class ServiceLeaf(ClientLeaf):
         self._since_ns = self._runtime.now_ns
 
     def update(self) -> Status:
-        """Call as soon as there is a server; then look for the answer, and at the limits."""
+        """Call as soon as there is a server; then check the response and the limits."""
         waited_s = (self._runtime.now_ns - self._since_ns) / NS
         if self._forget is None:
             if self._client.is_ready():
@@ -85,7 +85,7 @@ class ServiceLeaf(ClientLeaf):
         return self._running("waiting for the answer")
 
     def terminate(self, new_status: Status) -> None:
-        """Forget a call that has not been answered."""
+        """Drop a call that is not answered."""
         if self._forget is not None and not self._answers:
             self._forget()
             self._forget = None
@@ -111,9 +111,9 @@ class ServiceLeaf(ClientLeaf):
 
 
 class PublishLeaf(ClientLeaf):
-    """Publishes a message each time it starts, as soon as so many subscriptions are matched.
+    """Publishes a message each time it starts, as soon as enough subscriptions are matched.
 
-    It fails when they are not there in time.
+    It fails if they are not matched in time.
     """
 
     _client: Publisher
@@ -127,14 +127,14 @@ class PublishLeaf(ClientLeaf):
         """Make the message.
 
         Raises:
-            MissionFailure: When a value does not fit its field.
+            MissionFailure: A value does not fit its field.
         """
         with self._values.starting():
             self._message = self._client.prepare(self._values.resolve(self._node.sent))
         self._until_ns = self._runtime.now_ns + round(self._node.server_timeout * NS)
 
     def update(self) -> Status:
-        """Publish it once it is heard."""
+        """Publish the message once the subscriptions are matched."""
         there = self._client.count_readers()
         if there >= self._node.readers:
             self._client.publish(self._message)
@@ -151,8 +151,7 @@ class PublishLeaf(ClientLeaf):
 class WaitFor(ClientLeaf):
     """Succeeds at the first tick after a message has met the condition; latches until then.
 
-    Messages count from the moment the leaf is reached. A topic that is latched tells its newest
-    message at once.
+    Messages count from the start of the leaf. A latched topic sends its newest message at once.
     """
 
     _client: LatestMessage
@@ -175,7 +174,10 @@ class WaitFor(ClientLeaf):
         self._client.listen(self._hear)
 
     def update(self) -> Status:
-        """Look at what was heard, and at the limit; what comes with the deadline wins."""
+        """Check the received messages and the limit.
+
+        A message that arrives with the deadline wins.
+        """
         self._client.look_around()
         if self._error is not None:
             raise self._error
@@ -197,7 +199,7 @@ class WaitFor(ClientLeaf):
             self.feedback_message = "halted"
 
     def _hear(self, message: Any) -> None:
-        """Ask the condition; errors in it are kept for the next tick."""
+        """Evaluate the condition. Its errors are kept for the next tick."""
         if self._met is not None or self._error is not None:
             return
         self._newest = message

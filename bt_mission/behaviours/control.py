@@ -51,14 +51,14 @@ class Parallel(Hooked, py_trees.composites.Parallel):
 
     @property
     def policy_name(self) -> str:
-        """Whose success is needed, in py_trees' words: OnAll, OnOne, or OnSelected with indices."""
+        """The children whose success is needed: OnAll, OnOne, or OnSelected with indices."""
         if self._needed is None:
             return "OnOne"
         needed = [str(index) for index, child in enumerate(self.children) if child in self._needed]
         return "OnAll" if len(needed) == len(self.children) else f"OnSelected({', '.join(needed)})"
 
     def walk(self) -> Iterator[Behaviour]:
-        """Tick what has not ended; decide; end when the rest may be left."""
+        """Tick the children that have not ended; decide; end when the others may be halted."""
         running, invalid = Status.RUNNING, Status.INVALID
         if self.status is not running:
             self._begin()
@@ -90,11 +90,11 @@ class Parallel(Hooked, py_trees.composites.Parallel):
         self.initialise()
 
     def save_state(self, _now_ns: int) -> dict[str, Any]:
-        """Whether it is decided already, and the rest only finishes."""
+        """Return whether the result is decided, and the other children only finish."""
         return {"decided": self._decided.value}
 
     def restore_state(self, state: dict[str, Any], _now_ns: int) -> None:
-        """Go on with those that have not ended."""
+        """Continue with the children that have not ended."""
         self._decided = Status(state["decided"])
 
     def _decide(self) -> tuple[Status, Behaviour]:
@@ -115,14 +115,17 @@ class Parallel(Hooked, py_trees.composites.Parallel):
 
 
 class Pick(Hooked, Composite):
-    """Runs the one child that is picked at entry; succeeds where there is no such child."""
+    """Runs the child that is picked at entry; succeeds if there is no such child."""
 
     def __init__(self, node: Any, values: Evaluator) -> None:
         super().__init__(node.label, values.children)
         self._values = values
 
     def pick(self) -> tuple[int, str]:
-        """Return the index of a child, and why. Beyond the last child there is none."""
+        """Return the index of a child, and the reason.
+
+        An index beyond the last child picks none.
+        """
         raise NotImplementedError
 
     def walk(self) -> Iterator[Behaviour]:
@@ -159,22 +162,21 @@ class When(Pick):
     """Picks the first child where a condition holds, else the second."""
 
     def pick(self) -> tuple[int, str]:
-        """Ask."""
         result = self._values.ask(self._node.condition)
         return 0 if result.holds else 1, result.text
 
 
 class Guard(HookedDecorator):
-    """Ticks its child as long as a condition holds; then halts it and fails."""
+    """Ticks its child while a condition is true; then halts it and fails."""
 
     def enter(self) -> Status | None:
-        """Ask, and tick the child only if the answer is yes."""
+        """Evaluate the condition, and tick the child only if it is true."""
         result = self._values.ask(self._node.condition)
         self.feedback_message = result.text
         return super().enter() if result.holds else Status.FAILURE
 
     def why_over(self) -> str:
-        """Return why the child may run no more, as of now; empty where it may."""
+        """Return why the child must end now; empty if it may run."""
         result = self._values.ask(self._node.condition)
         return "" if result.holds else f"'{self.name}': {result.text}"
 
@@ -203,15 +205,15 @@ class Timeout(HookedDecorator):
         self._until_ns = self._runtime.now_ns + round(self._limit_s * NS)
 
     def save_state(self, now_ns: int) -> dict[str, Any]:
-        """How much time is left, and how much there was."""
+        """Return the remaining time and the whole time."""
         return {"left_ns": self._until_ns - now_ns, "limit_s": self._limit_s}
 
     def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
-        """Have as much time as was left."""
+        """Restore the remaining time."""
         self._until_ns, self._limit_s = now_ns + state["left_ns"], state["limit_s"]
 
     def why_over(self) -> str:
-        """Return why the child may run no more, as of now; empty where it may."""
+        """Return why the child must end now; empty if it may run."""
         is_over = self._runtime.now_ns >= self._until_ns
         return f"'{self.name}': not done within {self._limit_s:g} s" if is_over else ""
 
@@ -231,7 +233,7 @@ class Timeout(HookedDecorator):
 class ForEach(HookedDecorator):
     """Runs its child once for each element of a list, in order; fails as soon as the child fails.
 
-    Its variable has no value once it has ended or was halted.
+    Its variable has no value once the node has ended or was halted.
     """
 
     def __init__(self, node: ForEachNode, values: Evaluator) -> None:
@@ -255,15 +257,15 @@ class ForEach(HookedDecorator):
         return super().enter()
 
     def save_state(self, _now_ns: int) -> dict[str, Any]:
-        """The list, and how far it has come."""
+        """Return the list and the index of the current element."""
         return {"elements": list(self._elements), "index": self._index}
 
     def restore_state(self, state: dict[str, Any], _now_ns: int) -> None:
-        """Go on with the same element."""
+        """Continue with the same element."""
         self._elements, self._index = state["elements"], state["index"]
 
     def update(self) -> Status:
-        """Go on to the next element when the child has succeeded."""
+        """Continue with the next element when the child has succeeded."""
         count = len(self._elements)
         self.feedback_message = f"{self._index + 1} of {count}"
         if self.decorated.status is not Status.SUCCESS:
@@ -272,5 +274,5 @@ class ForEach(HookedDecorator):
         return Status.SUCCESS if self._index == count else Status.RUNNING
 
     def terminate(self, _new_status: Status) -> None:
-        """Take the variable away."""
+        """Remove the variable's value."""
         self._values.scope.values.pop(self._variable, None)

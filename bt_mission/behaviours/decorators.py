@@ -1,4 +1,4 @@
-"""Decorators that repeat their child or change its end; and a named tree's place."""
+"""Decorators that repeat their child or change its result, and the node of a named tree."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from bt_mission.language.nodes.subtree import TreeNode
 
 
 class Repeat(HookedDecorator):
-    """Runs its child again and again, as long as that succeeds.
+    """Runs its child repeatedly, as long as the child succeeds.
 
     Without a condition it succeeds after its count of rounds. With one it succeeds once the
-    condition says so, and fails where its count of rounds is over before. Each round begins in a
-    tick of its own, so that rounds which take no time keep no tick from its end.
+    condition is true, and fails if its count of rounds is over before. Each round begins in a
+    separate tick, so that a tick ends even if rounds take no time.
     """
 
     _done = 0
@@ -31,16 +31,16 @@ class Repeat(HookedDecorator):
     _is_within = False
 
     def save_state(self, _now_ns: int) -> dict[str, Any]:
-        """The rounds done, how many there are, and whether one has begun."""
+        """Return the rounds done, their number, and whether a round has begun."""
         return {"done": self._done, "count": self._count, "within": self._is_within}
 
     def restore_state(self, state: dict[str, Any], _now_ns: int) -> None:
-        """Go on with the same round, or the next one."""
+        """Continue with the same round, or the next one."""
         self._done, self._count = state["done"], state["count"]
         self._is_within = state.get("within", True)
 
     def enter(self) -> Status | None:
-        """Read the count at entry; ask before each round."""
+        """Evaluate the count at entry, and the condition before each round."""
         if self._is_within and self.status is Status.RUNNING:
             return None
         settings: RepeatSettings = self._node.settings
@@ -60,7 +60,7 @@ class Repeat(HookedDecorator):
             self.feedback_message = self._which(self._done + 1)
 
     def update(self) -> Status:
-        """Count a success; say which round this is."""
+        """Count a success; report the number of the round."""
         status = self.decorated.status
         if status is Status.SUCCESS:
             self._is_within = False
@@ -86,7 +86,7 @@ class Repeat(HookedDecorator):
         return Status.FAILURE
 
     def _holds(self, condition: Condition) -> bool:
-        """Ask a condition, and put it into the message."""
+        """Evaluate a condition, and put it into the message."""
         result = self._values.ask(condition)
         most = "" if self._count is None else f" of at most {self._count}"
         self.feedback_message = f"{self._done}{most} rounds done, condition {result.text}"
@@ -101,10 +101,10 @@ class Inverter(HookedDecorator, py_trees.decorators.Inverter):
 
 
 class Force(HookedDecorator):
-    """Ends as the node says, however its child ends."""
+    """Ends as the node says, regardless of its child's result."""
 
     def update(self) -> Status:
-        """Change the end, and say so."""
+        """Replace the result, and report the replacement."""
         forced, status = Status[self._node.status.upper()], self.decorated.status
         self.feedback_message = self.decorated.feedback_message
         if status in (Status.RUNNING, forced):
@@ -134,12 +134,12 @@ class Retry(HookedDecorator, py_trees.decorators.Retry):
         self.num_failures = int(self._values.number(self._node.settings.attempts, TIMES))
 
     def save_state(self, now_ns: int) -> dict[str, Any]:
-        """The failures so far, how many are allowed, and what is left of a pause."""
+        """Return the failures so far, the number allowed, and the remaining time of a pause."""
         left_ns = None if self._resume_ns is None else self._resume_ns - now_ns
         return {"failures": self.failures, "attempts": self.num_failures, "left_ns": left_ns}
 
     def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
-        """Go on with the pause, or the next attempt."""
+        """Continue with the pause, or the next attempt."""
         self.failures, self.num_failures = state["failures"], state["attempts"]
         left_ns = state["left_ns"]
         self._resume_ns = None if left_ns is None else now_ns + left_ns
@@ -166,10 +166,10 @@ class Retry(HookedDecorator, py_trees.decorators.Retry):
 
 
 class Subtree(HookedDecorator):
-    """Runs the tree below it with variables of its own, and ends as that does.
+    """Runs its tree with a separate scope of variables, and ends as the tree does.
 
-    Outputs go to the caller when the tree has ended, with success or failure, if they have a
-    value; not when it is halted.
+    Outputs with a value are passed to the caller when the tree has ended, with success or failure.
+    They are not passed if it is halted.
     """
 
     def __init__(self, node: TreeNode, values: Evaluator) -> None:

@@ -1,6 +1,6 @@
-"""What a behaviour is built from: its node, the behaviours below it, and what computes its values.
+"""The values of a behaviour's node.
 
-Everything that a mission writes as an expression is computed when a node is entered.
+Every expression of a mission is evaluated when its node is entered.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.fields import LIMIT, NumberRule
 
 Condition: TypeAlias = Expression | bool
-"""A condition on variables; a constant where it holds always or never."""
+"""A condition on variables; a constant if it is always true or false."""
 
 _LASTING = (bool, int, float, str)
 """Values that do not change while a variable holds them, unlike lists."""
@@ -31,7 +31,7 @@ _LASTING = (bool, int, float, str)
 
 @dataclass(frozen=True)
 class ConditionResult:
-    """Whether a condition holds, and in words, with the values it read."""
+    """Whether a condition is true, and as text, with the values that it read."""
 
     holds: bool
     text: str
@@ -54,31 +54,33 @@ class _Asked:
 
 
 class Evaluator:
-    """Computes the values of one node, and has the behaviours below it.
+    """Evaluates the values of one node, and holds the behaviours below it.
 
     Args:
-        node: As it is written now: it may be revised while the mission runs.
-        path: Of the node in the tree; what is random in it follows from that and the seed.
+        node: The node in its current version: it may be revised while the mission runs.
+        path: The node's path in the tree. Random values derive from it and the seed.
         mission: The whole mission.
-        file: In which the node stands, for messages.
+        file: The file of the node, for messages.
         scope: The variables that it reads and writes.
     """
 
     def __init__(self, node: Any, path: str, mission: Mission, file: str, scope: Scope) -> None:
         self.path, self.mission, self.scope = path, mission, scope
         self.inner = scope
-        """The variables of the nodes below; a named tree has its own."""
+        """The variables of the nodes below; a named tree has a separate scope."""
         self.children: list[Behaviour] = []
         self.scope.evaluators[path] = self
         self._asked: dict[str, _Asked] = {}
         self.revise(node, file)
 
     def revise(self, node: Any, file: str) -> None:
-        """Go by another version of the node from now on; what has begun keeps what it has read.
+        """Use another version of the node from now on.
+
+        What has begun keeps the values that it read.
 
         Args:
-            node: It has the frame of the first one.
-            file: In which it stands.
+            node: A node with the frame of the first one.
+            file: The file of the node.
         """
         self.node, self.file = node, file
         self.place = f"{file}:{node.line}:{node.column}"
@@ -110,7 +112,7 @@ class Evaluator:
         return float(number)
 
     def limit(self, value: Value | None) -> float | None:
-        """Seconds above 0, or None for no limit."""
+        """Return seconds above 0, or None for no limit."""
         return None if value is None else self.number(value, LIMIT)
 
     def store(self, outputs: Mapping[str, str], message: Any) -> None:
@@ -121,9 +123,9 @@ class Evaluator:
     # ---- conditions on variables ---------------------------------------------------------
 
     def ask(self, condition: Condition) -> ConditionResult:
-        """Whether a condition on variables holds. Raises MissionFailure where it has no answer.
+        """Evaluate a condition on variables. Raises MissionFailure if it cannot be evaluated.
 
-        While the variables that it reads hold the same plain values, the answer is the same.
+        While the variables that it reads have the same plain values, the result is reused.
         """
         if isinstance(condition, bool):
             return _CONSTANT[condition]
@@ -157,7 +159,7 @@ class Evaluator:
     # ---- conditions on messages ----------------------------------------------------------
 
     def condition(self, key: str, expression: Expression) -> Callable[[Any], str | None]:
-        """What says whether a message meets a condition, with the values that it names."""
+        """Return a function that returns why a message meets a condition, with values, or None."""
         random = self.scope.random_for(f"{self.path}/{key}", expression)
 
         def met(message: Any) -> str | None:
@@ -174,9 +176,9 @@ class Evaluator:
         return met
 
     def watch(self, key: str, expression: Expression) -> Callable[[Any], str | None] | None:
-        """What asks a condition again once a variable that it reads has changed.
+        """Return a function that evaluates a condition again once a variable of it has changed.
 
-        A condition on variables alone is asked at once, without a message, too. None where it
+        A condition on variables alone is also evaluated at once, without a message. None if it
         reads no variable.
         """
         variables = self.scope.values
@@ -236,7 +238,7 @@ class MessageFields(Mapping[str, Any]):
 
 
 def values_read(condition: Expression, fields: Mapping[str, Any]) -> str:
-    """What a condition reads of a message, for people."""
+    """Return the values of a message that a condition reads, as text."""
     names = dict.fromkeys(name.name for name in condition.references if not name.variable)
     values = {name: fields[name] for name in names if name in fields}
     return ", ".join(
@@ -246,5 +248,5 @@ def values_read(condition: Expression, fields: Mapping[str, Any]) -> str:
 
 
 def brief(value: Any) -> str:
-    """The value of a variable in a message; of a list only its length."""
+    """Return a variable's value for a message; for a list, its length."""
     return f"a list of {len(value)}" if isinstance(value, list) else show(value)

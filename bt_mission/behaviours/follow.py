@@ -1,4 +1,4 @@
-"""Variables that follow topics, brought up to date at the start of each tick."""
+"""Variables that follow topics. They are updated at the start of each tick."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from bt_mission.language.expressions.values import NoValue
 from bt_mission.language.follow import Follow
 
 FIRST_VALUE_S = 5.0
-"""How long a mission waits for the first value of each variable, at least; s."""
+"""The shortest time that a mission waits for the first value of each variable, s."""
 
 QUIET_NS = NS
-"""How long it does so before it says so."""
+"""The time after which the wait is logged, ns."""
 
 LOOK_NS = NS // 4
-"""How often the graph is looked at for a latched publisher."""
+"""The interval at which the graph is searched for a latched publisher, ns."""
 
 
 class FollowedVariable:
-    """Keeps one variable at the newest value of a field of a topic.
+    """Sets one variable to the newest value of a field of a topic.
 
     A message that arrives changes nothing before the next :meth:`update`.
 
     Args:
-        follow: What it follows.
-        scope: The variables of which it is one.
+        follow: The field that it follows.
+        scope: The scope of the variable.
         runtime: Clock and subscriber.
 
     Raises:
-        MissionFailure: For a type that is not installed, or a topic that has another one.
+        MissionFailure: A type is not installed, or the topic has another type.
     """
 
     def __init__(self, follow: Follow, scope: Scope, runtime: Runtime) -> None:
@@ -55,7 +55,7 @@ class FollowedVariable:
 
     @property
     def why_missing(self) -> str:
-        """Why it has no value, with what the graph knows; empty where it has one."""
+        """Why it has no value, with what the graph shows; empty if it has one."""
         value = self._values[self.name]
         if not isinstance(value, NoValue):
             return ""
@@ -63,14 +63,14 @@ class FollowedVariable:
 
     @property
     def remedy(self) -> str:
-        """What lets a mission begin without its first value."""
+        """The setting that lets a mission begin without its first value."""
         if self._received_ns is None:
             return "start what publishes it, or give it an 'initial' value"
         return "give it a 'default'"
 
     @property
     def limit_s(self) -> float:
-        """How long its first value may take; s."""
+        """The limit of the wait for its first value, s."""
         return max(FIRST_VALUE_S, self._settings.timeout or 0.0)
 
     def update(self) -> None:
@@ -105,7 +105,7 @@ class FollowedVariable:
     def _set_missing(self, reason: str) -> None:
         default = self._settings.default
         value = NoValue(reason) if default is None else default
-        if self._values.get(self.name) != value:  # the same one, so that nobody asks again
+        if self._values.get(self.name) != value:  # the same value: no condition is evaluated again
             self._values[self.name] = value
 
 
@@ -131,18 +131,20 @@ class FollowedVariables:
         self._is_logged = False
 
     def update(self) -> None:
-        """Bring all of them up to date; what they hold now lasts until the next call.
+        """Update all variables. Their values last until the next call.
 
-        Also in a pause, since goals under way keep their conditions.
+        It is also called in a pause, since goals under way keep their conditions.
         """
         for variable in self._variables:
             variable.update()
 
     def are_there(self) -> bool:
-        """Has each of them had a value? A mission begins only then; called until it is so.
+        """Return whether each variable has had a value. A mission begins only then.
+
+        Called until it is true.
 
         Raises:
-            MissionFailure: When the first value of one takes too long.
+            MissionFailure: The first value of a variable takes too long.
         """
         if not self._awaited:
             return True

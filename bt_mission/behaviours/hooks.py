@@ -12,23 +12,23 @@ from py_trees.decorators import Decorator
 from bt_mission.behaviours.evaluator import Evaluator
 
 StartHook = Callable[[Behaviour], Iterator[Behaviour]]
-"""What comes out of a tick just before a node starts."""
+"""Yields marks in a tick just before a node starts."""
 
 ENDED = (Status.SUCCESS, Status.FAILURE)
 
 CallHook = Callable[[str], None]
-"""Told of a call of ``initialise``, ``update`` or ``terminate`` before it is made."""
+"""Called before ``initialise``, ``update`` or ``terminate``, with the method's name."""
 
 
 class Hooked(Behaviour):
     """A node that can be stopped before it starts; the first base of each class of nodes.
 
-    A subclass with a way of its own to be ticked overrides :meth:`walk`, not ``tick``.
+    A subclass that is ticked in another way overrides :meth:`walk`, not ``tick``.
     """
 
     start_hook: StartHook | None = None
     call_hooks: tuple[CallHook, ...] = ()
-    """Of a leaf: called before its own ``initialise``, ``update`` and ``terminate``."""
+    """Hooks of a leaf: called before its ``initialise``, ``update`` and ``terminate``."""
     resets: list[Behaviour] | None = None
     """Takes this node whenever it had ended and is reset."""
 
@@ -36,7 +36,7 @@ class Hooked(Behaviour):
 
     @property
     def _node(self) -> Any:
-        """Its node as it is written now: it may be revised while the mission runs."""
+        """The node in its current version: it may be revised while the mission runs."""
         return self._values.node
 
     def remove_call_hook(self, hook: CallHook) -> None:
@@ -44,7 +44,7 @@ class Hooked(Behaviour):
         self.call_hooks = tuple(kept for kept in self.call_hooks if kept is not hook)
 
     def run_call_hooks(self, method: str) -> None:
-        """Tell the call hooks which method is called next."""
+        """Call the call hooks with the name of the next method."""
         for hook in self.call_hooks:
             hook(method)
 
@@ -53,7 +53,7 @@ class Hooked(Behaviour):
         return self.walk() if self.start_hook is None else self._hooked_walk(self.start_hook)
 
     def walk(self) -> Iterator[Behaviour]:
-        """Tick what is below, then this node; yield each node visited."""
+        """Tick the nodes below, then this node; yield each node visited."""
         return super().tick()
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
@@ -81,13 +81,13 @@ class HookedDecorator(Hooked, Decorator):
         self._values = values
 
     def enter(self) -> Status | None:
-        """Decide before the child is ticked; return a status to take instead, or None."""
+        """Decide before the child is ticked. Return a status to take instead, or None."""
         if self.status is not Status.RUNNING:
             self.initialise()
         return None
 
     def walk(self) -> Iterator[Behaviour]:
-        """Tick the child and update, unless the node decides otherwise; stop, if it has ended."""
+        """Tick the child and update, unless the node decides otherwise; stop if it has ended."""
         status = self.enter()
         if status is None:
             yield from self.decorated.tick()

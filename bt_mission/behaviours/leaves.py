@@ -1,4 +1,4 @@
-"""What our own leaves have in common, and those that speak to no server."""
+"""The base of our leaves, and the leaves without a server."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ RUNNING = Status.RUNNING
 
 @dataclass(frozen=True)
 class LeafProgress:
-    """How far a running leaf has come towards something that ends it.
+    """The progress of a running leaf towards something that ends it.
 
     Args:
-        label: What is measured: a field of the feedback, or ``s`` for the leaf's time.
+        label: The measure: a field of the feedback, or ``s`` for the leaf's time.
     """
 
     label: str
@@ -32,7 +32,7 @@ class LeafProgress:
 
 
 def progress_of(node: Behaviour) -> LeafProgress | None:
-    """The ``progress`` of a node that runs, where it has one."""
+    """Return the ``progress`` of a running node, if it has one."""
     if node.status is not Status.RUNNING:
         return None
     progress = getattr(node, "progress", None)
@@ -40,11 +40,11 @@ def progress_of(node: Behaviour) -> LeafProgress | None:
 
 
 class Leaf(Hooked):
-    """A behaviour without children that ticks and stops as py_trees' own do, several times faster.
+    """A leaf that ticks and stops as in py_trees, several times faster.
 
-    At each tick and each stop py_trees formats a line for its log, whether or not anybody reads
-    it, and lists all statuses to see whether the new one is among them; what our leaves return,
-    the type checker sees. Leaves of users keep py_trees' own.
+    At each tick and each stop py_trees formats a line for its log, even if it is disabled, and
+    checks whether the new status is in the list of statuses. The type checker verifies what our
+    leaves return. Leaves of users keep py_trees' methods.
     """
 
     _runtime: Runtime
@@ -58,7 +58,7 @@ class Leaf(Hooked):
         self._runtime = kwargs["runtime"]
 
     def tick(self) -> Iterator[Behaviour]:
-        """Begin, if it does not run; update; stop, if it has ended."""
+        """Initialise unless it is running; update; stop if it has ended."""
         if self.status is not RUNNING:
             # Not by `walk` and a second call: most of what is ticked are leaves.
             if self.start_hook is not None:
@@ -99,11 +99,11 @@ class Wait(Leaf):
         self._until_ns = self._runtime.now_ns + round(self._wait_s * NS)
 
     def save_state(self, now_ns: int) -> dict[str, Any]:
-        """How long there is still to wait."""
+        """Return the remaining time of the wait."""
         return {"left_ns": self._until_ns - now_ns}
 
     def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
-        """Wait for the rest."""
+        """Wait for the remaining time."""
         self._until_ns = now_ns + state["left_ns"]
 
     def update(self) -> Status:
@@ -123,10 +123,10 @@ class Wait(Leaf):
 
 
 class Log(Leaf):
-    """Says a line to the people who watch, and succeeds."""
+    """Logs a line for viewers, and succeeds."""
 
     def update(self) -> Status:
-        """Say it."""
+        """Log the line."""
         self.feedback_message = str(self._values.resolve(self._node.message))
         self._runtime.log(self.feedback_message)
         return Status.SUCCESS
@@ -136,14 +136,14 @@ class Check(Leaf):
     """Succeeds where a condition holds, else fails."""
 
     def update(self) -> Status:
-        """Ask once."""
+        """Evaluate the condition once."""
         result = self._values.ask(self._node.condition)
         self.feedback_message = result.text
         return Status.SUCCESS if result.holds else Status.FAILURE
 
 
 class Set(Leaf):
-    """Gives variables new values, one after another, and succeeds."""
+    """Sets variables to new values in order, and succeeds."""
 
     def update(self) -> Status:
         """Compute and assign them."""

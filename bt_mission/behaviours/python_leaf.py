@@ -21,19 +21,19 @@ from bt_mission.language.plugins import find_class
 RUNNING, INVALID = Status.RUNNING, Status.INVALID
 
 MOST_WALL_S = 2.0
-"""Seconds of wall time that one tick may take without a warning."""
+"""The wall time of a tick above which a warning is logged, s."""
 
 _STATUSES = ("SUCCESS", "FAILURE", "RUNNING")
 
 
 class PythonLeaf(Hooked):
-    """Stands in the tree for a user's behaviour: its name, status, message and attributes are.
+    """Represents a user's behaviour in the tree, with its name, status, message and attributes.
 
-    Inputs are set at each entry, outputs read at each end. A behaviour with children has them in
-    the tree as well.
+    Inputs are set at each entry, outputs read at each end. The children of the behaviour are in the
+    tree as well.
 
     Raises:
-        MissionFailure: When the class is not there, or its constructor raises.
+        MissionFailure: The class does not exist, or its constructor raises.
     """
 
     def __init__(self, node: PythonNode, values: Evaluator) -> None:
@@ -83,7 +83,7 @@ class PythonLeaf(Hooked):
         """Set the inputs at entry; tick; read the outputs at the end.
 
         Raises:
-            MissionFailure: For what the user's code raises, with the place in the mission.
+            MissionFailure: The user's code raises; the message has the place in the mission.
         """
         try:
             yield from self._walk()
@@ -114,7 +114,7 @@ class PythonLeaf(Hooked):
         yield self
 
     def _tick_of_leaf(self) -> Iterator[Behaviour]:
-        """Tick a behaviour without children as py_trees does; refuse what is no status.
+        """Tick a behaviour without children as py_trees does; refuse an invalid status.
 
         Raises:
             MissionFailure: With the file and the line of the method.
@@ -132,7 +132,7 @@ class PythonLeaf(Hooked):
         yield ours
 
     def _no_status(self, status: object) -> str:
-        """Return what is said of an `update` that returns something else than a status."""
+        """Return the error of an `update` that does not return a status."""
         kind = type(self.behaviour)
         name = str(status).rpartition(".")[2].upper()
         expected = "Status.SUCCESS, Status.FAILURE or Status.RUNNING"
@@ -152,7 +152,7 @@ class PythonLeaf(Hooked):
             self._runtime.warn(f"{blocked}; return Status.RUNNING and continue at the next tick")
 
     def update(self) -> Status:
-        """Return what the user's behaviour has come to; :meth:`walk` ticks it."""
+        """Return the status of the user's behaviour; :meth:`walk` ticks it."""
         return self.status
 
     def stop(self, new_status: Status = Status.INVALID) -> None:
@@ -167,11 +167,11 @@ class PythonLeaf(Hooked):
         return self if tip is self.behaviour else tip
 
     def save_state(self, now_ns: int) -> dict[str, Any]:
-        """What the user's behaviour remembers."""
+        """Return what the user's behaviour saves."""
         return snapshot.save(self.behaviour, now_ns)
 
     def restore_state(self, state: dict[str, Any], now_ns: int) -> None:
-        """Put it where it stood; if it says nothing of that, it starts anew."""
+        """Restore the user's behaviour; if it cannot save its state, it starts again."""
         self.status = INVALID
         snapshot.load(self.behaviour, RUNNING, state, now_ns)
 

@@ -1,4 +1,4 @@
-"""What the leaves of a tree are given when a mission starts."""
+"""The runtime of a mission's leaves: time, ledger, clients and variables."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from bt_mission.language.follow import Follow
 
 
 class MissionFailure(BtMissionError):  # noqa: N818 - it is the mission that fails, not our code
-    """A fault of the mission itself that shows only while it runs; it ends the mission."""
+    """An error of the mission that occurs only while it runs; it ends the mission."""
 
 
 @contextmanager
 def placed(place: str) -> Iterator[None]:
-    """Put the place of a step (``file:line:column``) before what goes wrong in its set-up."""
+    """Prefix errors of a node's set-up with the place of its step (``file:line:column``)."""
     try:
         yield
     except BtMissionError as error:
@@ -29,17 +29,15 @@ def placed(place: str) -> Iterator[None]:
 
 
 class Generator(Random):
-    """A random generator that tells whether it was drawn from since somebody looked."""
+    """A random generator that records whether it was used since the last check."""
 
     was_drawn = False
 
     def random(self) -> float:
-        """As in the base class."""
         self.was_drawn = True
         return super().random()
 
     def getrandbits(self, k: int, /) -> int:
-        """As in the base class."""
         self.was_drawn = True
         return super().getrandbits(k)
 
@@ -53,8 +51,8 @@ class Scope:
 
     Args:
         values: Inputs, the outputs written so far, and the variables that follow topics.
-        seed: The mission's seed; each node draws from a generator of its own.
-        followed: Which of them follow topics. Nobody but the topic changes those.
+        seed: The mission's seed; each node has a separate generator.
+        followed: The variables that follow topics. Only the topic changes them.
     """
 
     values: dict[str, Any]
@@ -65,28 +63,28 @@ class Scope:
     """The :class:`~bt_mission.behaviours.evaluator.Evaluator` of each node, by the node's path."""
 
     def inner(self, followed: tuple[Follow, ...] = ()) -> Scope:
-        """A scope for a named tree: variables of its own, the same generators."""
+        """Return the scope of a named tree: separate variables, the same generators."""
         return Scope({}, self.seed, self.generators, followed, self.evaluators)
 
     def written(self) -> dict[str, Any]:
-        """The variables with their values, those that follow topics left out."""
+        """The variables with their values, without those that follow topics."""
         names = {followed.variable for followed in self.followed}
         return {name: value for name, value in self.values.items() if name not in names}
 
     def replace(self, values: Mapping[str, Any]) -> None:
-        """Take these values instead of those written; what follows a topic stays as it is."""
+        """Replace the written values; variables that follow topics keep theirs."""
         for name in self.written():
             del self.values[name]
         self.values.update(values)
 
     def random(self, path: str) -> Random:
-        """The generator of the node at ``path``, the same in every run of one seed."""
+        """Return the generator of the node at ``path``, the same in every run of a seed."""
         if path not in self.generators:
             self.generators[path] = Generator(f"{self.seed}/{path}")
         return self.generators[path]
 
     def random_for(self, path: str, value: Any) -> Random:
-        """The generator of a node for one of its values: its own only where that draws.
+        """Return a node's generator for one of its values: a separate one only if the value draws.
 
         A generator takes 2.5 KB, and most nodes never draw.
         """
@@ -94,65 +92,65 @@ class Scope:
 
 
 class ServiceClient(Protocol):
-    """The client of a service: :class:`bt_mission.ros.clients.RosServiceClient`, for one."""
+    """The client of a service, such as :class:`bt_mission.ros.clients.RosServiceClient`."""
 
     name: str
 
     def is_ready(self) -> bool:
-        """Is there a server?"""
+        """Return whether a server is there."""
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
-        """A request with these fields.
+        """Return a request with these fields.
 
         Raises:
-            BtMissionError: When a value does not fit its field.
+            BtMissionError: A value does not fit its field.
         """
 
     def call(self, request: Any, on_answer: Callable[[Any], None]) -> Callable[[], None]:
-        """Send a request; gives a function that forgets it, after which no answer is heard."""
+        """Send a request. Return a function that drops it; later responses are ignored."""
 
 
 class LatestMessage(Protocol):
-    """Messages of a topic: :class:`bt_mission.ros.subscriber.LatestMessageSubscriber`, for one."""
+    """Messages of a topic, such as :class:`bt_mission.ros.subscriber.LatestMessageSubscriber`."""
 
     name: str
 
     def listen(self, listener: Callable[[Any], None]) -> None:
-        """Hand messages to this listener from now on; the newest latched one at once."""
+        """Pass messages to this listener from now on; the newest latched one at once."""
 
     def leave(self, listener: Callable[[Any], None]) -> None:
         """Hand nothing more to this listener."""
 
     def look_around(self) -> None:
-        """Look at the graph, at every tick of somebody who listens."""
+        """Look at the graph. Called at every tick of a listener."""
 
     def why_silent(self) -> str:
-        """What is known of the topic's publishers, for people."""
+        """Return what is known of the topic's publishers, as text."""
 
 
 class Publisher(Protocol):
-    """Messages for a topic: :class:`bt_mission.ros.clients.TopicPublisher`, for one."""
+    """A publisher of a topic, such as :class:`bt_mission.ros.clients.TopicPublisher`."""
 
     name: str
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
-        """A message with these fields.
+        """Return a message with these fields.
 
         Raises:
-            BtMissionError: When a value does not fit its field.
+            BtMissionError: A value does not fit its field.
         """
 
     def count_readers(self) -> int:
-        """How many subscriptions are matched."""
+        """Return the number of matched subscriptions."""
 
     def publish(self, message: Any) -> None:
         """Send a message."""
 
 
 class Runtime(Protocol):
-    """Handed to every node's ``setup`` as ``runtime``.
+    """The argument ``runtime`` of every node's ``setup``.
 
-    What makes a client raises BtMissionError for a type that is not installed.
+    A method that creates a client raises BtMissionError for a type that is not installed.
     """
 
     ledger: Ledger
@@ -163,26 +161,26 @@ class Runtime(Protocol):
         """ROS time, ns; the same throughout a tick."""
 
     def goal_client(self, action: str, type_name: str) -> GoalClient:
-        """The client of an action; one for each name and type."""
+        """Return the client of an action; there is one for each name and type."""
 
     def service_client(self, service: str, type_name: str) -> ServiceClient:
-        """The client of a service; one for each name and type."""
+        """Return the client of a service; there is one for each name and type."""
 
     def subscriber(self, topic: str, type_name: str) -> LatestMessage:
-        """The messages of a topic; one for each name and type."""
+        """Return the messages of a topic; there is one object for each name and type."""
 
     def publisher(self, topic: str, type_name: str) -> Publisher:
-        """The publisher of a topic; one for each name and type."""
+        """Return the publisher of a topic; there is one for each name and type."""
 
     def log(self, text: str) -> None:
-        """Say something to the people who watch the mission."""
+        """Log a line for viewers of the mission."""
 
     def warn(self, text: str) -> None:
-        """Write a warning to the node's log; it is in no trace."""
+        """Log a warning of the node; no trace has it."""
 
 
 def read_field(message: Any, dotted: str) -> Any:
-    """A field of a message by its dotted name; arrays come as lists."""
+    """Return a field of a message by its dotted name; arrays as lists."""
     value = message
     for name in dotted.split("."):
         value = getattr(value, name)

@@ -28,7 +28,7 @@ def save(node: Behaviour, now_ns: int) -> dict[str, Any]:
 
 
 def load(node: Behaviour, status: Status, state: dict[str, Any], now_ns: int) -> None:
-    """Restore a node that was never ticked from the memory of another one of its kind."""
+    """Restore a node that was never ticked from the saved state of another node of its kind."""
     restore_state = getattr(node, "restore_state", None)
     if status is not Status.RUNNING:
         node.status = status

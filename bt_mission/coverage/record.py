@@ -209,7 +209,7 @@ class CoverageTally:
             self.add(key, CoveredFile(entry["label"], set(entry["missions"]), source, by_key))
 
     def report(self) -> dict[str, Any]:
-        """Return the JSON report: the scores in total and of each file, and the counts of each node."""
+        """Return the JSON report: scores in total and of each file, and counts of each node."""
         names = ("line", "column", "kind", "name", "tree", "depth", "runs", "outcomes", "branches")
         return {
             "version": VERSION,

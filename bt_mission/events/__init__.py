@@ -1,1 +1,1 @@
-"""What is known of a mission that runs elsewhere, and how it is shown: pure, fed by plain data."""
+"""The state of a mission in another process, and how it is shown: pure, from plain data."""

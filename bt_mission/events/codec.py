@@ -1,10 +1,10 @@
 """Events as lines of JSON, and back: of a trace, of ``~/log``, of ``watch --json``.
 
 A line is one JSON object with sorted keys: ``t`` is ROS time, ns; ``event`` names the event; nodes
-are given by name and path. Floats are written so that they read back exactly. A trace has the
-events that follow from mission and seed alone, and of those only such fields.
+have their name and path. Floats are written so that they read back exactly. A trace has the events
+and fields that follow from mission and seed alone.
 
-An event that is not listed here is written and read by its fields.
+An event without an entry here is written and read by its fields.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ GOAL_STATUS = {
     "aborted": GoalStatus.ABORTED,
     "unknown": GoalStatus.UNKNOWN,
 }
-"""Status of the goal's result, by the state in which a goal has ended; a rejected one has none."""
+"""Status of the goal's result, by the goal's final state; a rejected goal has no status."""
 
 Nodes = Sequence[NodeInfo]
 
@@ -65,7 +65,7 @@ def fields_of(event: Event, nodes: Nodes = ()) -> dict[str, Any]:
 
 
 def _plain(event: Event, nodes: Nodes) -> dict[str, Any]:
-    """Return the fields as they are; a node with its name and path, too."""
+    """Return the fields as they are; a node with its name and path."""
     left_out = ("time_ns", *LEFT_OUT.get(type(event), ()))
     names = (field.name for field in fields_in(event) if field.name not in left_out)
     fields = {name: getattr(event, name) for name in names}
@@ -145,8 +145,8 @@ LEFT_OUT: Mapping[type[Event], tuple[str, ...]] = {
 def json_line(event: Event, nodes: Nodes = ()) -> str:
     """Return an event as a line of JSON.
 
-    ``t`` is null where only the present is known, since the reader came later; so is a number that
-    JSON does not have.
+    ``t`` is null if the event was not observed, since the reader started later; so is a number that
+    JSON lacks.
     """
     fields = fields_of(event, nodes)
     try:
@@ -170,10 +170,10 @@ def _finite(value: Any) -> Any:
 
 
 def trace_line(event: Event, nodes: Nodes, names: Sequence[str]) -> str | None:
-    """Return the line of an event in a trace; None for an event that a trace does not have.
+    """Return the line of an event in a trace; None for an event that a trace lacks.
 
     Args:
-        names: For each node, its name and path as :func:`node_names` writes them.
+        names: The name and path of each node as :func:`node_names` writes them.
     """
     match event:
         # The three of which there are many are put together by hand, as the encoder writes them.
@@ -201,7 +201,7 @@ def trace_line(event: Event, nodes: Nodes, names: Sequence[str]) -> str | None:
 
 
 def is_traced(event: Event) -> bool:
-    """Is this event in a trace? States and goals apart, of which some are."""
+    """Return whether a trace has this event. Of states and goals, a trace has only some."""
     match event:
         case RunStarted(world=world):
             return world is not None
@@ -225,7 +225,7 @@ def goal_line(event: GoalChanged, goal: str) -> str:
 
 
 def node_names(nodes: Nodes) -> tuple[str, ...]:
-    """Return name and path of each node as they are written in lines of a trace."""
+    """Return name and path of each node as written in lines of a trace."""
     return tuple(f'"node": {_text(node.name)}, "path": {_text(node.path)}' for node in nodes)
 
 
@@ -259,27 +259,27 @@ Indices = Mapping[str, int]
 
 
 def knows(name: str) -> bool:
-    """Is this the name of an event in a line of a trace or of ``~/log``?"""
+    """Return whether a name is that of an event in a line of a trace or of ``~/log``."""
     return name in READERS or name in KINDS
 
 
 def is_of_log(name: str) -> bool:
-    """Is this the name of an event that ``~/log`` carries?"""
+    """Return whether a name is that of an event that ``~/log`` carries."""
     return name in KINDS and KINDS[name].event_topic == "log"
 
 
 def event_of(fields: Fields, indices: Indices) -> Event | None:
     """Return the event of a line of a trace or of ``~/log``; None for an unknown one.
 
-    What a trace leaves out is empty.
+    Fields that a trace omits are empty.
 
     Args:
-        fields: Of the line.
-        indices: Those of the nodes, by their paths.
+        fields: The fields of the line.
+        indices: The indices of the nodes by path.
 
     Raises:
-        LookupError: For a line that lacks a field, or names a node that is not in the tree.
-        ValueError: For a value that cannot be.
+        LookupError: A line lacks a field, or names a node that is not in the tree.
+        ValueError: A value is not possible.
     """
     name = fields.get("event", "")
     if (read := READERS.get(name)) is not None:
@@ -347,25 +347,25 @@ READERS: Mapping[str, Callable[[Fields, Indices], Event]] = {
     "requirement": _requirement_of,
     "fault": lambda fields, _: _read_plain({**fields, "parameters": fields.get("with")}, _),
 }
-"""How lines are read whose events are not read by their fields."""
+"""Readers of lines that are not read by their fields."""
 
 
 # ---- fields -----------------------------------------------------------------------------------
 
 
 def phase_of(event: GoalChanged) -> str:
-    """Return the phase of a goal: how its end was does not count."""
+    """Return the phase of a goal, without the way in which it ended."""
     return "ended" if event.is_ended else event.state
 
 
 def status_of(event: GoalChanged) -> int | None:
-    """Return the number of the final status in ``action_msgs/msg/GoalStatus``; None before it."""
+    """Return the final status as in ``action_msgs/msg/GoalStatus``; None before the end."""
     status = GOAL_STATUS.get(event.state)
     return None if status is None else int(status)
 
 
 def _value(text: str) -> Any:
-    """Return a variable's value; one that was cut, or holds what JSON has not, as its text."""
+    """Return a variable's value; if it was cut, or JSON lacks it, its text."""
     try:
         return json.loads(text, parse_constant=lambda _: _not_json())
     except ValueError:

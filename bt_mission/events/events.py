@@ -32,10 +32,10 @@ class NodeInfo:
     """A node of a tree.
 
     Attributes:
-        kind: Class of its behaviour.
-        path: Its place: ``0`` is the root, ``0.2`` the root's third child.
-        parent: Its parent's index; the root's is its own.
-        details: What it is asked to do, in its author's words, a line each.
+        kind: The class of its behaviour.
+        path: Its path: ``0`` is the root, ``0.2`` the root's third child.
+        parent: The index of its parent; for the root, its own index.
+        details: What it does, as its author wrote it, a line each.
     """
 
     name: str
@@ -52,13 +52,14 @@ class NodeInfo:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happens in a mission.
+    """An event of a mission.
 
     Attributes:
         event_name: Its name in lines of JSON.
-        is_traced: Does it follow from mission and seed alone? Traces, and so recordings, have it.
-        event_topic: Its topic below the name of the executive; ``log`` takes any event, empty is
-            none.
+        is_traced: Whether it follows from mission and seed alone, so that traces and recordings
+            have it.
+        event_topic: Its topic below the name of the executive; ``log`` carries any event, empty is
+            no topic.
     """
 
     event_name: ClassVar[str]
@@ -77,12 +78,12 @@ KINDS: dict[str, type[Event]] = {}
 
 @dataclass(frozen=True, slots=True)
 class RunStarted(Event):
-    """A mission has started with this tree, or was found running.
+    """A mission has started with this tree, or was already running.
 
     Attributes:
         run: Identifies the run.
-        nodes: Depth first.
-        world: None where there is no simulation, and where it is not known.
+        nodes: Nodes, depth first.
+        world: None without a simulation, and if it is not known.
     """
 
     event_name = "start"
@@ -99,7 +100,7 @@ class RunStarted(Event):
 
 @dataclass(frozen=True, slots=True)
 class NodeChanged(Event):
-    """A node has another status. The time is None where only the present one is known."""
+    """A node has another status. The time is None if only the present status is known."""
 
     event_name = "status"
     event_topic = "changes"
@@ -123,7 +124,7 @@ class NodesReset(Event):
 
 @dataclass(frozen=True, slots=True)
 class NodeProgressed(Event):
-    """A running node has made progress; ``limit`` is 0 where nothing is measured."""
+    """A running node has made progress; ``limit`` is 0 without a measure."""
 
     event_name = "progress"
     is_traced = False
@@ -144,10 +145,10 @@ class GoalChanged(Event):
 
     Attributes:
         id: UUID, 32 hexadecimal digits.
-        owner: Name of the leaf that sent it.
-        change: What the ledger did: sent, found again, released, abandoned, ended; empty where
+        owner: The name of the leaf that sent it.
+        change: The change by the ledger: sent, found again, released, abandoned, ended; empty if
             only the state is another one.
-        targets: The places where it sends the robot.
+        targets: The poses to which it sends the robot.
     """
 
     event_name = "goal"
@@ -164,7 +165,7 @@ class GoalChanged(Event):
 
     @property
     def is_ended(self) -> bool:
-        """Has its server confirmed that it has ended?"""
+        """Whether its server has confirmed its end."""
         return self.state not in (*OPEN, "lost")
 
 
@@ -186,12 +187,12 @@ class StateChanged(Event):
     """The mission's state: idle, running, paused, ending, observing, or one of :data:`FINAL`.
 
     Attributes:
-        reason: Why it is paused, observed or over.
-        under_way: While it is paused, the goals that are still under way.
-        keep_goals: Of a pause: do goals run on?
-        verdict: Of an observation: how the mission has ended.
-        observe_s: How long it is observed, s.
-        is_update: Is only what is under way another one?
+        reason: Why it is paused, observed or ended.
+        under_way: While it is paused, the goals that are under way.
+        keep_goals: Of a pause: whether goals keep running.
+        verdict: Of an observation: the verdict of the mission.
+        observe_s: The time for which it is observed, s.
+        is_update: Whether only `under_way` has changed.
     """
 
     event_name = "mission"
@@ -210,7 +211,7 @@ class StateChanged(Event):
 
     @property
     def explanation(self) -> str:
-        """The reason in words, with the goals under way, and how long it is observed."""
+        """The reason as text, with the goals under way, and the time of the observation."""
         if self.status == "observing":
             reason = ": ".join(filter(None, (self.verdict, self.reason)))
             return f"{reason}; observing for {self.observe_s:g} s" if self.verdict else reason
@@ -220,7 +221,7 @@ class StateChanged(Event):
 
 @dataclass(frozen=True, slots=True)
 class CountsChanged(Event):
-    """How often the tree was ticked, and how many goals were sent."""
+    """The numbers of ticks and of goals sent."""
 
     event_name = "counts"
     is_traced = False
@@ -245,10 +246,10 @@ class BreakpointsChanged(Event):
 
 @dataclass(frozen=True, slots=True)
 class LogLine(Event):
-    """The mission says a line.
+    """The mission logs a line.
 
     Attributes:
-        is_own: Does a leaf say it? Else it repeats another event in words, for people.
+        is_own: Whether a leaf logs it. Otherwise it describes another event.
     """
 
     event_name = "log"
@@ -264,11 +265,10 @@ class RequirementChanged(Event):
 
     Attributes:
         verdict: ``holds``, ``violated``, ``open`` or ``unknown``.
-        margin: By how much it holds so far, below 0 by how much it is violated; None where it has
-            no measure.
+        margin: By how much it holds so far, negative if it is violated; None without a measure.
         at: The instant that decides the margin, s since the start.
-        outcome: All of it in words.
-        is_update: Is only its margin another one?
+        outcome: The whole result as text.
+        is_update: Whether only its margin has changed.
     """
 
     event_name = "requirement"

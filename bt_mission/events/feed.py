@@ -1,7 +1,7 @@
 """The messages of an executive in another process, put in order for a mission's state.
 
-Messages may come late and out of order: the tree after its first changes, changes with gaps.
-Changes count once all statuses up to the one before are known; until then they wait.
+Messages may arrive late and out of order: the tree after its first changes, changes with gaps.
+Changes are applied once all earlier statuses are known; until then they wait.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from bt_mission.events.messages import Batch
 from bt_mission.events.mission_state import MissionState
 
 MOST_WAITING = 10_000
-"""Messages kept until those before them are known; beyond it the oldest are dropped."""
+"""The number of messages that wait for earlier ones; beyond it the oldest are dropped."""
 
 
 class MissionFeed:
@@ -27,18 +27,18 @@ class MissionFeed:
     def __init__(self, mission: MissionState) -> None:
         self.mission = mission
         self.sequence: int | None = None
-        """Number of the newest changes that are known; None while statuses are not known."""
+        """The number of the newest changes that are known; None while statuses are not known."""
         self._waiting: deque[Batch] = deque(maxlen=MOST_WAITING)
         self._early: deque[Batch] = deque(maxlen=MOST_WAITING)
-        """Of a run whose tree has not come yet."""
+        """Messages of a run whose tree has not arrived yet."""
 
     @property
     def needs_statuses(self) -> bool:
-        """Has somebody to ask for all statuses at once?"""
+        """Whether all statuses have to be requested."""
         return self.mission.tree is not None and self.sequence is None
 
     def take(self, batch: Batch) -> list[Event]:
-        """Take a message in; return the events that change what is known, in order."""
+        """Handle a message. Return the events that change the state, in order."""
         return list(self._taken(batch))
 
     def _taken(self, batch: Batch) -> Iterator[Event]:
@@ -47,7 +47,7 @@ class MissionFeed:
             case (RunStarted() as tree,):
                 yield from self._begin(tree)
                 return
-            case (StateChanged(),):  # also of a run whose tree is still to come
+            case (StateChanged(),):  # also of a run whose tree has not arrived
                 yield from self._apply(batch.events)
                 return
         if mission.tree is None or batch.run != mission.tree.run:
@@ -87,7 +87,7 @@ class MissionFeed:
 
     def _take_statuses(self, batch: Batch) -> Iterator[Event]:
         if self.sequence is not None and batch.sequence < self.sequence:
-            return  # older than what has come since
+            return  # older than what has arrived since
         self.sequence = batch.sequence
         progress = tuple(self.mission.progress.values())
         yield from self._apply(batch.events)
@@ -102,7 +102,7 @@ class MissionFeed:
 
 
 def in_order(batches: Iterable[Batch]) -> list[Batch]:
-    """Put the end of a mission after all else that was sent of it; topics may overtake."""
+    """Put the end of a mission after everything else of a message; topics may overtake."""
     ordered = list(batches)
     for batch in tuple(ordered):
         if any(isinstance(event, StateChanged) and event.status in FINAL for event in batch.events):

@@ -1,4 +1,4 @@
-"""What happens in a mission as lines for people: of a log, of a trace, on ``/rosout``."""
+"""The events of a mission as lines for people: of a log, of a trace, on ``/rosout``."""
 
 from __future__ import annotations
 
@@ -44,16 +44,16 @@ LOG_ENTRIES = 1_000
 """Lines that a view keeps."""
 
 LOG_KIND = "Log"
-"""The class of nodes that speak; what they say is in the log as it is said."""
+"""The class of nodes that log; their lines are in the log unchanged."""
 
 
 @dataclass(frozen=True)
 class LogEntry:
-    """A line of the log: a leaf that starts or ends, or something that is said.
+    """A line of the log: a leaf that starts or ends, or a message.
 
     Args:
-        status: That of the leaf; None for what is said.
-        name: Of the leaf, or what the mission's state is.
+        status: The status of the leaf; None for a message.
+        name: The name of the leaf, or the mission's state.
     """
 
     time_ns: int
@@ -63,12 +63,12 @@ class LogEntry:
 
 
 def mission_state(state: str, reason: str) -> tuple[str, str]:
-    """Return a line of the log for a mission's state, and why, each word once."""
+    """Return a line of the log for a mission's state and its reason, without repeated words."""
     return (f"mission {reason}", "") if reason.startswith(state) else (f"mission {state}", reason)
 
 
 def verdict(status: str, reason: str) -> str:
-    """Return a mission's state and why, without saying the same word twice."""
+    """Return a mission's state and its reason, without repeated words."""
     return reason if reason.startswith(status) else ": ".join(filter(None, (status, reason)))
 
 
@@ -82,12 +82,13 @@ ENDS = {Status.SUCCESS: INFO, Status.FAILURE: WARN}
 
 
 def line_of(fields: dict[str, Any], glyphs: dict[Status, str] = UNICODE) -> str:
-    """Return an event in one line for people, escaped, without its time.
+    """Return an event as one line for people, escaped, without its time.
 
     An event without words of its own is shown by its fields.
 
     Args:
-        fields: Of a line of a trace, or of an event (:func:`bt_mission.events.codec.fields_of`).
+        fields: The fields of a line of a trace, or of an event
+            (:func:`bt_mission.events.codec.fields_of`).
     """
     try:
         line = _words(fields, glyphs)
@@ -101,12 +102,12 @@ def line_of(fields: dict[str, Any], glyphs: dict[Status, str] = UNICODE) -> str:
 
 
 def words_of(fields: dict[str, Any]) -> str:
-    """Return an event of ``~/log`` in words, as :func:`line_of`, without room for a sign."""
+    """Return an event of ``~/log`` as text, as :func:`line_of` does, without space for a sign."""
     return line_of(fields).strip()
 
 
 def speech_of(event: Event) -> str | None:
-    """Return what the mission says with an event; None where it says nothing."""
+    """Return the line that the mission logs with an event; None without one."""
     match event:
         case LogLine(text=text):
             return text
@@ -142,7 +143,7 @@ def _requirement_words(event: dict[str, Any]) -> str:
 
 
 UNSHOWN = ("t", "event", "path", "index")
-"""Fields that are not shown of an event without words of its own."""
+"""Fields that are not shown for an event without words of its own."""
 
 WORDS: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "start": _start_words,
@@ -155,7 +156,7 @@ WORDS: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "clock": lambda event: f"  the {_jump(float(event['jump']))}",
     "requirement": _requirement_words,
 }
-"""Events in words, but for changes of status."""
+"""The words of events, except changes of status."""
 
 
 def _words(event: dict[str, Any], glyphs: dict[Status, str]) -> str | None:
@@ -168,7 +169,7 @@ def _words(event: dict[str, Any], glyphs: dict[Status, str]) -> str | None:
 
 
 def rosout_line(event: Event, nodes: Sequence[NodeInfo]) -> tuple[int, str] | None:
-    """Return the level and text of an event on ``/rosout``; None where it has none."""
+    """Return the level and text of an event on ``/rosout``; None without a line."""
     match event:
         case NodeChanged(_, index, status, message) if status in ENDS and message:
             return ENDS[status], f"'{nodes[index].name}' {message}"

@@ -15,9 +15,10 @@ class Batch:
     """Events of one run that an executive has sent together.
 
     Attributes:
-        run: Identifies the run; empty before the first.
-        sequence: Numbers the messages with changes of nodes, from 1; 0 for others.
-        is_complete: Are these the statuses of all nodes, with all changes up to the sequence?
+        run: Identifies the run; empty before the first run.
+        sequence: The number of a message with changes of nodes, from 1; 0 for others.
+        is_complete: Whether these are the statuses of all nodes, with all changes up to the
+            sequence.
     """
 
     run: str
@@ -28,7 +29,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class FrameTransform:
-    """Where a frame is in its parent, on the floor: m, m, rad."""
+    """The pose of a frame in its parent, on the floor: m, m, rad."""
 
     parent: str
     child: str
@@ -89,7 +90,7 @@ class CameraImage:
 
 @dataclass(frozen=True, slots=True)
 class OtherRobot:
-    """Where another robot is on the map: m, m, rad."""
+    """The pose of another robot on the map: m, m, rad."""
 
     name: str
     x: float
@@ -116,7 +117,7 @@ class Zones:
 
 
 Robot = tuple[FrameTransform, ...] | ScanPoints | Map | Zones | BatteryState | OtherRobot
-"""What comes from a robot."""
+"""A message of a robot."""
 
 ROBOT = (tuple, ScanPoints, Map, Zones, BatteryState, OtherRobot)
 """The classes of :data:`Robot`."""

@@ -1,4 +1,4 @@
-"""The state of a mission and its robot, as it follows from their events and messages."""
+"""The state of a mission and its robot, from their events and messages."""
 
 from __future__ import annotations
 
@@ -19,15 +19,18 @@ from bt_mission.events.robot_state import RobotState
 State = TypeVar("State", "MissionState", RobotState)
 
 MOST_ENDS = 4
-"""How many ends of a node are kept."""
+"""The number of ends of a node that are kept."""
 
 MOST_GOALS = 200
-"""Goals that are kept; beyond it the oldest that has ended is dropped."""
+"""The number of goals that are kept; beyond it the oldest ended one is dropped."""
 
 
 @dataclass(frozen=True, slots=True)
 class NodeEnd:
-    """How and when a node has ended, ns; halted is :attr:`Status.INVALID`. None was not seen."""
+    """The status with which a node ended, and the time, ns; a halt is :attr:`Status.INVALID`.
+
+    None was not observed.
+    """
 
     status: Status
     time_ns: int | None
@@ -36,7 +39,7 @@ class NodeEnd:
 
 
 class MissionState:
-    """One run after another of an executive. Feed it with :meth:`apply`."""
+    """The state of the runs of an executive, one after another. Feed it with :meth:`apply`."""
 
     def __init__(self) -> None:
         self.tree: RunStarted | None = None
@@ -48,11 +51,11 @@ class MissionState:
         self.statuses: list[Status] = []
         self.messages: list[str] = []
         self.since_ns: list[int | None] = []
-        """When each node got its status, ns; None where that was not seen."""
+        """When each node got its status, ns; None if that was not observed."""
         self.ran_ns: list[int | None] = []
-        """How long each node had run when it last ended, ns; None where that was not seen."""
+        """For how long each node had run when it last ended, ns; None if that was not observed."""
         self.ends: list[tuple[NodeEnd, ...]] = []
-        """How each node has ended the last few times, the newest last."""
+        """The last ends of each node, the newest last."""
         self.is_leaf: list[bool] = []
         self.running: dict[int, None] = {}
         """Indices of the nodes that run, the newest last."""
@@ -83,36 +86,36 @@ class MissionState:
 
     @property
     def status(self) -> str:
-        """The mission's state in one word; empty where nothing is known."""
+        """The mission's state in one word; empty if nothing is known."""
         return self.state.status if self.state else ""
 
     @property
     def explanation(self) -> str:
-        """Why it is paused, with the goals that are still under way; else the reason."""
+        """Why it is paused, with the goals that are under way; otherwise the reason."""
         return self.state.explanation if self.state else ""
 
     @property
     def is_over(self) -> bool:
-        """Has the run with this tree ended?"""
+        """Whether the run with this tree has ended."""
         state, tree = self.state, self.tree
         is_same = state is not None and tree is not None and state.run == tree.run
         return is_same and self.status in FINAL
 
     @property
     def elapsed_ns(self) -> int:
-        """ROS time since the run's start, ns; once it has ended, to its end."""
+        """ROS time since the run's start, ns; after its end, up to the end."""
         if self.tree is None:
             return 0
         end_ns = self.state.time_ns if self.is_over and self.state is not None else self.now_ns
         return max(end_ns - self.tree.time_ns, 0)
 
     def details(self, index: int) -> tuple[str, ...]:
-        """What a node is asked to do: fields of its goal, conditions, limits, outputs."""
+        """Return the details of a node: fields of its goal, conditions, limits, outputs."""
         return () if self.tree is None else self.tree.nodes[index].details
 
     @property
     def requirements(self) -> tuple[RequirementChanged, ...]:
-        """The newest verdict of each requirement; empty where none is known."""
+        """The newest verdict of each requirement; empty if none is known."""
         return tuple(self._requirements.values())
 
     @property
@@ -124,7 +127,7 @@ class MissionState:
 
     @property
     def tip(self) -> int | None:
-        """Of the nodes that run without running children, the one that started last."""
+        """The running node without running children that started last."""
         for index in reversed(self.running):
             if not self._running_children[index]:
                 return index
@@ -143,13 +146,13 @@ class MissionState:
         return children
 
     def shown(self, index: int, since_ns: int = 0) -> NodeEnd:
-        """The state of a node in this round: the present one, or how it ended before a reset.
+        """Return the state of a node in this round: the present one, or its end before a reset.
 
-        py_trees resets nodes that have ended: a fallback that goes on to its next child, and a
-        halt, take back the status of those before.
+        py_trees resets nodes that have ended: a fallback that continues with its next child, and a
+        halt, reset the earlier ones.
 
         Args:
-            since_ns: When the round of the nodes above has begun.
+            since_ns: The start of the round of the nodes above.
         """
         status, ends = self.statuses[index], self.ends[index]
         if status is Status.INVALID and ends:
@@ -159,10 +162,10 @@ class MissionState:
         return NodeEnd(status, self.since_ns[index], self.ran_ns[index], self.messages[index])
 
     def last_end(self, index: int) -> NodeEnd:
-        """How a node has ended last.
+        """Return the last end of a node.
 
         Raises:
-            IndexError: Where it has not ended.
+            IndexError: It has not ended.
         """
         return self.ends[index][-1]
 
@@ -178,9 +181,9 @@ class MissionState:
         return ends
 
     def failure_path(self) -> tuple[int, ...]:
-        """The nodes from the root down to the one whose failure came last.
+        """The nodes from the root down to the node whose failure was last.
 
-        Empty where the tree has not failed.
+        Empty if the tree has not failed.
         """
         if not self.statuses or self.shown(0).status is not Status.FAILURE:
             return ()
@@ -199,17 +202,16 @@ class MissionState:
     # ---- what happens ----------------------------------------------------------------------
 
     def apply(self, event: Event) -> bool:
-        """Take an event in; return whether it changes anything that is known."""
+        """Apply an event. Return whether it changes the state."""
         is_new = self._APPLY[type(event)](self, event)
         if is_new and (entry := self.entry_of(event)) is not None:
             self.log.append(entry)
         return is_new
 
     def entry_of(self, event: Event) -> LogEntry | None:
-        """Return the line of the log for an event that was applied; None for those without.
+        """Return the line of the log for an event that was applied; None without one.
 
-        Composites follow from their leaves, and what was the case before the watcher came is in
-        the tree.
+        Composites follow from their leaves, and events before the viewer attached are in the tree.
         """
         match event:
             case happened.NodeChanged(int() as time_ns, index, status, message):
@@ -311,7 +313,7 @@ class MissionState:
         return True
 
     def note_progress(self, event: happened.NodeProgressed) -> None:
-        """Take what a running node says; progress may come before the statuses."""
+        """Note the progress of a running node; progress may arrive before the statuses."""
         if event.node in self.running:
             self.messages[event.node] = event.message
             self.since_ns[event.node] = self._started_ns[event.node] = event.since_ns
@@ -331,7 +333,7 @@ class MissionState:
         return True
 
     def _drop_goal(self, goal: str) -> None:
-        """Forget a goal that has ended; those that are open are bounded by the tree."""
+        """Drop a goal that has ended; the tree bounds the number of open ones."""
         del self._ended_goals[goal], self.goals[goal], self.goals_changed_ns[goal]
 
     def _variable(self, event: happened.VariableChanged) -> bool:
@@ -386,11 +388,11 @@ class MissionState:
             happened.RequirementChanged: _requirement,
         },
     )
-    """What events change besides the time; others have a line in the log."""
+    """What each event changes besides the time; other events only have a line in the log."""
 
 
 def _copied(state: State) -> State:
-    """Return a copy with containers of its own; what is in them is frozen."""
+    """Return a copy with separate containers; their items are frozen."""
     other = copy.copy(state)
     for name, value in vars(state).items():
         if isinstance(value, list | dict | deque):

@@ -1,6 +1,8 @@
-"""ROS messages as plain data. Looks only at attributes, so whatever has the fields will do.
+"""ROS messages as plain data.
 
-Messages that were decoded from a recording do as well as rclpy's own.
+The reader uses only attributes, so any object with the fields is accepted.
+
+It reads messages of rclpy and messages decoded from a recording.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ MOST_ZONES = 200
 
 
 def tree(message: Any) -> Batch:
-    """Return a ``Tree``; a parent that does not come before its child is taken for the root."""
+    """Return a ``Tree``. A parent that does not precede its child is taken for the root."""
     nodes = tuple(
         events.NodeInfo(
             node.name,
@@ -85,7 +87,7 @@ def changes(message: Any) -> Batch:
 
 
 def statuses(answer: Any) -> Batch:
-    """Return the answer of ``GetStatuses``."""
+    """Return the response of ``GetStatuses``."""
     return Batch(answer.run, tuple(_statuses(answer.statuses, None)), answer.sequence, True)
 
 
@@ -95,7 +97,7 @@ def _statuses(messages: Any, stamp_ns: int | None) -> Iterator[events.NodeChange
 
 
 def _status(code: int) -> Status:
-    """Return a status; a code that a newer executive may have counts as INVALID."""
+    """Return a status; an unknown code, of a newer executive, counts as INVALID."""
     return STATUSES[code] if 0 <= code < len(STATUSES) else Status.INVALID
 
 
@@ -147,7 +149,7 @@ def _goal(goal: Any) -> events.GoalChanged:
 
 
 def log(message: Any) -> Batch:
-    """Return a ``MissionLog``; an event that is not known here is the line that describes it."""
+    """Return a ``MissionLog``; an unknown event is the line that describes it."""
     stamp_ns = time_ns(message.stamp)
     event: events.Event | None = None
     if message.event:
@@ -159,7 +161,7 @@ def log(message: Any) -> Batch:
 
 
 def transforms(message: Any) -> tuple[told.FrameTransform, ...]:
-    """Return a ``tf2_msgs/TFMessage``, seen from above."""
+    """Return a ``tf2_msgs/TFMessage``, projected on the floor."""
     return tuple(
         told.FrameTransform(
             transform.header.frame_id.lstrip("/"),

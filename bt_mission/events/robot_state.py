@@ -1,4 +1,4 @@
-"""What is known of a robot: where it is and was, what its lidar sees, its map, its battery."""
+"""The state of a robot: its pose and trail, lidar, map and battery."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from bt_mission.core.geometry import Pose2D, composed
 from bt_mission.events import messages
 
 BASES = ("base_footprint", "base_link")
-"""Frames that are the robot, the best first; with a prefix before a slash, too."""
+"""Frames of a robot's base, the best first; also with a prefix before a slash."""
 
 TRAIL_STEP_M = 0.05
-"""A place is kept when the robot is so far from the one before."""
+"""The distance between two poses of the trail, m."""
 
 TRAIL_POINTS = 5_000
 MAP_FRAME = "map"
 FRAME_LEVELS = 50
-"""Frames between the root and a sensor; more are a circle."""
+"""The most frames between the root and a sensor; more are a cycle."""
 
 
 Frames = dict[str, tuple[str, Pose2D]]
-"""Of each frame its parent, and where it is in that."""
+"""The parent of each frame, and its pose there."""
 
 
 def frames_of(transforms: Iterable[messages.FrameTransform]) -> Frames:
-    """Return the frames that transforms tell of."""
+    """Return the frames of transforms."""
     return {
         transform.child: (transform.parent, Pose2D(transform.x, transform.y, transform.yaw))
         for transform in transforms
@@ -45,7 +45,7 @@ def locate(frames: Frames, frame: str, roots: Collection[str] = ()) -> tuple[str
 
 
 class RobotState:
-    """A robot, from what it tells. Feed it with :meth:`take`."""
+    """The state of a robot, from its messages. Feed it with :meth:`take`."""
 
     def __init__(self) -> None:
         self.map: messages.Map | None = None
@@ -54,14 +54,14 @@ class RobotState:
         self.battery: messages.BatteryState | None = None
         self.trail: deque[tuple[float, float]] = deque(maxlen=TRAIL_POINTS)
         self.others: dict[str, Pose2D] = {}
-        """Where other robots are on the map, by their names."""
+        """The poses of other robots on the map, by name."""
         self.frame = ""
         """The frame that pose and trail are in: ``map``, or ``odom`` where nobody localises."""
         self._frames: Frames = {}
         self._is_percent = False
 
     def take(self, reading: messages.Robot) -> None:
-        """Take in what the robot tells."""
+        """Apply a message of the robot."""
         match reading:
             case messages.ScanPoints():
                 self.scan = reading
@@ -80,25 +80,25 @@ class RobotState:
 
     @property
     def charge(self) -> float | None:
-        """Of the battery, percent; None where it is not known."""
+        """The charge of the battery, percent; None if it is not known."""
         if self.battery is None or not math.isfinite(self.battery.charge):
             return None
         return self.battery.charge * (1 if self._is_percent else 100)
 
     @property
     def pose(self) -> Pose2D | None:
-        """Where the robot is in its root frame; None where it is not known."""
+        """The pose in the root frame; None if it is not known."""
         base = self._base
         return None if base is None else locate(self._frames, base)[1]
 
     @property
     def _base(self) -> str | None:
-        """The frame that is the robot; None where there is none yet."""
+        """Return the frame of the robot's base; None before it is known."""
         frames = [frame for frame in self._frames if frame.rpartition("/")[2] in BASES]
         return min(frames, key=lambda frame: BASES.index(frame.rpartition("/")[2]), default=None)
 
     def scan_points(self) -> list[tuple[float, float]]:
-        """Where the newest scan has seen something, in the root frame, m."""
+        """Return the points of the newest scan, in the root frame, m."""
         if self.scan is None or self.scan.frame not in self._frames:
             return []
         scan = self.scan

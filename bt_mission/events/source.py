@@ -1,4 +1,4 @@
-"""Where a view has its facts from, and where it sends what its user wants."""
+"""The source of a view's data, and the target of its user's requests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bt_mission.events import messages as told
 
 
 class Verb(StrEnum):
-    """What a user may want of a mission."""
+    """A request that a user may make of a mission."""
 
     PAUSE = "pause"
     PAUSE_KEEPING_GOALS = "pause, goals run on"
@@ -26,7 +26,7 @@ class Verb(StrEnum):
 
 @dataclass(frozen=True)
 class ControlRequest:
-    """A wish; ``node`` is the path of the node that a breakpoint is about."""
+    """A request; ``node`` is the path of a node for a breakpoint."""
 
     verb: Verb
     node: str = ""
@@ -34,7 +34,7 @@ class ControlRequest:
 
 @dataclass(frozen=True)
 class ControlResponse:
-    """What became of a wish, in words."""
+    """The response to a request, as text."""
 
     is_done: bool
     text: str
@@ -45,9 +45,9 @@ class ListedExecutive:
     """An executive of the graph.
 
     Args:
-        name: Of its node, such as ``/robot1/bt_mission``.
-        fault: Why it cannot be watched, or has to be with care; empty where nothing is wrong.
-        is_foreign: Its messages are of another version: they cannot be read.
+        name: The name of its node, such as ``/robot1/bt_mission``.
+        fault: Why it cannot be watched, or only with care; empty without a problem.
+        is_foreign: Its messages are of another version and cannot be read.
     """
 
     name: str
@@ -62,7 +62,7 @@ class ListedExecutive:
 
 @dataclass(frozen=True)
 class Received:
-    """What has come since the last time; of the camera the newest picture."""
+    """What was received since the last call; of the camera, the newest image."""
 
     messages: tuple[told.Batch, ...] = ()
     robot: tuple[told.Robot, ...] = ()
@@ -77,17 +77,17 @@ class ExecutiveSource(Protocol):
 
     @property
     def is_there(self) -> bool:
-        """Is the executive in the graph?"""
+        """Whether the executive is in the graph."""
 
     def take(self, *, needs_statuses: bool) -> Received:
-        """What has come since the last time, without waiting.
+        """Return what was received since the last call, without waiting.
 
         Args:
-            needs_statuses: Ask for all statuses, unless that was done a moment ago.
+            needs_statuses: Request all statuses, unless that was done just before.
         """
 
     def send(self, command: ControlRequest) -> None:
-        """Pass a wish on; its answer comes with a later :meth:`take`."""
+        """Send a request; a later :meth:`take` has the response."""
 
     def watch_camera(self, *, is_on: bool) -> None:
         """Hear the robot's camera, or no longer: its pictures are drawn while somebody does."""
@@ -97,19 +97,19 @@ class ExecutiveSource(Protocol):
 
 
 class Graph(Protocol):
-    """Where executives are found."""
+    """The executives of a graph."""
 
     where: str
-    """What is looked through, for people."""
+    """The place that is searched, for messages."""
 
     def serve(self) -> None:
-        """Receive what has come, without waiting."""
+        """Handle what was received, without waiting."""
 
     def find(self) -> tuple[ListedExecutive, ...]:
         """The executives that are there now, by name."""
 
     def attach(self, name: str) -> ExecutiveSource:
-        """Listen to an executive, also one that is not there yet."""
+        """Return the source of an executive, even if it is not in the graph yet."""
 
 
 NODE = "bt_mission"
@@ -118,13 +118,13 @@ NODE = "bt_mission"
 
 @dataclass(frozen=True)
 class AttachmentChange:
-    """What came of a look round.
+    """The result of a search for executives.
 
     Args:
-        text: For the user; empty where there is nothing to say.
-        is_new: Has an executive just been found?
-        is_nobody: Is nobody there who is wanted?
-        is_choice: Are there several, of which the user has to choose one?
+        text: A message for the user; empty without one.
+        is_new: Whether an executive was just attached.
+        is_nobody: Whether the executive that is wanted is missing.
+        is_choice: Whether there are several, and the user has to choose one.
     """
 
     text: str = ""
@@ -134,10 +134,10 @@ class AttachmentChange:
 
 
 class Attachment:
-    """Holds on to one executive of a graph.
+    """The attachment to one executive of a graph.
 
     Args:
-        wanted: Its name; None takes the only one.
+        wanted: Its name; None attaches the only one.
     """
 
     def __init__(self, graph: Graph, wanted: str | None) -> None:
@@ -146,13 +146,13 @@ class Attachment:
         self._wanted = wanted
 
     def attach(self, name: str) -> None:
-        """Watch this one from now on, and no other."""
+        """Watch this executive from now on, and no other."""
         if self.source is not None:
             self.source.close()
         self.source, self._wanted = self._graph.attach(name), name
 
     def look(self) -> AttachmentChange:
-        """Look for the executive that is wanted, or at what has become of it."""
+        """Search for the executive that is wanted, or check the one that is attached."""
         executives = self._graph.find()
         if self.source is not None:
             name = self.source.name
@@ -175,7 +175,7 @@ class Attachment:
 
 
 def wanted_name(text: str | None) -> str | None:
-    """The full name that a user means: a name as it is, or that of the executive in a namespace."""
+    """Return the full name of an executive: a name as it is, or that in a namespace."""
     if text is None:
         return None
     name = "/" + text.strip("/")
@@ -189,11 +189,10 @@ def _candidates(
 
 
 def choose(executives: Sequence[ListedExecutive], wanted: str | None) -> ListedExecutive | None:
-    """The executive that is meant; None where it is not there.
+    """Return the wanted executive; None if it is missing.
 
     Raises:
-        BtMissionError: Where there are several and none is named, or its messages are of another
-            version.
+        BtMissionError: There are several and none is named, or its messages are of another version.
     """
     executives = _candidates(executives, wanted)
     if len(executives) > 1:
@@ -205,7 +204,7 @@ def choose(executives: Sequence[ListedExecutive], wanted: str | None) -> ListedE
 
 
 def nobody(wanted: str | None, executives: Sequence[ListedExecutive], where: str) -> str:
-    """What to say while nobody is there to watch."""
+    """Return the message while the wanted executive is missing."""
     if wanted is not None and executives:
         names = listed(executive.name for executive in executives)
         return f"{wanted} is not there ({where}); there is {names}"

@@ -1,4 +1,4 @@
-"""A mission that is watched, as every view needs it: its state, its pace, what may be asked."""
+"""A watched mission, for every view: its state, its pace, and the possible requests."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ class RealTimeFactor:
         self._seen: deque[tuple[int, float]] = deque()
 
     def note(self, time_ns: int, wall_s: float) -> None:
-        """Take in a ROS time, ns, and the wall time at which it was heard, s."""
+        """Note a ROS time, ns, and the wall time at which it was received, s."""
         if self._seen and time_ns < self._seen[-1][0]:
-            self._seen.clear()  # time has begun anew
+            self._seen.clear()  # time has restarted
         self._seen.append((time_ns, wall_s))
         while self._seen[-1][1] - self._seen[0][1] > WINDOW_S and len(self._seen) > 2:
             self._seen.popleft()
 
     @property
     def factor(self) -> float | None:
-        """Virtual seconds per second; None where too little was heard."""
+        """Virtual seconds per second; None if too little was received."""
         if len(self._seen) < 2:
             return None
         (first_ns, first_s), (last_ns, last_s) = self._seen[0], self._seen[-1]
@@ -47,7 +47,7 @@ class RealTimeFactor:
 
 
 class WatchedMission:
-    """A mission and its pace, from what its executive and its robot tell."""
+    """A mission and its pace, from the messages of its executive and its robot."""
 
     def __init__(self) -> None:
         self.mission = MissionState()
@@ -56,14 +56,14 @@ class WatchedMission:
 
     @property
     def needs_statuses(self) -> bool:
-        """Has somebody to ask for all statuses at once?"""
+        """Whether all statuses have to be requested."""
         return self._feed.needs_statuses
 
     def take(self, received: Received, wall_s: float) -> list[Event]:
-        """Take in what has come; return the events that change what is known, in order.
+        """Apply what was received. Return the events that change the state, in order.
 
         Args:
-            wall_s: Wall time at which it came, s.
+            wall_s: Wall time of the reception, s.
         """
         happened: list[Event] = []
         for batch in received.messages:
@@ -78,7 +78,7 @@ class WatchedMission:
         return happened
 
     def on_tree(self, tree: RunStarted | None) -> None:
-        """Another tree is shown from now on; does nothing by itself."""
+        """Called when another tree is shown from now on; does nothing here."""
 
     def _note_pace(self, batch: Batch, wall_s: float) -> None:
         tree = self.mission.tree
@@ -90,7 +90,7 @@ class WatchedMission:
                 return
 
     def with_names(self, text: str) -> str:
-        """Give a text the names of nodes for their paths, such as ``'0.1'``; a path says which."""
+        """Replace the paths of nodes in a text by their names, such as ``'0.1'``."""
         nodes = self.mission.tree.nodes if self.mission.tree else ()
         names = Counter(node.name for node in nodes)
         for node in nodes:
@@ -99,7 +99,7 @@ class WatchedMission:
         return text
 
     def toggled_breakpoint(self, index: int) -> ControlRequest | None:
-        """The wish to set a breakpoint at a node, or to remove the one that is set."""
+        """Return the request to set a breakpoint at a node, or to remove the one that is set."""
         tree = self.mission.tree
         if tree is None or not 0 <= index < len(tree.nodes):
             return None
@@ -111,7 +111,7 @@ class WatchedMission:
 
 
 def possible_verbs(status: str) -> tuple[Verb, ...]:
-    """What may be asked of a mission whose state is this word."""
+    """Return the requests that are possible in a state of a mission."""
     if not status or status in FINAL:
         return ()
     if status == "paused":

@@ -1,8 +1,8 @@
-"""Breakpoints: a tick that stops just before a node starts, and goes on later from there.
+"""Breakpoints: a tick that stops just before a node starts, and can continue from there.
 
-A tick of py_trees is a generator, and every composite and decorator passes on what comes from the
-generators below it. So a node with a breakpoint first hands out a mark of ours, by its start hook;
-whoever ticks the tree sees it, and leaves the generator alone until the tick may go on.
+A tick of py_trees is a generator, and every composite and decorator passes on what the generators
+below it yield. A node with a breakpoint first yields a mark, by its start hook. The caller of the
+tick gets the mark, and does not advance the generator until the tick may continue.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Breakpoints:
 
     def __init__(self, paths: Mapping[Behaviour, str]) -> None:
         self.mark: Behaviour = Success("breakpoint")
-        """Comes out of a tick where it has stopped; it is no node of the tree."""
+        """Yielded by a tick that has stopped; it is not a node of the tree."""
         self.reached: Behaviour | None = None
         """The node before which the last tick stopped."""
         self._paths = paths
@@ -34,7 +34,7 @@ class Breakpoints:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What is set, as it was named, in the order set."""
+        """The breakpoints, as they were named, in the order in which they were set."""
         return tuple(self._set)
 
     def node_name(self, name: str) -> str:
@@ -42,10 +42,10 @@ class Breakpoints:
         return next((node.name for node, path in self._paths.items() if path == name), name)
 
     def add(self, name: str) -> int:
-        """Stop before each node of this name or path; gives how many there are.
+        """Stop before each node of this name or path. Return the number of nodes.
 
         Raises:
-            BtMissionError: When there is none, or only nodes inside a behaviour of a user's.
+            BtMissionError: There is no such node, or only nodes inside a user's behaviour.
         """
         nodes = [node for node, path in self._paths.items() if name in (node.name, path)]
         if not nodes:

@@ -1,4 +1,4 @@
-"""The clean-ups of a tree that go on behind a halt, beside the tree or behind its end."""
+"""The clean-ups that run after a halt, beside the tree or after its end."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from bt_mission.goals.ledger import Ledger
 
 
 class Cleanups:
-    """Ticks what the nodes `finally` of a tree have left to be done.
+    """Ticks the clean-ups that the `finally` nodes of a tree still have to run.
 
-    Meanwhile the rest of the tree sends no new goal.
+    Meanwhile the tree does not send new goals.
 
     Args:
         nodes: All nodes of the tree.
-        ledger: Told when goals of the tree have to wait.
-        mark: Comes out of a tick at a breakpoint; clean-ups do not stop at them.
+        ledger: Set when the goals of the tree have to wait.
+        mark: Yielded by a tick at a breakpoint; clean-ups do not stop there.
     """
 
     def __init__(self, nodes: Iterable[Behaviour], ledger: Ledger, mark: Behaviour) -> None:
@@ -29,18 +29,18 @@ class Cleanups:
         self._ledger = ledger
         self._mark = mark
         self.inside = frozenset(inner for node in self._nodes for inner in node.cleanup.iterate())
-        """The nodes of all clean-ups, which end by themselves."""
+        """The nodes of all clean-ups, which end without a halt."""
         self.failures: dict[str, None] = {}
         """A line for each that did not succeed."""
 
     @property
     def is_pending(self) -> bool:
-        """Is one of them under way?"""
+        """Whether a clean-up is under way."""
         return any(node.is_detached for node in self._nodes)
 
     @property
     def limit_s(self) -> float:
-        """How long those that are due may take in all."""
+        """The limit of all clean-ups together that are due, s."""
         return sum(node.limit_s for node in self._nodes)
 
     def before(self, walk: Iterator[Behaviour]) -> Iterator[Behaviour]:
@@ -61,9 +61,9 @@ class Cleanups:
                 self._note(node)
 
     def halt_tree(self, root: Behaviour) -> list[str]:
-        """Stop each node that runs, once; a leaf releases its goal. Return what went wrong.
+        """Stop each running node once; a leaf releases its goal. Return the errors.
 
-        What cleans up begins, or goes on.
+        Clean-ups begin, or continue.
         """
         faults = []
         for node in root.iterate():
@@ -74,7 +74,7 @@ class Cleanups:
                 if node.status is Status.RUNNING or is_due:
                     node.stop(Status.INVALID)
                 elif isinstance(node, ActionLeaf):
-                    node.call_terminate(Status.INVALID)  # its own update may have raised
+                    node.call_terminate(Status.INVALID)  # its update may have raised
             except Exception as error:  # noqa: BLE001 - the others must still be stopped
                 faults.append(f"stopping '{node.name}' raised {described(error)}")
         return faults

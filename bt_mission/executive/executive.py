@@ -53,25 +53,25 @@ ENDED = (Status.SUCCESS, Status.FAILURE)
 
 
 class Executive:
-    """Ticks one tree to its end.
+    """Ticks one tree until it ends.
 
     Everything that happens is emitted as an event. A subscriber that raises an exception gets no
-    more of them, and the mission fails with the cause.
+    more events, and the mission fails with the cause.
 
     Args:
         root: The tree; its nodes' ``setup`` is called here.
         runtime: Time, ledger, variables and clients for the leaves.
-        trace: Takes the events first.
-        observe_s: For so long time goes on after the end, with no goal under way.
-        mission: Its name.
-        details: What each node is asked to do, by its path.
+        trace: Gets the events first.
+        observe_s: The time for which time continues after the end, with no goal under way, s.
+        mission: The mission's name.
+        details: The details of each node by its path.
 
     Raises:
-        BtMissionError: When a node cannot be set up, such as an unknown action type.
+        BtMissionError: A node cannot be set up, for example because of an unknown action type.
     """
 
     is_done = False
-    """Has the mission ended, with every goal accounted for?"""
+    """Whether the mission has ended, with every goal accounted for."""
 
     def __init__(
         self,
@@ -95,13 +95,15 @@ class Executive:
         self.ended_ns = 0
         """ROS time of the end, ns; 0 before it. An observation may follow."""
         self.is_resumable = False
-        """Did it fail because a server took this process for dead? A journal can go on then."""
+        """Whether it failed because a server took this process for dead. A journal can then be
+        resumed.
+        """
         self.paused: str | None = None
-        """Why it is paused; None while it is not."""
+        """Why it is paused; None if it is not."""
         self.steps = 0
-        """How often :meth:`step` was called."""
+        """The number of calls of :meth:`step`."""
         self.verdict = MissionStatus.FAILURE
-        """How the mission has ended, or is about to."""
+        """The verdict of the mission, also while it is ending."""
         self.observe_s = observe_s
         self._runtime = runtime
         self._paths = node_paths(root)
@@ -114,10 +116,10 @@ class Executive:
         )
         self.events = EventStream()
         self.mission_state = MissionState()
-        """What follows from the events so far."""
+        """The state that follows from the events so far."""
         self.after_tick: Listeners[[]] = Listeners()
         self.tick_wrappers: list[Callable[[Iterator[Behaviour]], Iterator[Behaviour]]] = []
-        """Put around each tick's walk, by who wants to see every node that it visits."""
+        """Wrappers of each tick's walk, for callers that need every node that it visits."""
         self._raised = (self.events.raised, trace.lines.raised)
         self._has_started = False
         self._keep_goals = False
@@ -150,17 +152,17 @@ class Executive:
 
     @property
     def now_ns(self) -> int:
-        """ROS time, ns; during a tick that of its start."""
+        """ROS time, ns; during a tick, the time of its start."""
         return self._runtime.now_ns
 
     @property
     def goals_sent(self) -> int:
-        """How many goals were sent so far."""
+        """The number of goals sent."""
         return self._runtime.ledger.goals_sent
 
     @property
     def goals_left_behind(self) -> tuple[str, ...]:
-        """A line for each goal that nobody confirmed as ended; empty after a clean end."""
+        """A line for each goal whose end was not confirmed; empty after a clean end."""
         return self._runtime.ledger.describe_left_behind()
 
     def tick(self) -> None:
@@ -223,7 +225,7 @@ class Executive:
         self._recovery = recovery
 
     def interrupt(self, reason: str) -> None:
-        """Halt the tree and cancel every goal; later ticks see them to their end."""
+        """Halt the tree and cancel every goal; later ticks wait until they end."""
         if self.status is MissionStatus.RUNNING:
             self._end(MissionStatus.INTERRUPTED, reason)
         elif self.status is MissionStatus.OBSERVING:
@@ -235,7 +237,7 @@ class Executive:
             self._end(MissionStatus.FAILURE, reason)
 
     def abandon(self, reason: str) -> None:
-        """End at once, without waiting for anybody; the goals left behind stand in the reason."""
+        """End at once, without waiting; the reason names the orphaned goals."""
         if self.is_done:
             return
         if self.status is MissionStatus.OBSERVING:
@@ -263,12 +265,12 @@ class Executive:
         return [node for node in self._running if not node.children]
 
     def pause(self, reason: str, *, keep_goals: bool = False) -> None:
-        """Tick the tree no more until resumed. ROS time, and with it every limit, goes on.
+        """Stop ticking the tree until it is resumed. ROS time, and with it every limit, continues.
 
         Args:
-            keep_goals: Let goals run on: their limits and conditions, and each `timeout` and
-                `guard` around them, still cancel them, and the next tick tells the outcome. Else
-                they are cancelled now, and their leaves start anew after the pause.
+            keep_goals: Let goals run: their limits and conditions, and each `timeout` and `guard`
+                around them, can still cancel them, and the next tick reads the outcome. Otherwise
+                they are cancelled now, and their leaves start again after the pause.
         """
         if self.status is not MissionStatus.RUNNING:
             return
@@ -282,13 +284,13 @@ class Executive:
             self._note_halted()
 
     def resume(self) -> None:
-        """Go on after a pause."""
+        """Continue after a pause."""
         if self.paused is not None and self.status is MissionStatus.RUNNING:
             self.paused = None
             self._emit_state()
 
     def step(self) -> None:
-        """While paused: let one tick pass, or the rest of the one that a breakpoint stopped."""
+        """While paused: run one tick, or the rest of the tick that a breakpoint stopped."""
         self._steps = 1
         self.steps += 1
 
@@ -343,7 +345,7 @@ class Executive:
             self._emit_state(is_update=True)
 
     def _end_by_callbacks(self) -> None:
-        """Fail because of callbacks that raised; once the mission has ended, only name them."""
+        """Fail because of callbacks that raised; after the mission's end, only name them."""
         if self.status is MissionStatus.ENDING:
             return  # `_finish` names them
         broken = "; ".join(self._take_raised())
@@ -434,7 +436,7 @@ class Executive:
             self._note_reset()
 
     def _note_reset(self) -> None:
-        """Emit which nodes that had ended have been reset, and did not end again in this tick."""
+        """Emit the ended nodes that have been reset, and have not ended again in this tick."""
         reset = {node for node in self._reset if node.status is Status.INVALID}
         self._reset.clear()
         indices = sorted(self.indices[node] for node in reset if self._known[node] in ENDED)

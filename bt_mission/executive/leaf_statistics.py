@@ -1,4 +1,4 @@
-"""What each leaf of a mission came to: how often it ran, how that ended, how long and how far."""
+"""The statistics of each leaf: number of runs, outcomes, time and distance."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from bt_mission.executive.executive import Executive
 
 @dataclass(frozen=True)
 class LeafSummary:
-    """What a leaf came to.
+    """The statistics of a leaf.
 
     Args:
         path: Its place in the tree.
-        runs: How often it has run.
-        outcomes: How often each way in which it ended; of a goal as its leaf saw it (the closed
-            list of the mission language), of other leaves success, failure or halted.
+        runs: The number of runs.
+        outcomes: The number of each outcome: for a goal that of its leaf (the closed list of the
+            mission language), for other leaves success, failure or halted.
         running_s: Virtual time for which it ran, s.
-        distance_m: What the robot drove meanwhile, m; None where that is not known.
+        distance_m: The distance that the robot drove meanwhile, m; None if it is not known.
     """
 
     name: str
@@ -49,7 +49,8 @@ class LeafStatistics:
 
     Args:
         executive: Of the mission.
-        distance_m: Gives what the robot has driven so far, m; None where that is not known.
+        distance_m: Returns the distance that the robot has driven so far, m; None if it is not
+            known.
     """
 
     def __init__(self, executive: Executive, distance_m: Callable[[], float | None]) -> None:
@@ -68,7 +69,7 @@ class LeafStatistics:
         elif event.status is not Status.INVALID or leaf.begun_m is not None:
             leaf.running_ns += self._state.last_end(event.node).ran_ns or 0
             if leaf.begun_m is not None:
-                # The length of a way is summed in pieces; it may be a hair less after a turn.
+                # The length of a path is a sum of pieces; it may be slightly less after a turn.
                 leaf.distance_m += max(0.0, distance_m - leaf.begun_m)
             leaf.begun_m = None
             leaf.outcomes[_outcome(self._nodes[event.node], event.status)] += 1

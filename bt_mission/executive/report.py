@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FailurePath:
-    """The nodes from the root of a tree down to the one whose failure came last.
+    """The nodes from the root of a tree down to the node whose failure was last.
 
     Attributes:
         nodes: Their names.
-        path: The place of the last one in the tree, such as ``0.1.0``.
-        message: Why that one failed, as it says.
-        time_s: ROS time of that since the start, s.
+        path: The path of the last one in the tree, such as ``0.1.0``.
+        message: Its reason.
+        time_s: ROS time of the failure since the start, s.
     """
 
     nodes: tuple[str, ...]
@@ -39,13 +39,13 @@ class FailurePath:
 
 @dataclass(frozen=True)
 class FaultOutcome:
-    """What became of a fault that was planned.
+    """The outcome of a planned fault.
 
     Attributes:
-        fault: How it was written, such as ``at 5.0: drop scan lasting 2``.
-        began: When it began, s since the start; None where it never happened.
-        ended: When it ended; None where it went on to the end of the run.
-        why: Why it never happened.
+        fault: Its text, such as ``at 5.0: drop scan lasting 2``.
+        began: When it began, s since the start; None if it did not occur.
+        ended: When it ended; None if it lasted to the end of the run.
+        why: Why it did not occur.
     """
 
     fault: str
@@ -65,7 +65,7 @@ class FaultOutcome:
 
 @dataclass(frozen=True)
 class Report:
-    """What a run came to; `str()` of it is a summary for people.
+    """The result of a run; `str()` of it is a summary for people.
 
     Fields that only a simulation knows are None when attached.
 
@@ -110,12 +110,12 @@ class Report:
 
     @property
     def is_violated(self) -> bool:
-        """Is a requirement violated?"""
+        """Whether a requirement is violated."""
         return bool(self.violations)
 
     @property
     def violations(self) -> str:
-        """The requirements that are violated, in words."""
+        """The violated requirements as text."""
         violated = [
             requirement for requirement in self.requirements if requirement.verdict == "violated"
         ]
@@ -126,7 +126,7 @@ class Report:
 
     @property
     def missions(self) -> Mapping[str, Report]:
-        """The report by the name of the robot, which is empty; as `FleetReport.missions`."""
+        """The report by the robot's name, which is empty; as `FleetReport.missions`."""
         return {"": self}
 
     def as_dict(self) -> dict[str, Any]:
@@ -165,7 +165,7 @@ def report_on(
     wall_s: float,
     requirements: tuple[RequirementResult, ...] = (),
 ) -> Report:
-    """The report of a mission that has ended, as far as its executive knows."""
+    """Return the report of a mission that has ended, from its executive."""
     return Report(
         mission=mission.name,
         status=str(executive.status),
@@ -191,7 +191,7 @@ def report_on(
 def sample_of(trace: Trace, requirements: Iterable[RequirementResult]) -> str:
     """Return 16 hexadecimal digits that are equal for two runs with the same outcome and signals.
 
-    What happened, the robot's true poses and the requirements count; the seed does not.
+    Events, the robot's true poses and the requirements count; the seed does not.
     """
     results = [
         (requirement.name, requirement.verdict, requirement.margin, requirement.at)
@@ -202,7 +202,7 @@ def sample_of(trace: Trace, requirements: Iterable[RequirementResult]) -> str:
 
 
 def _failure_of(executive: Executive, virtual_s: float) -> FailurePath | None:
-    """Return what made a tree fail whose mission ended after so many seconds."""
+    """Return the failure path of a tree whose mission ended after some seconds."""
     path = executive.mission_state.failure_path()
     if not path:
         return None

@@ -8,12 +8,12 @@ from py_trees.behaviour import Behaviour
 
 
 class MissionStatus(StrEnum):
-    """Where a mission stands; the last three are final."""
+    """The state of a mission; the last three are final."""
 
     RUNNING = "running"
     ENDING = "ending"
     OBSERVING = "observing"
-    """It has ended, and time goes on for its requirements."""
+    """The mission has ended, and time continues for its requirements."""
     SUCCESS = "success"
     FAILURE = "failure"
     INTERRUPTED = "interrupted"

@@ -14,7 +14,7 @@ from bt_mission.executive.trace import VERSION
 
 
 class TraceError(BtMissionError):
-    """A file that is no trace, or one of another version."""
+    """A file that is not a trace, or a trace of another version."""
 
 
 LARGEST_NS = 2**63 - 1
@@ -23,12 +23,12 @@ LARGEST_NS = 2**63 - 1
 
 @dataclass(frozen=True)
 class StoredTrace:
-    """What happened in a run.
+    """The events of a run.
 
     Args:
-        events: In order, as `docs/reference/trace.md` describes them.
-        sha256: The hash over its lines; the one that the run's report tells, if it is whole.
-        is_cut: Its last line is torn, as when the process was killed; it is left out.
+        events: Events in order, as `docs/reference/trace.md` describes them.
+        sha256: The hash over its lines; if it is whole, that of the run's report.
+        is_cut: Its last line is torn, as after a kill of the process; it is omitted.
     """
 
     file: str
@@ -38,7 +38,7 @@ class StoredTrace:
 
     @property
     def start(self) -> dict[str, Any]:
-        """Mission, world, robot and seed; empty where the trace does not say."""
+        """Mission, world, robot and seed; empty if the trace lacks them."""
         return next((event for event in self.events if event["event"] == "start"), {})
 
     @property

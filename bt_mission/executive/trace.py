@@ -1,4 +1,4 @@
-"""What happened in a run, as lines that two runs can be compared by.
+"""The events of a run, as lines by which two runs can be compared.
 
 One event is one line of JSON (:mod:`bt_mission.events.codec`). :attr:`Trace.sha256` is the hash
 over all lines so far, each followed by a line feed; it starts with a line that names the version of
@@ -41,7 +41,7 @@ class Trace:
         self._nodes: tuple[NodeInfo, ...] = ()
         self._names: tuple[str, ...] = ()
         self.lines: Stream[str] = Stream()
-        """Each line, as it comes."""
+        """Each line, as it is added."""
         self.newest: deque[str] = deque(maxlen=keep)
         self._add(json.dumps({"trace_version": VERSION}))
 
@@ -52,9 +52,9 @@ class Trace:
 
     @property
     def seedless_sha256(self) -> str:
-        """The same hash without the seed, and with the number of each goal in place of its id.
+        """The hash without the seed, and with the number of each goal in place of its id.
 
-        It is equal for two runs in which the same things happened, whatever their seeds.
+        It is equal for two runs with the same events, whatever their seeds.
         """
         return self._seedless_hash.hexdigest()
 
@@ -80,7 +80,7 @@ class Trace:
         """Add a line.
 
         Args:
-            seedless: The same without what the seed alone decides; None where that is the line.
+            seedless: The line without what only the seed decides; None if that is the line.
         """
         for text, shown in self._hide.items():
             line = line.replace(text, shown)
@@ -93,16 +93,16 @@ class Trace:
 
 
 class TraceFile:
-    """Writes every line of a trace to a file as it comes: the newest so far, and all from now on.
+    """Writes every line of a trace to a file: the lines so far, and new lines as they are added.
 
-    Once a write fails nothing more is written, and :attr:`missing` says what the file lacks.
+    After a write has failed nothing more is written, and :attr:`missing` says what the file lacks.
 
     Args:
-        trace: Of a mission.
+        trace: The trace of a mission.
         path: See :class:`OutputFile`.
 
     Raises:
-        BtMissionError: When the file cannot be opened.
+        BtMissionError: The file cannot be opened.
     """
 
     def __init__(self, trace: Trace, path: Path) -> None:
@@ -123,7 +123,7 @@ class TraceFile:
 
     @property
     def missing(self) -> str:
-        """What the file lacks, in words; empty when it lacks nothing."""
+        """What the file lacks, as text; empty if it is complete."""
         if self.file.is_deleted:
             return DELETED
         if self.file.fault is None:
@@ -132,7 +132,7 @@ class TraceFile:
         return f"everything after {max(0, lost - first) / 1e9:.1f} s ({self.file.fault})"
 
     def close(self, *, replaces: bool = True) -> None:
-        """Write no more; once is enough."""
+        """Stop writing; further calls do nothing."""
         self._trace.lines.unsubscribe(self._take)
         self.file.close(replaces=replaces)
 

@@ -1,4 +1,4 @@
-"""The first difference between two traces, as a person would tell it."""
+"""The first difference between two traces."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from bt_mission.executive.stored_trace import StoredTrace
 Event = dict[str, Any]
 
 LEADING_UP = 4
-"""So many events before the difference are told; poses are no events here."""
+"""The number of events before the difference that are shown; poses do not count."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Where two traces part.
+    """The place at which two traces differ.
 
     Args:
-        number: How many events are the same before it.
-        time_s: When it is, s since the start.
-        before: What led up to it, a line each.
-        first: What happened in the first trace; None where that has ended.
-        second: What happened in the second.
-        fields: How the two events differ, where they are of one kind; a line for each field.
-        setting: How the runs were set up differently: by mission, world, robot or seed.
+        number: The number of equal events before it.
+        time_s: Its time since the start, s.
+        before: The events before it, a line each.
+        first: The event in the first trace; None if that has ended.
+        second: The event in the second.
+        fields: The differing fields of two events of one kind; a line for each field.
+        setting: The differing settings of the runs: mission, world, robot or seed.
     """
 
     number: int
@@ -57,10 +57,10 @@ def _joined(lines: Sequence[str]) -> str:
 
 
 def first_difference(first: StoredTrace, second: StoredTrace) -> Difference | None:
-    """Return where two traces part, or None where the same things happened at the same times.
+    """Return where two traces differ, or None if they have the same events at the same times.
 
-    Runs that were set up differently are compared in what followed. Goal ids are made from the
-    seed, and do not count where that differs.
+    Runs with different settings are compared in the following events. Goal ids derive from the
+    seed, and do not count if the seeds differ.
     """
     setting = _fields(first.start, second.start)
     ignored = {"goal"} if first.start.get("seed") != second.start.get("seed") else set()

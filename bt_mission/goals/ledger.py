@@ -140,7 +140,7 @@ class Ledger:
         return seen[1]
 
     def update(self, now_ns: int) -> None:
-        """Close ended goals, repeat unconfirmed cancel requests, give up goals after their grace."""
+        """Close ended goals, repeat unconfirmed cancels, give up goals after their grace."""
         ended = Phase.ENDED
         for goal in tuple(self._open.values()):
             if goal.phase is ended:

@@ -1,1 +1,1 @@
-"""A mission's journal on disk, and how a mission resumes after the death of its process."""
+"""The journal of a mission on disk, and resuming a mission after the death of its process."""

@@ -1,4 +1,4 @@
-"""Writes to the journal, after each tick that changes anything, where a mission stands."""
+"""Writes the state of a mission to the journal after each tick that changes it."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ HEARTBEAT_NS = NS
 
 
 class JournalRecorder:
-    """Follows an executive. A goal is in the journal before it is sent.
+    """Writes the journal of an executive. A goal is in the journal before it is sent.
 
     Args:
-        journal: Where to write.
-        state: Where the mission stood, if it is resumed.
+        journal: The journal to write.
+        state: The state of a resumed mission.
         executive: A journal that cannot be written ends its mission.
         runtime: Its clock and variables.
-        pack: A message as JSON, None for any other object.
+        pack: Returns a message as JSON, None for any other object.
         requirements: Returns the results of the mission's requirements.
     """
 

@@ -24,24 +24,25 @@ from bt_mission.executive.journal.store import (
 from bt_mission.goals.goal import Goal, GoalClient, GoalStatus
 
 SERVER_WAIT_NS = 10 * NS
-"""How long the servers of goals in flight may take to be found."""
+"""The limit of the search for the servers of goals in flight, ns."""
 
 LONGEST_STEP_NS = NS // 10
-"""The time between two ticks counts up to this: a clock that leaps, on a machine that is too busy
-to serve its graph, is no wait in which servers could have been found."""
+"""The time between two ticks counts up to this, ns. A clock that leaps on a machine that is too
+busy to serve its graph gives servers no time to be discovered.
+"""
 
 
 class Recovery:
-    """Ends the goals that were in flight, and restores the tree as the journal has it.
+    """Ends the goals that were in flight, and restores the tree from the journal.
 
     The state of each goal is queried, and the goal is cancelled. If it had succeeded meanwhile, the
-    leaf that had sent it succeeds; if not, or if its server does not know it, the leaf starts
+    leaf that had sent it succeeds. If not, or if its server does not know it, the leaf starts
     again.
 
     Args:
-        state: Of the journal.
-        runtime: Clock, ledger, variables and clients of the mission that is resumed.
-        unpack: A message from its JSON.
+        state: The state in the journal.
+        runtime: Clock, ledger, variables and clients of the resumed mission.
+        unpack: Returns a message from its JSON.
     """
 
     def __init__(self, state: JournalState, runtime: Runtime, unpack: Unpack) -> None:
@@ -54,10 +55,10 @@ class Recovery:
         self._waited_ns = 0
 
     def is_done(self) -> bool:
-        """Return whether every goal has ended. Called at each tick until it is so.
+        """Return whether every goal has ended. Called at each tick until it is true.
 
         Raises:
-            BtMissionError: If that cannot be found out.
+            BtMissionError: That cannot be determined.
         """
         now_ns = self._runtime.now_ns
         if self._ticked_ns is None:
@@ -93,7 +94,7 @@ class Recovery:
         """Restore every node, every variable and every random generator.
 
         Raises:
-            BtMissionError: For what the journal does not keep, or what cannot be restored.
+            BtMissionError: The journal lacks something, or it cannot be restored.
         """
         scopes = {"": self._runtime.scope}
         scopes |= {path: node.inner for node, path in paths.items() if isinstance(node, Subtree)}
@@ -117,7 +118,7 @@ class Recovery:
         for name, owner in (("elements", "for_each"), ("values", "finally")):
             if name in memory:
                 memory[name] = decode(owner, memory[name], self._unpack)
-        # Time that had passed when the process died has passed; the pause since then has not.
+        # Time that had passed when the process died counts; the time since then does not.
         since_ns = self._runtime.now_ns - (self._state.about.time_ns - saved.saved_ns)
         load(node, saved.status, memory, since_ns)
         if isinstance(node, ActionLeaf) and saved.status is Status.RUNNING:

@@ -33,14 +33,14 @@ if TYPE_CHECKING:
 Key: TypeAlias = tuple[str, str]
 """Of a row: a field of :class:`JournalState`, and a name in it."""
 Pack: TypeAlias = Callable[[Any], Any]
-"""Gives JSON for a message; None for any other object."""
+"""Returns a message as JSON; None for any other object."""
 Unpack: TypeAlias = Callable[[Any], Any]
 
 VERSION = 1
 """Of what the rows mean."""
 
 SHORTEST = 512
-"""Bytes of a database with one page. SQLite takes a file of some bytes for an empty one."""
+"""Bytes of a database with one page. SQLite takes a file of a few bytes for an empty one."""
 
 _TABLE = (
     "CREATE TABLE state (kind TEXT, name TEXT, value TEXT, checksum INTEGER, "
@@ -49,7 +49,7 @@ _TABLE = (
 """Values are JSON."""
 
 _to_json = json.JSONEncoder(separators=(",", ":")).encode
-"""One encoder: `json.dumps` makes another one at each call with separators."""
+"""A shared encoder: `json.dumps` with separators makes a new one at each call."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Head:
 
 @dataclass(frozen=True)
 class End:
-    """How a mission ended."""
+    """The end of a mission."""
 
     status: str
     reason: str
@@ -109,7 +109,7 @@ class OpenGoal:
 
 @dataclass(frozen=True)
 class JournalState:
-    """Where a mission stood.
+    """The state of a mission in its journal.
 
     Attributes:
         about: The mission as a whole.
@@ -187,7 +187,7 @@ class Journal:
             self._put({("about", "head"): asdict(_head_of(mission, namespace))})
 
     def resume(self, mission: Mission, namespace: str) -> JournalState:
-        """Return where this mission stood.
+        """Return the state of the mission.
 
         Raises:
             BtMissionError: If it is the journal of another mission, or of one that has ended, or
@@ -234,7 +234,7 @@ class Journal:
     # ---- inside --------------------------------------------------------------------------
 
     def _prepare(self) -> bool:
-        """Lock the file; return whether nothing is in it. A file of others stays as it is."""
+        """Lock the file. Return whether it is empty. Other files are not changed."""
         self._database.execute("PRAGMA locking_mode=EXCLUSIVE")
         self._database.execute("PRAGMA trusted_schema=OFF")
         tables = self._database.execute("SELECT sql FROM sqlite_master").fetchall()
@@ -294,7 +294,7 @@ class Journal:
             return BtMissionError(f"{self.path}: not a journal")
         if code == sqlite3.SQLITE_CORRUPT:
             return self._damaged(error)
-        if code is not None:  # SQLite does not say what the system said
+        if code is not None:  # SQLite does not pass on the error of the system
             try:
                 os.close(os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC))
             except OSError as reason:
@@ -329,7 +329,7 @@ def _checksum(kind: str, name: str, value: str) -> int:
 
 
 def encode(value: Any, pack: Pack) -> Any:
-    """Return a value as JSON. Of one without a form in JSON only its type is kept."""
+    """Return a value as JSON; for a value without a form in JSON, its type."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, list | tuple):
