@@ -1,16 +1,6 @@
 """Action servers of the robot: pure maneuvers, the pilot that owns the base, one adapter to ROS.
 
-The names of `__all__` are public: from them a user writes an action of their own, and serves it
-beside ours.
-
-    def plan(goal, now):
-        return Circle(goal.secs) if goal.secs > 0 else Refusal("secs must be above 0")
-
-    circle = Action(name="circle", type="my_interfaces/action/Circle", plan=plan)
-    options = ServerOptions(image_folder=Path("images"), extra_actions=[circle])
-    rclpy.spin(ServersNode(load_robot("waffle"), options))
-
-They are imported when first asked for: the import of this package does not load rclpy.
+The names of `__all__` are public: with them a user writes an action, and serves it beside ours.
 """
 
 from __future__ import annotations

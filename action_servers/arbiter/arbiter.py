@@ -1,6 +1,6 @@
-"""Who may drive: several sources of commands in front of one base, in order of their rank.
+"""The arbiter: several sources of commands for one base, in order of their rank.
 
-Pure: times are nanoseconds of whatever clock the caller keeps.
+Pure: times are nanoseconds of the caller's clock.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from bt_mission.core.geometry import Twist2D
 
 @dataclass(frozen=True, slots=True)
 class CommandSource:
-    """A topic of commands: it counts until `timeout_s` after its last message.
+    """A topic of commands. It is active until `timeout_s` after its last message.
 
-    Whatever a source says that `stops` means to stand still.
+    Every message of a source that `stops` means zero velocity.
     """
 
     topic: str
@@ -29,9 +29,9 @@ class CommandSource:
 SOURCES = (
     CommandSource("cmd_vel_stop", 0.5, stops=True),
     CommandSource("cmd_vel_joy", 0.5),
-    # Servers speak 20 times a second. Three missed commands, and the 0.26 s that braking from full
-    # speed takes, leave a base standing within 0.5 s after its servers have died. The time counts
-    # from when a command was sent, and the base's own timeout, too: they do not add up.
+    # Servers command 20 times a second. Three missed commands, and the 0.26 s of braking from full
+    # speed, let a base stop within 0.5 s after its servers have died. The time counts from the
+    # sending of a command, and so does the base's timeout: they do not add up.
     CommandSource("cmd_vel_mission", 0.15),
 )
 """From the highest rank to the lowest."""
@@ -41,18 +41,18 @@ WINDOW_NS = 2_000_000_000
 
 
 class CommandAge:
-    """How long ago the commands of a source were sent, by their stamps.
+    """The age of a source's commands, by their stamps.
 
-    The clocks of source and arbiter need not agree: the difference between arrival and stamp grows
-    by what a command is late, compared with the fastest of the last :data:`WINDOW_NS`, or with the
-    one before it. A source's clock that is set is followed after that time.
+    The clocks of source and arbiter need not agree. The difference between arrival and stamp grows
+    with the delay of a command, compared with the fastest of the last :data:`WINDOW_NS`, or with
+    the one before it. A source's clock that is set is followed after that time.
     """
 
     def __init__(self) -> None:
         self._differences: deque[tuple[int, int]] = deque()
 
     def of(self, stamp_ns: int, now_ns: int) -> int:
-        """Return the age of a command that arrives now, ns; 0 for one without a stamp."""
+        """Return the age of a command that arrives now, ns; 0 without a stamp."""
         if stamp_ns == 0:
             return 0
         seen, difference = self._differences, now_ns - stamp_ns
@@ -76,15 +76,15 @@ class Arbiter:
         self._command_ns: dict[str, int] = {}
 
     def leader(self, now_ns: int) -> str | None:
-        """Return the topic that drives, or None when nobody does."""
+        """Return the topic that drives, or None if none does."""
         return next((topic for topic in self._sources if self._counts(topic, now_ns)), None)
 
     def take(self, topic: str, twist: Twist2D, now_ns: int, age_ns: int = 0) -> Twist2D | None:
-        """Take in a command; return what to send at once, or None when a higher source drives.
+        """Handle a command. Return the twist to send at once, or None if a higher source drives.
 
-        A command counts from when it was sent, `age_ns` ago: one that has come too late counts not
-        at all. That of a source that `stops` counts however late it comes. Raises ValueError for a
-        command that is not finite; the source is then as if silent.
+        A command counts from when it was sent, `age_ns` ago; a late one has no effect. A command of
+        a source that `stops` always has an effect. Raises ValueError for a command that is not
+        finite; the source then counts as silent.
         """
         if not (math.isfinite(twist.linear) and math.isfinite(twist.angular)):
             raise ValueError(f"{topic} commanded {twist.linear} m/s, {twist.angular} rad/s")
@@ -95,12 +95,12 @@ class Arbiter:
         return ZERO if stops else twist
 
     def step(self, now_ns: int) -> Twist2D | None:
-        """Return zero velocity while nobody drives, else None; to be called again and again."""
+        """Return zero velocity while no source drives, else None. Call it periodically."""
         return ZERO if self.leader(now_ns) is None else None
 
     def _counts(self, topic: str, now_ns: int) -> bool:
         command_ns = self._command_ns.get(topic)
         if command_ns is None:
             return False
-        # A clock that was set back makes what was heard before it worthless.
+        # A clock that was set back invalidates the earlier times.
         return 0 <= now_ns - command_ns < self._sources[topic].timeout_s * 1e9

@@ -34,24 +34,27 @@ LAST_WORDS_S = 0.5
 """Seconds to wait until the robot has confirmed the last command."""
 
 NEWEST = QoSProfile(depth=1)
-"""Of commands that have waited, the newest is heard alone."""
+"""Of several waiting commands, only the newest is used."""
 
 SHORTEST_S, LONGEST_S = 0.1, 5.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArbiterOptions(RobotNodeOptions):
-    """How the arbiter is made. `command_type`: of `cmd_vel`; "auto" is what the robot takes."""
+    """The options of the arbiter.
+
+    `command_type`: of `cmd_vel`; "auto" is what the robot subscribes to.
+    """
 
     command_type: Choice = "stamped"
 
 
 class ArbiterNode(RobotNode):
-    """Sends to `cmd_vel` what the highest of `cmd_vel_stop`, `cmd_vel_joy`, `cmd_vel_mission` says.
+    """Publishes on `cmd_vel` the command of the highest active source.
 
-    All of them are `geometry_msgs/TwistStamped`. While nobody speaks, it sends zero velocity. The
-    topics of the sources are listened to only while the base would hear, so that whoever sends to
-    them can tell.
+    The sources are `cmd_vel_stop`, `cmd_vel_joy`, `cmd_vel_mission`, all
+    `geometry_msgs/TwistStamped`. Without an active source it sends zero velocity. It subscribes to
+    the sources only while the base subscribes to `cmd_vel`, so that publishers can detect that.
     """
 
     def __init__(self, options: ArbiterOptions) -> None:
@@ -110,8 +113,8 @@ class ArbiterNode(RobotNode):
             return
         self._report(now_ns)
         if answer is not None:
-            # Stamped with when it was sent: the base's own timeout does not begin anew. A stamp
-            # that lies a lifetime ago is none; 0 is the least that a message can hold here.
+            # The stamp is the time of sending, so that the base's timeout does not restart. A stamp
+            # that is a lifetime old is invalid; 0 is the least that a message can hold here.
             self._base.command(answer, max(0, now_ns - age_ns))
 
     def _check(self) -> None:

@@ -1,4 +1,4 @@
-"""What maneuvers ask of the camera, and a wait for one picture."""
+"""The camera of maneuvers, and a wait for one image."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ def looking(maneuver: Any, _goal_id: str) -> Iterator[None]:
 
 
 class Snapshot:
-    """One picture after another, each taken after it was asked for, and each only once.
+    """Takes images one by one, each after it was asked for, and each only once.
 
-    The camera is on only while a picture is waited for, since sending pictures is by far the most
-    costly thing that a robot's sensors do.
+    The camera is on only while an image is awaited, since sending images is by far the most
+    expensive task of a robot's sensors.
     """
 
     def __init__(self, camera: CameraSwitch, patience_s: float) -> None:
@@ -35,16 +35,16 @@ class Snapshot:
 
     @property
     def is_asked_for(self) -> bool:
-        """Whether a picture is on its way."""
+        """Whether an image was asked for and has not arrived."""
         return self._asked_s is not None
 
     def ask(self, now: Observation) -> None:
-        """Ask for a picture."""
+        """Ask for an image."""
         self._asked_s = now.time_s
         self._camera.on()
 
     def take(self, now: Observation) -> Image | Finished | None:
-        """Return the picture that was asked for, None while it is on its way, or why none comes."""
+        """Return the requested image, None before it arrives, or the goal's end without one."""
         if self._asked_s is None:
             return None
         image = now.image

@@ -1,4 +1,4 @@
-"""Turn left and take pictures on the way."""
+"""Turn left and take images during the turn."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ COMPRESS_LEVEL = 1
 class ImageFolder:
     """The folder of one goal, `root`/`name`; `name` may be set until it is opened.
 
-    Where that name is taken, a number is added: the pictures of an earlier goal are never touched.
+    If that name exists, a number is added: the images of an earlier goal are never changed.
     """
 
     def __init__(self, root: Path, name: str = "images") -> None:
@@ -42,7 +42,7 @@ class ImageFolder:
 
     @property
     def folder(self) -> str:
-        """Full path of the folder; empty until it is opened."""
+        """Full path of the folder; empty before it is opened."""
         return str(self._path or "")
 
     def open(self) -> None:
@@ -61,7 +61,7 @@ class ImageFolder:
                 return
 
     def save(self, number: int, image: Image) -> str:
-        """Write `image_NN.png` and return its full path; no part of it is left on OSError."""
+        """Write `image_NN.png` and return its full path; an OSError leaves no partial file."""
         if self._path is None:
             raise FileNotFoundError("the folder has not been opened")
         encoded = io.BytesIO()
@@ -128,11 +128,11 @@ def sweeping(sweep: CameraSweep, goal_id: str) -> Iterator[None]:
 
 
 class CameraSweep:
-    """Turns left by `angle` (radians) and takes `count` pictures, one after each equal part.
+    """Turns left by `angle` (radians) and takes `count` images, one after each equal part.
 
-    It does not turn before the folder is made and the camera is seen to work. A picture counts
-    only if it was taken after it was asked for, and only once. The robot waits where the next
-    picture is due while the last one is still on its way.
+    It turns only once the folder is created and the camera works. An image counts only if it was
+    taken after it was asked for, and only once. The robot waits at the place of the next image
+    until the last one has arrived.
     """
 
     needs_base = True
@@ -178,11 +178,11 @@ class CameraSweep:
         return self._changed.of({"current_image": len(self._paths), "current_angle": angle})
 
     def result(self) -> Fields:
-        """Return the folder (empty when none was made) and the path of every picture taken."""
+        """Return the folder (empty without one) and the path of every image taken."""
         return {"image_path": self.store.folder, "image_paths": tuple(self._paths)}
 
     def _store_images(self, now: Observation) -> Finished | None:
-        """Ask for the picture that is due, and take the one that was asked for."""
+        """Ask for the image that is due, and save the one that was asked for."""
         try:
             if not self._opened:
                 self.store.open()
@@ -206,7 +206,7 @@ class CameraSweep:
         return None
 
     def _ask(self, now: Observation) -> None:
-        """Ask for a picture: the first to see that the camera works, then one at each part."""
+        """Ask for an image: the first checks the camera, then one at each part."""
         if self._snapshot.is_asked_for or len(self._paths) == self._count:
             return
         if not self._camera_works or self._due(len(self._paths) + 1):

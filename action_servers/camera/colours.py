@@ -1,7 +1,7 @@
-"""Where a colour is in a picture.
+"""The position of a colour in an image.
 
-Hue alone tells the colours of beacons and zones apart, and it is what light and shade leave as it
-is; saturation and value only sort out grey walls, and pixels too dark to have a hue.
+Hue alone distinguishes the colours of beacons and zones, and light and shade do not change it.
+Saturation and value only exclude grey walls, and pixels too dark to have a hue.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ LOWEST_SATURATION = 90
 """Of 255: white and grey walls in coloured light stay below."""
 
 LOWEST_VALUE = 40
-"""Of 255: what is darker has a hue of noise."""
+"""Of 255. The hue of a darker pixel is noise."""
 
 _OPENING = np.ones((3, 3), dtype=np.uint8)
 
 
 @dataclass(frozen=True, slots=True)
 class ColourPatch:
-    """The largest connected area of a colour: its `share` of the picture, and where its middle is.
+    """The largest connected area of a colour: its `share` of the image, and its middle.
 
-    `across` goes from -1 at the left edge of the picture to 1 at the right one.
+    `across` goes from -1 at the left edge of the image to 1 at the right edge.
     """
 
     share: float
@@ -44,9 +44,9 @@ class ColourPatch:
 
 
 def largest_patch(rgb: npt.NDArray[np.uint8], colour: str) -> ColourPatch | None:
-    """Return the largest patch of a colour of `HUES_DEG` in a picture (height, width, 3), if any.
+    """Return the largest patch of a colour of `HUES_DEG` in an image (height, width, 3), if any.
 
-    What is narrower than three pixels counts as noise.
+    Areas narrower than three pixels count as noise.
     """
     seen = cv2.morphologyEx(_mask(rgb, colour), cv2.MORPH_OPEN, _OPENING)
     _, _, stats, middles = cv2.connectedComponentsWithStats(seen, connectivity=8)

@@ -1,4 +1,4 @@
-"""Watch the camera until a colour is seen, whoever drives."""
+"""Watch the camera until a colour is seen, whatever drives the base."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class FindColour:
         return self.result()
 
     def result(self) -> Fields:
-        """Return bearing and share of the largest patch in the newest picture; NaN and 0 if none.
+        """Return bearing and share of the largest patch in the newest image; NaN and 0 without one.
 
         The bearing is that of a camera without distortion that looks straight ahead.
         """

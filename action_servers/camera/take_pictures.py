@@ -1,4 +1,4 @@
-"""Take one picture a second, whoever drives."""
+"""Take one image a second, whatever drives the base."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def plan(
 
 
 class TakePictures:
-    """Takes picture k at second k of the goal, or as soon after as the camera sends one."""
+    """Takes image k at second k of the goal, or as soon after as the camera sends one."""
 
     needs_base = False
 
@@ -46,7 +46,7 @@ class TakePictures:
         self._sent_count = 0
 
     def step(self, now: Observation) -> Twist2D | Finished:
-        """Ask for the picture that is due, and take it when it comes."""
+        """Ask for the image that is due, and keep it when it arrives."""
         self._ticker.update(now.time_s)
         taken = self._snapshot.take(now)
         if isinstance(taken, Finished):

@@ -1,1 +1,1 @@
-"""What maneuvers are made of: observations, limits, clearance, the pilot. Pure: no ROS."""
+"""The parts of maneuvers: observations, limits, clearance, the pilot. Pure: no ROS."""

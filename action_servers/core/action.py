@@ -1,4 +1,4 @@
-"""How an action is declared: one `Action` beside its maneuver, read by all who need to know of it.
+"""The declaration of an action: one `Action` beside its maneuver, which all layers read.
 
 The servers offer it, `bt-mission check` compares goals with its limits, the mission language has
 its short name, and the contract suite runs against it.
@@ -29,10 +29,10 @@ FeedbackRanges: TypeAlias = Mapping[str, tuple[float, float]]
 
 
 class CameraSwitch(Protocol):
-    """Whether pictures are sent to one maneuver; both may be called in any state."""
+    """Switches the images for one maneuver on and off; both may be called in any state."""
 
     def on(self) -> None:
-        """Have pictures sent; they come with the observations from then on."""
+        """Request images; the observations contain them from then on."""
 
     def off(self) -> None:
         """Have no more pictures sent."""
@@ -47,7 +47,7 @@ class CameraTopic(Protocol):
 
     @property
     def is_sent(self) -> bool:
-        """Whether a node publishes pictures."""
+        """Whether a node publishes images."""
 
     def user(self) -> CameraSwitch:
         """Return a switch for one maneuver."""
@@ -55,7 +55,7 @@ class CameraTopic(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServerContext:
-    """What a plan may ask for: each field by its name; `camera` is then a switch of its own."""
+    """The possible parameters of a plan, by name; `camera` is then a separate switch."""
 
     robot: RobotModel
     tuning: Tuning
@@ -64,7 +64,7 @@ class ServerContext:
     camera: CameraTopic
     image_folder: Path
     turn_velocity: float
-    """Speed of a turn whose goal asks for 0, rad/s."""
+    """Speed of a turn if the goal's speed is 0, rad/s."""
     publish_distance: Callable[[float], None]
     """Sends the distance that is being recorded, m."""
     publish_path: Callable[[Floats], None]
@@ -117,7 +117,7 @@ class Action(ActionName):
     during: Callable[[Any, str], AbstractContextManager[None]] = _nothing
 
     def planned(self, goal: Any, now: Observation, context: ServerContext) -> Maneuver | Refusal:
-        """Check a goal; return the maneuver that carries it out, or why it is refused."""
+        """Check a goal; return the maneuver that runs it, or the refusal."""
         robot, tuning = context.robot, context.tuning
         if self.needs_camera and robot.camera is None:
             return Refusal(f"the robot '{robot.name}' has no camera")

@@ -1,4 +1,4 @@
-"""Checks of what is known of the robot when a goal comes: a refusal says what was expected."""
+"""Checks of the robot's state when a goal arrives; a refusal names what was expected."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ STALE_AFTER_S = TUNING.sensor_timeout
 
 
 def refusal(*faults: str | None, unready: Finished | None = None) -> Refusal | None:
-    """Return why a goal is refused, or None: the first of its faults, else what is not ready."""
+    """Return why a goal is refused, or None: its first error, else what is not ready."""
     reasons = (*faults, None if unready is None else unready.reason)
     return next((Refusal(reason) for reason in reasons if reason is not None), None)
 
 
 def missing(now: Observation) -> str | None:
-    """Return what navigation needs and has not got yet, or None."""
+    """Return what navigation needs and has not received yet, or None."""
     if now.grid is None:
         return "no map has arrived yet; is something publishing the topic map?"
     if now.grid.cells.size == 0:
@@ -30,9 +30,9 @@ def missing(now: Observation) -> str | None:
 
 
 def stale(now: Observation, limit_s: float = STALE_AFTER_S) -> Finished | None:
-    """Return how a goal ends that drives without fresh scan and odometry, or None if both are.
+    """Return the end of a goal that drives without fresh scan and odometry, or None.
 
-    A stamp from the future is as bad as one from the past: both come from clocks that differ.
+    A stamp from the future is as invalid as an old one: both mean that clocks differ.
     """
     if now.odom is not None and now.scan is not None:
         ages = now.time_s - now.odom_stamp_s, now.time_s - now.scan.stamp_s
@@ -47,14 +47,14 @@ def stale(now: Observation, limit_s: float = STALE_AFTER_S) -> Finished | None:
 
 
 def stale_odometry(now: Observation, limit_s: float = STALE_AFTER_S) -> Finished | None:
-    """Return how a goal ends that needs fresh odometry alone, or None if it is."""
+    """Return the end of a goal that needs only fresh odometry, or None."""
     stamp_s = None if now.odom is None else now.odom_stamp_s
     reason = overdue("odometry", stamp_s, now.time_s, limit_s)
     return None if reason is None else Finished("aborted", ErrorCode.NO_ODOMETRY, reason)
 
 
 def overdue(what: str, stamp_s: float | None, time_s: float, limit_s: float) -> str | None:
-    """Return why a stamp is older than a limit, s, or not of this time; None if it is neither."""
+    """Return why a stamp is older than a limit, s, or from the future; None if it is neither."""
     if stamp_s is None:
         return f"no {what} has arrived yet; is the robot running?"
     age = time_s - stamp_s

@@ -1,11 +1,11 @@
-"""How much room a scan leaves to the robot's hull.
+"""The clearance between a scan and the robot's hull.
 
 Points are in the frame of the base (metres; x forward, y left, origin below the middle of the
 axle). The hull is a rectangle around the robot with its wheels.
 
-A ray counts as an obstacle only when its range is a finite number within the limits of the lidar.
-Inf (nothing there), NaN (no measurement), 0.0 (what the LDS-01 sends for none) and values outside
-the limits say nothing about an obstacle.
+A ray counts as an obstacle only if its range is a finite number within the limits of the lidar. Inf
+(nothing there), NaN (no measurement), 0.0 (no measurement of the LDS-01) and values outside the
+limits are not obstacles.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def _points(scan: Scan, nearest: float, x: float, y: float) -> Points:
     points: Points = directions * reach
     points[0] += x
     points[1] += y
-    points.flags.writeable = False  # shared by all who ask about this scan
+    points.flags.writeable = False  # shared by all users of this scan
     return points
 
 
@@ -65,9 +65,9 @@ def _directions(rays: int, angle_min: float, angle_increment: float) -> Points:
 
 
 def ray_towards(scan: Scan, bearings: Reals) -> tuple[npt.NDArray[np.intp], bool]:
-    """Return the ray nearest to each bearing, rad from the first; and whether they go all round.
+    """Return the ray nearest to each bearing, rad from the first, and whether they cover 360°.
 
-    Where they do not, it may be one beyond the last.
+    If they do not, it may be one beyond the last.
     """
     step, count = abs(scan.angle_increment), len(scan.ranges)
     # A lidar that turns to the right counts its rays the other way round.
@@ -78,12 +78,13 @@ def ray_towards(scan: Scan, bearings: Reals) -> tuple[npt.NDArray[np.intp], bool
 def ahead(
     points: Points, hull: Hull, side_margin: float = TUNING.side_margin
 ) -> ObstaclePoint | None:
-    """Return the obstacle that a straight drive meets first, or None when the way is free.
+    """Return the obstacle that a straight drive meets first, or None if the way is free.
 
-    It lies in the width that the hull sweeps, with `side_margin` metres added to each side for the
-    noise of a ray and the drift of a straight drive; its gap is the distance to drive until
-    contact, never negative. Its place is the middle of what is as near as the nearest point but for
-    noise, so that a wall straight ahead is not taken to lie to the side of its noisiest ray.
+    It is in the width that the hull sweeps, with `side_margin` metres added to each side for the
+    noise of a ray and the drift of a straight drive. Its gap is the distance to drive until
+    contact, never negative. Its place is the middle of the points that are as near as the nearest
+    point except for noise, so that a wall straight ahead is not placed to the side of its noisiest
+    ray.
     """
     x, y = points
     in_the_way = (x > 0.0) & (np.abs(y) <= hull.half_width + side_margin)
@@ -118,23 +119,23 @@ def pose_at(now: Observation, stamp_s: float) -> Pose2D:
 
 
 def into_frame(pose: Pose2D, points: Points) -> Points:
-    """Return `n x 2` points, given in the frame in which `pose` is, as seen from `pose`."""
+    """Return `n x 2` points of the frame of `pose`, as seen from `pose`."""
     cosine, sine = math.cos(pose.yaw), math.sin(pose.yaw)
     across, along = points[:, 0] - pose.x, points[:, 1] - pose.y
     return pairs(cosine * across + sine * along, cosine * along - sine * across)
 
 
 def out_of_frame(pose: Pose2D, points: Points) -> Points:
-    """Return `n x 2` points, as seen from `pose`, in the frame in which `pose` is given."""
+    """Return `n x 2` points, as seen from `pose`, in the frame of `pose`."""
     cosine, sine = math.cos(pose.yaw), math.sin(pose.yaw)
     forward, left = points[:, 0], points[:, 1]
     return pairs(pose.x + cosine * forward - sine * left, pose.y + sine * forward + cosine * left)
 
 
 def pairs(x: Reals, y: Reals) -> Points:
-    """Return points of which these are the coordinates, `n x 2`; a fifth of `column_stack`'s time.
+    """Return points with these coordinates, `n x 2`, in a fifth of the time of `column_stack`.
 
-    It is laid out as that has it, so that sums over it are of the same order.
+    Its layout is that of `column_stack`, so that sums over it are of the same order.
     """
     points = np.empty((len(x), 2))
     points[:, 0], points[:, 1] = x, y

@@ -1,4 +1,4 @@
-"""How fast a robot goes: to stop in time, and how gently it changes its mind."""
+"""The speeds of a robot: how fast it may go to stop in time, and how gently it accelerates."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _GAIN_PER_S = 4.0
 def speed_to_stop_in(distance: float, *, deceleration: float, delay_s: float) -> float:
     """Return the highest speed from which the base stops within `distance`.
 
-    It goes on at that speed for `delay_s` (until the next command takes effect) and then brakes
-    at `deceleration`: distance = v * delay + v**2 / (2 * deceleration), solved for v. Works alike
-    for metres and for radians; 0 for a distance of 0 or less, inf for an infinite one.
+    It continues at that speed for `delay_s` (until the next command takes effect) and then brakes
+    at `deceleration`: distance = v * delay + v**2 / (2 * deceleration), solved for v. It applies to
+    metres and to radians; 0 for a distance of 0 or less, inf for an infinite one.
     """
     if distance <= 0.0:
         return 0.0
@@ -31,8 +31,8 @@ def speed_to_stop_in(distance: float, *, deceleration: float, delay_s: float) ->
 class DriveLimits:
     """m/s, rad/s, m/s², rad/s².
 
-    `linear` and the accelerations are the robot's own limits. It turns at a share of its angular
-    limit, and brakes early, so that it follows what is asked even with a control step of delay.
+    `linear` and the accelerations are the robot's limits. It turns at a share of its angular limit,
+    and brakes early, so that it follows commands even with a control step of delay.
     """
 
     linear: float
@@ -63,7 +63,7 @@ def limits(robot: RobotModel) -> DriveLimits:
 
 
 class Ramp:
-    """Brings one twist to another no faster than the robot accelerates."""
+    """Changes one twist to another no faster than the robot accelerates."""
 
     def __init__(self, limits: DriveLimits, twist: Twist2D = ZERO) -> None:
         self._limits = limits
@@ -80,7 +80,7 @@ class Ramp:
         return self.twist
 
     def stop(self) -> Twist2D:
-        """Return a zero twist, from now on the one to start from."""
+        """Return a zero twist, from which the ramp then starts."""
         self.twist = ZERO
         return ZERO
 

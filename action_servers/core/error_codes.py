@@ -9,9 +9,9 @@ from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 
 
 class ErrorCode(IntEnum):
-    """Why a goal ended; 0 means none, whatever the action.
+    """The reason of a goal's end; 0 is none for every action.
 
-    From 900 on those of `bt_mission_interfaces`. Those of navigation have Nav2's numbers: 1xx of
+    From 900 on those of `bt_mission_interfaces`. Those of navigation are Nav2's: 1xx of
     `nav2_msgs/action/FollowPath`, 2xx of `ComputePathToPose`, 600 of `FollowWaypoints`.
     """
 
@@ -70,4 +70,4 @@ OURS = {
     ErrorCode.TF_ERROR_WHILE_PLANNING: ErrorCode.NO_MAP,
     ErrorCode.CONTROLLER_TIMED_OUT: ErrorCode.NO_SCAN,
 }
-"""What the senses of a drive on the map lack, in the numbers of `explore_frontiers`."""
+"""The codes of missing senses of a drive on the map, as `explore_frontiers` numbers them."""

@@ -1,7 +1,7 @@
-"""Whether the executives live, of which DDS tells: pure.
+"""The liveliness of executives, which DDS reports: pure.
 
 An executive whose sign of life is late may have died, or the machine or the network is busy. So the
-base is held at once, and goals end only when the sign of life stays away.
+base is held at once, and goals end only if the sign of life stays away.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ from bt_mission.core.dds.liveliness import LEASE_S, TIMEOUT_S
 from bt_mission.core.parameters import number
 
 LOOK_S = 0.1
-"""How often :meth:`ExecutiveWatch.look` is called while an executive is late, s. Looks are counted,
-not time: a server that is held up itself does not take the executive for dead."""
+"""The interval of :meth:`ExecutiveWatch.look` while an executive is late, s. Looks are counted, not
+time: a server that is delayed itself does not take the executive for dead.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExecutiveLimits:
-    """How long an executive may give no sign of life, s of the wall clock."""
+    """The limits of an executive without a sign of life, s of the wall clock."""
 
     executive_lease: float = number(
         LEASE_S,
@@ -37,13 +38,13 @@ class ExecutiveLimits:
 
 
 class ExecutiveWatch:
-    """Counts executives that live, are late and are given up.
+    """Counts executives that are alive, late and given up.
 
     Args:
-        limits: When one is late, for messages, and when it is given up.
-        on_late: Told why, when one is late.
+        limits: The time until one is late, for messages, and until it is given up.
+        on_late: Called with the reason when one is late.
         on_back: Called when none is late any more.
-        on_lost: Told why, when one is given up, and when the last one leaves.
+        on_lost: Called with the reason when one is given up, and when the last one leaves.
     """
 
     def __init__(
@@ -62,7 +63,7 @@ class ExecutiveWatch:
 
     @property
     def late(self) -> int:
-        """How many give no sign of life, and are not given up."""
+        """The number of executives that are late and not given up."""
         return self._not_alive - self._given_up
 
     def update(self, alive: int, not_alive: int) -> None:

@@ -1,4 +1,4 @@
-"""How far the robot's hull can move before it touches a point that the lidar sees."""
+"""The distance that the robot's hull can move before it touches a point of the scan."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _STRAIGHT = 1e-6
 class Footprint:
     """The robot seen from above: a rectangle, and the circle that it sweeps when it turns.
 
-    Metres from the middle of the axle; `rear` is negative. Corners of the rectangle that lie
-    outside the circle are no part of the robot: the wheels are wider than the body, not longer.
+    Metres from the middle of the axle; `rear` is negative. Corners of the rectangle outside the
+    circle do not belong to the robot: the wheels are wider than the body, not longer.
     """
 
     front: float
@@ -59,9 +59,9 @@ def footprint(robot: RobotModel) -> Footprint:
 def free_distance(points: Floats, body: Footprint, curvature: float, horizon: float) -> float:
     """Return how far the base can drive along an arc, up to `horizon`, all in metres.
 
-    `points` are `n x 2`, seen from the base; `curvature` is in 1/m, left positive; a negative
-    horizon means backwards, and the distance comes back positive. Points within the margin of the
-    hull stop it only if it moves towards them.
+    `points` are `n x 2`, seen from the base; `curvature` is in 1/m, left positive. A negative
+    horizon is backwards; the result is positive. Points within the margin of the hull stop it only
+    if it moves towards them.
     """
     if abs(curvature) < _STRAIGHT:
         return _free_straight(points, body, horizon)
@@ -87,7 +87,7 @@ def _free_straight(points: Floats, body: Footprint, horizon: float) -> float:
 def free_angle(points: Floats, body: Footprint, horizon: float) -> float:
     """Return how far the base can turn in place, up to `horizon` radians, left positive.
 
-    The angle comes back positive for both directions.
+    The result is positive for both directions.
     """
     near = _within(points, body.turning_radius)
     if not len(near):

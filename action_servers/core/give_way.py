@@ -1,8 +1,8 @@
-"""How the base gives way to what moves towards it: brake in time, and get out of its way.
+"""How the base gives way to what moves towards it: it brakes in time, and moves aside.
 
-The rule is that of passive safety: a velocity is commanded only if the base can stand after it,
-and nothing that moves, going on as it does, then touches it within a time. Where standing itself
-is not safe, arcs are tried, each against everything that the scan shows.
+The rule is passive safety: a velocity is commanded only if the base can stand after it, and nothing
+that moves on its present course touches it within a time. If standing is not safe, arcs are tried,
+each against everything in the scan.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from bt_mission.core.geometry import Pose2D, Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 _BEYOND_S = 2.0
-"""How long after the time to give way an arc is judged by, the base standing at its end."""
+"""The time after the time to give way for which an arc is judged; the base stands at its end."""
 _COMMIT_S = 0.15
 """A command holds until the next scan, and one control step."""
 _CALM_S = 0.5
-"""How much longer than needed standing must be safe before the goal goes on."""
+"""How much longer than needed standing must be safe before the goal continues."""
 _GAIN_S = 0.5
 """How much later a contact must come for the base to move at all."""
 _ENOUGH_M = 0.2
 _CLOSE_M = 0.3
-"""Margins, and the way until the base stands."""
+"""Margins, and the distance until the base stands."""
 _AGAIN_M = 0.05
 _METRE_COSTS = 0.05
 _DEEPER_M = 0.005
@@ -43,18 +43,18 @@ _MOST_POINTS = 24
 _MOST_FIXED = 90
 _BLIND_RAYS = 4
 _OWN_M = 0.08
-"""What lies so near to a point that moves moves with it."""
+"""Points this near to a moving point move with it."""
 _BLIND_M, _BLIND_RAD = 0.03, 0.05
 _TOLD_WAY, _TOLD_TRAPPED = 1, 2
 _STANDS_LINEAR, _STANDS_ANGULAR = 0.02, 0.05
 
 
 class GiveWay:
-    """Watches what moves, and takes the base over while it would be run into.
+    """Watches moving obstacles, and takes the base over while one would hit it.
 
     Args:
         robot: Its limits and its hull; no arc is faster.
-        tuning: How early it gives way (0: never), and how far one goal's base is moved.
+        tuning: How early it gives way (0: never), and how far the base of one goal is moved.
     """
 
     def __init__(self, robot: RobotModel, tuning: Tuning = TUNING) -> None:
@@ -71,18 +71,18 @@ class GiveWay:
         self._wanted = ZERO
         self._last_s = 0.0
         self.is_active = False
-        """Whether the base is taken over: what a maneuver answers is not commanded."""
+        """Whether the base is taken over: the twists of maneuvers are not commanded."""
         self.way = 0.0
-        """How far the base was moved out of the way since `begin`, m."""
+        """The distance that the base was moved aside since `begin`, m."""
         self.times = 0
-        """How often it gave way since `begin`."""
+        """The number of times that it gave way since `begin`."""
         self.is_trapped = False
-        """Whether something comes at the base, and nothing helps."""
+        """Whether something approaches the base, and no arc helps."""
         self._noted = 0
 
     @property
     def summary(self) -> str:
-        """What it did for the goal, in words."""
+        """Its actions for the goal, as text."""
         often = "once" if self.times == 1 else f"{self.times} times"
         return f"gave way {often} to what moved, by {self.way:.2f} m in all"
 
@@ -94,7 +94,7 @@ class GiveWay:
         self._escape, self._wanted, self._scan = None, ZERO, None
 
     def notes(self) -> Iterator[str]:
-        """Yield what is to be told of this goal now, each once."""
+        """Yield new notes on this goal, each once."""
         if self.times and not self._noted & _TOLD_WAY:
             self._noted |= _TOLD_WAY
             yield "something comes at the robot: it gives way"
@@ -103,7 +103,7 @@ class GiveWay:
             yield "something comes at the robot, and there is no way out: it stands still"
 
     def look(self, now: Observation) -> bool:
-        """Take in an observation; return whether the base is to leave its place."""
+        """Handle an observation; return whether the base has to leave its place."""
         horizon_s = self._tuning.give_way_time
         if not horizon_s:
             self.is_active = False
@@ -125,7 +125,7 @@ class GiveWay:
         return self.is_active or self._escape is not None
 
     def command(self, now: Observation, wanted: Twist2D) -> Twist2D:
-        """Return what to command instead of what the maneuver wants; mostly the same."""
+        """Return the twist to command instead of that of the maneuver; mostly the same."""
         if not self.is_active and not self._moving.seen:
             return wanted
         if not self.is_active:
@@ -159,14 +159,14 @@ class GiveWay:
             self.times += 1
 
     def _end_when_standing(self, now: Observation) -> None:
-        """Leave the base to its goal once it stands, and what the goal wanted is safe."""
+        """Return the base to its goal once it stands, and the goal's twist is safe."""
         velocity = now.velocity or ZERO
         stands = abs(velocity.linear) < _STANDS_LINEAR and abs(velocity.angular) < _STANDS_ANGULAR
         if stands and (not self._moving.seen or self._is_safe(now, self._wanted)):
             self.is_active = False
 
     def _is_safe(self, now: Observation, twist: Twist2D) -> bool:
-        """Whether the base can do so until the next scan, and then stand, without contact."""
+        """Return whether a twist is safe until the next scan, and the stop after it."""
         horizon_s = self._tuning.give_way_time
         threat = self._threat(now, horizon_s)
         if threat is None:
@@ -178,7 +178,7 @@ class GiveWay:
         return False
 
     def _threat(self, now: Observation, within_s: float = math.inf) -> MovingPoints | None:
-        """Return what moves, and could be at the hull within a time if the base stands."""
+        """Return the moving obstacles that could reach a standing hull within a time."""
         odom = now.odom or Pose2D(0.0, 0.0, 0.0)
         cosine, sine = math.cos(odom.yaw), math.sin(odom.yaw)
         points, rates, turning = [], [], []
@@ -200,7 +200,7 @@ class GiveWay:
     def _best(
         self, now: Observation, threat: MovingPoints, horizon_s: float, standing: float
     ) -> Twist2D | None:
-        """Return the arc that keeps what moves away longest, or None where none is of use."""
+        """Return the arc that keeps moving obstacles away longest, or None if none helps."""
         arcs = self._arcs()
         whole_s = horizon_s + _BEYOND_S
         times, gaps = self._contact_s(now, threat, arcs, whole_s, for_s=horizon_s)
@@ -243,7 +243,7 @@ class GiveWay:
         times = np.arange(0.0, whole_s + STEP_S, STEP_S)
         poses = rolled_out(now.velocity or ZERO, arcs, times, for_s, self._limits)
         depth = depth_in(self._wide, poses, threat.at(times))
-        # What touches already, or nearly, counts only where it comes nearer yet.
+        # Points that touch already, or nearly, count only if they approach further.
         depth = depth.max(axis=2) - np.maximum(depth[:, :1].max(axis=2), 0.0)
         touching = depth > _DEEPER_M
         first = np.where(touching.any(axis=1), times[touching.argmax(axis=1)], math.inf)

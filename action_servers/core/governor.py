@@ -32,7 +32,7 @@ _GENTLE = 0.5
 """Share of what the base can brake by that is counted on, so that it follows with ease."""
 
 _SEEN_M = 0.3
-"""How far the base may go from one scan to the next, m; nothing is older than `hold_after`."""
+"""The longest drive from one scan to the next, m; no scan is older than `hold_after`."""
 
 _COMES = "something comes at the robot"
 _LOGGED = (Reason.NO_ODOMETRY, Reason.NO_SCAN)
@@ -40,28 +40,28 @@ _LOGGED = (Reason.NO_ODOMETRY, Reason.NO_SCAN)
 
 @dataclass(slots=True)
 class Allowed:
-    """What is commanded, and why it is not what was wanted, if it is not."""
+    """The twist that is commanded, and why it differs from the wanted one, if it does."""
 
     twist: Twist2D
     held_by: Reason | None = None
 
 
 class Governor:
-    """Decides what of a wanted twist reaches the base; `tuning` is for goals from now on.
+    """Decides which part of a wanted twist reaches the base; `tuning` is for goals from now on.
 
-    A step begins with :meth:`look` and, unless the goal ends, closes with :meth:`allow`.
+    A step begins with :meth:`look` and, unless the goal ends, ends with :meth:`allow`.
     """
 
     def __init__(self, robot: RobotModel, tuning: Tuning = TUNING) -> None:
         self.tuning = tuning
         self.is_held = False
-        """Whether somebody else wants the base to stand: an executive is late."""
+        """Whether the base must stand for another reason: an executive is late."""
         self.give_way = GiveWay(robot, tuning)
         self._robot = robot
         self._fastest, self._sharpest = robot.max_linear_velocity, robot.max_angular_velocity
         self._room = Room(robot)
         self.notes: list[str] = []
-        """What is to be logged of this goal, each once; whoever logs it clears it."""
+        """Notes to log for this goal, each once; the caller that logs them clears the list."""
         self.begin()
 
     def begin(self) -> None:
@@ -78,7 +78,7 @@ class Governor:
         self.give_way.begin(self._tuning)
 
     def look(self, now: Observation) -> Observation:
-        """Take in an observation; return it with what holds the base, for the maneuver."""
+        """Handle an observation; return it with what holds the base, for the maneuver."""
         gives_way = not self.is_held and self.give_way.look(now)
         watched = ZERO if self.give_way.is_active else self._commanded
         fault = self._progress.fault(now, watched)
@@ -129,10 +129,10 @@ class Governor:
 
 
 class Room:
-    """The room that the newest scan leaves to the hull, counted on with odometry between scans.
+    """The free space that the newest scan leaves to the hull, updated by odometry between scans.
 
-    What is needed is the way until the base stands: as it goes until the next command takes
-    effect, then braking at half of what the base can do, then a margin.
+    The base needs the distance until it stands: as it drives until the next command takes effect,
+    then braking at half of its deceleration, then a margin.
     """
 
     def __init__(self, robot: RobotModel) -> None:
@@ -150,12 +150,12 @@ class Room:
         )
 
     def allow(self, wanted: Twist2D, now: Observation) -> tuple[Twist2D, str]:
-        """Return the fastest twist on the arc that is wanted, and what is in its way, or ""."""
+        """Return the fastest twist on the wanted arc, and the obstacle, or ""."""
         linear, angular = abs(wanted.linear), abs(wanted.angular)
         if (not linear and not angular) or now.scan is None or now.odom is None:
             return wanted, ""
         if angular and 0.0 < linear < SLOWEST_DRIVE:
-            # Hardly an arc: while the base comes to stand, it goes less than 3 mm.
+            # The base is nearly standing: it moves less than 3 mm until it stands.
             ahead, words = self.allow(Twist2D(wanted.linear, 0.0), now)
             turned, or_words = self.allow(Twist2D(0.0, wanted.angular), now)
             return Twist2D(ahead.linear, turned.angular), words or or_words

@@ -1,4 +1,4 @@
-"""How far every place of an occupancy grid is from the nearest obstacle."""
+"""The distance of every place of an occupancy grid from the nearest obstacle."""
 
 from __future__ import annotations
 
@@ -44,20 +44,20 @@ class Survey:
         return rows, columns
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
-        """Return the row and column of the cell that holds a point; it may lie outside the grid."""
+        """Return the row and column of the cell of a point; it may be outside the grid."""
         return (
             int(np.floor((y - self.origin_y) / self.resolution)),
             int(np.floor((x - self.origin_x) / self.resolution)),
         )
 
     def cells(self, points: Floats) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-        """Return rows and columns of `n x 2` points; they may lie outside the grid."""
+        """Return rows and columns of `n x 2` points; they may be outside the grid."""
         scaled = np.floor((points - (self.origin_x, self.origin_y)) / self.resolution)
         indices = scaled.astype(np.intp)
         return indices[:, 1], indices[:, 0]
 
     def contains(self, x: float, y: float) -> bool:
-        """Tell whether a point lies on the grid."""
+        """Return whether a point is on the grid."""
         row, column = (y - self.origin_y) / self.resolution, (x - self.origin_x) / self.resolution
         rows, columns = self.shape
         return 0 <= row < rows and 0 <= column < columns  # far away, they are infinite
@@ -88,7 +88,7 @@ class Survey:
         return np.where(inside, low * (1 - up) + high * up, 0.0)
 
     def clearance_of(self, x: float, y: float) -> float:
-        """Return the clearance of one point, 0 outside the grid; 20 times faster than of many."""
+        """Return the clearance of one point, 0 outside the grid; 20 times faster than for many."""
         half = 0.5 * self.resolution
         across, along = (x - self.origin_x) / half, (y - self.origin_y) / half
         rows, columns = self.clearance.shape
@@ -102,7 +102,7 @@ class Survey:
         return float(low * (1 - up) + high * up)
 
     def known_at(self, points: Floats) -> Bools:
-        """Tell which of `n x 2` points lie in cells that are known; none outside the grid."""
+        """Return which of `n x 2` points are in known cells; none outside the grid."""
         rows, columns = self.cells(points)
         height, width = self.shape
         inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
@@ -134,8 +134,8 @@ def centres(
 def survey(grid: Grid) -> Survey:
     """Measure the clearances of an occupancy grid.
 
-    Unknown cells are no obstacles, so they do not push the robot away, but `known` lets a planner
-    keep out of them.
+    Unknown cells are not obstacles, so they do not repel the robot, but with `known` a planner can
+    avoid them.
     """
     occupied = grid.cells >= OCCUPIED_FROM
     return Survey(
@@ -149,7 +149,7 @@ def survey(grid: Grid) -> Survey:
 
 
 def _clearance(occupied: Bools, resolution: float) -> Floats:
-    # SciPy takes longer to import than all else that a server needs; who navigates has loaded it.
+    # SciPy takes longer to import than everything else in a server; a navigating one has loaded it.
     from scipy import ndimage  # noqa: PLC0415
 
     rows, columns = occupied.shape

@@ -1,4 +1,4 @@
-"""Limits of single fields of a goal: what is accepted, and why a value is not."""
+"""Limits of single fields of a goal: the accepted values, and the error of others."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from bt_mission.core.stamps import NS, to_ns
 FLOAT32_ROUNDING = 1e-6
 
 SLOWEST_TURN = 0.05
-"""rad/s: the lowest rate that is accepted, and the one at which the last of a turn is made."""
+"""rad/s: the lowest rate that is accepted, which is also that of the last part of a turn."""
 
 SLOWEST_DRIVE = 0.01
-"""m/s: the lowest speed that is accepted, and the one of the last millimetres."""
+"""m/s: the lowest speed that is accepted, which is also that of the last millimetres."""
 
 COLOURS = ("red", "yellow", "green", "turquoise", "blue")
 """The colours that are known by name; `camera.colours` has their hues."""
 
 
 def outside(name: str, value: float, low: float, high: float, unit: str) -> str | None:
-    """Return why `value` is no number from `low` to `high`, or None when it is one.
+    """Return why `value` is not a number from `low` to `high`, or None if it is.
 
     NaN and infinities are always outside. Both limits belong to the range.
     """
@@ -42,9 +42,9 @@ class NumberLimit:
     """A number of a goal, from `low` to `high`, both included.
 
     Args:
-        field: Its name in the goal, dotted where it is nested; a duration counts in seconds.
-        source: Where the limit comes from, in words.
-        zero: What 0 asks for, where it is accepted beside the range; "" where it is not.
+        field: Its name in the goal, dotted if it is nested; a duration counts in seconds.
+        source: The source of the limit, as text.
+        zero: The meaning of 0, if it is accepted besides the range; "" if it is not.
         above: Whether the number must be above `low`.
     """
 
@@ -58,7 +58,7 @@ class NumberLimit:
 
     @property
     def words(self) -> str:
-        """What is accepted, in words."""
+        """The accepted values, as text."""
         if math.isinf(self.high):
             return f"{self.low:g} {self.unit} or more"
         if self.above:
@@ -87,7 +87,7 @@ class ColourLimit:
 
     @property
     def words(self) -> str:
-        """What is accepted, in words."""
+        """The accepted values, as text."""
         return listed(COLOURS)
 
     def fault(self, value: Any) -> str | None:
@@ -95,7 +95,7 @@ class ColourLimit:
         return None if value in COLOURS else f"no such colour '{value[:40]}' (known: {self.words})"
 
     def hint(self, value: Any) -> str | None:
-        """Return the colour that was meant, where one is near."""
+        """Return the colour that was probably meant, if one is near."""
         return did_you_mean(value, COLOURS)
 
 
@@ -123,7 +123,7 @@ def duration_limit(field: str, tuning: Tuning) -> NumberLimit:
 
 
 OVERSHOOT_DEG = 5.0
-"""What a rotation may turn too far, and what odometry may be wrong by, with much to spare."""
+"""The overshoot of a rotation, and the error of odometry, with a large reserve."""
 
 OVERSHOOT_M = 0.1
 """The same for a way."""

@@ -1,8 +1,8 @@
-"""What a maneuver is: the pure core of every action server.
+"""Maneuvers: the pure core of every action server.
 
-A maneuver carries out one goal. It is stepped by the pilot at the control rate, sees an
-:class:`Observation` of the robot and answers with a velocity, or with :class:`Finished`.
-It knows neither ROS nor a wall clock, so it is tested in microseconds.
+A maneuver runs one goal. It is stepped by the pilot at the control rate, gets an
+:class:`Observation` of the robot and returns a velocity, or :class:`Finished`. It uses neither ROS
+nor a wall clock, so it is tested in microseconds.
 
 Frames follow REP 103 and REP 105: x forward, y left, yaw counter-clockwise; poses of the base are
 those of ``base_footprint``, the point on the floor below the middle of the axle.
@@ -101,13 +101,13 @@ class Observation:
 
     @property
     def gives_way(self) -> bool:
-        """Whether the base leaves the way of what comes at it, or is about to."""
+        """Whether the base gives way to an obstacle, or is about to."""
         return self.held is not None and self.held.by is Reason.MOVING
 
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """The end of a goal, as the maneuver sees it; `error_code` and `reason` go into the result."""
+    """The end of a goal; `error_code` and `reason` are in the result."""
 
     status: Literal["succeeded", "aborted"]
     error_code: int = 0
@@ -118,7 +118,7 @@ SUCCEEDED = Finished("succeeded")
 
 
 class Reason(Enum):
-    """What holds the base."""
+    """The reason that holds the base."""
 
     EXECUTIVE = "a late executive"
     NO_ODOMETRY = "old odometry"
@@ -129,7 +129,7 @@ class Reason(Enum):
 
     @property
     def code(self) -> ErrorCode:
-        """How a goal ends that is given up for this reason."""
+        """The error code of a goal that is given up for this reason."""
         return _CODES.get(self, ErrorCode.BLOCKED)
 
 
@@ -142,7 +142,7 @@ _CODES = {
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """What holds the base, in words, what is commanded instead, and since when, s of ROS time."""
+    """What holds the base, as text, the command instead, and the start, s of ROS time."""
 
     by: Reason
     words: str
@@ -151,11 +151,11 @@ class Held:
 
     @property
     def is_standing(self) -> bool:
-        """Whether the base is to stand; else it is slowed down, or driven elsewhere."""
+        """Whether the base stands; otherwise it is slowed down, or driven elsewhere."""
         return self.twist == ZERO
 
     def ended(self, detail: str = "") -> Finished:
-        """Return how a goal ends that does not wait, with a detail after the words."""
+        """Return the end of a goal that does not wait, with a detail after the text."""
         return Finished("aborted", self.by.code, self.words + detail)
 
 
@@ -174,17 +174,17 @@ Fields: TypeAlias = Mapping[str, Value]
 
 
 class Maneuver(Protocol):
-    """One goal being carried out. An exception raised by any method aborts the goal."""
+    """One goal that runs. An exception raised by any method aborts the goal."""
 
     @property
     def needs_base(self) -> bool:
-        """Whether it drives. At most one maneuver that does runs at a time."""
+        """Whether it drives. At most one driving maneuver runs at a time."""
 
     def step(self, now: Observation) -> Twist2D | Finished:
         """Return the velocity to command until the next control step, or the end of the goal."""
 
     def feedback(self) -> Mapping[str, Value] | None:
-        """Return the fields of a feedback message, or None when nothing changed since the last."""
+        """Return the fields of a feedback message, or None without a change since the last."""
 
     def result(self) -> Mapping[str, Value]:
         """Return the fields of the result, apart from `error_code` and `error_msg`.
@@ -200,11 +200,11 @@ class ServedAction:
     Args:
         name: Its name, relative to the namespace of the servers.
         type: Its generated type.
-        plan: Checks a goal message against what is known of the robot; returns the maneuver that
-            carries it out, or why it is refused.
+        plan: Checks a goal message against the robot's state; returns the maneuver that runs it, or
+            the refusal.
         needs_map: Whether its observations hold the map, and the robot's pose on it.
         during: Entered when a goal is accepted, with its maneuver and its id (32 hexadecimal
-            digits), and left at its end.
+            digits), and exited at its end.
     """
 
     name: str

@@ -26,12 +26,12 @@ REACH_M = 2.0
 """Range within which is looked for what moves."""
 
 BACK_S = 0.8
-"""Age of the scan that is compared with: what moves at 0.1 m/s has gone 0.08 m."""
+"""Age of the scan that is compared: an object at 0.1 m/s has moved 0.08 m."""
 
 _SHORTEST_BACK_S = 0.3
 _PERIOD_S = 0.15
 _DEEPER_M = 0.05
-"""How far inside the free space a point must lie: 3.5 standard deviations of two rays' noise."""
+"""The depth of a point in free space that counts: 3.5 standard deviations of two rays' noise."""
 _LONGEST_TURN_S = 0.3
 _FEWEST_POINTS = 3
 _JUMP_M = 0.15
@@ -54,10 +54,10 @@ Complex = npt.NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovingObstacle:
-    """What is seen to move: `points` at `stamp_s`, `n x 2` m, and `velocity`, m/s along x and y.
+    """A moving obstacle: `points` at `stamp_s`, `n x 2` m, and `velocity`, m/s along x and y.
 
-    All in the odometry frame. The points are those that lie where it was free before: the side
-    that comes first. Its course turns at `turn_rate`, rad/s, left positive.
+    All in the odometry frame. The points are those in space that was free before: the front. Its
+    course turns at `turn_rate`, rad/s, left positive.
     """
 
     points: Points
@@ -66,7 +66,7 @@ class MovingObstacle:
     stamp_s: float
 
     def at(self, time_s: float) -> Points:
-        """Return its points at a time, if it goes on as it does."""
+        """Return its points at a time, if it keeps its course."""
         elapsed_s = time_s - self.stamp_s
         vx, vy = self.velocity
         return pairs(self.points[:, 0] + elapsed_s * vx, self.points[:, 1] + elapsed_s * vy)
@@ -76,8 +76,8 @@ class MovingObstacle:
 class _Look:
     """One scan, and the pose of the lidar in the odometry frame when it was taken.
 
-    A lidar that turns measures its rays one after the other: its directions are off by up to
-    `blur`, rad, when the base turns, too.
+    A lidar measures its rays one after the other: its directions are off by up to `blur`, rad,
+    while the base turns.
     """
 
     scan: Scan
@@ -86,9 +86,9 @@ class _Look:
     _free: dict[int, Ranges] = field(default_factory=dict)
 
     def free(self, rays: int) -> Ranges:
-        """Return to how far each direction is free, m, and so many rays to both sides of it.
+        """Return the free distance of each direction, m, with `rays` neighbours to both sides.
 
-        A ray without a measurement says nothing of the way: it is not free.
+        A ray without a measurement is not free.
         """
         lengths = self._free.get(rays)
         if lengths is None:
@@ -106,7 +106,7 @@ class _Look:
 
 @dataclass(slots=True, eq=False)
 class _Track:
-    """Where one cluster was seen, and when."""
+    """The places of one cluster, with times."""
 
     seen: deque[tuple[float, float, float]]
     points: Points
@@ -115,7 +115,7 @@ class _Track:
     turn_rate: float = 0.0
 
     def add(self, stamp_s: float, points: Points, place: tuple[float, float]) -> None:
-        """Take in where it is seen now."""
+        """Add its present place."""
         self.points = points
         self.seen.append((stamp_s, *place))
         while self.seen[0][0] < stamp_s - _FIT_S:
@@ -128,7 +128,7 @@ class _Track:
         self.velocity = cosine * vx - sine * vy, sine * vx + cosine * vy
 
     def _turned(self, stamp_s: float, course: float, speed: float) -> float:
-        """Take in the present course, rad; return its rate, 0 where that is lost in noise."""
+        """Note the present course, rad; return its rate, 0 if noise hides it."""
         if speed < _SLOWEST_TURNING:
             self.courses.clear()
             return 0.0
@@ -142,7 +142,7 @@ class _Track:
         return 0.0 if abs(rate) < _LEAST_TURN_RATE else max(-1.0, min(1.0, rate))
 
     def _fitted(self) -> tuple[float, float]:
-        """The straight line through its places, m/s; zero while they are too few."""
+        """Return the straight line through its places, m/s; zero while they are too few."""
         times, x, y = np.array(self.seen).T
         if len(times) < _FEWEST_SIGHTINGS or times[-1] - times[0] < _SHORTEST_FIT_S:
             return 0.0, 0.0
@@ -159,7 +159,7 @@ class _Track:
 
 
 class MovingObstacles:
-    """Tells what moves near the robot from the scans of one lidar, and odometry."""
+    """Finds moving obstacles near the robot from the scans of one lidar, and odometry."""
 
     def __init__(self, lidar: LidarModel) -> None:
         self._lidar = lidar
@@ -168,10 +168,10 @@ class MovingObstacles:
         self._compared_s = -math.inf
         self._tracks: list[_Track] = []
         self.seen: tuple[MovingObstacle, ...] = ()
-        """What moves, as of the newest scan."""
+        """The moving obstacles of the newest scan."""
 
     def update(self, now: Observation) -> bool:
-        """Take in an observation; return whether it brought news of what moves."""
+        """Handle an observation; return whether the moving obstacles have changed."""
         scan = now.scan
         if scan is None or scan is self._scan or now.odom is None:
             return False
@@ -229,7 +229,7 @@ class MovingObstacles:
 
 
 def _follows(before: _Look, look: _Look) -> bool:
-    """Whether one look can be compared with the one before: same lidar, no jump of clock or pose.
+    """Return whether two looks can be compared: same lidar, no jump of clock or pose.
 
     An LDS-02 has a few rays more or less at each turn.
     """
@@ -242,9 +242,9 @@ def _follows(before: _Look, look: _Look) -> bool:
 
 
 def _clusters(look: _Look, before: _Look, *, skip: int) -> list[Points]:
-    """Return clusters of points that lie where the scan before saw through; odometry frame.
+    """Return clusters of points in space that the scan before saw as free; odometry frame.
 
-    Where nothing is expected, every `skip`-th ray is looked at first.
+    If nothing is expected, every `skip`-th ray is checked first.
     """
     scan = look.scan
     near = np.flatnonzero((scan.ranges >= scan.range_min) & (scan.ranges < REACH_M))
@@ -265,7 +265,7 @@ def _entered(look: _Look, before: _Look, rays: Indices) -> tuple[Complex, Indice
     """Return points of a scan as the lidar before would see them, and which are new to it."""
     scan, then = look.scan, before.scan
     directions = _directions(len(scan.ranges), scan.angle_min, scan.angle_increment)
-    # Where the lidar is now, and to where it is turned, as seen from where it was.
+    # The lidar's present position and direction, as seen from the earlier one.
     turned = look.pose.yaw - before.pose.yaw
     cosine, sine = math.cos(before.pose.yaw), math.sin(before.pose.yaw)
     across, along = look.pose.x - before.pose.x, look.pose.y - before.pose.y

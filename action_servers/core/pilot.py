@@ -1,8 +1,8 @@
 """The pilot: the one owner of the base.
 
 It steps the maneuvers at the control rate and is alone in commanding velocities. At most one
-maneuver that drives runs at a time: a new one replaces it. Whatever way a driving maneuver ends,
-zero velocity is commanded before anybody hears of the end.
+maneuver that drives runs at a time; a new one replaces it. Whenever a driving maneuver ends, zero
+velocity is commanded before the end is reported.
 """
 
 from __future__ import annotations
@@ -23,26 +23,26 @@ REFUSED_WHILE_DRIVING = "another goal drives the robot; it is not replaced (on_n
 
 @dataclass(frozen=True, slots=True)
 class ManeuverOutcome:
-    """How a goal ended, and the fields of its result."""
+    """The end of a goal, and the fields of its result."""
 
     status: Literal["succeeded", "aborted", "canceled"]
     error_code: int = 0
     reason: str = ""
     result: Fields | None = None
-    """None when the maneuver could not with_feedback."""
+    """None if the maneuver raised in `result`."""
     cause: Exception | None = None
-    """What the maneuver raised, if it did."""
+    """The exception of the maneuver, if any."""
 
 
 @dataclass(slots=True, eq=False)
 class ManeuverRun:
-    """One maneuver in the pilot's care; `on_end` is called exactly once."""
+    """One running maneuver; `on_end` is called exactly once."""
 
     maneuver: Maneuver
     on_feedback: Callable[[Fields], None]
     on_end: Callable[[ManeuverOutcome], None]
     on_note: Callable[[str], object] = lambda _: None
-    """Told once when the base gives way, and when it cannot."""
+    """Called once when the base gives way, and when it cannot."""
     needs_base: bool = field(init=False)
 
     def __post_init__(self) -> None:
@@ -50,12 +50,12 @@ class ManeuverRun:
 
 
 class Pilot:
-    """Carries out maneuvers.
+    """Runs maneuvers.
 
-    `observe` gives what is known of the robot, `command` sends a velocity to the base; the
-    `governor` decides what of the velocity that a maneuver wants is commanded. While one maneuver
-    drives, a new one replaces it, or is refused where `replaces` is false; of those that do not
-    drive, at most `side_goals` run at a time.
+    `observe` returns the robot's state, `command` sends a velocity to the base; the `governor`
+    decides which velocity is commanded instead of the one that a maneuver wants. While one maneuver
+    drives, a new one replaces it, or is refused if `replaces` is false. Of those that do not drive,
+    at most `side_goals` run at a time.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class Pilot:
         return f"{beside} goals that do not drive run already, which is the limit (side_goals)"
 
     def start(self, run: ManeuverRun) -> None:
-        """Take a maneuver in; its first step is at the next control step.
+        """Start a maneuver; its first step is at the next control step.
 
         If it drives, it replaces the one that does, whose goal is aborted.
         """
@@ -105,20 +105,20 @@ class Pilot:
         self._runs.append(run)
 
     def cancel(self, run: ManeuverRun) -> None:
-        """End a maneuver at once, on request; nothing happens if it has ended."""
+        """End a maneuver at once, on request; without effect if it has ended."""
         self._end(run, ManeuverOutcome("canceled"))
 
     def fail(self, run: ManeuverRun, error: Exception) -> None:
-        """End a maneuver at once, because of an exception; nothing happens if it has ended."""
+        """End a maneuver at once, because of an exception; without effect if it has ended."""
         self._end(run, raised(error))
 
     def stop(self, reason: str, code: ErrorCode = ErrorCode.STOPPED) -> None:
-        """End every maneuver, and command zero velocity even if there was none."""
+        """End every maneuver, and command zero velocity in any case."""
         self._end_all(reason, list(self._runs), code)
         self._command(ZERO)
 
     def hold(self) -> None:
-        """Hold the base from now on: maneuvers go on, but nothing except zero is commanded."""
+        """Hold the base from now on: maneuvers continue, but only zero is commanded."""
         self._governor.is_held = True
         if self._driving:
             self._command(ZERO)
@@ -169,7 +169,7 @@ class Pilot:
                         run.on_note(note)
                     governor.notes.clear()
                 self._send_feedback(run)
-                # Last, so that whatever raises above is followed by zero and nothing else.
+                # Last, so that an exception above is followed by zero and nothing else.
                 if allowed is not None:
                     self._command(allowed.twist)
                 return
@@ -236,7 +236,7 @@ MOTORS_OFF = "motors off"
 class Interlock:
     """Ends what the pilot does, and refuses goals until the cause is gone.
 
-    A stop ends and refuses everything; motors that are off, only what drives.
+    A stop ends and refuses everything; motors that are off end and refuse only what drives.
     """
 
     def __init__(self, pilot: Pilot) -> None:
@@ -245,18 +245,18 @@ class Interlock:
         self._motors_on = True
 
     def stop(self) -> str:
-        """Stop the base and end every goal, however often; return what was done, in words."""
+        """Stop the base and end every goal; may be repeated. Return a message."""
         already, self._stopped = self._stopped, True
         self._pilot.stop(STOPPED)
         return "stopped already" if already else "stopped; goals are refused until release"
 
     def release(self) -> str:
-        """Let goals be accepted again; return what was done, in words."""
+        """Let goals be accepted again. Return a message."""
         was_stopped, self._stopped = self._stopped, False
         return "released" if was_stopped else "was not stopped"
 
     def set_motors(self, *, on: bool) -> None:
-        """Take in whether the motors are on; they are until told otherwise."""
+        """Note whether the motors are on; they count as on before the first call."""
         self._motors_on = on
         if not on:
             self._pilot.stop_driving(MOTORS_OFF, ErrorCode.MOTORS_OFF)

@@ -1,4 +1,4 @@
-"""What the base makes of its commands: odometry added up, and whether it gets anywhere."""
+"""The response of the base to its commands: odometry added up, and whether it moves."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from bt_mission.core.geometry import Pose2D, Twist2D, distance, wrap
 from bt_mission.core.robot.model import RobotModel
 
 ASTRAY_RATE = 0.25
-"""rad/s. An uneven floor turns a base that drives straight on by less, one wheel alone by more."""
+"""rad/s. An uneven floor turns a base that drives straight by less, a single driven wheel by more.
+"""
 
 LEAST_SHARE = 0.1
-"""Of the commanded speed: a base that does less does not follow."""
+"""A share of the commanded speed: a base below it does not follow."""
 
 _MOVED_M = 0.05
 _TURNED_RAD = 0.2
@@ -25,11 +26,11 @@ class Odometer:
     """Adds up odometry poses.
 
     `max_linear` (m/s) and `max_angular` (rad/s) are the limits of the robot: a step between two
-    poses that would need more than twice as much is a jump (odometry was reset), no motion.
+    poses that would need more than twice as much is a jump (odometry was reset), not a motion.
 
-    `distance` is the length of the path in metres; `yaw` is the rotation in radians, left
-    positive and not wrapped, so that two turns are 4 pi. `aside` is the part of `distance` on
-    which the base gave way, and `aside_ahead` the same with what was driven backwards negative.
+    `distance` is the length of the path in metres; `yaw` is the rotation in radians, left positive
+    and not wrapped, so that two turns are 4 pi. `aside` is the part of `distance` on which the base
+    gave way, and `aside_ahead` the same with backwards parts negative.
     """
 
     max_linear: float
@@ -42,7 +43,7 @@ class Odometer:
     _stamp_s: float = 0.0
 
     def update(self, now: Observation) -> str | None:
-        """Take in the newest pose; return what is wrong with it, or None."""
+        """Add the newest pose; return an error or None."""
         pose = now.odom
         if pose is None or (self._last is not None and now.odom_stamp_s == self._stamp_s):
             return None
@@ -69,7 +70,7 @@ class Odometer:
 
 
 class Progress:
-    """Notices, for one goal that drives, a base that does not follow its commands."""
+    """Detects, for one goal that drives, a base that does not follow its commands."""
 
     def __init__(self, robot: RobotModel, patience_s: float) -> None:
         self._odometer = Odometer(robot.max_linear_velocity, robot.max_angular_velocity)
@@ -78,7 +79,7 @@ class Progress:
         self._course = CourseWatch(patience_s)
 
     def fault(self, now: Observation, commanded: Twist2D) -> str | None:
-        """Take in an observation, and the command before it; return what is wrong, or None."""
+        """Handle an observation, and the command before it; return an error or None."""
         odometer = self._odometer
         odometer.update(now)
         for watch, done, speed in (
@@ -96,20 +97,20 @@ class Progress:
 
 @dataclass(slots=True)
 class AxisWatch:
-    """Notices a base that does less than a tenth of what is commanded, for `patience_s` on end.
+    """Detects a base below a tenth of the commanded speed for `patience_s` in a row.
 
-    Works alike for metres and for radians; `unit` is that of the speed.
+    It applies to metres and to radians; `unit` is that of the speed.
     """
 
     unit: str
     patience_s: float = TUNING.blocked_after
     since_s: float | None = None
-    """Since when it does not follow, or rests."""
+    """The time since which it does not follow, or rests."""
     mark: float = 0.0
-    """What was done then."""
+    """The position at that time."""
 
     def fault(self, time_s: float, done: float, speed: float) -> str | None:
-        """Take in what is done so far and the speed commanded; return what is wrong, or None."""
+        """Handle the position and the speed commanded; return an error or None."""
         enough = LEAST_SHARE * abs(speed) * self.patience_s
         if self.since_s is None or abs(done - self.mark) >= enough:
             self.since_s, self.mark = time_s, done
@@ -124,16 +125,16 @@ class AxisWatch:
 
 @dataclass(slots=True)
 class CourseWatch:
-    """Notices a base that turns though the command is to drive straight, for `patience_s` on end.
+    """Detects a base that turns for `patience_s` in a row though the command is to drive straight.
 
-    One wheel is blocked, or slips: the base goes round in circles, and makes way all the same.
+    One wheel is blocked, or slips: the base drives in circles, and still makes progress.
     """
 
     patience_s: float = TUNING.blocked_after
     _since_s: float | None = None
 
     def fault(self, now: Observation, commanded: Twist2D) -> str | None:
-        """Take in what odometry says, and the command before it; return what is wrong, or None."""
+        """Handle odometry, and the command before it; return an error or None."""
         is_straight = commanded.linear != 0.0 and commanded.angular == 0.0
         if not is_straight or now.velocity is None or abs(now.velocity.angular) < ASTRAY_RATE:
             self._since_s = None
@@ -149,7 +150,7 @@ class CourseWatch:
 
 
 class ProgressChecker:
-    """Measures for how long the robot has stayed where it is, whatever is commanded."""
+    """Measures how long the robot has stayed in place, whatever is commanded."""
 
     def __init__(self) -> None:
         self._anchor: Pose2D | None = None

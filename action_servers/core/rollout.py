@@ -15,12 +15,12 @@ from action_servers.core.grid import Floats
 from bt_mission.core.geometry import Twist2D
 
 STEP_S = 0.1
-"""From one place on an arc to the next."""
+"""The time between two places on an arc."""
 
 
 @dataclass(frozen=True, slots=True)
 class MovingPoints:
-    """What moves, as seen from the base, `n x 2` m; of each point velocity, m/s, and rad/s."""
+    """Moving points from the base, `n x 2` m, with velocity, m/s, and turn rate, rad/s."""
 
     points: Points
     rates: Points

@@ -1,8 +1,7 @@
-"""Limits, tolerances and rates of the maneuvers that are a matter of choice.
+"""Limits, tolerances and rates of the maneuvers that are a choice.
 
-Each is a ROS parameter of the servers' node; a goal keeps the values of the moment it came. What
-follows from the robot's build stands in its model, and what belongs to one goal is a field of the
-goal.
+Each is a ROS parameter of the servers' node; a goal keeps the values of its arrival. Values of the
+robot's build are in its model, and values of one goal are fields of the goal.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from bt_mission.core.parameters import number
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tuning:
-    """Of all maneuvers. Times in s of ROS time, lengths in m, angles in deg."""
+    """Of all maneuvers. Times are in s of ROS time, lengths in m, angles in deg."""
 
     sensor_timeout: float = number(
         1.0,
@@ -222,7 +221,7 @@ FRONTIERS = FrontierTuning()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapperTuning:
-    """Of the mapper: its own parameters."""
+    """The parameters of the mapper."""
 
     update_period: float = number(
         0.2,

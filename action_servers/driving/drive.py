@@ -1,4 +1,4 @@
-"""What a maneuver that drives knows of its way: how far, how fast, and when it stands."""
+"""The motion of a driving maneuver: distance, speed, and standing."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from bt_mission.core.robot.model import RobotModel
 _SENSES = (Reason.NO_ODOMETRY, Reason.NO_SCAN)
 
 ARRIVED_WITHIN = 0.003
-"""Metres before the place to stop at which the robot is told to stop."""
+"""Metres before the end at which the robot is commanded to stop."""
 
 
 class Drive:
-    """The way of one driving maneuver; every step begins with :meth:`fault`."""
+    """The motion of one driving maneuver; every step begins with :meth:`fault`."""
 
     def __init__(self, robot: RobotModel, tuning: Tuning = TUNING) -> None:
         self._tuning = tuning
@@ -34,7 +34,7 @@ class Drive:
 
     @property
     def yaw(self) -> float:
-        """Rotation made, radians, left positive, not wrapped."""
+        """Rotation so far, radians, left positive, not wrapped."""
         return self._odometer.yaw
 
     def advance(self, direction: float) -> float:
@@ -46,9 +46,9 @@ class Drive:
         return odometer.distance - odometer.aside + direction * odometer.aside_ahead
 
     def fault(self, now: Observation) -> Finished | None:
-        """Take in an observation; return how the goal ends if it cannot be driven by.
+        """Handle an observation; return the end of the goal if it cannot drive.
 
-        It also ends where the base does not follow, and where an obstacle holds it for long.
+        The goal also ends if the base does not follow, or if an obstacle holds it for long.
         """
         held, limit_s = now.held, self._tuning.blocked_after
         if held is not None and held.by in _SENSES:
@@ -65,17 +65,17 @@ class Drive:
         return held.ended() if held.by is Reason.BASE else None
 
     def speed_ahead(self, now: Observation, remaining: float, most: float) -> float:
-        """Return the speed, up to `most` m/s, that lets the base stand in `remaining` metres."""
+        """Return the speed, up to `most` m/s, that allows a stop in `remaining` metres."""
         within = self._braking(now, remaining, self._robot.max_linear_acceleration)
         return min(most, max(SLOWEST_DRIVE, within))
 
     def rate_towards(self, now: Observation, remaining: float, most: float) -> float:
-        """Return the rate, up to `most` rad/s, that lets the base stand in `remaining` radians."""
+        """Return the rate, up to `most` rad/s, that allows a stop in `remaining` radians."""
         within = self._braking(now, remaining, self._robot.max_angular_acceleration)
         return min(most, max(SLOWEST_TURN, within))
 
     def delay_s(self, now: Observation) -> float:
-        """Return the time until the next command takes effect, seen from the odometry at hand."""
+        """Return the time from the newest odometry until the next command takes effect."""
         return 1.0 / self._robot.control_rate + max(0.0, now.time_s - now.odom_stamp_s)
 
     def _braking(self, now: Observation, remaining: float, acceleration: float) -> float:
@@ -85,7 +85,7 @@ class Drive:
         return speed_to_stop_in(remaining, deceleration=gentle, delay_s=self.delay_s(now))
 
     def rest(self, now: Observation) -> Twist2D | None:
-        """Return zero velocity until the base stands, then None; asking for a speed ends it."""
+        """Return zero velocity until the base stands, then None; a request for a speed ends it."""
         if self._resting_since_s is None:
             self._resting_since_s = now.time_s
         velocity = now.velocity

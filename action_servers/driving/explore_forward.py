@@ -23,10 +23,10 @@ from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 NEARER_M = 0.02
-"""m beyond `stop_margin`: a base that is to stop nearer than that is held before it is there."""
+"""m beyond `stop_margin`: a base with a nearer stop would be held before it arrives."""
 
 GONE_BEYOND = 0.05
-"""Metres beyond the stopping distance at which an obstacle that was there has left."""
+"""Metres beyond the stopping distance at which an earlier obstacle has left."""
 
 
 def limits(robot: RobotModel, tuning: Tuning) -> Limits:
@@ -61,8 +61,8 @@ def plan(
 class ExploreForward:
     """Drives at `speed` (m/s) until the hull is `stopping_distance` (metres) from an obstacle.
 
-    It brakes in time to stand at that distance, and is finished once it stands. Between two scans
-    it counts on with odometry.
+    It brakes in time to stand at that distance, and finishes once it stands. Between two scans it
+    continues by odometry.
     """
 
     needs_base = True
@@ -100,9 +100,9 @@ class ExploreForward:
                 return rest
             if remaining <= GONE_BEYOND:
                 return SUCCEEDED
-            self._arrived = False  # what it stopped for has left
+            self._arrived = False  # the obstacle has left
         if remaining <= ARRIVED_WITHIN:
-            return ZERO  # what it stands before comes nearer
+            return ZERO  # the obstacle approaches
         speed = self._drive.speed_ahead(now, remaining, self._speed)
         return Twist2D(speed, 0.0)
 
@@ -114,7 +114,7 @@ class ExploreForward:
         )
 
     def result(self) -> Fields:
-        """Return distance driven, gap ahead (inf when nothing is seen there) and its bearing."""
+        """Return distance driven, gap ahead (inf without an obstacle in view) and its bearing."""
         return {
             "total_distance_travelled": self._drive.distance,
             "closest_obstacle": self._gap(),
@@ -141,7 +141,7 @@ class ExploreForward:
         return max(0.0, self._ahead.gap - self._advance())
 
     def _bearing_deg(self) -> float:
-        """Bearing of what is ahead; of the nearest thing beside the way if that is free; else 0."""
+        """Return the bearing of the obstacle ahead, else of the nearest one beside, else 0."""
         seen = self._ahead or self._aside
         if seen is None:
             return 0.0

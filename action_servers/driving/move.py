@@ -40,7 +40,7 @@ def plan(goal: Any, _now: Observation, robot: RobotModel, tuning: Tuning = TUNIN
 class Move:
     """Drives at `twist` for exactly `secs` seconds of ROS time, then stops, and ends standing.
 
-    It ends blocked, in time to stand before an obstacle that lies on its way.
+    It ends blocked, in time to stop before an obstacle on its way.
     """
 
     needs_base = True

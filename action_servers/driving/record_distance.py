@@ -1,4 +1,4 @@
-"""Measure how far the robot drives in a time, whoever drives it."""
+"""Measure the distance that the robot drives in a time, whatever drives it."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def plan(
     publish_distance: Callable[[float], None],
     tuning: Tuning = TUNING,
 ) -> RecordDistance:
-    """Return the maneuver for a goal; it publishes the distance so far, in metres, each second."""
+    """Return the maneuver for a goal; it publishes the distance, in metres, each second."""
     return RecordDistance(goal.seconds, robot, publish_distance, tuning)
 
 
 class RecordDistance:
-    """Adds up odometry for `seconds` of ROS time, and tells of it once a second."""
+    """Adds up odometry for `seconds` of ROS time, and publishes it once a second."""
 
     needs_base = False
 

@@ -1,9 +1,9 @@
-"""What Nav2's recoveries have in common, and its Wait: codes and a time allowance.
+"""The common part of Nav2's recoveries, and its Wait: codes and a time allowance.
 
-Behaviour and codes follow the behaviour server of Nav2 for ROS 2 Jazzy: a goal that cannot be
-carried out is accepted and then aborted, a time allowance of 0 is none, and every result has the
-time that was used. Numbers that are not finite, and speeds that the robot does not have, are
-rejected, which a client of Nav2 understands, too.
+Behaviour and codes follow the behaviour server of Nav2 for ROS 2 Jazzy: a goal that cannot be run
+is accepted and then aborted, a time allowance of 0 is no limit, and every result has the time that
+was used. Numbers that are not finite, and speeds that the robot does not have, are rejected, which
+a client of Nav2 handles, too.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Allowance(Ticker):
         self._codes = codes
 
     def late(self, now: Observation) -> Finished | None:
-        """Take in the time; return the end of the goal when too much is used."""
+        """Note the time; return the end of the goal once its allowance is used up."""
         self.update(now.time_s)
         if not self._seconds or self.elapsed_s <= self._seconds + ROUNDING_S:
             return None
@@ -52,7 +52,7 @@ class Allowance(Ticker):
 
 
 def plan_wait(goal: Any, _now: Observation) -> WaitManeuver:
-    """Return the maneuver for a goal; 0 s end at once."""
+    """Return the maneuver for a goal; 0 s ends at once."""
     return WaitManeuver(seconds_of(goal.time))
 
 
@@ -72,7 +72,7 @@ class WaitManeuver:
         return SUCCEEDED if self._ticker.has_reached(self._seconds) else ZERO
 
     def feedback(self) -> Fields | None:
-        """Return the time that is left, when it has changed."""
+        """Return the remaining time when it has changed."""
         return self._changed.of({"time_left": max(0.0, self._seconds - self._ticker.elapsed_s)})
 
     def result(self) -> Fields:
@@ -82,7 +82,7 @@ class WaitManeuver:
 
 WAIT = Action(
     name="wait",
-    short="",  # the language has a node of its own
+    short="",  # the language has a node for this
     type="nav2_msgs/action/Wait",
     needs=(),
     example={"time": 10},

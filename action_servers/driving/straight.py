@@ -42,8 +42,8 @@ def limits(robot: RobotModel, tuning: Tuning) -> Limits:
 def misfit(goal: Any, *, backwards: bool) -> str | None:
     """Return why a goal is aborted at once, or None.
 
-    Backwards the signs of distance and speed do not matter, as with Nav2. Numbers that are not
-    finite are refused by the plan.
+    Backwards, the signs of distance and speed do not matter, as in Nav2. The plan refuses numbers
+    that are not finite.
     """
     target, speed = goal.target, goal.speed
     if not math.isfinite(target.y + target.z):
@@ -89,7 +89,7 @@ def _plan(
 class Straight:
     """Drives by `distance` (metres, negative for backwards) at up to `speed` (m/s, positive).
 
-    It brakes in time to stand at the end, and before an obstacle that lies on its way.
+    It brakes in time to stop at the end, and before an obstacle on its way.
     """
 
     needs_base = True

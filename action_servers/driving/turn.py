@@ -1,4 +1,4 @@
-"""Turn on the spot by an angle, and not into an obstacle; and the same as Nav2's Spin."""
+"""Turn on the spot by an angle without hitting an obstacle; and the same as Nav2's Spin."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DEFAULT_SPEED = 1.0
 """rad/s, taken for 0: the upper end of what Nav2's spin behaviour turns at (0.4 to 1.0)."""
 
 ARRIVED_WITHIN = math.radians(0.3)
-"""Distance to the target at which the robot is told to stop."""
+"""Distance to the target at which the robot is commanded to stop."""
 
 
 class Rotation:
@@ -43,7 +43,7 @@ class Rotation:
     def towards(self, now: Observation, target: float, speed: float) -> Twist2D | Finished | None:
         """Return the velocity towards `target` (radians) at up to `speed` (rad/s).
 
-        None when the target is reached; the end of the goal when something stands in the way.
+        None when the target is reached; the end of the goal if an obstacle is in the way.
         """
         remaining = target - self._drive.yaw
         if abs(remaining) <= ARRIVED_WITHIN:
@@ -97,7 +97,7 @@ def plan(
 class Turn:
     """Turns by `angle` (radians, left positive, not wrapped) at up to `speed` (rad/s).
 
-    It slows down near the end, and is finished once it stands at the angle.
+    It slows down near the end, and finishes once it stands at the angle.
     """
 
     needs_base = True
@@ -137,7 +137,7 @@ class Turn:
         return self._drive.rest(now) or SUCCEEDED
 
     def feedback(self) -> Fields | None:
-        """Return the angle turned and the one that remains, when they have changed."""
+        """Return the angle turned and the remaining one, when they have changed."""
         turned, remaining = self._drive.yaw, self._angle - self._drive.yaw
         return self._changed.of(
             {"current_angle": math.degrees(turned), "remaining_angle": math.degrees(remaining)}

@@ -1,1 +1,1 @@
-"""A map of what the lidar has seen: built, measured, saved, and explored to its edges."""
+"""A map from the scans of the lidar: built, measured, saved, and explored to its edges."""

@@ -1,4 +1,4 @@
-"""How much of the world has been mapped, and how much visited."""
+"""How much of the world is mapped, and how much is visited."""
 
 from __future__ import annotations
 
@@ -17,18 +17,19 @@ ZONE_M = 1.0
 """Edge of a zone: a square of the map frame that begins at whole metres."""
 
 INSIDE_M = 0.05
-"""How far within a zone the robot must come: one that stands on a corner has not visited four."""
+"""The distance within a zone that the robot must reach: a robot on a corner has not visited four.
+"""
 
 _ZONE_SHARE = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class Measure:
-    """What is known of the world.
+    """The known part of the world.
 
     `area` is that of all cells that are free or occupied, m²; `fraction` its share of all cells
     within the bounds of the map. `zones_visited` counts the zones in which the middle of the
-    robot's axle has been, `zones` those and every other that is known to be free by half.
+    robot's axle has been, `zones` those and all others of which half is known to be free.
     """
 
     area: float
@@ -77,7 +78,7 @@ def _open_zones(grid: Grid) -> set[tuple[int, int]]:
 
 
 def _zones(origin: float, cells: int, resolution: float) -> tuple[Indices, Indices]:
-    """Return the zones that a row of cells goes through, and the first cell of each."""
+    """Return the zones that a row of cells crosses, and the first cell of each."""
     middles = origin + (np.arange(cells) + 0.5) * resolution
     zones, first = np.unique(np.floor(middles / ZONE_M).astype(int), return_index=True)
     return zones, first

@@ -1,4 +1,4 @@
-"""The maneuver behind ExploreFrontiers: drive to the edges of the map until none is left."""
+"""The maneuver behind ExploreFrontiers: drive to the edges of the map until there are none."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from bt_mission.core.geometry import Twist2D
 from bt_mission.core.robot.model import RobotModel
 
 GIVEN_UP_M = 0.35
-"""Frontier cells within this distance of one that was given up are not tried again."""
+"""Frontier cells within this distance of a given-up frontier are not tried again."""
 
 GONE_M = 0.30
-"""A frontier is gone when no cell of any is within this distance of its middle."""
+"""A frontier is gone when no frontier cell is within this distance of its middle."""
 
 NEWS_M2 = 2.0
 """Area newly known from which the choice of a frontier is made afresh."""
@@ -58,7 +58,7 @@ def plan(
     navigation: NavigationTuning = NAVIGATION,
     publish_path: Callable[[Floats], None] | None = None,
 ) -> ExploreFrontiers:
-    """Return the maneuver for a goal. A map that has not come yet is waited for."""
+    """Return the maneuver for a goal. It waits for a map that has not arrived yet."""
     shortest = goal.min_frontier or frontiers.min_length
     maneuver = ExploreFrontiers(robot, goal.max_duration, shortest, frontiers, navigation)
     if publish_path is not None:
@@ -69,9 +69,9 @@ def plan(
 class ExploreFrontiers:
     """Drives to the best frontier, and to the next when that is gone; needs a map that grows.
 
-    `max_duration` is in seconds, 0 for no limit, `shortest` in metres. A frontier that no way
-    leads to, or that stays although the robot has been there, is left alone; one that could not
-    be driven to is given up, and the goal ends aborted when only such ones are left.
+    `max_duration` is in seconds, 0 for no limit, `shortest` in metres. A frontier without a path,
+    or one that stays although the robot has been there, is ignored. One that could not be reached
+    is given up, and the goal ends aborted when only such ones are left.
     """
 
     needs_base = True
@@ -89,7 +89,7 @@ class ExploreFrontiers:
         self._max_duration = max_duration or math.inf
         self._shortest = shortest
         self.surroundings = Surroundings(robot, navigation)
-        """What it knows of the world."""
+        """The state of the world."""
         self._grid: Grid | None = None
         self._maps = 0
         self._area = 0.0
@@ -128,16 +128,16 @@ class ExploreFrontiers:
         return answer
 
     def feedback(self) -> Fields | None:
-        """Return frontiers left and area known: when they change, and once a second."""
+        """Return the frontiers left and the known area: when they change, and once a second."""
         telling: dict[str, Value] = {"frontiers_left": len(self._left), "area_mapped": self._area}
         return self._changed.of(telling, self._time_s)
 
     def result(self) -> Fields:
-        """Return the number of frontiers that were driven to until gone, and the area known."""
+        """Return the number of frontiers that were driven to until gone, and the known area."""
         return {"frontiers_visited": self._visited, "area_mapped": self._area}
 
     def _take_in(self, now: Observation) -> None:
-        """Look at a new map: what is known, which frontiers are left, is the target one of them."""
+        """Handle a new map: known area, remaining frontiers, and whether the target is one."""
         self.surroundings.observe(now)
         grid = now.grid
         if grid is None or grid is self._grid:
@@ -200,7 +200,7 @@ class ExploreFrontiers:
         return ZERO
 
     def _turn_away(self, target: Target) -> None:
-        """Drop a target that the map has shut off meanwhile; left alone if that happens again."""
+        """Drop a target that the map has cut off meanwhile; ignore it if that happens again."""
         if any(math.dist(place, target.frontier.middle) <= GIVEN_UP_M for place in self._shut):
             self._give_up(target, self._seen)
         self._shut.append(target.frontier.middle)
@@ -212,7 +212,7 @@ class ExploreFrontiers:
         self._find()
 
     def _choose(self, now: Observation, *, settled: bool) -> Twist2D | Finished:
-        """Begin a leg to the best frontier; look again before believing that there is none."""
+        """Start a leg to the best frontier; look again before concluding that there is none."""
         self._target = None
         if now.map_pose is None or not self.surroundings.ready:
             return self._not_ready(now)

@@ -19,8 +19,8 @@ FREE_PIXEL, UNKNOWN_PIXEL, OCCUPIED_PIXEL = 254, 205, 0
 OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 """Darkness, 0 to 1, from which a pixel is read as occupied, and below which as free.
 
-Nav2's map saver writes 0.25 for the second; its map server then takes the grey of unknown cells,
-1 - 205 / 255 = 0.19608, for free ones. 0.196 keeps them unknown.
+Nav2's map saver writes 0.25 for the second; its map server then takes the grey of unknown cells, 1
+- 205 / 255 = 0.19608, for free ones. 0.196 keeps them unknown.
 """
 
 
@@ -29,9 +29,9 @@ class MapFileError(BtMissionError):
 
 
 def save(grid: Grid, prefix: Path) -> tuple[Path, Path]:
-    """Write `prefix`.pgm and `prefix`.yaml; gives both paths.
+    """Write `prefix`.pgm and `prefix`.yaml. Return both paths.
 
-    Raises MapFileError for a map without cells, and where the files cannot be written.
+    Raises MapFileError for a map without cells, and if the files cannot be written.
     """
     if not grid.cells.size:
         raise MapFileError("there is no map yet: no scan has been placed on it")
@@ -49,7 +49,7 @@ def save(grid: Grid, prefix: Path) -> tuple[Path, Path]:
 
 
 def pixels(grid: Grid) -> npt.NDArray[np.uint8]:
-    """Return a map as grey values, `rows x columns`; the first row is the one of the largest y."""
+    """Return a map as grey values, `rows x columns`; the first row is that of the largest y."""
     grey = np.full(grid.cells.shape, UNKNOWN_PIXEL, dtype=np.uint8)
     grey[(grid.cells >= 0) & (grid.cells < OCCUPIED_FROM)] = FREE_PIXEL
     grey[grid.cells >= OCCUPIED_FROM] = OCCUPIED_PIXEL
@@ -57,7 +57,7 @@ def pixels(grid: Grid) -> npt.NDArray[np.uint8]:
 
 
 def _about(grid: Grid, image: str) -> str:
-    # A text in JSON is one in YAML, whatever is in the file's name.
+    # A text in JSON is also one in YAML, whatever the file's name contains.
     return (
         f"image: {json.dumps(image)}\n"
         "mode: trinary\n"

@@ -1,4 +1,4 @@
-"""The edges of what is known: free cells beside unknown ones, and which of them to drive to next.
+"""The edges of the known area: free cells beside unknown ones, and which to drive to next.
 
 After B. Yamauchi, "A frontier-based approach for autonomous exploration", CIRA 1997.
 """
@@ -21,13 +21,14 @@ from action_servers.navigation.planner import PRICE_UNIT_M, Point, RoadMap, depa
 from bt_mission.core.geometry import Pose2D, wrap
 
 REACH_M = 1.0
-"""How far from a frontier the robot may end when it cannot stand on it; it must see it, though."""
+"""The distance to a frontier at which the robot may end if it cannot stand on it; it must see it.
+"""
 
 SIZE_GAIN = 0.5
 """Metres of way that a metre of frontier is worth."""
 
 LARGEST_M = 3.0
-"""A frontier longer than this is worth no more: from its middle, the lidar sees no farther."""
+"""A longer frontier is not preferred: from its middle, the lidar sees no farther."""
 
 TURN_COST_M = 0.3
 """Metres of way that a radian of turning towards it costs."""
@@ -64,7 +65,7 @@ class Target:
 
 
 def edge_cells(grid: Grid) -> Bools:
-    """Tell which cells are free and have an unknown one beside them; off the grid is unknown.
+    """Return which cells are free and have an unknown one beside them; outside the grid is unknown.
 
     Unknown cells that touch an obstacle do not count: rays that graze a wall leave such seams, and
     no robot fits into them.
@@ -142,10 +143,10 @@ def _middle_first(points: Floats) -> Floats:
 def _viewpoint(
     frontier: Frontier, survey: Survey, places: Floats, tree: cKDTree
 ) -> tuple[int, Floats] | None:
-    """Return the index of a place from which the frontier is near and seen, and what is seen."""
+    """Return the index of a place from which the frontier is near and seen, and the cells seen."""
     points = frontier.points[:: max(1, len(frontier.points) // _SAMPLES)]
     gaps, nearest = tree.query(points)
-    # From the middle of the frontier outwards, but a place on it rather than one beside it.
+    # From the middle of the frontier outwards, places on it before places beside it.
     for rank in np.argsort(np.maximum(gaps, survey.resolution), kind="stable"):
         if gaps[rank] > REACH_M:
             return None

@@ -40,7 +40,7 @@ MOST_SAVES, SAVES_WINDOW_S = 5, 1.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapperOptions(RobotNodeOptions):
-    """How the mapper is made. `map_prefix`: where `save_map` writes, .pgm and .yaml appended."""
+    """The options of the mapper. `map_prefix`: where `save_map` writes, .pgm and .yaml appended."""
 
     map_prefix: str = "map"
 
@@ -48,16 +48,16 @@ class MapperOptions(RobotNodeOptions):
 class MapperNode(RobotNode):
     """Publishes `map` (latched) and `coverage`, and offers `save_map`.
 
-    The robot's place comes from the transform of the map frame to odometry: something else
-    localises, this only maps. `map` is published when anything is known to be free, then at most
-    once a second, and only when it has changed; `coverage` too, when it has.
+    The robot's pose is the transform of the map frame to odometry: another node localises, this one
+    only maps. `map` is published when a cell is known to be free, then at most once a second, and
+    only when it has changed; `coverage` likewise.
 
     Args:
-        robot: Place and reach of its lidar.
-        options: Everything else.
+        robot: The pose and range of its lidar.
+        options: All other options.
 
     Raises:
-        rclpy.exceptions.ParameterException: For a parameter out of its range.
+        rclpy.exceptions.ParameterException: A parameter is out of its range.
     """
 
     def __init__(self, robot: RobotModel, options: MapperOptions | None = None) -> None:
@@ -95,12 +95,12 @@ class MapperNode(RobotNode):
 
     @property
     def grid(self) -> Grid | None:
-        """The map as it was last published; None before."""
+        """The map as last published; None before."""
         return self._grid
 
     @property
     def measure(self) -> Measure:
-        """What is known and visited by now, published or not."""
+        """The known and visited area, published or not."""
         return self._coverage.measure(self._mapper.grid())
 
     def _retune(self, _parameters: Any) -> None:
@@ -171,7 +171,7 @@ class MapperNode(RobotNode):
         return response
 
     def _refuse_other_folder(self, prefix: Path) -> None:
-        """Raise MapFileError where a client of ours would have a file written anywhere."""
+        """Raise MapFileError if a client asks for a file outside the folder."""
         if not prefix.expanduser().resolve().is_relative_to(self._map_folder):
             raise MapFileError(
                 f"{MAP_PREFIX}: {prefix} lies outside of {self._map_folder}, where the mapper was "

@@ -1,7 +1,7 @@
-"""An occupancy grid out of scans: log-odds of every cell, from rays that end there or pass it.
+"""An occupancy grid from scans: log-odds of every cell, from rays that end there or pass it.
 
 The evidence of scans adds up as log-odds (A. Elfes, "Using occupancy grids for mobile robot
-perception and navigation", 1989). Poses are taken as given: this maps, it does not localise.
+perception and navigation", 1989). Poses are given: this module maps, it does not localise.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ FREE_THRESH = 0.25
 """Probability up to which a cell counts as free: that of Nav2's map server."""
 
 HIT = 0.90
-"""Log-odds of a ray that ends in a cell; one is enough to make an unknown cell an obstacle."""
+"""Log-odds of a ray that ends in a cell; a single one makes an unknown cell an obstacle."""
 
 MISS = 0.55
 """Log-odds of a ray that passes a cell; it takes two to make an unknown cell free."""
 
 LEAST, MOST = -3.0, 3.5
-"""Bounds of the log-odds of a cell, so that what moves away is forgotten within ten scans."""
+"""Bounds of the log-odds of a cell, so that an obstacle that leaves is gone after ten scans."""
 
 _BLOCK_M = 1.0
 _LARGEST_M = 100.0
@@ -45,10 +45,10 @@ _Odds = npt.NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True)
 class _Rays:
-    """What the rays of a scan tell, one value each.
+    """The rays of a scan, one value each.
 
-    `clear` is how far nothing is, 0 for a ray that tells nothing; `ends_x`, `ends_y` where they
-    end, metres in the map frame; `hit` whether something is there.
+    `clear` is the free distance, 0 for a ray without a measurement; `ends_x`, `ends_y` are the
+    ends, metres in the map frame; `hit` is whether it hits an obstacle.
     """
 
     clear: npt.NDArray[np.float32]
@@ -58,7 +58,7 @@ class _Rays:
 
 
 class OccupancyMapper:
-    """Adds scans up to a map of the frame in which the poses are given.
+    """Adds scans to a map in the frame of the poses.
 
     The map begins empty and grows by whole metres, up to 100 m along x and y, so that a pose that
     jumps far away cannot fill the memory. `resolution` is the edge of a cell in metres.
@@ -76,14 +76,14 @@ class OccupancyMapper:
 
     @property
     def empty(self) -> bool:
-        """Whether no scan has been added yet."""
+        """Whether no scan was added yet."""
         return self._odds.size == 0
 
     def add(self, scan: Scan, pose: Pose2D) -> bool:
-        """Add a scan, taken when the base was at `pose`; False when it lies too far away.
+        """Add a scan, taken with the base at `pose`. Return False if it is too far away.
 
-        A ray of inf tells that nothing is within the reach of the lidar. One of NaN, 0, less than
-        the lidar's shortest range, or more than its longest, tells nothing.
+        A ray of inf is free up to the range of the lidar. One of NaN, 0, less than the lidar's
+        shortest range, or more than its longest, has no effect.
         """
         lidar = composed(pose, self._mount)
         rays = self._read(scan, lidar)
@@ -138,7 +138,7 @@ class OccupancyMapper:
         )
 
     def _span(self, rays: _Rays, lidar: Pose2D) -> tuple[tuple[int, int], tuple[int, int]]:
-        """Return first and last-plus-one row and column of all that the scan may change."""
+        """Return first and last-plus-one row and column of the cells that the scan may change."""
         return (
             self._cells_of(min(lidar.y, rays.ends_y.min()), max(lidar.y, rays.ends_y.max())),
             self._cells_of(min(lidar.x, rays.ends_x.min()), max(lidar.x, rays.ends_x.max())),
@@ -175,10 +175,10 @@ class OccupancyMapper:
         rows: tuple[int, int],
         columns: tuple[int, int],
     ) -> npt.NDArray[np.bool_]:
-        """Tell which cells of a window the scan has seen through.
+        """Return which cells of a window the scan has seen as free.
 
-        Each cell asks the ray that comes nearest to its middle how far it went, so that no cell
-        between two rays is left out. Rays less than 10 microradians apart are no scan.
+        Each cell uses the ray nearest to its middle, so that no cell between two rays is omitted.
+        Rays less than 10 microradians apart are not a scan.
         """
         size = self._resolution
         x = (np.arange(*columns, dtype=np.float32) + 0.5) * size - lidar.x
@@ -191,7 +191,7 @@ class OccupancyMapper:
         bearings = np.arctan2(y, x) - np.float32(lidar.yaw + scan.angle_min)
         ray, whole_turn = ray_towards(scan, bearings)
         ray = ray % count if whole_turn else np.minimum(ray, count)
-        # A last value, 0, stands for every direction that the scan does not cover.
+        # A last value, 0, is for all directions that the scan does not cover.
         clear = np.append(rays.clear, np.float32(0.0))
         passed: npt.NDArray[np.bool_] = gaps + np.float32(_THROUGH * size) < clear[ray]
         return passed

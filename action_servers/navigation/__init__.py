@@ -1,1 +1,1 @@
-"""Waypoint navigation in the words of Nav2: plan on the map, follow, look, plan again."""
+"""Waypoint navigation with Nav2's interfaces: plan on the map, follow, look, plan again."""

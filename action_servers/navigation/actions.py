@@ -1,6 +1,6 @@
 """The actions of Nav2 that drive on a map: from goals in its messages to maneuvers.
 
-Feedback and results need no translation here: the maneuvers answer with Nav2's field names.
+Feedback and results need no translation here: the maneuvers return Nav2's field names.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ MOST_POSES = 1_000
 
 
 def pose_misfit(goal: Any) -> str | None:
-    """Return why a goal of `navigate_to_pose` leads nowhere, or None."""
+    """Return why a goal of `navigate_to_pose` is invalid, or None."""
     return None if goal.pose.header.frame_id else "the pose is missing, or its header.frame_id"
 
 
 def waypoints_misfit(goal: Any) -> str | None:
-    """Return why a goal of `follow_waypoints` cannot be carried out, or None."""
+    """Return why a goal of `follow_waypoints` is invalid, or None."""
     if not goal.poses:
         return "the list of poses is empty"
     too_many = poses_misfit(goal)
@@ -48,7 +48,7 @@ def waypoints_misfit(goal: Any) -> str | None:
 
 
 def through_poses_misfit(goal: Any) -> str | None:
-    """Return why a goal of `navigate_through_poses` cannot be carried out, or None."""
+    """Return why a goal of `navigate_through_poses` is invalid, or None."""
     return poses_misfit(goal) if goal.poses else "poses must hold at least one pose"
 
 

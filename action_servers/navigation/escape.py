@@ -1,4 +1,4 @@
-"""The way out of a place where the robot stands too close to something to turn freely."""
+"""The way out of a place where the robot is too close to an obstacle to turn freely."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ def way_out(
 ) -> WayOut | None:
     """Find a turn and a straight drive to where the clearance is at least `radius`, or None.
 
-    `points` are what the lidar sees, from the base, `n x 2` metres. The hull touches none of them
-    on the way. The shortest way wins, a radian of turning counting as 0.3 m; straight before
-    turning, left before right, forwards before backwards.
+    `points` are those of the scan, from the base, `n x 2` metres. The hull touches none of them on
+    the way. The shortest way wins, a radian of turning counting as 0.3 m; straight before turning,
+    left before right, forwards before backwards.
     """
     room = {side: free_angle(points, body, side * math.pi) for side in (1, -1)}
     best: WayOut | None = None
@@ -96,7 +96,7 @@ class Escape:
         return max(0.0, abs(way.distance) - travelled * math.copysign(1.0, way.distance))
 
     def steer(self, pose: Pose2D) -> Twist2D | None:
-        """Return the twist that is wanted now, or None when out."""
+        """Return the wanted twist, or None when out."""
         error = wrap(self._way.yaw - pose.yaw)
         if not self._aligned:
             self._aligned = abs(error) <= _ALIGNED_RAD

@@ -1,8 +1,8 @@
 """Path following: regulated pure pursuit, after a turn towards the path and before one at its end.
 
-Pure pursuit steers along the arc through a point of the path a little ahead, of curvature
-2 sin(a) / d for a point at distance d and bearing a (R. C. Coulter, CMU-RI-TR-92-01). Speed goes
-down in bends, near obstacles and before the end.
+Pure pursuit steers along the arc through a point of the path a little ahead, of curvature 2 sin(a)
+/ d for a point at distance d and bearing a (R. C. Coulter, CMU-RI-TR-92-01). The speed decreases in
+bends, near obstacles and before the end.
 """
 
 from __future__ import annotations
@@ -53,7 +53,8 @@ class Follower:
         end = path.points[-1]
         start = path.points[0]
         self._driven = math.hypot(end[0] - start[0], end[1] - start[1]) <= _THERE_M
-        # A path may begin closer to obstacles than is allowed: no news, and no reason to stop.
+        # A path may begin closer to obstacles than is allowed: that is known, and not a reason to
+        # stop.
         needed = np.minimum(cost.radius - cost.margin, survey.clearance_at(path.points))
         self._needed: Floats = needed - cost.margin
         self._checked: Survey = survey
@@ -80,7 +81,7 @@ class Follower:
         return float(ahead[0]) - self._along if ahead.size and not self._driven else math.inf
 
     def steer(self, pose: Pose2D, survey: Survey, speed: float, limit: float) -> Twist2D | None:
-        """Return the twist that is wanted now, or None at the goal.
+        """Return the wanted twist, or None at the goal.
 
         `speed` is the present one and `limit` the highest allowed, in m/s.
         """

@@ -23,7 +23,7 @@ _OFF_PATH_M = 0.3
 
 
 class NavigateToPose:
-    """Drives to a pose on the map, and stands still whenever it does not see or know enough."""
+    """Drives to a pose on the map, and stands whenever it does not see or know enough."""
 
     needs_base = True
 
@@ -42,7 +42,7 @@ class NavigateToPose:
         self._goal = goal
         self._step_s = 1.0 / robot.control_rate
         self.surroundings = surroundings or Surroundings(robot)
-        """What it knows of the world."""
+        """The state of the world."""
         self._tuning = self.surroundings.tuning
         self._body = footprint(robot)
         self._limits = limits(robot)
@@ -62,7 +62,7 @@ class NavigateToPose:
 
     @property
     def recoveries(self) -> int:
-        """How often it has recovered or planned around something."""
+        """The number of recoveries and plans around obstacles."""
         return self._recoveries
 
     def step(self, now: Observation) -> Twist2D | Finished:
@@ -99,11 +99,11 @@ class NavigateToPose:
         }
 
     def result(self) -> Fields:
-        """Return nothing: Nav2's result has no fields of its own."""
+        """Return no fields: Nav2's result has none."""
         return {}
 
     def _lost(self, now: Observation, limit_s: float) -> Finished | None:
-        """Return how the goal ends where pose or scan are older, or None."""
+        """Return the end of the goal if pose or scan is too old, or None."""
         began_s, seen_s = self._start_s, self.surroundings.seen_s
         pose = overdue("pose on the map", now.odom_stamp_s, now.time_s, limit_s)
         if pose is not None:
@@ -129,7 +129,7 @@ class NavigateToPose:
             self._recoveries += 1
             self.surroundings.forget()
             self._follower = self._escape = None
-            # The next scans show again what is really there.
+            # The next scans show again what is there.
             self._plan_at_s = self._time_s + self._tuning.wait
         return None
 
@@ -141,7 +141,7 @@ class NavigateToPose:
         return Finished("aborted", ErrorCode.FAILED_TO_MAKE_PROGRESS, reason)
 
     def _find_path(self, pose: Pose2D) -> Finished | None:
-        """Plan when there is no path, it was left, or it has been blocked for long."""
+        """Plan if there is no path, it was left, or it has been blocked for long."""
         if self._follower is not None and self._follower.off_path > _OFF_PATH_M:
             self._follower = None
         if self._plan_at_s is None:
@@ -187,7 +187,7 @@ class NavigateToPose:
         return self._ramp.toward(wanted, self._step_s)
 
     def _wanted(self, pose: Pose2D) -> tuple[Twist2D | None, bool]:
-        """Return the twist that leads on, None at the goal, and whether the path is blocked."""
+        """Return the next twist, None at the goal, and whether the path is blocked."""
         if self._escape is not None:
             out = self._escape.steer(pose)
             if out is not None:

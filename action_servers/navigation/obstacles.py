@@ -1,4 +1,4 @@
-"""The temporary layer: what the lidar sees and the map does not have."""
+"""The temporary layer: obstacles in the scan that the map lacks."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class ObstacleLayer:
         return layer
 
     def update(self, scan: Scan, hits: Floats, lidar: Pose2D) -> bool:
-        """Mark what a scan hit, clear what it saw through; tell whether any cell changed.
+        """Mark what a scan hit, clear what it saw through. Return whether any cell changed.
 
         `hits` are `n x 2` metres and `lidar` the pose of the lidar, both in the map frame at the
         time of the scan.
@@ -52,8 +52,8 @@ class ObstacleLayer:
     def mark(self, points: Floats, seen_s: Floats, ranges: Floats | float) -> None:
         """Mark the cells of `n x 2` points, seen at `seen_s` from `ranges` metres away.
 
-        What is close to a mapped obstacle is that obstacle, seen with noise and pose error, and
-        is left out.
+        Points close to a mapped obstacle are that obstacle, seen with noise and pose error, and are
+        skipped.
         """
         new = self._survey.clearance_at(points) > _KNOWN_M + _KNOWN_PER_M * ranges
         rows, columns = self._survey.cells(points[new])

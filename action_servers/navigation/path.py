@@ -1,4 +1,4 @@
-"""A path as a polyline, and how a path over cells becomes one that a robot likes to drive."""
+"""A path as a polyline, and smoothing of a path over cells."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ROUNDING_M = 0.15
 _SAMPLE_M = 0.04
 
 _DISLIKE = 4.0
-"""What a metre costs more where the robot only just fits."""
+"""The extra price of a metre where the robot only just fits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class Path:
         return float(self.travelled[-1])
 
     def at(self, distance: float) -> tuple[float, float]:
-        """Return the point that lies `distance` metres along; the ends beyond the ends."""
+        """Return the point `distance` metres along the path; beyond the ends, the ends."""
         travelled, points = self._lists
         if distance >= travelled[-1]:
             return points[-1][0], points[-1][1]
@@ -72,10 +72,10 @@ class Path:
         return (end_x - x) / length * gone + x, (end_y - y) / length * gone + y
 
     def nearest(self, x: float, y: float, first: float, last: float) -> tuple[float, float]:
-        """Return how far along the path is nearest to a point, and how far that is from it, m.
+        """Return the length along the path to the point nearest to (x, y), and its distance, m.
 
-        Only the stretch from `first` to `last` metres is looked at, so that a path that passes
-        close to itself is not cut short.
+        Only the stretch from `first` to `last` metres is searched, so that a path that passes close
+        to itself is not cut short.
         """
         travelled, points = self._lists
         low = max(0, bisect_right(travelled, first) - 1)
@@ -109,13 +109,13 @@ class Path:
 
 
 def path_through(points: Floats) -> Path:
-    """Make a path of points; two that coincide are kept."""
+    """Make a path of points; two equal ones are kept."""
     steps = np.hypot(*np.diff(points, axis=0).T)
     return Path(points, np.concatenate(([0.0], np.cumsum(steps))))
 
 
 def straighten(points: Floats, survey: Survey, cost: CostModel) -> Floats:
-    """Replace stretches of a path by straight lines where that costs no more.
+    """Replace stretches of a path by straight lines if that does not cost more.
 
     A line must keep the cost model's radius everywhere and stay on known ground, unless it is a
     stretch of the path itself: the first one of a robot that leaves a tight place.
@@ -134,14 +134,14 @@ def straighten(points: Floats, survey: Survey, cost: CostModel) -> Floats:
 
 
 def smooth(points: Floats, survey: Survey, cost: CostModel) -> Path:
-    """Space points evenly and round their corners where there is room; the ends stay."""
+    """Space points evenly and round their corners where there is space; the ends stay."""
     even = _spaced(points)
     allowed = np.minimum(survey.clearance_at(even), cost.radius)
     known = survey.known_at(even)
     rounding = _ROUNDING_M / SPACING_M
     while rounding > 0.5:
         rounded = _blur(even, rounding)
-        # Points move sideways by less than their spacing, so each is held to its own old place.
+        # Points move sideways by less than their spacing, so each is compared with its old place.
         room = np.all(survey.clearance_at(rounded) >= allowed - 1e-9)
         if room and np.all(survey.known_at(rounded) | ~known):
             return path_through(rounded)

@@ -29,7 +29,7 @@ PRICE_UNIT_M = 1e-5
 
 @dataclass(frozen=True, slots=True)
 class NoPath:
-    """Why there is no path: a code of Nav2's planner, and the reason in words."""
+    """Why there is no path: a code of Nav2's planner, and the reason as text."""
 
     code: ErrorCode
     reason: str
@@ -37,9 +37,9 @@ class NoPath:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RoadMap:
-    """The cells a robot may stand on, and the price of going from one to the next.
+    """The cells that a robot may stand on, and the price from one to the next.
 
-    `node[row, column]` numbers them, -1 for the others; `centres[node]` is where they are, metres;
+    `node[row, column]` numbers them, -1 for the others; `centres[node]` is their place, metres;
     `edges` is symmetric.
     """
 
@@ -90,9 +90,8 @@ def plan(
 ) -> Path | NoPath:
     """Find the cheapest path between two points in metres, straightened and smoothed.
 
-    A robot that stands too close to an obstacle is led to the nearest free cell first. The path
-    ends at the goal if the robot can turn there, else at the nearest free cell within
-    `goal_distance` of it.
+    A robot too close to an obstacle first moves to the nearest free cell. The path ends at the goal
+    if the robot can turn there, else at the nearest free cell within `goal_distance` of it.
     """
     survey = roads.survey
     if not survey.contains(*start):
@@ -124,7 +123,7 @@ def plan(
 def goal_nodes(
     roads: RoadMap, goal: Point, tuning: NavigationTuning = NAVIGATION
 ) -> list[int] | NoPath:
-    """Return the nodes at which a path to a point in metres may end, nearest first; or why none."""
+    """Return the nodes at which a path to a point (m) may end, nearest first, or why none."""
     if not roads.survey.contains(*goal):
         return NoPath(ErrorCode.GOAL_OUTSIDE_MAP, f"the goal {at(goal)} is outside the map")
     nearby = roads.free_near(goal, tuning.goal_distance)
@@ -136,10 +135,10 @@ def goal_nodes(
 
 
 def departures(roads: RoadMap, start: Point, reach: float = NAVIGATION.start_reach) -> list[int]:
-    """Return the nodes at which a way from a point can begin, the nearest first.
+    """Return the nodes at which a path from a point can begin, nearest first.
 
-    A robot that stands closer to an obstacle than it should has only those within `reach` metres
-    that lead away from it.
+    A robot closer to an obstacle than allowed has only those within `reach` metres that lead away
+    from it.
     """
     clearance = roads.survey.clearance_of(*start)
     row, column = roads.survey.cell(*start)

@@ -1,4 +1,4 @@
-"""Where the robot was a moment ago."""
+"""The pose of the robot a moment ago."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _GUESS_S = 0.15
 class PoseHistory:
     """The poses of the last second, to place a scan by its stamp.
 
-    A robot that turns at 1 rad/s would otherwise smear a wall 2 m away over 0.2 m between two
+    Without it, a robot that turns at 1 rad/s would smear a wall 2 m away over 0.2 m between two
     scans.
     """
 
@@ -23,8 +23,8 @@ class PoseHistory:
     def remember(self, stamp_s: float, pose: Pose2D) -> None:
         """Take in the newest pose."""
         poses = self._poses
-        # Older than the last means that the clock was set back; as old, that only the correction of
-        # the map frame is new.
+        # A stamp older than the last means that the clock was set back; an equal one, that only the
+        # correction of the map frame is new.
         while poses and poses[-1][0] >= stamp_s:
             poses.pop()
         poses.append((stamp_s, pose))
@@ -32,7 +32,7 @@ class PoseHistory:
             poses.popleft()
 
     def at(self, stamp_s: float) -> Pose2D | None:
-        """Return the pose at a time, or None when it was too long ago or is yet to come."""
+        """Return the pose at a time, or None if it is too old or in the future."""
         poses = self._poses
         if not poses or stamp_s < poses[0][0] - _GUESS_S or stamp_s > poses[-1][0] + _GUESS_S:
             return None

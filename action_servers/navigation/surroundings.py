@@ -1,4 +1,4 @@
-"""What a navigating robot knows of the world: the map, what it has seen, and where it was when."""
+"""The state of the world for navigation: map, seen obstacles, and recent poses."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Surroundings:
     def __init__(self, robot: RobotModel, tuning: NavigationTuning = NAVIGATION) -> None:
         self.tuning = tuning
         self.on_path: Callable[[Floats], None] = _ignore
-        """Told of each path that is planned: points in the map, `n x 2` m."""
+        """Called with each path that is planned: points in the map, `n x 2` m."""
         self._lidar = robot.lidar
         self._mount = Pose2D(robot.lidar.x, robot.lidar.y, 0.0)
         self.cost: CostModel = cost_model(robot.turning_radius, tuning)
@@ -47,7 +47,7 @@ class Surroundings:
         if now.grid is not None and now.grid is not self._grid:
             if self._grid is None or _differ(self._grid, now.grid):
                 mapped = survey(now.grid)
-                # A map that grows or moves under the robot does not remove what was seen.
+                # A map that grows or moves under the robot does not remove seen obstacles.
                 self._layer = self._layer.over(mapped) if self._layer else self._no_marks(mapped)
                 self._mapped, self._survey = mapped, mapped.with_obstacles(self._layer.marks)
             self._grid = now.grid
@@ -74,23 +74,23 @@ class Surroundings:
 
     @property
     def survey(self) -> Survey:
-        """The map with what was seen; a new object whenever any cell changed."""
+        """The map with seen obstacles; a new object whenever any cell changed."""
         assert self._survey is not None
         return self._survey
 
     @property
     def roads(self) -> RoadMap:
-        """The road map of `survey`, made when first asked for."""
+        """The road map of `survey`, made at first use."""
         if self._roads is None or self._roads.survey is not self.survey:
             self._roads = road_map(self.survey, self.cost)
         return self._roads
 
     def near(self, pose: Pose2D) -> Floats:
-        """Return what the newest scan hit within about a metre, seen from a pose, `n x 2` m."""
+        """Return the hits of the newest scan within about a metre, seen from a pose, `n x 2` m."""
         return into_frame(pose, self._near_in_map)
 
     def forget(self) -> None:
-        """Drop what was seen, and start again from the map."""
+        """Drop seen obstacles, and start again from the map."""
         self._layer = self._no_marks(self.mapped)
         self._survey = self._mapped
 

@@ -28,7 +28,7 @@ class NavigateThroughPoses:
         self._poses = tuple(poses)
         self._robot = robot
         self.surroundings = surroundings
-        """What it knows of the world."""
+        """The state of the world."""
         self._index = 0
         self._twist = ZERO
         self._leg = self._new_leg()
@@ -75,7 +75,7 @@ class NavigateThroughPoses:
         }
 
     def result(self) -> Mapping[str, Value]:
-        """Return nothing: Nav2's result has no fields of its own."""
+        """Return no fields: Nav2's result has none."""
         return {}
 
     @property

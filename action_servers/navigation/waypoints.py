@@ -38,7 +38,7 @@ class FollowWaypoints:
         self._poses = tuple(poses)
         self._robot = robot
         self.surroundings = Surroundings(robot, tuning)
-        """What it knows of the world."""
+        """The state of the world."""
         self._loops_left = loops
         self._index = first
         self._stop_on_failure = tuning.stop_on_failure
@@ -77,11 +77,11 @@ class FollowWaypoints:
         return self._changed.of({"current_waypoint": self._index}, self._time_s)
 
     def result(self) -> Fields:
-        """Return the poses that were not reached, each with the code that says why."""
+        """Return the poses that were not reached, each with the code of its reason."""
         return {"missed_waypoints": list(self._missed)}
 
     def _last_leg(self) -> bool:
-        """Go on to the next pose or round; tell whether there is none."""
+        """Continue with the next pose or round. Return whether there is none."""
         self._leg = None
         if self._index + 1 < len(self._poses):
             self._index += 1

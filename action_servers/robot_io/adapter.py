@@ -1,7 +1,7 @@
 """The one adapter between a ROS action and a maneuver.
 
-A goal is checked before it is accepted, and its maneuver is in the pilot's care from the moment of
-acceptance, so that a cancel finds it however early it comes. Execution only waits for the end.
+A goal is checked before it is accepted. The pilot has its maneuver from the moment of acceptance,
+so that an early cancel finds it. Execution only waits for the end.
 """
 
 from __future__ import annotations
@@ -39,8 +39,9 @@ SHOWN_CHARACTERS = 300
 
 
 RESULT_TIMEOUT_S = 10
-"""How long a result is kept, s, as by rcl_action's C++ servers; rclpy's own default of 900 s makes
-every status message carry all goals of a quarter of an hour."""
+"""The time for which a result is kept, s, as by rcl_action's C++ servers; with rclpy's default of
+900 s every status message would carry all goals of a quarter of an hour.
+"""
 
 REQUESTS = QoSProfile(depth=MOST_WAITING)
 
@@ -51,8 +52,9 @@ QUIET_S = 1.0
 Method: TypeAlias = Literal["step", "feedback", "result"]
 
 Before: TypeAlias = Callable[[Method, Fields], "tuple[int, str] | None"]
-"""Called before a method of a maneuver, with the newest feedback; whatever it raises, the maneuver
-raises. Before a step, a code and a reason end the goal as aborted."""
+"""Called before a method of a maneuver, with the newest feedback. The maneuver raises its
+exceptions. Before a step, a code and a reason end the goal as aborted.
+"""
 
 
 class HookedManeuver:
@@ -65,15 +67,15 @@ class HookedManeuver:
 
     @property
     def needs_base(self) -> bool:
-        """As the maneuver."""
+        """As of the maneuver."""
         return self._maneuver.needs_base
 
     def step(self, now: Observation) -> Twist2D | Finished:
-        """As the maneuver, or the end of the goal."""
+        """Return the step of the maneuver, or the end of the goal."""
         return self._ask("step") or self._maneuver.step(now)
 
     def feedback(self) -> Fields | None:
-        """As the maneuver."""
+        """Return the feedback of the maneuver."""
         self._ask("feedback")
         fields = self._maneuver.feedback()
         if fields is not None:
@@ -81,7 +83,7 @@ class HookedManeuver:
         return fields
 
     def result(self) -> Fields:
-        """As the maneuver."""
+        """Return the result of the maneuver."""
         self._ask("result")
         return self._maneuver.result()
 
@@ -98,11 +100,11 @@ class BoundedActionServer(BoundedRequests, ActionServer):
 
 
 class ActionAdapter:
-    """Offers one action on a node, carried out by a pilot.
+    """Offers one action on a node; a pilot runs its goals.
 
-    The result's `error_code` and `error_msg` are filled from the way the maneuver ended. A goal
-    whose maneuver raises is aborted with the cause. `refusal` says why a maneuver, which drives or
-    not, may not begin now. `sensors` give what is known of the robot when a goal comes.
+    The result's `error_code` and `error_msg` are filled from the end of the maneuver. A goal whose
+    maneuver raises is aborted with the cause. `refusal` returns why a maneuver, driving or not,
+    must not begin now. `sensors` give the robot's state when a goal arrives.
     """
 
     def __init__(
@@ -128,7 +130,7 @@ class ActionAdapter:
         self._rate = GoalRate(RESULT_TIMEOUT_S)
         self._lines = RateLimit(QUIET_S, MOST_LINES)
         self.refused = ""
-        """Why the last goal was rejected; a rejection itself carries no reason in ROS."""
+        """Why the last goal was rejected; a rejection in ROS has no reason."""
         self._server = BoundedActionServer(
             node,
             action.type,
@@ -158,11 +160,11 @@ class ActionAdapter:
         self._closed = reason
 
     def plan_by(self, action: ServedAction) -> None:
-        """Plan goals that come from now on by another form of this action."""
+        """Plan later goals by another form of this action."""
         self._action = action
 
     def interpose(self, before: Before) -> Callable[[], None]:
-        """Ask before each step of this action's maneuvers; gives a function that ends it."""
+        """Call a function before each step of the maneuvers; return a function that ends that."""
         self._before.append(before)
         for run, _ in self._running.values():
             run.maneuver = self._interposed(run.maneuver)
@@ -174,7 +176,7 @@ class ActionAdapter:
         return remove
 
     def destroy(self) -> None:
-        """Withdraw the action; its goals are to be ended before."""
+        """Withdraw the action; its goals must have ended."""
         self._server.destroy()  # type: ignore[no-untyped-call]  # rclpy's
 
     def _check(self, goal: Any) -> GoalResponse:
@@ -207,7 +209,7 @@ class ActionAdapter:
 
     def _begin(self, handle: ServerGoalHandle) -> None:
         maneuver, self._planned = self._planned, None
-        assert maneuver is not None  # rclpy comes from _check straight to here
+        assert maneuver is not None  # rclpy continues here directly after _check
         ended = Future()
         meanwhile = ExitStack()
 
@@ -242,8 +244,8 @@ class ActionAdapter:
         return HookedManeuver(maneuver, self._before)
 
     def _cancel(self, handle: ServerGoalHandle) -> CancelResponse:
-        # Never refused: rclpy skips the goal after one whose cancel is refused, and a goal that
-        # has just ended may still say how after a cancel.
+        # Never refused: rclpy skips the goal after one whose cancel is refused, and a goal that has
+        # just ended may still report its end after a cancel.
         running = self._running.get(_key(handle))
         if running is not None:
             self._pilot.cancel(running[0])
@@ -288,7 +290,7 @@ class ActionAdapter:
 
 
 def shown(message: Any) -> str:
-    """Return the fields of a goal in one line of reasonable length."""
+    """Return the fields of a goal in one line of limited length."""
     fields = message.get_fields_and_field_types()
     text = ", ".join(
         f"{name}={_figure(getattr(message, name), kind)}" for name, kind in fields.items()

@@ -1,4 +1,4 @@
-"""The way from the pilot to the wheels: one publisher of commands, of the type the robot takes."""
+"""The commands from the pilot to the wheels: one publisher, of the type that the robot takes."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import clock_ns, set_ns
 
 WATCH_PERIOD_S = 0.5
-"""Seconds between two looks at who listens."""
+"""Seconds between two checks of the subscriptions."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CommandWiring:
-    """Where commands go, and in what form, as parameters.
+    """The topic and form of commands, as parameters.
 
-    `is_watched`: look who listens, and refuse goals that drive while nobody would hear.
+    `is_watched`: check the subscriptions, and refuse goals that drive without one.
     """
 
     topic: str = text(
@@ -52,10 +52,11 @@ class CommandWiring:
 
 
 class CommandPublisher:
-    """Commands to the base, as `geometry_msgs/TwistStamped` or `geometry_msgs/Twist`.
+    """Publishes commands to the base, as `geometry_msgs/TwistStamped` or `geometry_msgs/Twist`.
 
-    With the type "auto", it is the one that is listened for. Where the wiring is watched, goals
-    that drive are refused with the reason while nobody would hear, and `on_fault` is told once.
+    With the type "auto", it is the type of the robot's subscription. If the wiring is watched,
+    goals that drive are refused with the reason without a subscription, and `on_fault` is called
+    once.
     """
 
     def __init__(self, node: Node, wiring: CommandWiring, on_fault: Callable[[str], None]) -> None:
@@ -76,33 +77,33 @@ class CommandPublisher:
         if self.type is not None:
             self._open()
         if self._watched:
-            # Not at once: discovery takes a moment, and whoever is told is not made yet.
+            # Not at once: discovery takes a moment, and `on_fault` is not set yet.
             self._fault = f"nobody has looked yet who listens on {self._topic}"
             node.create_timer(WATCH_PERIOD_S, self.watch)
 
     @property
     def fault(self) -> str | None:
-        """Why the robot would not hear, as of the last look, or None."""
+        """Why the robot would not receive commands, as of the last check, or None."""
         return self._fault
 
     @property
     def type(self) -> str | None:
-        """Full name of the type that is sent; None until it is known."""
+        """Full name of the published type; None until it is known."""
         return self._listeners.type
 
     def command(self, twist: Twist2D, stamp_ns: int | None = None) -> None:
-        """Send a velocity; without a listener there is none to send it to.
+        """Send a velocity, if there is a publisher.
 
-        `stamp_ns` is when it was decided upon, ns of ROS time; None is now.
+        `stamp_ns` is the time of its decision, ns of ROS time; None is now.
         """
         publisher = self._publisher
         if publisher is None or not self._context.ok():
-            return  # whoever shut the context down has taken the publisher away
+            return  # the shutdown of the context has destroyed the publisher
         set_ns(self._stamp, clock_ns(self._clock) if stamp_ns is None else stamp_ns)
         publisher.publish(self._message.packed(twist.linear, twist.angular))
 
     def watch(self) -> str | None:
-        """Look who listens; return why the robot would not hear, or None."""
+        """Check the subscriptions; return why the robot would not receive commands, or None."""
         if not self._watched:
             return None
         infos = self._node.get_subscriptions_info_by_topic(self._topic)

@@ -1,7 +1,8 @@
-"""Which type of command the robot listens for: pure decisions over what the ROS graph shows.
+"""The type of command that the robot subscribes to: pure decisions from the ROS graph.
 
 A TurtleBot3 on Jazzy takes `geometry_msgs/TwistStamped` by default and `geometry_msgs/Twist` with
-`enable_stamped_cmd_vel: false`. DDS never delivers one to a reader of the other, and says nothing.
+`enable_stamped_cmd_vel: false`. DDS never delivers one type to a reader of the other, and reports
+nothing.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ _CHOSEN = {"stamped": STAMPED, "plain": PLAIN}
 
 
 class Listeners:
-    """The type of command to send, decided once; then everything else is a fault.
+    """The type of command to send, decided once; after that, other types are errors.
 
     Args:
         topic: Full name of the topic, for the messages.
-        choice: "auto" takes what the robot listens for; "stamped" and "plain" are settled.
+        choice: "auto" takes the type of the robot's subscription; "stamped" and "plain" are fixed.
     """
 
     def __init__(self, topic: str, choice: Choice = "auto") -> None:
@@ -32,7 +33,7 @@ class Listeners:
         """Full name of the command's type; None until it is known."""
 
     def look(self, types: Iterable[str]) -> str | None:
-        """Take in the type of each subscription; return why the robot would not hear, or None."""
+        """Handle the subscriptions' types; return why the robot would not receive commands."""
         offered = sorted(set(types))
         wanted = [name for name in offered if name in COMMAND_TYPES]
         if not offered:

@@ -1,4 +1,4 @@
-"""Where frames lie on the map, as the transforms of ROS tell."""
+"""The poses of frames on the map, from the transforms of ROS."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bt_mission.core.cdr.picker import Picker, Texts
 from bt_mission.core.geometry import Pose2D, composed
 
 KEPT = 100
-"""Messages of moving frames: one or two seconds of a TurtleBot3's."""
+"""The number of kept messages of moving frames: one or two seconds of a TurtleBot3's."""
 
 _LEAST_UPRIGHT = 0.99
 """Cosine of the tilt up to which a frame counts as level, 8 degrees."""
@@ -21,9 +21,9 @@ _TRANSFORMS = "tf2_msgs/msg/TFMessage"
 
 
 class Frames:
-    """Finds a frame's place on the map, as of now, from what came on `tf` and `tf_static`.
+    """Finds a frame's pose on the map, as of now, from messages of `tf` and `tf_static`.
 
-    Messages are kept as they come, and read only when somebody asks.
+    Messages are kept as they arrive, and decoded only for a request.
     """
 
     def __init__(self, map_frame: str) -> None:
@@ -64,7 +64,7 @@ class Frames:
 
 
 class PlaceOnMap:
-    """Where one frame lies on the map, by messages that place it directly."""
+    """The pose of one frame on the map, from messages that contain it directly."""
 
     def __init__(self, map_frame: str) -> None:
         self._map_frame = map_frame
@@ -72,9 +72,9 @@ class PlaceOnMap:
         self._picker = Picker(decoder_of(_TRANSFORMS), self._newest)
 
     def place(self, data: bytes, frame: str) -> Pose2D | None:
-        """Return the frame's place by a serialized message of `tf`.
+        """Return the frame's pose in a serialized message of `tf`.
 
-        None where the message does not tell, is of another type, or holds no finite numbers.
+        None if the message lacks it, is of another type, or contains numbers that are not finite.
         """
         if frame != self._frame:
             self._frame = frame

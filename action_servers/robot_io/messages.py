@@ -27,7 +27,7 @@ MOST_RAYS = 20_000
 
 LEAST_INCREMENT_RAD = 1e-5
 FARTHEST_M = 1e8
-"""Coordinates beyond, m, are no place on Earth; those of UTM go up to 1e7."""
+"""Larger coordinates, m, are invalid; those of UTM are up to 1e7."""
 
 LEAST_CELL_M, MOST_CELL_M = 1e-3, 100.0
 """Edges of the cells of a map, m."""
@@ -50,7 +50,7 @@ class OdometryMessage:
 
 
 def seconds(nanoseconds: int) -> float:
-    """Return a time in seconds; equal times give equal floats, whatever message they come from."""
+    """Return a time in seconds; equal times give equal floats, whatever their message."""
     return nanoseconds / 1e9
 
 
@@ -60,18 +60,18 @@ def stamp_of(header: Any) -> float:
 
 
 def scan_of(message: Any, lidar: LidarModel | None = None) -> Scan | None:
-    """Translate a `sensor_msgs/LaserScan`; None when it measures nothing.
+    """Translate a `sensor_msgs/LaserScan`; None without a measurement.
 
-    That is: it has no rays, more than :data:`MOST_RAYS`, angles or limits that are none, or only
-    rays that are NaN (how the driver of the LDS-02 says "no measurement") or 0 (the LDS-01's). Inf
-    is a measurement: nothing is there.
+    That is: it has no rays, more than :data:`MOST_RAYS`, invalid angles or limits, or only rays
+    that are NaN ("no measurement" of the LDS-02's driver) or 0 (of the LDS-01's). Inf is a
+    measurement: nothing is there.
 
     The limits are the narrower ones of the message and of the robot's lidar, if it is given.
     """
     if len(message.ranges) > MOST_RAYS or not _has_angles(message):
         return None
     ranges = np.asarray(message.ranges, dtype=np.float32)
-    # NaN first: of it and a number, min and max give whichever stands first.
+    # NaN first: of it and a number, min and max return the first.
     nearest = max(message.range_min, lidar.min_range) if lidar else message.range_min
     farthest = min(message.range_max, lidar.max_range) if lidar else message.range_max
     if not (ranges > 0.0).any() or not nearest < farthest:
@@ -87,7 +87,7 @@ def scan_of(message: Any, lidar: LidarModel | None = None) -> Scan | None:
 
 
 def _has_angles(scan: Any) -> bool:
-    """Return whether each ray of a `sensor_msgs/LaserScan` has a direction of its own."""
+    """Return whether the rays of a `sensor_msgs/LaserScan` have different directions."""
     step, first = abs(scan.angle_increment), abs(scan.angle_min)
     return first <= math.tau and (
         LEAST_INCREMENT_RAD <= step <= math.pi or (step == 0.0 and len(scan.ranges) == 1)
@@ -111,7 +111,7 @@ def odometry_picker() -> Picker:
 
 
 def odometry_of(picked: Picked) -> OdometryMessage | None:
-    """Translate a `nav_msgs/Odometry`; None when a number in it is none."""
+    """Translate a `nav_msgs/Odometry`; None for a number that is not finite."""
     sec, nanosec, x, y, qx, qy, qz, qw, linear, angular = picked.numbers
     pose = planar_pose(x, y, qx, qy, qz, qw)
     if pose is None or not math.isfinite(linear + angular):
@@ -121,12 +121,12 @@ def odometry_of(picked: Picked) -> OdometryMessage | None:
 
 
 def pose_of(message: Any) -> Pose2D | None:
-    """Translate a `geometry_msgs/Pose`; None when a number in it is none."""
+    """Translate a `geometry_msgs/Pose`; None for a number that is not finite."""
     return _pose(message.position, message.orientation)
 
 
 def transform_of(message: Any) -> Pose2D | None:
-    """Translate a `geometry_msgs/Transform`; None when a number in it is none."""
+    """Translate a `geometry_msgs/Transform`; None for a number that is not finite."""
     return _pose(message.translation, message.rotation)
 
 
@@ -135,7 +135,7 @@ def _pose(at: Any, rotation: Any) -> Pose2D | None:
 
 
 def planar_pose(x: float, y: float, qx: float, qy: float, qz: float, qw: float) -> Pose2D | None:
-    """Return the pose on the floor of a place (m) and a quaternion; None when one is none."""
+    """Return the pose on the floor of a place (m) and a quaternion; None if one is invalid."""
     yaw = yaw_about_z(qx, qy, qz, qw)
     # NaN compares false. Of infinite numbers, yaw may be finite.
     is_usable = (
@@ -145,9 +145,9 @@ def planar_pose(x: float, y: float, qx: float, qy: float, qz: float, qw: float) 
 
 
 def grid_of(message: Any) -> Grid | None:
-    """Translate a `nav_msgs/OccupancyGrid`; None when its numbers describe no map.
+    """Translate a `nav_msgs/OccupancyGrid`; None if its numbers are not a map.
 
-    That is: its size and its cells do not agree, or resolution or origin are beyond reason.
+    That is: its size and its cells do not agree, or resolution or origin are out of range.
     """
     info = message.info
     corner = info.origin.position
@@ -170,8 +170,8 @@ def grid_of(message: Any) -> Grid | None:
 def image_of(message: Any) -> Image:
     """Translate a `sensor_msgs/Image`.
 
-    Raises ValueError for an encoding other than rgb8, bgr8, rgba8, bgra8 and mono8, and for a
-    picture whose size does not fit its data.
+    Raises ValueError for an encoding other than rgb8, bgr8, rgba8, bgra8 and mono8, and for an
+    image whose size does not match its data.
     """
     channels = _CHANNELS.get(message.encoding)
     if channels is None:
@@ -204,10 +204,10 @@ def _rgb(pixels: npt.NDArray[np.uint8], encoding: str) -> npt.NDArray[np.uint8]:
 def fill(message: Any, fields: Fields, now: Callable[[], Any]) -> Any:
     """Set fields of a message from plain values, and return it.
 
-    A Pose2D fills a Pose, or a PoseStamped in the map frame at the time that `now` gives (a
+    A Pose2D fills a Pose, or a PoseStamped in the map frame at the time that `now` returns (a
     `builtin_interfaces/Time`); seconds fill a Duration or a Time; a mapping fills a nested message;
-    bytes fill a sequence of uint8, and a sequence one of any of them. Raises AttributeError for a
-    field that is not there.
+    bytes fill a sequence of uint8, and a sequence fills one of any of them. Raises AttributeError
+    for an unknown field.
     """
     kind: Any = type(message)
     types = _types_of(kind)

@@ -1,4 +1,4 @@
-"""The look at who publishes what the robot is known by: two robots are not driven as one."""
+"""The check of the publishers of the robot's odometry: two robots are not driven as one."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ WATCH_PERIOD_S = 0.5
 
 
 class PublisherWatch:
-    """Looks whether topics of the robot have several publishers.
+    """Checks whether topics of the robot have several publishers.
 
     Args:
-        node: Whose graph is looked at.
-        odometry: Its topic.
-        on_fault: Told the reason whenever there is a new one.
+        node: A node of the graph.
+        odometry: The topic of odometry.
+        on_fault: Called with each new reason.
     """
 
     def __init__(self, node: Node, odometry: str, on_fault: Callable[[str], None]) -> None:

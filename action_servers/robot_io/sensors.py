@@ -1,8 +1,7 @@
-"""What the servers hear of the robot: a few topics, each translated only when it is looked at.
+"""The subscriptions of the servers: a few topics, each translated only when it is read.
 
-Messages are kept as they come, serialized: most are never looked at. Those that every control step
-looks at are decoded by `core.cdr`: to unpack an odometry message with rclpy costs ten times as much
-as receiving it.
+Messages are kept serialized: most are never read. Those that every control step reads are decoded
+by `core.cdr`: to unpack an odometry message with rclpy costs ten times as much as receiving it.
 """
 
 from __future__ import annotations
@@ -50,8 +49,9 @@ TRANSFORMS = QoSProfile(depth=100)
 FIXED_TRANSFORMS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 LARGEST_STATE = 1 << 16
-"""Bytes of an odometry message or of transforms. A hundred of transforms are kept; those of a
-TurtleBot3 have 500 bytes."""
+"""Bytes of an odometry message or of transforms. A hundred transforms are kept; those of a
+TurtleBot3 have 500 bytes.
+"""
 
 LARGEST_SCAN = 1 << 19
 LARGEST_MAP = 1 << 26
@@ -76,7 +76,7 @@ class SensorWiring:
 
 
 class Latest(Generic[T]):
-    """The newest message of a topic, translated when it is first asked for."""
+    """The newest message of a topic, translated at its first use."""
 
     def __init__(
         self, unpack: Callable[[bytes], Any], translate: Callable[[Any], T | None]
@@ -97,10 +97,8 @@ class Latest(Generic[T]):
     def value(self) -> T | None:
         """Return the newest message, translated; the same object until there is a newer one.
 
-        A message that says nothing, which translates to None, is passed over, and so is one that
-        is none of its type.
-
-        Raises ValueError for a message that cannot be translated.
+        A message without content, which translates to None, is skipped, and so is one of another
+        type. Raises ValueError for a message that cannot be translated.
         """
         if self._data is not None:
             data, self._data = self._data, None
@@ -115,7 +113,7 @@ class Latest(Generic[T]):
 
 
 class CameraStream:
-    """The camera's pictures, while anybody wants them: a simulator renders only then."""
+    """The camera's images, while a maneuver needs them: a simulator renders only then."""
 
     def __init__(self, node: Node, topic: str) -> None:
         self.topic = node.resolve_topic_name(topic)
@@ -127,11 +125,11 @@ class CameraStream:
 
     @property
     def is_sent(self) -> bool:
-        """Whether anybody publishes pictures."""
+        """Whether a node publishes images."""
         return self._node.count_publishers(self.topic) > 0
 
     def user(self) -> CameraUser:
-        """Return a switch of one's own: pictures come until all switches are off."""
+        """Return a separate switch: images arrive until all switches are off."""
         return CameraUser(self)
 
     def turn_on(self, user: CameraUser) -> None:
@@ -171,10 +169,10 @@ class CameraUser:
 
 
 class SensorSubscriptions:
-    """Subscriptions of a node, and the observation that they add up to.
+    """The subscriptions of a node, and the observation of the robot from them.
 
     The limits of a scan are the narrower ones of message and `lidar`: the driver of the LDS-02
-    says 0 to 100 m. `listen_to_map` is False for who makes the map.
+    reports 0 to 100 m. `listen_to_map` is False for the mapper itself.
     """
 
     def __init__(
@@ -212,7 +210,7 @@ class SensorSubscriptions:
         *,
         largest: int,
     ) -> None:
-        """Take messages of at most so many bytes."""
+        """Subscribe to messages of at most so many bytes as given."""
 
         def take_some(data: bytes) -> None:
             if len(data) <= largest:
@@ -233,7 +231,7 @@ class SensorSubscriptions:
             self._map_users -= 1
 
     def observe(self, *, on_map: bool = False) -> Observation:
-        """Return what is known now; `on_map` adds the map and the pose on it."""
+        """Return the present observation; `on_map` adds the map and the pose on it."""
         odometry = self._odometry.value()
         on_map = on_map or self._map_users > 0
         return Observation(
@@ -252,7 +250,7 @@ class SensorSubscriptions:
         odometry = self._odometry.value()
         if odometry is None:
             return None
-        # The newest that places the odometry frame counts; other transforms lie in between.
+        # The newest transform of the odometry frame counts; other transforms are in between.
         transforms = self._frames.moving
         for data in reversed(transforms):
             if data is self._newest_read:

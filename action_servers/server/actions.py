@@ -1,7 +1,7 @@
-"""The actions of this package, found by their declarations.
+"""The actions of this package, from their declarations.
 
-A module with a declaration is imported when its action is asked for: what pictures and maps
-are computed with takes longer to import than everything else.
+The module of a declaration is imported when its action is needed: the libraries for images and maps
+take longer to import than everything else.
 """
 
 from __future__ import annotations

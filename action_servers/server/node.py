@@ -45,10 +45,11 @@ from bt_mission.executors.process import (
 NODE_NAME = "bt_mission_servers"
 
 LAST_CALLBACKS = 100
-"""Callbacks that are served after the servers were told to stop: a result takes three."""
+"""Callbacks that are served after the servers must stop: a result takes three."""
 
 LAST_WORDS_S = 0.5
-"""Seconds to wait until the robot has confirmed the last command; it stops by itself then."""
+"""Seconds to wait for the robot's acknowledgement of the last command; the robot then stops alone.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,11 +57,11 @@ class ServerOptions(RobotNodeOptions):
     """How the servers' node is made.
 
     Args:
-        image_folder: Where each camera sweep makes a folder of its own.
-        command_type: The type of `cmd_vel`; "auto" is what the robot listens for, and goals that
-            drive are refused while it would not hear.
-        extra_actions: Actions of a user's own. One with the name of one of ours takes its place.
-        without: Names of actions that are left to others.
+        image_folder: The folder in which each camera sweep creates its folder.
+        command_type: The type of `cmd_vel`; "auto" is what the robot subscribes to, and goals that
+            drive are refused without a subscription.
+        extra_actions: Actions of the user. One with the name of one of ours replaces it.
+        without: Names of actions that other nodes serve.
         allow_duplicates: Drive also while several nodes publish the same odometry or clock.
         at_first: Names of the actions that are offered before `ServersNode.offer_all`; None is
             all. Until then a lean node logs no rejected and no aborted goals.

@@ -162,6 +162,7 @@ class When(Pick):
     """Picks the first child where a condition holds, else the second."""
 
     def pick(self) -> tuple[int, str]:
+        """Return 0 or 1 by the condition, and the reason."""
         result = self._values.ask(self._node.condition)
         return 0 if result.holds else 1, result.text
 

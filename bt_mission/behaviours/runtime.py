@@ -34,10 +34,12 @@ class Generator(Random):
     was_drawn = False
 
     def random(self) -> float:
+        """Return a float from 0 to 1, and note the use."""
         self.was_drawn = True
         return super().random()
 
     def getrandbits(self, k: int, /) -> int:
+        """Return an integer of `k` random bits, and note the use."""
         self.was_drawn = True
         return super().getrandbits(k)
 
