@@ -4,15 +4,15 @@ import importlib.util
 import os
 from pathlib import Path
 
-# MuJoCo imports the renderer that this names, and fails where it cannot; we choose our own.
+# MuJoCo imports the renderer of this name, and fails if it cannot; this package chooses its own.
 os.environ.pop("MUJOCO_GL", None)
 
 
 def _name_window_library() -> None:
-    """Name the library of windows that the package glfw brings.
+    """Name the library of windows of the package glfw.
 
-    MuJoCo imports the package, and that starts a Python for each library that it finds, to ask for
-    its version: a tenth of the time that a short mission takes.
+    MuJoCo imports the package, which starts a Python process for each library that it finds, to ask
+    for its version: a tenth of the time of a short mission.
     """
     chosen = os.environ.get("PYGLFW_LIBRARY") or os.environ.get("PYGLFW_LIBRARY_VARIANT")
     package = importlib.util.find_spec("glfw")

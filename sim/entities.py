@@ -30,7 +30,7 @@ _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.\-/ ]{0,59}")
 
 
 class Category(IntEnum):
-    """What sort of thing an entity is: simulation_interfaces/EntityCategory."""
+    """The kind of an entity: simulation_interfaces/EntityCategory."""
 
     OBJECT = 0
     ROBOT = 1
@@ -44,11 +44,11 @@ class UnknownEntityError(BtMissionError):
 
 
 class FixedEntityError(BtMissionError):
-    """What this simulation cannot do to such an entity."""
+    """An operation that this simulation does not support for such an entity."""
 
 
 class InvalidPoseError(BtMissionError):
-    """A pose that is none, or at which nothing can be."""
+    """An invalid pose, or one at which nothing can be."""
 
 
 class InvalidNameError(BtMissionError):
@@ -61,7 +61,7 @@ class NameTakenError(BtMissionError):
 
 @dataclass(frozen=True, slots=True)
 class EntityInfo:
-    """What is known of an entity apart from where it is."""
+    """The properties of an entity apart from its pose."""
 
     category: int
     description: str
@@ -70,16 +70,16 @@ class EntityInfo:
 
 @dataclass(frozen=True, slots=True)
 class EntityState:
-    """Where an entity is, and how it moves: m/s along x and y of the map, rad/s."""
+    """The pose and velocity of an entity: m/s along x and y of the map, rad/s."""
 
     pose: Pose2D
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class Entities:
-    """The entities of one simulation, by their names, which differ.
+    """The entities of one simulation by their unique names.
 
-    A robot has its own name, or that of its model where it is alone.
+    A robot alone has the name of its model, otherwise its own name.
     """
 
     def __init__(self, physics: Physics, robots: Sequence[SimulatedRobot]) -> None:
@@ -108,9 +108,9 @@ class Entities:
         return EntityState(Pose2D(x, y, entity.yaw), (vx, vy, 0.0))
 
     def bounds(self, name: str) -> tuple[Corner, Corner]:
-        """Return the lower and upper corner of a box around it, in its own frame, m.
+        """Return the lower and upper corner of a box around it, in its frame, m.
 
-        Its frame is on the floor, in its middle (a robot's: below the middle of its axle). Raises
+        Its frame is on the floor, in its middle (for a robot: below the middle of its axle). Raises
         UnknownEntityError.
         """
         entity = self._find(name)
@@ -136,22 +136,22 @@ class Entities:
         return EntityInfo(Category.DYNAMIC_OBJECT, description, ("world", "moving"))
 
     def set_info(self, name: str, info: EntityInfo) -> None:
-        """Know something else of it, until it is deleted. Raises UnknownEntityError."""
+        """Replace its properties, until it is deleted. Raises UnknownEntityError."""
         self._find(name)
         self._infos[name] = info
 
     def forget_absent(self) -> None:
-        """Forget what was told of those that are gone."""
+        """Drop the properties of entities that are gone."""
         there = set(self.names)
         self._infos = {name: info for name, info in self._infos.items() if name in there}
 
     # ---- changes -------------------------------------------------------------------------
 
     def spawn(self, name: str, made: Spawnable, pose: Pose2D, *, may_rename: bool) -> str:
-        """Put something on the floor, and return its name.
+        """Put an entity on the floor, and return its name.
 
         `name` may be empty; then the name in the description counts. Raises InvalidNameError,
-        NameTakenError, InvalidPoseError, and PropError where it does not fit or all are in use.
+        NameTakenError, InvalidPoseError, and PropError if it does not fit or all are in use.
         """
         wanted = name or made.name or ""
         if wanted and not _NAME.fullmatch(wanted):
@@ -179,10 +179,10 @@ class Entities:
         self.forget_absent()
 
     def move(self, name: str, state: EntityState) -> None:
-        """Put it elsewhere at once; it goes on at the velocity.
+        """Put it elsewhere at once; it continues at the velocity.
 
         Raises UnknownEntityError, FixedEntityError for a part of the world, InvalidPoseError, and
-        SpawnError or PropError where it does not fit, or cannot go on so.
+        SpawnError or PropError if it does not fit, or cannot move like that.
         """
         entity = self._find(name)
         if isinstance(entity, Obstacle):

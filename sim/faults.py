@@ -27,7 +27,7 @@ class FaultError(BtMissionError):
 
 
 def expected(text: str, **limits: Any) -> Any:
-    """Return what is said to be expected of a figure, with its limits as pydantic has them."""
+    """Return the expected values of a figure, with its limits as pydantic has them."""
     return Field(description=text, **limits)
 
 
@@ -37,7 +37,7 @@ def within(least: float, most: float, unit: str) -> Any:
 
 
 class PartFaults(BaseModel):
-    """What is wrong with one part. Raises FaultError for a value that cannot be."""
+    """The faults of one part. Raises FaultError for an invalid value."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
@@ -64,21 +64,21 @@ class WheelFaults(PartFaults):
     """Wheels that slip, or do not turn."""
 
     left_grip: Grip = 1.0
-    """Its coefficient of friction on whatever it touches; on a slippery place the lower counts."""
+    """Its coefficient of friction on any surface; on a slippery place the lower one counts."""
     right_grip: Grip = 1.0
     left_blocked: bool = False
     right_blocked: bool = False
 
 
 class RobotFaultState:
-    """The faults that one robot has at present, part by part: `state["lidar"].noise`.
+    """The present faults of one robot, part by part: `state["lidar"].noise`.
 
-    At the start there are none, but for what :meth:`set_usual` makes usual.
+    Initially there are only those of :meth:`set_usual`.
 
     Args:
-        parts: What can break, each as it is without a fault.
+        parts: The parts that can have faults, each without one.
         on_wheels: Called with every change of the wheels' faults.
-        lacks: Why parts that other robots have cannot break here.
+        lacks: Why parts of other robots cannot have faults here.
     """
 
     def __init__(
@@ -95,13 +95,13 @@ class RobotFaultState:
         """The faults of each part, by its name; read only."""
 
     def __getitem__(self, part: str) -> Any:
-        """Return the faults of a part; the same object as long as nothing is wrong with it."""
+        """Return the faults of a part; the same object as long as it has none."""
         return self.now[part]
 
     def set(self, part: str, **changes: Any) -> None:
-        """Change faults of a part; what is not named stays as it is.
+        """Change faults of a part; the others stay.
 
-        Raises FaultError where part, fault or value is not one of its.
+        Raises FaultError for an unknown part or fault, or an invalid value.
         """
         if part in self.lacks:
             raise FaultError(self.lacks[part])
@@ -139,7 +139,7 @@ class RobotFaultState:
         return faults
 
     def _put(self, part: str, faults: PartFaults) -> None:
-        # Readers tell by identity that nothing is wrong.
+        # Readers recognize a part without faults by identity.
         none = self._none[part]
         self.now[part] = none if faults == none else faults
         if isinstance(faults, WheelFaults):

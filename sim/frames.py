@@ -1,4 +1,4 @@
-"""Coordinate frames by name, and where one stands in another."""
+"""Coordinate frames by name, and the pose of one in another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Robots in a world, moved by physics alone: what the ROS node is a thin layer over.
+"""Robots in a world, moved by physics alone; the ROS node is a thin layer over it.
 
 Pure: no ROS and no wall clock. The same world, robots, seed and commands give the same readings,
 bit for bit, on one version of MuJoCo and one processor architecture.

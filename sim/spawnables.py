@@ -1,4 +1,4 @@
-"""What can be put into a world while the simulation runs, as somebody writes it."""
+"""The descriptions of entities that can be put into a running simulation."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MOST_TEXT = 4000
 
 @dataclass(frozen=True)
 class SpawnableKind:
-    """A shape that is known by its name: what it is, and what it is without further words."""
+    """A shape with a name: its description and its defaults."""
 
     description: str
     defaults: str
@@ -38,11 +38,11 @@ EXAMPLE = "box?size=[0.2,0.4,0.3]&colour=red"
 
 
 class NoResourceError(BtMissionError):
-    """Nothing says what is to be spawned."""
+    """There is no description of the entity to spawn."""
 
 
 class FormatError(BtMissionError):
-    """What is to be spawned is written in a way that nothing here reads."""
+    """A description in an unknown format."""
 
 
 class RobotsAreFixedError(BtMissionError):
@@ -78,7 +78,7 @@ def read_spawnable(uri: str, text: str) -> Spawnable:
 
 
 def _text_of(uri: str) -> str:
-    """Return the YAML that a URI stands for."""
+    """Return the YAML of a URI."""
     what, _, query = uri.partition("?")
     kind = SPAWNABLES.get(what)
     if kind is None:

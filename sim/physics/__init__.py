@@ -1,1 +1,1 @@
-"""The MuJoCo model: bodies, contacts, wheels, obstacles that come and go."""
+"""The MuJoCo model: bodies, contacts, wheels, props."""

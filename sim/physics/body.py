@@ -46,10 +46,10 @@ _SERVO_GAIN = 0.15
 """N m s: a wheel follows its command within about 15 ms."""
 
 _PUSH = 0.75
-"""The part of what the wheels could grip that the motors push with at most.
+"""The part of the wheels' grip that the motors can push with.
 
-So a robot that drives on against a wall stalls and stands still; with strength enough to slip,
-its wheels catch and let go in turns, and it trembles by 6 mm.
+A robot that drives against a wall then stalls and stands. With enough strength to slip, its wheels
+grip and slip in turns, and it trembles by 6 mm.
 """
 
 
@@ -69,7 +69,7 @@ class LookShape:
 def add_robot(
     spec: mujoco.MjSpec, entrant: RobotSpawn, spawn: Spawn, *, group: int, contype: int
 ) -> mujoco.MjsBody:
-    """Add one, its motors in an actuator group of their own; returns its base."""
+    """Add one, its motors in a separate actuator group. Return its base."""
     robot, prefix = entrant.robot, entrant.prefix
     base = spec.worldbody.add_body(
         name=prefix + BASE,
@@ -117,7 +117,7 @@ def add_robot(
 
 
 def add_screen(base: mujoco.MjsBody, robot: RobotModel, height: float, colour: str) -> None:
-    """Stand a screen around the hull, `height` m high: seen by the other robots, never touched."""
+    """Add a screen around the hull, `height` m high: other robots see it, and never touch it."""
     hull = robot.hull
     base.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
@@ -145,7 +145,7 @@ def _add_wheel(
         pos=[0, side * robot.wheel_y, radius - robot.base_height],
         mass=robot.wheel_mass,
         inertia=robot.wheel_inertia,
-        ipos=[0, 0, 0],  # left out, it is taken to be `pos`, and the wheel runs out of balance
+        ipos=[0, 0, 0],  # without it, MuJoCo uses `pos`, and the wheel runs out of balance
         explicitinertial=True,
     )
     wheel.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0, 1, 0], armature=_ARMATURE)
@@ -197,12 +197,12 @@ def _add_camera(
     base.add_camera(
         name=prefix + CAMERA,
         pos=[camera.x, camera.y, camera.z],
-        quat=[0.5, 0.5, -0.5, -0.5],  # right of the picture is -y, up is z: it looks along x
+        quat=[0.5, 0.5, -0.5, -0.5],  # right of the image is -y, up is z: it looks along x
         fovy=math.degrees(2 * math.atan(math.tan(camera.hfov / 2) * aspect)),
         resolution=[camera.width, camera.height],
     )
     spec.visual.quality.offsamples = 0  # four samples a pixel cost a CPU four times as much
-    buffer = spec.visual.global_  # one for all, as large as the largest picture
+    buffer = spec.visual.global_  # one for all, as large as the largest image
     buffer.offwidth = max(buffer.offwidth, camera.width)
     buffer.offheight = max(buffer.offheight, camera.height)
 

@@ -1,4 +1,4 @@
-"""How much room there truly is: from the robot's hull and wheels to whatever they could touch."""
+"""The true clearance between the robot's hull and wheels and everything that they could touch."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from sim.physics.names import BASE, FLOOR, NOWHERE, OBSTACLE_BIT, PROP_PREFIX
 Point = tuple[float, float, float]
 
 _FAR = 1e3
-"""Metres. MuJoCo looks no farther than it is told; no world is as large as this."""
+"""Metres. MuJoCo looks no farther than its limit; no world is as large as this."""
 _SLACK = 1e-5
-"""Metres; more than what the arithmetic of bounds and distances is inexact by."""
+"""Metres; more than the error of bounds and distances."""
 _STRIDE = 0.2
-"""Metres that the robot may move until bounds to all that stands are computed anew."""
+"""Metres that the robot may move until the bounds to all fixed obstacles are computed again."""
 
 
 @dataclass(frozen=True, slots=True)
 class Clearance:
-    """The smallest distance (m), below 0 where they are in each other, and what is so near.
+    """The smallest distance (m), negative for a penetration, and the obstacle.
 
     `here` is the nearest point of the robot and `there` that of the obstacle, in the map (m).
-    Where there is nothing, or nothing within what was asked for, the distance is that limit and
-    the rest None.
+    Without an obstacle within the limit of the request, the distance is that limit and the rest
+    None.
     """
 
     distance: float
@@ -49,7 +49,7 @@ class _Placed:
         self._is_spare = model.geom_group[geom] == NOWHERE
 
     def way(self, reach: float) -> float:
-        """Return the farthest that a point of it can have moved, m; infinite where it is new.
+        """Return the farthest that a point of it can have moved, m; infinite if it is new.
 
         A rigid motion moves no point by more than its translation and the chord of its turn.
 
@@ -83,7 +83,7 @@ class _Box:
 
     @property
     def is_there(self) -> bool:
-        """Does it count? Spare bodies do not."""
+        """Whether it counts. Spare bodies do not."""
         return bool(self._group[0] != NOWHERE)
 
     def distance(self, point: Sequence[float]) -> float:
@@ -100,10 +100,10 @@ class _Box:
 
 @dataclass(frozen=True)
 class _Surroundings:
-    """What stands, with lower bounds of the distance to each, and what may move.
+    """Fixed obstacles, with lower bounds of the distance to each, and obstacles that may move.
 
     Attributes:
-        standing: The nearest first; each with a bound (m) that held when the robot was at `place`.
+        standing: The nearest first; each with a bound (m) for the robot at `place`.
     """
 
     data: mujoco.MjData
@@ -118,16 +118,16 @@ class _MeasuredClearance:
 
     least: float
     least_round: float
-    """The same of the ball round the robot, or less: it does not depend on how the robot turns."""
+    """A bound for the ball round the robot: it does not depend on the robot's heading."""
     data: mujoco.MjData
     own: _Placed
     others: tuple[tuple[_Placed, float], ...]
 
 
 class Gauge:
-    """Measures from the geoms `own` of one rigid thing to those of `others`, by their numbers.
+    """Measures from the geoms `own` of one rigid body to those of `others`, by their numbers.
 
-    `names` are what geoms are reported as. Spare bodies among the others do not count.
+    `names` are the reported names of geoms. Spare bodies among the others do not count.
     """
 
     def __init__(
@@ -151,7 +151,7 @@ class Gauge:
     def measure(self, data: mujoco.MjData, within: float = math.inf) -> Clearance:
         """Return the clearance; the places of geoms in `data` must be current.
 
-        What is `within` m away or farther is not looked at.
+        Obstacles at a distance of `within` m or more are ignored.
         """
         best, least, fromto = Clearance(within), min(within, _FAR), self._fromto
         near = self._near(data, min(least, self._at_most(data)))
@@ -179,9 +179,9 @@ class Gauge:
     def at_least(self, data: mujoco.MjData) -> float:
         """Return a lower bound of the clearance (m); the places of geoms must be current.
 
-        It is the last clearance that was measured, without the farthest that any point of the two
-        sides can have moved since; or that of a ball round the robot, which turning does not move.
-        Without such a clearance it is measured.
+        It is the last measured clearance, without the farthest that any point of the two sides can
+        have moved since; or that of a ball round the robot, which turning does not move. Without
+        such a clearance it is measured.
         """
         known = self._known
         farthest = math.inf if known is None else self._way_of_others(known, data)
@@ -191,14 +191,14 @@ class Gauge:
         return least - known.own.moved() - farthest
 
     def _at_most(self, data: mujoco.MjData) -> float:
-        """Return an upper bound of the clearance, m; infinite where nothing is known."""
+        """Return an upper bound of the clearance, m; infinite without an earlier measurement."""
         known = self._known
         if known is None:
             return math.inf
         return known.least + known.own.way(self._ball) + self._way_of_others(known, data)
 
     def _way_of_others(self, known: _MeasuredClearance, data: mujoco.MjData) -> float:
-        """Return the farthest that anything has moved since, m; infinite where that is unknown."""
+        """Return the farthest that any obstacle has moved since, m; infinite if that is unknown."""
         if known.data is not data:
             return math.inf
         return max((other.way(reach) for other, reach in known.others), default=0.0)
@@ -221,7 +221,7 @@ class Gauge:
         return sorted((box.distance(place) - ball, box.geom) for box in boxes)
 
     def _look_around(self, data: mujoco.MjData, place: list[float]) -> _Surroundings:
-        """Compute the bounds to all that stands, and keep them."""
+        """Compute and keep the bounds to all fixed obstacles."""
         if self._surroundings is None or self._surroundings.data is not data:
             self._boxes = {geom: _Box(data, self._model, geom) for geom in self._others.tolist()}
         standing = self._standing
@@ -249,7 +249,7 @@ class Gauge:
 
 
 def robot_gauge(model: mujoco.MjModel, names: Sequence[str], prefix: str = "") -> Gauge:
-    """Return what measures from one robot to all that it could touch, other robots too."""
+    """Return the gauge from one robot to everything that it could touch, other robots too."""
     own = touching(model, prefix)
     root = model.body_rootid[model.geom_bodyid]
     meets = model.geom_conaffinity[own].max()

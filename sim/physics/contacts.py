@@ -12,15 +12,16 @@ import numpy.typing as npt
 from sim.physics.names import BASE, FLOOR, OBSTACLE_PREFIX
 
 RELEASE_NS = 250_000_000
-"""An obstacle not touched for this long, ns, is let go of; touched sooner, it is one collision."""
+"""A contact that ends for this long, ns, is over; an earlier touch belongs to the same collision.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class Collision:
-    """One onset of contact: when, with what, where in the map (m), and its normal force (N).
+    """One onset of contact: time, obstacle, place in the map (m), and normal force (N).
 
     Attributes:
-        is_robot: Is it another robot?
+        is_robot: Whether the obstacle is another robot.
     """
 
     time_ns: int
@@ -31,9 +32,9 @@ class Collision:
 
 
 class Contacts:
-    """Tells onsets from contacts that last, slide or bounce.
+    """Distinguishes onsets from contacts that last, slide or bounce.
 
-    `names` are what geoms are reported as, and may change.
+    `names` are the reported names of geoms, and may change.
     """
 
     def __init__(self, model: mujoco.MjModel, names: Sequence[str], prefix: str = "") -> None:
@@ -67,7 +68,7 @@ class Contacts:
         return touched
 
     def forget(self) -> None:
-        """Begin anew: whatever is touched next is a new collision."""
+        """Start again: the next touch of an obstacle is a new collision."""
         self._last_touch_ns.clear()
 
     def _collision(self, data: mujoco.MjData, index: int, name: str, time_ns: int) -> Collision:
@@ -78,13 +79,13 @@ class Contacts:
 
 
 def _robot_geoms(model: mujoco.MjModel) -> npt.NDArray[np.bool_]:
-    """Tell of each geom whether it is a part of a robot."""
+    """Return for each geom whether it is a part of a robot."""
     names = [str(model.body(int(model.body_rootid[body])).name) for body in model.geom_bodyid]
     return np.array([name == BASE or name.endswith(f"/{BASE}") for name in names], np.bool_)
 
 
 def geom_names(model: mujoco.MjModel) -> list[str]:
-    """Return what each geom is reported as. Spare ones are nameless until they are placed."""
+    """Return the reported name of each geom. Spare ones have no name until they are placed."""
     return [_name(model, geom) for geom in range(model.ngeom)]
 
 

@@ -31,10 +31,10 @@ from sim.world.shapes import Obstacle
 
 @dataclass(frozen=True, slots=True)
 class SimulationState:
-    """Where everything was at one instant, and how fast.
+    """Poses and velocities of everything at one instant.
 
-    `qpos` and `qvel` are MuJoCo's, as bytes, so that states can be compared; `props` is what each
-    spare body showed. Readable with the model that it was recorded from.
+    `qpos` and `qvel` are MuJoCo's, as bytes, so that states can be compared; `props` are the shown
+    props. It can be read with the model that it was recorded from.
     """
 
     time_ns: int
@@ -52,7 +52,7 @@ class ModelCopy:
         self.names, self._bodies = bodies_of(self.model)
 
     def show(self, state: SimulationState) -> None:
-        """Put everything where it was, as fast as it was."""
+        """Restore all poses and velocities."""
         self._bodies.match(state.props)
         self.data.qpos[:] = np.frombuffer(state.qpos)
         self.data.qvel[:] = np.frombuffer(state.qvel)
@@ -60,9 +60,9 @@ class ModelCopy:
 
 
 class Reviewer:
-    """Tells of one robot (`prefix`) what recorded states of its simulation were like.
+    """Evaluates recorded states of a simulation for one robot (`prefix`).
 
-    States may come in any order, also while the simulation goes on.
+    States may come in any order, also while the simulation runs.
     """
 
     def __init__(self, model: mujoco.MjModel, prefix: str = "") -> None:
@@ -84,12 +84,12 @@ class Reviewer:
         )
 
     def clearance(self, state: SimulationState, within: float = math.inf) -> Clearance:
-        """Return how much room the robot had; what was `within` m or farther is not looked at."""
+        """Return the clearance of the robot; obstacles at `within` m or more are ignored."""
         self._show(state)
         return self._gauge.measure(self._copy.data, within)
 
     def contacts(self, state: SimulationState) -> dict[str, Point]:
-        """Return what the robot was touching, and a point of each contact in the map (m)."""
+        """Return the obstacles that the robot touches, each with a point in the map (m)."""
         self._show(state)
         model, data = self._copy.model, self._copy.data
         mujoco.mj_comPos(model, data)
@@ -107,7 +107,7 @@ class Reviewer:
 
 
 _FREE_POSE, _FREE_VELOCITY = struct.Struct("7d"), struct.Struct("6d")
-"""Coordinates of a free joint; read so, they take half the time of an array's slice."""
+"""Coordinates of a free joint; read in this way, they take half the time of an array's slice."""
 
 
 def pose_of(qpos: npt.NDArray[np.float64]) -> tuple[float, float, float]:
@@ -119,9 +119,9 @@ def pose_of(qpos: npt.NDArray[np.float64]) -> tuple[float, float, float]:
 def velocity_of(
     qpos: npt.NDArray[np.float64], qvel: npt.NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Return the velocity of a robot whose coordinates these are: ahead m/s, left turn rad/s."""
+    """Return the velocity of a robot with these coordinates: ahead m/s, left turn rad/s."""
     _, _, _, qw, qx, qy, qz = _FREE_POSE.unpack_from(qpos.data)
     vx, vy, _, _, _, turn = _FREE_VELOCITY.unpack_from(qvel.data)
-    # Along and across the heading, with the length of (cos yaw, sin yaw) still in them.
+    # Along and across the heading, still multiplied by the length of (cos yaw, sin yaw).
     ahead, across = 1 - 2 * (qy * qy + qz * qz), 2 * (qw * qz + qx * qy)
     return (vx * ahead + vy * across) / (math.hypot(ahead, across) or 1.0), turn

@@ -1,4 +1,4 @@
-"""What the parts of the MuJoCo model are called, how they touch, and who sees them."""
+"""The names of the parts of the MuJoCo model, how they touch, and what sees them."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ FLOOR_CONTACTS = "floor contacts"
 ACCELEROMETER = "accelerometer"
 CAMERA = "camera"
 
-# Geom groups. MuJoCo draws 0 to 2 unless told otherwise; the lidar sees what is
-# solid, and the screens of other robots. Nothing sees what is nowhere.
+# Geom groups. MuJoCo draws 0 to 2 by default; the lidar sees solid geoms, and the screens of other
+# robots. Nothing sees hidden geoms.
 SOLID, MARKS, LOOKS, ROBOT, SCREENS, NOWHERE = 0, 1, 2, 3, 4, 5
 
-# Bits of contype and conaffinity: the robot touches floor and obstacles, these not each other.
-# Several robots touch each other, too. Nothing touches a screen, but what has no bit at all is
-# left out of its body's bounds, and rays that pass beside these are not looked at.
+# Bits of contype and conaffinity: the robot touches floor and obstacles; these do not touch each
+# other. Several robots touch each other, too. Nothing touches a screen, but a geom without any bit
+# is left out of its body's bounds, and rays that pass beside these miss it.
 FLOOR_BIT, OBSTACLE_BIT, ROBOT_BIT, SCREEN_BIT = 1, 2, 4, 8
 
-# Stiffer than MuJoCo's defaults (0.02; 0.9, 0.95): a wheel rolls on the radius that is left of it
-# where it sinks in, and odometry goes wrong by as much.
+# Stiffer than MuJoCo's defaults (0.02; 0.9, 0.95): a wheel rolls on the radius that remains where
+# it sinks in, and odometry is wrong by that amount.
 SOLREF = (0.01, 1.0)
 SOLIMP = (0.95, 0.99, 0.001, 0.5, 2.0)
 
@@ -36,5 +36,6 @@ GRIP = (1.0, 0.005, 0.0001)  # rubber on a clean floor
 SLIDE = (0.4, 0.005, 0.0001)  # plastic along a wall
 
 GEAR_FRICTION = 0.1
-"""N m: what a motor's gear holds a wheel back with when there is no power (frictionloss of the
-joints in ROBOTIS's own MuJoCo models)."""
+"""N m: the torque with which a motor's gear brakes a wheel without power (frictionloss of the
+joints in ROBOTIS's MuJoCo models).
+"""

@@ -1,4 +1,4 @@
-"""The one MuJoCo model that everything stands in, and its time.
+"""The one MuJoCo model of a simulation, and its time.
 
 Pure: no ROS and no wall clock. Time is counted in nanoseconds and moves in steps of 5 ms.
 """
@@ -39,7 +39,7 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION.value
 SCREEN_COLOURS = ("purple", "orange", "brown", "black", "grey", "white")
 
 _OVER = 0.03
-"""Metres by which a robot's screen stands above the highest lidar."""
+"""The height in metres of a robot's screen above the highest lidar."""
 
 
 _MOST_KEPT = 8
@@ -49,11 +49,11 @@ _compiled: dict[str, mujoco.MjModel] = {}
 
 
 def compile_model(world: World, entrants: Sequence[RobotSpawn], props: int = 0) -> mujoco.MjModel:
-    """Return the compiled model; each robot stands where it starts. `props`: spare bodies.
+    """Return the compiled model with each robot at its start. `props`: spare bodies.
 
-    What this process has compiled before is copied, which takes a sixth of the time.
+    A model that this process has compiled before is copied, in a sixth of the time.
     """
-    written = repr((world, tuple(entrants), props))  # tells 0.0 from -0.0, unlike equality
+    written = repr((world, tuple(entrants), props))  # distinguishes 0.0 from -0.0, unlike equality
     model = _compiled.get(written)
     if model is None:
         model = _compiled[written] = _compile(world, entrants, props)
@@ -94,11 +94,11 @@ class UnstableError(BtMissionError):
 
 
 class Movers:
-    """Puts every moving obstacle in its place: a function of time alone, whatever pushes it.
+    """Moves every moving obstacle: its place is a function of time alone.
 
     Each slides on two joints, x and y, and is put in its place with its velocity before every step
-    of the physics. So a contact knows how fast it comes; a mocap body would have no velocity. It
-    weighs a ton, so that a robot does not stop it within a step.
+    of the physics. So a contact knows its speed; a mocap body would have no velocity. It weighs a
+    ton, so that a robot does not stop it within a step.
     """
 
     def __init__(self, model: mujoco.MjModel, world: World) -> None:
@@ -121,16 +121,16 @@ class Movers:
 
 
 class Moved(Protocol):
-    """What the physics moves and asks, at every step: a robot."""
+    """A robot that the physics moves, and calls at every step."""
 
     def step_hooks(self) -> tuple[Callable[[int], None], Callable[[], None]]:
-        """Return what is to be called before and after each step; before with its beginning (ns).
+        """Return the functions to call before (with its beginning, ns) and after each step.
 
-        Asked for after every restart, and when the robot was put elsewhere.
+        Called after every restart, and when the robot was put elsewhere.
         """
 
     def look_for_collisions(self, now_ns: int) -> None:
-        """Note what begins to be touched; called after each step in which anything is."""
+        """Note new contacts; called after each step with any contact."""
 
     def restart(self) -> None:
         """Be as at the start: time begins, or the state has been put back."""
@@ -139,8 +139,8 @@ class Moved(Protocol):
 class Physics:
     """Model, state and time of a world with robots in it.
 
-    `begin` hands over the robots, once the springs of their wheels have found their rest. `props`
-    is how many obstacles can be placed later.
+    `begin` sets the robots, once the springs of their wheels are at rest. `props` is the number of
+    obstacles that can be placed later.
     """
 
     def __init__(
@@ -152,9 +152,9 @@ class Physics:
         self.time_ns = start_ns
         self.model = compile_model(world, entrants, props)
         self.names, bodies = bodies_of(self.model)
-        """What each geom is reported as."""
+        """The reported name of each geom."""
         self.prefixes = tuple(entrant.prefix for entrant in entrants)
-        """What stands before the names of each robot's parts."""
+        """The prefix of the names of each robot's parts."""
         self.robot_names = tuple(entrant.name for entrant in entrants)
         self.obstacle_geoms = tuple(
             geom
@@ -176,7 +176,7 @@ class Physics:
         self._at_start = np.empty(mujoco.mj_stateSize(self.model, _STATE))
 
     def begin(self, robots: Sequence[Moved]) -> None:
-        """Let the springs of wheels and casters find their rest; time begins."""
+        """Let the springs of wheels and casters come to rest, and start time."""
         model, data = self.model, self.data
         data.qvel[:] = 0.0
         mujoco.mj_step(model, data, nstep=_SETTLING_STEPS)
@@ -187,10 +187,10 @@ class Physics:
         self._restart()
 
     def reset(self, *, keep_props: bool = False) -> list[str]:
-        """Put everything back to its state at the start. Time goes on.
+        """Restore the state at the start. Time continues.
 
-        Props vanish; with `keep_props` each stands where it was placed, but for those for which
-        there is no room any more. Returns the names of those.
+        Props vanish; with `keep_props` each stands where it was placed, except for those whose
+        place is occupied. Returns the names of those.
         """
         if not keep_props:
             self.props.clear()
@@ -206,11 +206,11 @@ class Physics:
         return (self.time_ns - self._epoch_ns) / 1e9
 
     def put_in_place(self) -> None:
-        """Compute anew what follows from where everything is."""
+        """Compute again what follows from all poses."""
         mujoco.mj_forward(self.model, self.data)
 
     def ask_hooks(self) -> None:
-        """Ask the robots anew what is to be called at each step."""
+        """Ask the robots for their step hooks again."""
         self._hooks = [robot.step_hooks() for robot in self._robots]
 
     def _restart(self) -> None:
@@ -269,7 +269,7 @@ class Physics:
             )
 
     def record(self) -> SimulationState:
-        """Return what everything stands like now, to be looked at later (`sim.physics.history`)."""
+        """Return the present state, to be evaluated later (`sim.physics.history`)."""
         data = self.data
         return SimulationState(
             self.time_ns, data.qpos.tobytes(), data.qvel.tobytes(), self.props.shown

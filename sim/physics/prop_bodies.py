@@ -64,9 +64,9 @@ def keep_figures(model: mujoco.MjModel, without: mujoco.MjModel) -> None:
 
 
 class PropBodies:
-    """The spare bodies of one model. Shows obstacles and hides them, and nothing else.
+    """The spare bodies of one model. Only shows and hides obstacles.
 
-    `names` is what geoms are reported as (`contacts.geom_names`); it follows.
+    `names` are the reported names of geoms (`contacts.geom_names`); it is kept up to date.
     """
 
     def __init__(self, model: mujoco.MjModel, names: list[str]) -> None:
@@ -81,7 +81,7 @@ class PropBodies:
         self.addresses = tuple(
             (int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])) for joint in joints
         )
-        """Where x is in qpos, and its rate in qvel, of each; y comes next."""
+        """The address of x in qpos, and of its rate in qvel, for each; y is next."""
         self.shown: list[Obstacle | None] = [None] * len(bodies)
         for index in range(len(bodies)):
             self.hide(index)
@@ -106,7 +106,7 @@ class PropBodies:
         self.shown[index] = obstacle
 
     def hide(self, index: int) -> None:
-        """Put one away."""
+        """Hide a body."""
         self._place(index, kind=mujoco.mjtGeom.mjGEOM_BOX, halves=(_SIZE,) * 3, yaw=0.0)
         geom, body = self.geoms[index], self._bodies[index]
         self._model.geom_group[geom] = NOWHERE

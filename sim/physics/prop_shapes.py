@@ -1,4 +1,4 @@
-"""What props can be: how many, and of which shapes and sizes."""
+"""The number, shapes and sizes of props."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST = 64
 
 
 class PropError(BtMissionError):
-    """A prop that cannot be placed, or cannot move, as it was told."""
+    """A prop that cannot be placed, or cannot move as requested."""
 
 
 def check_count(count: int) -> None:

@@ -29,10 +29,10 @@ from sim.world.shapes import Obstacle
 from sim.world.world import FASTEST, World
 
 RING = 0.05
-"""Metres between the rings of places that are tried where a free one is wanted."""
+"""Metres between the rings of places that are tried in search of a free one."""
 
 _TOUCHING = 1e-6
-"""Metres by which two must be in each other; what stands side by side does not touch."""
+"""Metres of penetration from which two bodies touch; bodies side by side do not."""
 
 
 class PropPhysics(Protocol):
@@ -58,8 +58,8 @@ class _Slot:
 class Prop:
     """One prop in the world, from when it was placed until it is removed.
 
-    Each way begins where it is and replaces the one before. Metres, m/s; at most 2 m/s. Raises
-    PropError for a way that it cannot go, and once it has been removed.
+    Each motion starts at its place and replaces the one before. Metres, m/s; at most 2 m/s. Raises
+    PropError for an impossible motion, and after it has been removed.
     """
 
     def __init__(self, props: Props, index: int, obstacle: Obstacle) -> None:
@@ -91,15 +91,15 @@ class Prop:
 
     @property
     def velocity(self) -> Point:
-        """How fast it moves now, along x and y."""
+        """Its present velocity along x and y."""
         return self._now()[2:]
 
     def move_to(self, x: float, y: float, speed: float) -> None:
-        """Go straight there, and stand."""
+        """Move straight to a place, and stand."""
         self.follow([(x, y)], speed)
 
     def follow(self, points: Sequence[Point], speed: float) -> None:
-        """Go straight from point to point, and stand at the last."""
+        """Move straight from point to point, and stand at the last."""
         points = [self.position, *points]
         for x, y in points[1:]:
             self._props.check_floor(self.name, x, y)
@@ -113,7 +113,7 @@ class Prop:
         self._go(PassingCourse(tuple(way), speed) if len(way) > 1 else Drifting(way[0]))
 
     def move_at(self, vx: float, vy: float) -> None:
-        """Go on at this velocity, along x and y of the map, until told otherwise."""
+        """Move at this velocity, along x and y of the map, until the next call."""
         if not math.hypot(vx, vy) <= FASTEST:
             raise PropError(
                 f"prop '{self.name}': expected a velocity of at most {FASTEST:g} m/s,"
@@ -122,16 +122,16 @@ class Prop:
         self._go(Drifting(self.position, (vx, vy)))
 
     def stop(self) -> None:
-        """Stand where it is."""
+        """Stand at the present place."""
         self.move_at(0.0, 0.0)
 
     def remove(self) -> None:
-        """Vanish. It may be gone already, by a reset too."""
+        """Remove it. It may already be gone, e.g. by a reset."""
         if self.is_placed:
             self._props.remove(self._index)
 
     def begin_anew(self) -> None:
-        """Stand where it was placed."""
+        """Return to the place where it was put."""
         self.course, self.since_ns = _standing(self.obstacle), self._props.time_ns
 
     def _go(self, course: Course) -> None:
@@ -168,7 +168,7 @@ class Props:
         self.placed: dict[int, Prop] = {}
         """Those in the world, by their spare bodies, in the order in which they were placed."""
         self.shown: tuple[Obstacle | None, ...] = tuple(bodies.shown)
-        """What every spare body shows now."""
+        """The present obstacle of every spare body."""
 
     def __len__(self) -> int:
         return len(self.placed)
@@ -183,7 +183,7 @@ class Props:
 
     @property
     def count(self) -> int:
-        """How many there can be at one time."""
+        """The number of props that there can be at one time."""
         return len(self._slots)
 
     @property
@@ -207,9 +207,9 @@ class Props:
     ) -> Prop:
         """Put a box of this size (along its own x, y, z), or a cylinder, on the floor; metres.
 
-        Raises PropError where all props are in the world already, for a name that is taken, a
-        size, place or colour that cannot be, and where it would touch a robot or an obstacle;
-        robots do not count with `even_into_the_robot`, and are then pushed out of it. With
+        Raises PropError if all props are in the world already, for a name that is taken, an invalid
+        size, place or colour, and if it would touch a robot or an obstacle. With
+        `even_into_the_robot` robots do not count, and are then pushed out of it. With
         `nearest_free` it is put at the nearest place where it touches nothing.
         """
         obstacle = shape(name, (x, y, yaw_deg), size, radius, height, colour)
@@ -224,7 +224,7 @@ class Props:
         even_into_the_robot: bool = False,
         nearest_free: bool = False,
     ) -> Prop:
-        """Put an obstacle of any shape where it says. Raises PropError as `place` does."""
+        """Put an obstacle of any shape at its place. Raises PropError as `place` does."""
         slot = self._free(obstacle.name)
         self._check_name(obstacle.name)
         if not nearest_free:
@@ -260,7 +260,7 @@ class Props:
     def relocate(self, prop: Prop, place: tuple[float, float, float]) -> None:
         """Put one that is in the world elsewhere at once, to stand: x m, y m, yaw rad.
 
-        Raises PropError where it would touch something; it then stays as it was.
+        Raises PropError if it would touch something; it then stays in place.
         """
         x, y, yaw = place
         self.check_floor(prop.name, x, y)
@@ -279,7 +279,7 @@ class Props:
             raise refused
 
     def put_back(self) -> list[str]:
-        """Have each stand where it was placed, and remove those for which there is no room by now.
+        """Return each to the place where it was put, and remove those whose place is occupied.
 
         Returns the names of those.
         """
@@ -312,11 +312,11 @@ class Props:
             qvel[slot.v], qvel[slot.v + 1] = vx, vy
 
     def holds(self, prop: Prop, index: int) -> bool:
-        """Whether that prop is in the world."""
+        """Return whether a prop is in the world."""
         return self.placed.get(index) is prop
 
     def remove(self, index: int) -> None:
-        """Put a spare body away."""
+        """Remove a spare body from the world."""
         slot, data = self._slots[index], self._physics.data
         self._bodies.hide(index)
         del self.placed[index]
@@ -336,7 +336,7 @@ class Props:
     # ---- inside --------------------------------------------------------------------------
 
     def _changed(self) -> None:
-        """Let everything that is read at this instant know of it."""
+        """Update everything that depends on the props at this instant."""
         self.shown = tuple(self._bodies.shown)
         data = self._physics.data
         self.move(data, self.time_ns)
@@ -368,7 +368,7 @@ class Props:
             )
 
     def _touched(self, index: int, *, robots: bool) -> str | None:
-        """Return the name of what a prop is in, or None."""
+        """Return the name of the obstacle that a prop touches, or None."""
         physics, geom = self._physics, self._slots[index].geom
         others = [other for other in physics.obstacle_geoms if other != geom]
         if robots:

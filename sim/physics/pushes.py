@@ -1,4 +1,4 @@
-"""Pushes and shoves: what acts on a robot from outside, for a time or at once."""
+"""Pushes and shoves: external forces on a robot, for a time or at once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sim.faults import FaultError
 from sim.physics.names import BASE, STEP_NS
 
 Frame = Literal["robot", "map"]
-"""Axes in which a push is written: x ahead and y to the left, or those of the map."""
+"""Axes of a push: x ahead and y to the left, or those of the map."""
 
 STRONGEST = 50.0
 """N: three times a Waffle's weight."""
@@ -36,14 +36,14 @@ class _Push:
 
 
 class Pushes:
-    """What acts on one robot's base, at its centre of mass."""
+    """The external forces on one robot's base, at its centre of mass."""
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, prefix: str) -> None:
         joint = int(model.joint(prefix + BASE).dofadr[0])
         self._velocity = data.qvel[joint : joint + 6]
         self._applied = data.xfrc_applied[model.body(prefix + BASE).id]
         self.acting: list[_Push] = []
-        """The pushes of now; the same list always."""
+        """The present pushes; always the same list."""
 
     def add(
         self,
@@ -53,7 +53,7 @@ class Pushes:
         seconds: float,
         now_ns: int,
     ) -> None:
-        """Let one act from now on. Raises FaultError for what cannot be."""
+        """Add one from now on. Raises FaultError for an invalid one."""
         _check_frame(frame)
         if not (math.hypot(*force) <= STRONGEST and abs(torque) <= STRONGEST_TORQUE):
             raise FaultError(
@@ -77,7 +77,7 @@ class Pushes:
         self._velocity[5] = turn
 
     def apply(self, now_ns: int, yaw: float) -> None:
-        """Set the sum of all for the step that begins now; those that have ended, end."""
+        """Set the sum of all for the step that begins now; remove those that have ended."""
         self.acting[:] = [push for push in self.acting if now_ns < push.end_ns]
         total_x = total_y = torque = 0.0
         for push in self.acting:
@@ -100,6 +100,6 @@ def _on_map(x: float, y: float, frame: Frame, yaw: float) -> tuple[float, float]
 
 
 def _check_frame(frame: str) -> None:
-    """Raise FaultError for axes that are none."""
+    """Raise FaultError for invalid axes."""
     if frame not in {"robot", "map"}:
         raise FaultError(f"expected frame 'robot' or 'map', got '{frame}'")

@@ -1,4 +1,4 @@
-"""What stands in a world and what it looks like, as MuJoCo geoms."""
+"""The obstacles of a world and their appearance, as MuJoCo geoms."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _add_sky_and_light(spec: mujoco.MjSpec) -> None:
     visual.headlight.ambient = [0.5, 0.5, 0.5]
     visual.headlight.diffuse = [0.15, 0.15, 0.15]
     visual.headlight.specular = [0.0, 0.0, 0.0]
-    visual.quality.offsamples = 0  # smooth edges cost three times the rest of a picture
+    visual.quality.offsamples = 0  # smooth edges cost three times the rest of an image
     visual.quality.shadowsize = 0  # no map for the shadows that nothing casts: 64 MB
     visual.map.znear = 0.002  # of the world's extent: a wall at the lens is still drawn
     spec.add_texture(
@@ -66,7 +66,7 @@ def _add_sky_and_light(spec: mujoco.MjSpec) -> None:
         dir=[0.3, 0.45, -1],
         diffuse=[0.4, 0.4, 0.4],
         specular=[0, 0, 0],
-        castshadow=False,  # shadows cost ten times the rest of a picture
+        castshadow=False,  # shadows cost ten times the rest of an image
     )
 
 
@@ -91,7 +91,7 @@ def _add_floor(spec: mujoco.MjSpec, size: tuple[float, float], grip: float) -> N
         contype=FLOOR_BIT,
         conaffinity=0,
         group=SOLID,
-        # The larger of the two that touch counts: with none of its own, the wheels' is left.
+        # The larger friction of two bodies counts: with none here, the wheels' friction applies.
         friction=[grip, 0.005, 0.0001],
         solref=SOLREF,
         solimp=SOLIMP,
@@ -101,12 +101,12 @@ def _add_floor(spec: mujoco.MjSpec, size: tuple[float, float], grip: float) -> N
         type=mujoco.mjtSensor.mjSENS_CONTACT,
         objtype=mujoco.mjtObj.mjOBJ_GEOM,
         objname=FLOOR,
-        intprm=[1, 0, 1],  # the number of contacts alone, not reduced, in one slot
+        intprm=[1, 0, 1],  # only the number of contacts, not reduced, in one slot
     )
 
 
 def _add_obstacles(spec: mujoco.MjSpec, obstacles: tuple[Obstacle, ...]) -> None:
-    """One static body holds them all; each that moves is a body of its own below it."""
+    """Add all obstacles to one static body; each moving one is a separate body below it."""
     static = spec.worldbody.add_body(name=OBSTACLES)
     for obstacle in obstacles:
         length, width, height = obstacle.size

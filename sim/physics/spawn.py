@@ -1,4 +1,4 @@
-"""Who takes part: the robots of one simulation, each with a name and a place to start."""
+"""The robots of one simulation, each with a name and a start."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST = 16
 """Robots in one world: MuJoCo can switch off the motors of 31 groups of actuators."""
 
 NAME = re.compile("[a-z][a-z0-9_]{0,39}")
-"""What a robot may be called."""
+"""The form of a robot's name."""
 _PLACE = ("x", "y", "yaw")
 _NUMBER = r"([+-]?(?:\d+\.?\d*|\.\d+))"
 _WRITTEN = re.compile(rf"([^=@]+)=([^@]+)(?:@{_NUMBER},{_NUMBER}(?:,{_NUMBER})?)?")
@@ -24,12 +24,12 @@ _EXPECTED = (
 
 
 class RobotSpawnError(BtMissionError):
-    """Robots that cannot stand in one world as they are named."""
+    """Robots that cannot be in one world under their names."""
 
 
 @dataclass(frozen=True)
 class RobotSpawn:
-    """A robot: its model, its name, and where it starts (None: at the world's spawn).
+    """A robot: its model, its name, and its start (None: the world's spawn).
 
     The name is also the namespace of its topics. A robot alone needs none.
     """
@@ -40,15 +40,15 @@ class RobotSpawn:
 
     @property
     def prefix(self) -> str:
-        """What stands before the names of its parts and topics."""
+        """The prefix of the names of its parts and topics."""
         return f"{self.name}/" if self.name else ""
 
 
 def read(text: str) -> RobotSpawn:
     """Read a robot written as `NAME=MODEL@X,Y,YAW` (m, m, degrees), such as `one=waffle@-1,0,90`.
 
-    MODEL is a robot's name or file; the yaw, or the whole place, may be left out. Raises
-    RobotSpawnError, and InputError for a model that cannot be used.
+    MODEL is a robot's name or file; the yaw, or the whole place, is optional. Raises
+    RobotSpawnError, and InputError for an invalid model.
     """
     written = _WRITTEN.fullmatch(text)
     if written is None:
@@ -63,7 +63,7 @@ def read(text: str) -> RobotSpawn:
 
 
 def check(entrants: Sequence[RobotSpawn]) -> None:
-    """Raise RobotSpawnError unless there are robots, and several have a name each of its own."""
+    """Raise RobotSpawnError unless there are robots, and several have different names."""
     if not 1 <= len(entrants) <= MOST:
         raise RobotSpawnError(f"expected 1 to {MOST} robots in a world, got {len(entrants)}")
     seen: set[str] = set()

@@ -1,4 +1,4 @@
-"""What holds wheels back: gears without power, brakes, and how well they grip where they stand."""
+"""The friction of wheels: gears without power, brakes, and the grip on the floor."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ BLOCKED_FRICTION = 5.0
 """N m: some twenty times what floor and motor can turn a wheel with."""
 
 BLOCKED_IMPEDANCE = 0.9999
-"""MuJoCo's largest: a blocked wheel creeps at 0.0001 rad/s against its motor; with what its joints
-have else, 800 times as fast."""
+"""MuJoCo's largest: a blocked wheel creeps at 0.0001 rad/s against its motor; with the value of the
+other joints, 800 times as fast.
+"""
 
 LEAST = 0.001
 """Without any friction at all MuJoCo's contacts become unstable, and throw the robot."""
 
 
 class Grip:
-    """Sets the friction of every wheel: by where on the floor it stands, and by its limit."""
+    """Sets the friction of every wheel by its place on the floor, and by its limit."""
 
     def __init__(self, model: mujoco.MjModel, world: World) -> None:
         names = [(model.geom(geom).name, geom) for geom in range(model.ngeom)]
@@ -34,10 +35,10 @@ class Grip:
         self._coefficients = np.array([max(LEAST, patch.friction) for patch in world.slippery])
 
     def limit(self, wheel: int, coefficient: float) -> None:
-        """Let a wheel, by its geom's number, grip no better than this, wherever it stands."""
+        """Limit the grip of a wheel, by its geom's number, everywhere."""
         self._limits[wheel] = max(LEAST, min(coefficient, GRIP[0]))
         self._friction[wheel, 0] = self._limits[wheel]
-        # Of two that touch the larger friction counts, unless one takes precedence.
+        # The larger friction of two bodies counts, unless one takes precedence.
         self._model.geom_priority[wheel] = coefficient < GRIP[0]
 
     def apply(self, data: mujoco.MjData) -> None:

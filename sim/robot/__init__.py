@@ -1,1 +1,1 @@
-"""One simulated robot: body, sensors and drive put together."""
+"""One simulated robot: body, sensors and drive."""

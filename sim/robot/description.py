@@ -1,4 +1,4 @@
-"""The robot as URDF, of boxes, cylinders and spheres: what RViz and Foxglove draw at its frames.
+"""The robot as URDF, of boxes, cylinders and spheres, for RViz and Foxglove.
 
 Links are the frames of `sim.robot.frames`, below `base_footprint`.
 """
@@ -21,7 +21,7 @@ _CAMERA = (0.02, 0.06, 0.02)
 
 
 def description(robot: RobotModel) -> str:
-    """Return the URDF of a robot; its links are all that `tf` and `tf_static` tell of it."""
+    """Return the URDF of a robot; its links are the frames of `tf` and `tf_static`."""
     root = ET.Element("robot", name=f"turtlebot3_{robot.name}")
     links = {BASE_FOOTPRINT: ET.SubElement(root, "link", name=BASE_FOOTPRINT)}
     for frame in fixed_frames(robot):
@@ -66,7 +66,7 @@ def _dress_base(link: ET.Element, robot: RobotModel) -> None:
 
 
 def _dress_wheel(link: ET.Element, robot: RobotModel) -> None:
-    """Dress a wheel, whose z axis lies along the axle."""
+    """Add the shape of a wheel, whose z axis is along the axle."""
     along_x, axle, along_z = robot.wheel_inertia
     _add_mass(link, robot.wheel_mass, (along_x, along_z, axle), (0.0, 0.0, 0.0))
     for use in ("visual", "collision"):
@@ -87,7 +87,7 @@ def _add_mass(link: ET.Element, mass: float, moments: Sequence[float], at: Vecto
 def _shape(
     link: ET.Element, use: str, kind: str, at: Vector = (0.0, 0.0, 0.0), colour: str = ""
 ) -> ET.Element:
-    """Add a shape to be seen or to be hit; gives the element that its size belongs into."""
+    """Add a visual or collision shape; return the element for its size."""
     part = ET.SubElement(link, use)
     _origin(part, at)
     shape = ET.SubElement(ET.SubElement(part, "geometry"), kind)

@@ -1,8 +1,7 @@
-"""The base's own control: limits, acceleration ramp, and a stop when commands stop coming.
+"""The base's controller: limits, acceleration ramp, and a stop without commands.
 
-Pure arithmetic. It stands for the firmware of the robot: a command is clipped to the limits of
-the model, reached at limited acceleration, and holds for `command_timeout` times
-`command_timeout_factor`.
+Pure arithmetic, in place of the robot's firmware: a command is clipped to the limits of the model,
+reached at limited acceleration, and holds for `command_timeout` times `command_timeout_factor`.
 """
 
 from __future__ import annotations
@@ -15,16 +14,16 @@ from bt_mission.core.robot.model import RobotModel
 
 @dataclass
 class DifferentialDrive:
-    """Turns commands into wheel speeds, one physics step at a time."""
+    """Computes wheel speeds from commands, one physics step at a time."""
 
     robot: RobotModel
     step_s: float
     linear: float = 0.0
-    """The velocity now asked of the wheels, m/s."""
+    """The present velocity command of the wheels, m/s."""
     angular: float = 0.0
-    """The turn rate now asked of the wheels, rad/s, left positive."""
+    """The present turn rate command of the wheels, rad/s, left positive."""
     command_timeout_factor: float = 1.0
-    """How many times the command timeout a command holds."""
+    """A command holds for this many times the command timeout."""
     _target_linear: float = field(default=0.0, init=False)
     _target_angular: float = field(default=0.0, init=False)
     _expires_ns: int = field(default=0, init=False)
@@ -33,12 +32,12 @@ class DifferentialDrive:
     _powered: bool = field(default=True, init=False)
 
     def command(self, linear: float, angular: float, time_ns: int) -> None:
-        """Ask for a velocity (m/s, rad/s), held for the command timeout from `time_ns` on.
+        """Command a velocity (m/s, rad/s), for the command timeout from `time_ns` on.
 
-        What is said at an earlier time than now holds for what is left of it, if anything is.
+        A command from an earlier time holds for the rest of that time, if any.
 
-        Raises ValueError where one of them is not finite; the last command then stays. Without
-        power a command is ignored.
+        Raises ValueError if one of them is not finite; the last command then stays. Without power a
+        command is ignored.
         """
         if not (math.isfinite(linear) and math.isfinite(angular)):
             raise ValueError(f"expected a finite velocity, got {linear} m/s and {angular} rad/s")
@@ -52,7 +51,7 @@ class DifferentialDrive:
 
     @property
     def timeout_s(self) -> float:
-        """How long a command holds, s."""
+        """The time for which a command holds, s."""
         return self.robot.command_timeout * self.command_timeout_factor
 
     def switch(self, *, on: bool) -> None:
@@ -63,7 +62,7 @@ class DifferentialDrive:
         self.due_ns = math.inf
 
     def step(self, time_ns: int) -> tuple[float, float]:
-        """Take the step that begins at `time_ns`, where it is due.
+        """Take the step that begins at `time_ns`, if it is due.
 
         Returns the speeds of the left and the right wheel, rad/s.
         """

@@ -1,4 +1,4 @@
-"""Whether a robot fits where it is to stand, and what is said where it does not."""
+"""Whether a robot fits at a place, and the error if it does not."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ TOUCHING = 1e-4
 
 
 class SpawnError(BtMissionError):
-    """The robot does not fit where it is to start, or to go on.
+    """The robot does not fit at its start, or at a new place.
 
     Args:
-        robot: Its name; a robot alone has none.
+        robot: Its name; empty for a robot alone.
     """
 
     def __init__(self, message: str, robot: str = "") -> None:
@@ -27,7 +27,7 @@ class SpawnError(BtMissionError):
 
 
 def off_floor(world: World, entrant: RobotSpawn, spawn: Spawn) -> SpawnError | None:
-    """Return what is said of a robot whose start lies beside the floor of its world, or None."""
+    """Return the error if a robot starts beside the floor of its world, or None."""
     length, width = world.size
     if abs(spawn.x) <= length / 2 and abs(spawn.y) <= width / 2:
         return None
@@ -39,7 +39,7 @@ def off_floor(world: World, entrant: RobotSpawn, spawn: Spawn) -> SpawnError | N
 
 
 def no_room_at_start(physics: Physics, entrant: RobotSpawn, spawn: Spawn) -> SpawnError:
-    """Return what is said of a robot that touches something at its start."""
+    """Return the error of a robot that touches an obstacle at its start."""
     touched = Contacts(physics.model, physics.names, entrant.prefix).look(physics.data, 0)
     names = ", ".join(sorted(f"'{collision.obstacle}'" for collision in touched))
     who = f"a {entrant.robot.name}" + (f" ({entrant.name})" if entrant.name else "")
@@ -52,7 +52,7 @@ def no_room_at_start(physics: Physics, entrant: RobotSpawn, spawn: Spawn) -> Spa
 
 
 def no_room(model: str, pose: tuple[float, float, float], obstacle: str | None) -> SpawnError:
-    """Return what is said of a robot that would be in an obstacle, put at a pose (m, rad)."""
+    """Return the error of a robot that would be in an obstacle at a pose (m, rad)."""
     x, y, yaw = pose
     return SpawnError(
         f"a {model} does not fit at ({x:g}, {y:g}, {math.degrees(yaw):g} deg):"

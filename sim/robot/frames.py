@@ -15,7 +15,7 @@ _SIDEWAYS: Quaternion = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
 
 
 def fixed_frames(robot: RobotModel) -> list[FramePose]:
-    """Return everything below `base_footprint`. Wheels are shown as they stand at the start."""
+    """Return all frames below `base_footprint`. Wheels are shown as at the start."""
     axle_z = robot.wheel_radius - robot.base_height
     return [
         FramePose(BASE_FOOTPRINT, BASE_LINK, (0.0, 0.0, robot.base_height)),

@@ -1,8 +1,8 @@
-"""Where the robot takes itself to be on the map: as a particle filter, off by an error.
+"""The robot's estimate of its pose on the map: as a particle filter, off by an error.
 
-It follows AMCL of Nav2: between two updates it goes by odometry, and it is updated when the robot
+It follows AMCL of Nav2: between two updates it moves by odometry, and it is updated when the robot
 has moved 0.25 m or turned 0.2 rad (`update_min_d` and `update_min_a`). With each update the error
-changes, so the place on the map jumps a little.
+changes, so the pose on the map jumps a little.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ UPDATE_M = 0.25
 UPDATE_RAD = 0.2
 
 _KEPT = 0.8
-"""The part of an error that is left after an update (an assumption): half is gone after three."""
+"""The part of an error that remains after an update (an assumption): half is gone after three."""
 
 
 @dataclass(frozen=True)
 class LocalizationError:
-    """How wrong it is.
+    """The size of the error.
 
     Attributes:
         place: Standard deviation along x and along y, m.
@@ -42,7 +42,7 @@ class Localization:
 
     Args:
         error: None is the truth.
-        seed: The errors follow from it.
+        seed: The seed of the errors.
         robot: The name of the robot; empty for one alone.
     """
 

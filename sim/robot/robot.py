@@ -35,19 +35,20 @@ PARTS: Mapping[str, PartFaults] = {
     "joints": JointFaults(),
     "wheels": WheelFaults(),
 }
-"""What can break on a robot, each as it is without a fault."""
+"""The parts of a robot that can have faults, each without one."""
 
 S = TypeVar("S", bound=Sensor)
 
 _STRIDE = 0.005
-"""Metres. The way is measured in chords of this length, so that trembling against a wall is none:
-5 mm on an arc of 0.1 m come out 0.01 % short."""
+"""Metres. The path is measured in chords of this length, so that trembling against a wall does not
+count: 5 mm on an arc of 0.1 m are 0.01 % too short.
+"""
 
 
 class SimulatedRobot:
-    """A robot of a simulation, in its own words. `seed` decides all its sensor noise.
+    """A robot of a simulation. `seed` decides all its sensor noise.
 
-    It is made before time begins, and told by `restart` when it does.
+    It is made before time starts; `restart` starts it.
     """
 
     def __init__(self, physics: Physics, entrant: RobotSpawn, *, seed: int) -> None:
@@ -57,9 +58,9 @@ class SimulatedRobot:
         self.prefix = prefix = entrant.prefix
         self.robot: RobotModel = entrant.robot
         self.collisions = 0
-        """How often the robot came into contact with an obstacle or another robot."""
+        """The number of collisions with an obstacle or another robot."""
         self.collisions_with = Counter[str]()
-        """How many of them were with each other robot, by its name."""
+        """The number of collisions with each other robot, by its name."""
         model, data = physics.model, physics.data
         joint = model.joint(prefix + BASE)
         self._qpos = data.qpos[joint.qposadr[0] : joint.qposadr[0] + 9]
@@ -73,7 +74,7 @@ class SimulatedRobot:
             if kind not in present
         }
         self.faults = RobotFaultState(PARTS, self._wheels.set_faults, lacks)
-        """What is broken."""
+        """The present faults."""
         motor = model.actuator(prefix + WHEELS[0]).id
         self._ctrl = data.ctrl[motor : motor + 2]
         self._motor_bit = 1 << int(model.actuator_group[motor])
@@ -100,7 +101,7 @@ class SimulatedRobot:
         self._milestone = (spawn.x, spawn.y)
 
     def restart(self) -> None:
-        """Be as at the start, where the physics has been put. What was counted stays counted."""
+        """Restore the state at the start, where the physics has been put. Counts stay."""
         self.faults.clear()
         self._pushes.forget()
         for sensor in self.sensors:
@@ -117,7 +118,7 @@ class SimulatedRobot:
         self.reset_odometry()
 
     def sensor(self, kind: type[S]) -> S:
-        """Return the robot's sensor of a kind. Raises StopIteration where it has none."""
+        """Return the robot's sensor of a kind. Raises StopIteration without one."""
         return next(sensor for sensor in self.sensors if isinstance(sensor, kind))
 
     @property
@@ -160,19 +161,19 @@ class SimulatedRobot:
 
     @property
     def command_timeout_s(self) -> float:
-        """How long a command holds, s."""
+        """The time for which a command holds, s."""
         return self._drive.timeout_s
 
     # ---- driving -------------------------------------------------------------------------
 
     def command(self, linear: float, angular: float, stamp_ns: int = 0) -> float:
-        """Ask for a velocity, m/s and rad/s; it holds for the robot's command timeout.
+        """Command a velocity, m/s and rad/s; it holds for the robot's command timeout.
 
-        The timeout counts from the stamp, so that time on the way does not prolong it. Without a
-        stamp (0), or with one of the future, as from another clock, it counts from now.
+        The timeout counts from the stamp, so that a delay does not prolong it. Without a stamp (0),
+        or with one of the future, as from another clock, it counts from now.
 
-        Returns the age of the command, s. Raises ValueError where a velocity is not finite; the
-        last command then stays. While the motors are off, a command is ignored.
+        Returns the age of the command, s. Raises ValueError if a velocity is not finite; the last
+        command then stays. While the motors are off, a command is ignored.
         """
         now_ns = self.physics.time_ns
         commanded_ns = stamp_ns if 0 < stamp_ns < now_ns else now_ns
@@ -181,11 +182,14 @@ class SimulatedRobot:
 
     @property
     def commanded(self) -> tuple[float, float]:
-        """The velocity that the base now asks of its wheels, after limits and ramp."""
+        """The velocity that the base now commands to its wheels, after limits and ramp."""
         return self._drive.linear, self._drive.angular
 
     def power_motors(self, *, on: bool) -> bool:
-        """Switch the motors; without power the base rolls to rest. False: the battery is empty."""
+        """Switch the motors; without power the base rolls to rest.
+
+        Return False if the battery is empty.
+        """
         if on and self.battery.is_empty:
             return False
         if on != self.motors_on:
@@ -193,7 +197,7 @@ class SimulatedRobot:
         return True
 
     def step_hooks(self) -> tuple[Callable[[int], None], Callable[[], None]]:
-        """Return what tells the wheels, before a step of the physics, and what looks after it."""
+        """Return the functions to call before and after a step of the physics."""
         drive, ctrl = self._drive, self._ctrl
         qpos = self._qpos
         x, y = self._milestone
@@ -234,8 +238,8 @@ class SimulatedRobot:
         """Push the base, at its centre of mass, with a force (N) for a time from now on.
 
         The force is ahead and to the left, or along x and y of the map; `torque` (N m) turns it to
-        the left. Several add up. Raises
-        FaultError for what is not finite, or beyond 50 N and 5 N m.
+        the left. Several add up. Raises FaultError for values that are not finite, or beyond 50 N
+        and 5 N m.
         """
         self._pushes.add(force, torque, frame, seconds, self.physics.time_ns)
 
@@ -244,8 +248,8 @@ class SimulatedRobot:
     ) -> None:
         """Give the base a velocity (m/s) and a turn rate (rad/s, left positive) at once.
 
-        Axes as with a push. Its wheels turn as before, so grip soon takes it away again. Raises
-        FaultError for what is not finite, or beyond 5 m/s and 10 rad/s.
+        Axes as with a push. Its wheels turn as before, so grip soon brakes it. Raises FaultError
+        for values that are not finite, or beyond 5 m/s and 10 rad/s.
         """
         self._pushes.shove(velocity, turn, frame, self.pose[2])
 
@@ -254,8 +258,8 @@ class SimulatedRobot:
     ) -> None:
         """Put the base elsewhere at once, upright: x m, y m, yaw rad, in the map.
 
-        It moves on at a velocity along x and y of the map (m/s) and a turn rate (rad/s). Neither
-        its odometry nor the distance travelled notices. Raises SpawnError where it does not fit.
+        It continues at a velocity along x and y of the map (m/s) and a turn rate (rad/s). Neither
+        its odometry nor the distance travelled changes. Raises SpawnError if it does not fit.
         """
         (x, y, yaw), (vx, vy, turn) = pose, velocity
         before = self._qpos.copy(), self._qvel.copy()
@@ -272,9 +276,9 @@ class SimulatedRobot:
         self.physics.ask_hooks()
 
     def charge_battery(self, share: float) -> None:
-        """Set the battery's charge, 0 to 1; empty, it takes the motors' power.
+        """Set the battery's charge, 0 to 1; an empty one cuts the motors' power.
 
-        Raises FaultError for a charge that cannot be.
+        Raises FaultError for an invalid charge.
         """
         self.battery.charge_to(share)
 
@@ -298,7 +302,7 @@ class SimulatedRobot:
 
     @property
     def distance_travelled(self) -> float:
-        """Length of the way of the axle's middle, m, as it truly was."""
+        """True length of the path of the axle's middle, m."""
         return self._way + math.dist(self._milestone, self._qpos[:2].tolist())
 
     def take_collisions(self) -> list[Collision]:
@@ -307,9 +311,9 @@ class SimulatedRobot:
         return taken
 
     def clearance(self, within: float = math.inf) -> Clearance:
-        """Return how much room there is now between the robot and all that it could touch.
+        """Return the present clearance between the robot and everything that it could touch.
 
-        What is `within` m away or farther is not looked at.
+        Obstacles at `within` m or more are ignored.
         """
         return self._gauge.measure(self.physics.data, within)
 
@@ -322,10 +326,10 @@ class SimulatedRobot:
         return self.physics.record()
 
     def review(self) -> Reviewer:
-        """Return what tells of this robot in recorded states. It has a model of its own."""
+        """Return the evaluation of recorded states for this robot. It has a separate model."""
         return Reviewer(self.physics.model, self.prefix)
 
-    # ---- what the robot knows ------------------------------------------------------------
+    # ---- odometry and sensors -------------------------------------------------------------
 
     @property
     def wheels(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -335,7 +339,7 @@ class SimulatedRobot:
         return self._encoders.angles(left, right), (left_speed, right_speed)
 
     def read_odometry(self) -> Odometry:
-        """Return odometry, brought up to now; the battery is, too."""
+        """Return odometry, updated to now, and update the battery."""
         time_ns = self.physics.time_ns
         if time_ns != self.odometry.time_ns:
             turned = self._encoders.read(*self._qpos[7:9].tolist())

@@ -16,7 +16,7 @@ _UNIT = 0.01
 """By how much the square of a quaternion's length may differ from 1."""
 
 _LEVEL = 0.01
-"""Metres above the floor, and radians of roll or pitch, that are taken for none."""
+"""Metres above the floor, and radians of roll or pitch, that are ignored."""
 
 _ZEROS = (0.0, 0.0, 0.0, 0.0)
 
@@ -98,7 +98,7 @@ def around(state: EntityState, corners: tuple[Corner, Corner]) -> tuple[Corner, 
 def overlaps(box: tuple[Corner, Corner], bounds: Any) -> bool:
     """Return whether a box overlaps with Bounds, a box or a sphere.
 
-    Raises ValueError for bounds that are none.
+    Raises ValueError for invalid bounds.
     """
     points: list[Corner] = [(point.x, point.y, point.z) for point in bounds.points]
     if len(points) != 2 or not all(

@@ -1,4 +1,4 @@
-"""The standard services for what is in a simulation: found, looked at, moved, spawned, deleted."""
+"""The standard services for entities of a simulation: list, read, move, spawn, delete."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from sim.spawnables import (
 )
 
 MOST_SPAWNED = 64
-"""Things that one request may ask for."""
+"""The number of entities that one request may spawn."""
 
 MOST_TAGS = 50
 
@@ -71,12 +71,12 @@ _CODES: tuple[tuple[type[BtMissionError], int], ...] = (
 
 
 class EntityServices:
-    """The entities of a simulation, for whoever asks.
+    """The services for the entities of a simulation.
 
     Args:
-        node: Of the services.
+        node: The node of the services.
         control: Whether the simulator is about to end.
-        entities: What there is.
+        entities: The entities of the simulation.
         fill_now: Fills a stamp with the time on `/clock`, and returns it.
     """
 
@@ -149,7 +149,7 @@ class EntityServices:
 
     def _set_state(self, request: Any, _: Any) -> None:
         with _Refusing(_CODES):
-            self._entities.state(request.entity)  # a name that is not known comes first
+            self._entities.state(request.entity)  # an unknown name is reported first
             state, frame = request.state, request.state.header.frame_id
             pose = self._entities.in_map(frame, entity_messages.read_pose(state.pose))
             direction = self._entities.in_map(frame, Pose2D(0.0, 0.0, 0.0)).yaw
@@ -262,7 +262,7 @@ class _Refusing:
 
 
 def _check_namespace(namespace: str) -> None:
-    """Raise RefusedError for what is no namespace; things have no topics, so it has no effect."""
+    """Raise RefusedError for an invalid namespace; entities have no topics, so it has no effect."""
     if namespace:
         try:
             validate_namespace(namespace if namespace.startswith("/") else f"/{namespace}")

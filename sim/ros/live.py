@@ -1,4 +1,4 @@
-"""The simulator in a process of its own: paced against the wall, ended by a signal."""
+"""The simulator in its own process: paced against the wall clock, ended by a signal."""
 
 from __future__ import annotations
 
@@ -106,11 +106,11 @@ class LiveSimNode(SimNode):
 
     @property
     def is_done(self) -> bool:
-        """Whether it was asked to quit."""
+        """Whether it has to quit."""
         return self._control.state is RunState.QUITTING
 
     def begin(self) -> None:
-        """Offer what a process offers, and say what is simulated."""
+        """Offer the services of a process, and log what is simulated."""
         self.publish_clock_at(CLOCK_HZ)
         self.create_timer(_WATCH_S, CommandWatch(self).look, clock=self._wall)
         self._offer_services()
@@ -121,7 +121,7 @@ class LiveSimNode(SimNode):
         self._log.info(f"{self._names} in {world}, seed {self._seed}, speed {speed:g}")
 
     def end(self, signal: str, executor: Executor) -> None:
-        """Send the answer to whoever had it quit, which needs a moment to get there."""
+        """Answer the request that ended it, which needs a moment to arrive."""
         since = Stopwatch()
         while not signal and since.elapsed_s < _FAREWELL_S:
             executor.spin_once(timeout_sec=LOOK_S)
@@ -154,7 +154,7 @@ class LiveSimNode(SimNode):
         if not control.is_running:
             pacer.set_speed(pacer.speed, self.time_ns)  # there is nothing to catch up with
             self._stood += 1
-            if self._stood % _TICKS_A_CLOCK == 0:  # for those who join
+            if self._stood % _TICKS_A_CLOCK == 0:  # for late subscribers
                 self.publish_clock()
             return
         control.advance_to(pacer.due_ns(self.time_ns))
@@ -169,12 +169,12 @@ class LiveSimNode(SimNode):
                 self._scale_command_timeout(parameter.value)
 
     def _scale_command_timeout(self, speed: float) -> None:
-        """Let commands hold as long on the wall as at real time: they do not come any sooner."""
+        """Let commands hold as long on the wall clock as at real time."""
         for robot in self.robots:
             robot.scale_command_timeout(max(1.0, speed))
 
     def _offer_services(self) -> None:
-        """Answer the standard interfaces of simulators, where their types are installed."""
+        """Offer the standard interfaces of simulators, if their types are installed."""
         if find_spec("simulation_interfaces") is None:
             self._log.warning(
                 "the standard services of simulators are not there: the package"
@@ -198,9 +198,9 @@ class CommandWatch:
         self._unnamed: set[tuple[str, str, str]] = set()
 
     def look(self) -> None:
-        """Look who publishes `cmd_vel` of each robot, and as what.
+        """Check the publishers of each robot's `cmd_vel`, and their types.
 
-        A node whose name is not known yet is told of if it has none at the next look either.
+        A node without a known name is reported if it still has none at the next check.
         """
         taken = COMMAND_TYPES[self._node.command_type]
         other = "plain" if self._node.command_type == "stamped" else "stamped"

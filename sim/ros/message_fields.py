@@ -11,7 +11,7 @@ from sim.physics.contacts import Collision
 
 
 def header(message: Any, stamp: Any, frame: str, child: str | None = None) -> Any:
-    """Give a message its frames, and a stamp that others may share; returns the message."""
+    """Give a message its frames, and a stamp that others may share. Return the message."""
     message.header.stamp, message.header.frame_id = stamp, frame
     if child is not None:
         message.child_frame_id = child
@@ -28,7 +28,7 @@ def transform(message: Any, frame: FramePose, stamp: Any) -> Any:
 
 
 def collision(message: Any, event: Collision) -> Any:
-    """Fill a Collision, stamped with its own time, and return it."""
+    """Fill a Collision, with its own time as the stamp, and return it."""
     set_ns(message.header.stamp, event.time_ns)
     message.header.frame_id = MAP
     message.obstacle, message.force = event.obstacle, event.force

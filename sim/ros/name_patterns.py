@@ -1,9 +1,9 @@
-"""Regular expressions of POSIX (extended), by the C library: what EntityFilters are written in.
+"""Regular expressions of POSIX (extended), by the C library, as EntityFilters have them.
 
-Python's own have another syntax, and one that is badly meant can take them for ever; the C library
-matches in a time that grows with the text alone, but for references back, which are refused. It
-compiles a repetition to that many copies, each of which may have repetitions in turn: what that
-comes to is known before, and bounded.
+Python's have another syntax, and a malicious one can take forever. The C library matches in a time
+that grows only with the text, except for back references, which are refused. It compiles a
+repetition to that many copies, each of which may have repetitions in turn: the total is computed
+first, and bounded.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ MOST_COPIES = 300
 
 _EXTENDED, _NO_PLACES = 1, 8
 _ROOM = 256
-"""Bytes for what a pattern is compiled to; glibc needs 64."""
+"""Bytes of a compiled pattern; glibc needs 64."""
 
 _REFERENCE = re.compile(r"\\[1-9]")
 _REPETITION = re.compile(r"\+|\{([^}]*)")
 
 
 class PatternError(BtMissionError):
-    """A pattern that is none, or that is not taken."""
+    """A pattern that is invalid, or refused."""
 
 
 def matching(pattern: str, names: Iterable[str]) -> list[str]:

@@ -1,6 +1,6 @@
 """The simulated TurtleBot3 as a ROS node: commands in, sensors out, on a virtual clock.
 
-`SimNode` is moved from outside, by `advance_to`; `sim.ros.live` does that in a process of its own.
+`SimNode` is moved from outside, by `advance_to`; `sim.ros.live` does that in its own process.
 Topics, types, QoS and frames are those of a TurtleBot3 on Jazzy; names are relative, so that a
 namespace applies.
 """
@@ -40,17 +40,17 @@ NODE_NAME = "bt_mission_sim"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SimOptions(RobotNodeOptions):
-    """How the simulator's node is made.
+    """The options of the simulator's node.
 
     Args:
-        seed: Of all sensor noise.
+        seed: The seed of all sensor noise.
         start_ns: The first instant, ns.
         camera: Whether there are cameras.
         with_map: Whether the map of the world is published.
-        localises: Whether `tf` has the place of `odom` on the map; else something else has to
-            find it.
+        localises: Whether `tf` has the pose of `odom` on the map; else another node has to provide
+            it.
         command_type: Of `cmd_vel`: `TwistStamped` (stamped) or `Twist` (plain).
-        props: How many obstacles can be placed later (`sim.physics.props`).
+        props: The number of obstacles that can be placed later (`sim.physics.props`).
         places: Named points of the map, m, that are published beside the zones.
     """
 
@@ -140,30 +140,30 @@ class SimNode(RobotNode):
 
     @property
     def time_ns(self) -> int:
-        """The present instant of the physics, ns; it only goes on."""
+        """The present instant of the physics, ns; it never goes back."""
         return self.physics.time_ns
 
     @property
     def clock_ns(self) -> int:
-        """What `/clock` says now, ns: the time since the start, or since it was set back."""
+        """The present time on `/clock`, ns: since the start, or since it was set back."""
         return self._schedule.clock_ns(self.physics.time_ns)
 
     def publish_clock(self) -> None:
-        """Say what time it is, where somebody listens."""
+        """Publish the time, if there are subscriptions."""
         set_ns(self._stamp, self._schedule.clock_ns(self.physics.time_ns))
         if self._time_out.get_subscription_count():
             self._time_out.publish(self._time)
 
     def set_clock_back(self) -> None:
-        """Have `/clock` begin again at the first instant, at once. Nothing else changes."""
+        """Restart `/clock` at the first instant, at once. Nothing else changes."""
         self._schedule.set_clock_back(self.physics.time_ns)
         self.publish_clock()
 
     def reset(self, *, keep_props: bool = False) -> list[str]:
-        """Put everything back to its state at the start, random streams too. Time goes on.
+        """Restore the state at the start, random streams too. Time continues.
 
-        All sensors are due at once, so what follows repeats what followed the start. Returns the
-        names of props that are to be kept, but have no place any more.
+        All sensors are due at once, so the following equals what followed the start. Returns the
+        names of kept props whose place is occupied.
         """
         removed = self.physics.reset(keep_props=keep_props)
         self._schedule.restart(self.physics.time_ns)
@@ -177,7 +177,7 @@ class SimNode(RobotNode):
         return response
 
     def _declare_command_type(self, options: SimOptions) -> CommandType:
-        """Declare the parameter `cmd_vel_type`; the stage, without parameters, has the option."""
+        """Declare the parameter `cmd_vel_type`; the stage, without parameters, uses the option."""
         if options.lean:
             return options.command_type
         description = "Type of cmd_vel: TwistStamped (stamped) or Twist (plain)."

@@ -1,4 +1,4 @@
-"""Requests of the standard interfaces of simulators: how they are offered, answered and refused."""
+"""Requests of the standard interfaces of simulators: offers, answers and refusals."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from sim.ros.run_control import RunControl, RunState
 from sim.ros.topics import REQUESTS
 
 _MOST_TEXT = 2000
-"""Characters of an answer's text."""
+"""Characters of a response's text."""
 
 
 class Code(IntEnum):
-    """How a request went: simulation_interfaces/Result."""
+    """The result of a request: simulation_interfaces/Result."""
 
     FEATURE_UNSUPPORTED = 0
     OK = 1
@@ -30,7 +30,7 @@ class Code(IntEnum):
 
 
 class Feature(IntEnum):
-    """What a simulator can do: simulation_interfaces/SimulatorFeatures."""
+    """The features of a simulator: simulation_interfaces/SimulatorFeatures."""
 
     SPAWNING = 0
     DELETING = 1
@@ -62,7 +62,7 @@ class Feature(IntEnum):
 
 
 class RefusedError(BtMissionError):
-    """A request that is not carried out.
+    """A request that is refused.
 
     Args:
         code: One of `Code`, or of the service's own codes.
@@ -76,12 +76,12 @@ class RefusedError(BtMissionError):
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """A service: its type in simulation_interfaces, and what fills its response.
+    """A service: its type in simulation_interfaces, and the function that fills its response.
 
     Args:
         kind: The name of the type; that of the service is the same in small letters.
         answer: Gets request and response; `result` is OK unless it raises.
-        features: What the simulator can do by it.
+        features: The features of the simulator that it provides.
     """
 
     kind: str

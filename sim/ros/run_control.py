@@ -1,6 +1,6 @@
-"""Whether the simulation runs: played, paused, moved on by some steps, stopped, ended.
+"""The state of the simulation: playing, paused, advanced by some steps, stopped, ended.
 
-Pure of ROS. Whoever paces the simulation asks `RunControl` to move on, instead of the node.
+Pure of ROS. The pacer of the simulation asks `RunControl` to advance, instead of the node.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class RunState(IntEnum):
 
 
 class SteppedNode(Protocol):
-    """The simulation that is controlled: its time goes on in steps of the physics."""
+    """The simulation that is controlled: its time moves in steps of the physics."""
 
     @property
     def time_ns(self) -> int:
@@ -33,12 +33,12 @@ class SteppedNode(Protocol):
 
 
 class StepRun:
-    """Steps that were asked for.
+    """Steps that were requested.
 
     Args:
-        wanted: How many.
-        on_step: Told after each, with how many are done.
-        on_end: Called once, when all are done or when they are given up.
+        wanted: The number of steps.
+        on_step: Called after each step with the number done.
+        on_end: Called once, when all are done or given up.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class StepRun:
         self.wanted = wanted
         self.done = 0
         self.given_up = ""
-        """Why not all were done; empty where they were."""
+        """Why not all were done; empty if they were."""
         self._on_step, self._on_end = on_step, on_end
 
     def count(self) -> None:
@@ -56,13 +56,13 @@ class StepRun:
         self._on_step(self.done)
 
     def end(self, given_up: str = "") -> None:
-        """Say that no more are done."""
+        """End the steps."""
         self.given_up = given_up
         self._on_end()
 
 
 class RunControl:
-    """Lets a simulation run, stand, or move on by some steps. It runs at first."""
+    """Lets a simulation run, pause, or advance by some steps. It runs at first."""
 
     def __init__(self, node: SteppedNode) -> None:
         self._node = node
@@ -71,21 +71,21 @@ class RunControl:
 
     @property
     def state(self) -> RunState:
-        """The state; while steps are done it is that of a simulation that is played."""
+        """The state; during steps it is that of a playing simulation."""
         return RunState.PLAYING if self._steps is not None else self._state
 
     @property
     def is_running(self) -> bool:
-        """Whether time goes on."""
+        """Whether time moves."""
         return self.state is RunState.PLAYING
 
     def set_state(self, state: RunState) -> None:
-        """Be in a state from now on; steps under way are given up."""
+        """Set the state; steps under way are given up."""
         self._state = state
         self.give_up_steps(f"the simulation is {state.name.lower()} now")
 
     def start_steps(self, steps: StepRun) -> None:
-        """Move a paused simulation on by some steps, at the pace of a played one."""
+        """Advance a paused simulation by some steps, at the pace of a playing one."""
         self._steps = steps
 
     def give_up_steps(self, why: str) -> None:
@@ -95,7 +95,7 @@ class RunControl:
             steps.end(why)
 
     def advance_to(self, time_ns: int) -> None:
-        """Go on to `time_ns` at most, as far as the state has it."""
+        """Advance to `time_ns` at most, as far as the state allows."""
         if self._steps is None:
             if self._state is RunState.PLAYING:
                 self._node.advance_to(time_ns)

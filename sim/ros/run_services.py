@@ -30,14 +30,15 @@ from sim.ros.run_control import RunControl, RunState, StepRun
 from sim.ros.topics import REQUESTS
 
 MOST_STEPS = 200_000
-"""Steps that one call of the service may ask for, a thousand seconds; the action takes any number,
-as it can be canceled."""
+"""The most steps of one call of the service, a thousand seconds; the action takes any number, as it
+can be canceled.
+"""
 
 _RESULT_KEPT_S = 10
 
 
 class Scope(IntFlag):
-    """What a reset is about: simulation_interfaces/ResetSimulation."""
+    """The scope of a reset: simulation_interfaces/ResetSimulation."""
 
     TIME = 1
     STATE = 2
@@ -57,11 +58,11 @@ _WORLDS = {4: "there is always a world here", 5: "worlds are loaded at the start
 
 
 class RunServices:
-    """State, steps and reset of a simulation, for whoever asks.
+    """The services for state, steps and reset of a simulation.
 
     Args:
         node: The simulation.
-        control: What lets it run.
+        control: Controls the simulation.
     """
 
     def __init__(self, node: SimNode, control: RunControl) -> None:
@@ -108,7 +109,7 @@ class RunServices:
         )
 
     def offer_always(self, features: list[Feature], about: str) -> None:
-        """Offer what is answered in every state: the state, and what the simulator can do."""
+        """Offer the services of every state: the state, and the features of the simulator."""
         features = sorted({*features, Feature.SIMULATION_STATE_GETTING})
 
         def get_features(_: Any, response: Any) -> Any:

@@ -1,4 +1,4 @@
-"""What is due when: periodic actions on whole steps of the physics, in a fixed order."""
+"""The schedule: periodic actions on whole steps of the physics, in a fixed order."""
 
 from __future__ import annotations
 
@@ -38,30 +38,30 @@ class Schedule:
         self.next_due_ns = start_ns
         """The next instant at which an action is due, ns."""
         self.set_back_ns = 0
-        """How far `/clock` has been set back, ns; the schedule and the physics only go on."""
+        """By how much `/clock` has been set back, ns; schedule and physics never go back."""
 
     def clock_ns(self, time_ns: int) -> int:
-        """Return what `/clock` says at an instant of the physics, ns."""
+        """Return the time on `/clock` at an instant of the physics, ns."""
         return time_ns - self.set_back_ns
 
     def set_clock_back(self, time_ns: int) -> None:
-        """Have `/clock` say at `time_ns` what it said at the start."""
+        """Restart `/clock` at `time_ns` from its time at the start."""
         self.set_back_ns = time_ns - self._start_ns
 
     def every(self, rate_hz: float, what: str, action: Callable[[int], None]) -> None:
         """Add an action, first due at the start; after all that were added before it.
 
-        Raises RateError where its period is no whole number of physics steps.
+        Raises RateError if its period is not a whole number of physics steps.
         """
         period_ns = period_of(rate_hz, what)
         self._entries.append(_Entry(action, period_ns, self._start_ns))
 
     def once(self, action: Callable[[int], None]) -> None:
-        """Add an action that is run at the start and never again."""
+        """Add an action that runs once, at the start."""
         self._entries.append(_Entry(action, _NEVER, self._start_ns))
 
     def restart(self, time_ns: int) -> None:
-        """Begin anew at `time_ns`: periodic actions are due then, and count from 0 again."""
+        """Restart at `time_ns`: periodic actions are due then, and count from 0 again."""
         for entry in self._entries:
             if entry.period_ns != _NEVER:
                 entry.index, entry.due_ns = 0, time_ns

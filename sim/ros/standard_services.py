@@ -16,9 +16,9 @@ ABOUT = "bt-mission sim; `bt-mission docs simulator` says what each service does
 
 
 def offer_standard_services(node: SimNode, control: RunControl, source: str) -> None:
-    """Answer the standard's services and actions for what a simulation can do.
+    """Offer the standard's services and actions that a simulation supports.
 
-    `source` is what its world was loaded from, a name or a path.
+    `source` is the name or path of its world.
     """
 
     def fill_now(stamp: Any) -> Any:

@@ -1,7 +1,7 @@
-"""What one simulated robot says and hears: the topics and services of a TurtleBot3 on Jazzy.
+"""The topics and services of one simulated robot: those of a TurtleBot3 on Jazzy.
 
-Its sensors are apart (`sim.ros.sensor_topics`). Nothing is published that nobody subscribes to.
-All names begin with the robot's prefix.
+Its sensors are separate (`sim.ros.sensor_topics`). Nothing is published without a subscription. All
+names begin with the robot's prefix.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from sim.ros import message_fields
 from sim.ros.schedule import Schedule
 from sim.ros.sensor_topics import RELIABLE
 
-COMMANDS = QoSProfile(depth=1)  # of several that wait, only the newest counts: older ones are late
+COMMANDS = QoSProfile(depth=1)  # of several waiting ones, only the newest counts
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 REQUESTS = QoSProfile(depth=MOST_WAITING)
 TRANSFORMS = QoSProfile(depth=100)  # what tf2's listeners and broadcasters use
@@ -76,10 +76,10 @@ class RobotPublishers:
     """The topics and services of one robot, apart from its sensors.
 
     Args:
-        node: The simulator's.
-        schedule: When its messages are due.
-        stamp: Of all messages, shared.
-        robot: Whose topics they are.
+        node: The simulator's node.
+        schedule: The schedule of its messages.
+        stamp: The stamp of all messages, shared.
+        robot: The robot of the topics.
         command_type: Of `cmd_vel`.
         localises: Whether `tf` has the place of `odom` on the map.
     """
@@ -115,7 +115,7 @@ class RobotPublishers:
         node.create_service(Trigger, name, self._on_reset_odometry, qos_profile=REQUESTS)
 
     def restart(self) -> None:
-        """Say what is said only when it changes, after the robot was put back to its start."""
+        """Publish the latched topics again, after the robot was put back to its start."""
         self._publish_motors()
 
     def _name(self, topic: str) -> str:
@@ -184,7 +184,7 @@ class RobotPublishers:
         self._schedule.every(self._robot.robot.odometry_rate, "odometry_rate", publish)
 
     def _make_base(self) -> None:
-        """Wheels, odometry, moving frames and true pose, all of one instant."""
+        """Publish wheels, odometry, moving frames and true pose, all of one instant."""
         turned = message_fields.header(JointState(name=list(WHEEL_JOINTS)), self._stamp, "")
         turned.position, turned.velocity = array.array("d", (0, 0)), array.array("d", (0, 0))
         reckoned = message_fields.header(
@@ -235,7 +235,7 @@ class RobotPublishers:
         self._schedule.every(robot.robot.odometry_rate, "odometry_rate", publish)
 
     def _make_motors(self) -> None:
-        """Whether they have power: latched, so said at the start and at every change."""
+        """Publish whether they have power: latched, at the start and at every change."""
         publisher = self._publisher(Bool, "motors_on", LATCHED)
         published: list[bool] = []
 
@@ -245,7 +245,7 @@ class RobotPublishers:
                 publisher.publish(Bool(data=published[0]))
 
         self._publish_motors = publish_changed
-        # Told with the odometry, since an empty battery switches them off, too.
+        # Published with the odometry, since an empty battery switches them off, too.
         self._schedule.every(
             self._robot.robot.odometry_rate, "odometry_rate", lambda _: publish_changed()
         )

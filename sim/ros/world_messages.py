@@ -38,7 +38,7 @@ def zone_markers(
 ) -> MarkerArray:
     """Return a disc and a name for each zone and place, which stay until they are replaced.
 
-    Places are in no world: the camera does not see them.
+    Places are not part of a world: the camera does not see them.
     """
     named = (places or {}).items()
     marks = [

@@ -27,9 +27,9 @@ _ELSEWHERE = "a world is chosen at the start: bt-mission sim --world NAME"
 
 
 class WorldServices:
-    """A world and its places, for whoever asks. It is chosen at the start, and stays.
+    """The services for a world and its places. It is chosen at the start.
 
-    `source` is what it was loaded from, a name or a path.
+    `source` is its name or path.
     """
 
     def __init__(self, node: Node, control: RunControl, world: World, source: str) -> None:

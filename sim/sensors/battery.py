@@ -14,13 +14,13 @@ from sim.sensors.sensor import Mount, Sensor
 
 
 class Battery:
-    """Charge as a share of the full one, 0 to 1. Voltage falls in a straight line with it."""
+    """Charge as a share of the full one, 0 to 1. Voltage falls linearly with it."""
 
     def __init__(self, spec: BatterySpec) -> None:
         self.spec = spec
         self.charge = spec.start_charge
         self.current = 0.0
-        """What is drawn, A, as a mean since the reading before; never negative."""
+        """The mean current since the reading before, A; never negative."""
         self._time_ns: int | None = None
 
     def use(self, time_ns: int, turned_rad: float) -> None:
@@ -35,14 +35,14 @@ class Battery:
         self._time_ns = time_ns
 
     def charge_to(self, share: float) -> None:
-        """Set the charge, 0 to 1. Raises FaultError for one that cannot be."""
+        """Set the charge, 0 to 1. Raises FaultError for an invalid one."""
         if not 0 <= share <= 1:
             raise FaultError(f"expected a charge from 0 to 1, got {share:g}")
         self.charge = share
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is left."""
+        """Whether it is empty."""
         return self.charge <= 0.0
 
     @property
@@ -54,7 +54,7 @@ class Battery:
 
     @property
     def percentage(self) -> float:
-        """0 to 100, as a TurtleBot3 tells it: the place of the voltage between empty and full."""
+        """0 to 100, as a TurtleBot3 reports it: the place of the voltage between empty and full."""
         return 100 * self.charge
 
 

@@ -1,4 +1,4 @@
-"""The robot's camera: what it sees, as a picture; also on a machine without EGL."""
+"""The robot's camera images; also on a machine without EGL."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ NO_CAMERA_FAULTS = CameraFaults()
 
 
 class Camera:
-    """Draws what the robot's camera sees: 8-bit RGB, `height` x `width` x 3, top row first.
+    """Renders the images of the robot's camera: 8-bit RGB, `height` x `width` x 3, top row first.
 
-    Raises NoCameraError where there is no EGL.
+    Raises NoCameraError without EGL.
     """
 
     def __init__(self, model: mujoco.MjModel, spec: CameraSpec, prefix: str = "") -> None:
@@ -54,7 +54,7 @@ class Camera:
         self._own_screen = np.flatnonzero(own & (model.geom_group == SCREENS))
         self._canvas = Canvas(model)
         options, view = self._canvas.options, self._canvas.view
-        options.geomgroup[[LOOKS, ROBOT]] = 0  # a camera does not see what carries it
+        options.geomgroup[[LOOKS, ROBOT]] = 0  # a camera does not see its own robot
         options.geomgroup[SCREENS] = 1
         view.type = mujoco.mjtCamera.mjCAMERA_FIXED
         view.fixedcamid = model.camera(prefix + CAMERA).id
@@ -85,10 +85,10 @@ AMBIENT = 0.65
 
 
 class RaycastCamera:
-    """Draws what the robot's camera sees without EGL: one ray for each pixel, and a plain light.
+    """Renders the images of the robot's camera without EGL, with one ray for each pixel.
 
-    Slower than the renderer (about 15 ms for 320 x 240 pixels, against 2 ms) and without textures
-    but the floor's tiles. What stands where, and in which colour, is the same.
+    It is slower than the renderer (about 15 ms for 320 x 240 pixels, against 2 ms) and without
+    textures except the floor's tiles. Objects and colours are the same.
     """
 
     def __init__(self, model: mujoco.MjModel, spec: CameraSpec, prefix: str = "") -> None:
@@ -163,7 +163,7 @@ class PictureDistortion:
 
 
 class CameraInfoSensor(Sensor):
-    """What a camera says of itself: a pinhole without distortion, square pixels."""
+    """The calibration of a camera: a pinhole without distortion, square pixels."""
 
     name = "camera"
     topic = "camera/camera_info"
@@ -193,7 +193,7 @@ class CameraInfoSensor(Sensor):
 
 
 class CameraSensor(Sensor):
-    """A robot's camera. Pictures are drawn only while somebody wants them: they cost the most."""
+    """A robot's camera. Images are rendered only with a subscription: they cost the most."""
 
     name = "camera"
     topic = "camera/image_raw"
@@ -239,7 +239,7 @@ class CameraSensor(Sensor):
 
     @override
     def fill(self, message: Any, index: int) -> None:
-        """Draw into the message, in place; a frozen one keeps its picture."""
+        """Render into the message, in place; a frozen one keeps its image."""
         faults, spec = self.faults, self.spec
         if faults.frozen and self._has_drawn:
             return

@@ -38,7 +38,7 @@ class Canvas:
             self._gl.make_current()
             self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
         # PyOpenGL and the bindings raise ImportError, AttributeError, RuntimeError, EGLError or
-        # FatalError, by what is missing; none of them shall stop a run that could do without.
+        # FatalError, depending on what is missing; none of them may stop a run without images.
         except Exception as error:
             raise NoCameraError(
                 "EGL cannot be used on this machine"
@@ -81,12 +81,12 @@ class Canvas:
 def _gl_context() -> Any:
     """Return the GL context of this process; all canvases draw in it, on one thread.
 
-    It is kept: what Mesa compiles for a new one takes as long as eighty pictures.
+    It is kept: what Mesa compiles for a new one takes as long as eighty images.
     """
     # Mesa's software renderer hands even a small picture round to a thread for every core: on a
     # busy machine waiting for them costs more than the picture.
     os.environ.setdefault("LP_NUM_THREADS", "1")
-    # Loads the system's libEGL: only when a picture is wanted.
+    # Loads the system's libEGL: only when an image is needed.
     from mujoco.egl import GLContext  # noqa: PLC0415
 
     return GLContext(0, 0)  # the size is that of the buffer in the model

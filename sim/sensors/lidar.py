@@ -1,4 +1,4 @@
-"""The lidar: distances to what stands around, one ray per direction, all at one instant."""
+"""The lidar: distances to the surroundings, one ray per direction, all at one instant."""
 
 from __future__ import annotations
 
@@ -50,9 +50,10 @@ class LidarFaults(SensorFaults):
         expected("((FROM, TO), ...) in degrees from -360 to 360, left positive"),
     ] = ()
     """Lost directions, each from a bearing counter-clockwise to another, deg; ahead is 0 and left
-    positive: (-20, 20) is what lies ahead, (160, -160) what lies behind, (-180, 180) all."""
+    positive: (-20, 20) is ahead, (160, -160) behind, (-180, 180) all.
+    """
     dropout: Annotated[float, within(0, 1, "of all rays")] = 0.0
-    """Share of the directions that are lost, other ones each time."""
+    """Share of the directions that are lost, different ones each time."""
     frozen: bool = False
     """It repeats its last scan, with fresh stamps."""
 
@@ -118,7 +119,7 @@ class Lidar:
             vectors.reshape(-1),
             self._groups,
             1,  # static geoms too
-            self._base,  # not the screen it carries; its other geoms are in groups left out
+            self._base,  # not its own screen; its other geoms are in groups that are left out
             hit,
             seen,
             None,
@@ -150,7 +151,7 @@ class Lidar:
             share = np.where(seen < _MIDDLE, _MIDDLE_SHARE, _FAR_SHARE)
             sigma = np.where(seen < _NEAR, _NEAR_SIGMA, share * seen)
             seen += sigma * self._noise.at(index)[:rays]
-            # A normal number beyond 2.576 comes once in a hundred times.
+            # A normal number beyond 2.576 occurs once in a hundred times.
             missed |= np.abs(self._gaps.at(index)[:rays]) > _GAP_SIGMAS
         missed |= (seen < spec.min_range) | (seen > spec.max_range)
         seen[missed] = np.nan
@@ -183,7 +184,7 @@ class LidarDistortion:
         missed: npt.NDArray[np.bool],
         index: int,
     ) -> None:
-        """Change both in place: distances (m), and where there is none, in measurement `index`."""
+        """Change distances (m) and missing readings of measurement `index` in place."""
         rays = len(distances)
         distances += faults.bias
         if faults.noise:
@@ -197,14 +198,14 @@ class LidarDistortion:
 
 
 def sector(rays: int, start_deg: float, end_deg: float) -> npt.NDArray[np.bool]:
-    """Return which rays of a full turn lie from one bearing counter-clockwise to another.
+    """Return which rays of a full turn are between two bearings, counter-clockwise.
 
     Ray 0 looks ahead; both ends belong to it.
     """
     if end_deg - start_deg >= 360:
         return np.ones(rays, dtype=np.bool)
     bearings = np.arange(rays) * (360 / rays)
-    # A ray that points at the start must not come out as just short of a full turn.
+    # A ray at the start must not become just short of a full turn.
     beyond = np.round(bearings - start_deg, 9) % 360
     inside: npt.NDArray[np.bool] = beyond <= round(end_deg - start_deg, 9) % 360
     return inside
@@ -232,11 +233,10 @@ class LidarSensor(Sensor):
 
     @override
     def constants(self) -> Mapping[str, Any]:
-        """Return what the drivers say.
+        """Return the constants of the drivers.
 
-        That of the LDS-01: from 0 to one step before a full turn. All rays are measured at one
-        instant, so the times between them are 0. That of the LDS-02 says that ranges reach from 0
-        to 100 m, whatever the sensor can.
+        LDS-01: from 0 to one step before a full turn. All rays are measured at one instant, so the
+        times between them are 0. LDS-02: ranges from 0 to 100 m, whatever the sensor measures.
         """
         spec = self.spec
         step = math.tau / spec.rays

@@ -28,7 +28,7 @@ class Noise:
         self._block: npt.NDArray[np.float64] = np.empty((0, size))
 
     def at(self, index: int) -> npt.NDArray[np.float64]:
-        """Return the values of measurement `index` (from 0); not to be written to."""
+        """Return the values of measurement `index` (from 0); do not write to them."""
         block, row = divmod(index, _BLOCK)
         if block != self._block_index:
             generator = np.random.default_rng((*self._key, block))
@@ -39,7 +39,7 @@ class Noise:
 
 
 class PictureNoise:
-    """Noise of a camera: each channel of each pixel by itself."""
+    """Noise of a camera, independent for each channel of each pixel."""
 
     def __init__(self, seed: int, sensor: str) -> None:
         self._key = (seed % 2**63, zlib.crc32(sensor.encode()))

@@ -1,4 +1,4 @@
-"""What the encoders of the wheels count, and where odometry reckons the base to be by it."""
+"""The counts of the wheels' encoders, and the odometry from them."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ class OdometryFaults(PartFaults):
     """Odometry that reckons with wrong figures, or drifts, or is silent."""
 
     left_radius_error: Error = 0.0
-    """How much too large it takes the left wheel to be, relative; both: distances are off."""
+    """By how much its radius of the left wheel is too large, relative; both: distances are off."""
     right_radius_error: Error = 0.0
     separation_error: Error = 0.0
-    """How much too far apart it takes the wheels to be, relative: turns are off."""
+    """By how much its wheel separation is too large, relative: turns are off."""
     drift: Annotated[float, within(-10, 10, "m/s")] = 0.0
-    """It creeps ahead so fast, m/s, whatever the wheels do."""
+    """Drift ahead, m/s, whatever the wheels do."""
     turn_drift: Annotated[float, within(-360, 360, "deg/s")] = 0.0
-    """It turns to the left so fast, deg/s."""
+    """Drift of the heading to the left, deg/s."""
     dead: bool = False
-    """`odom` is not published, nor the transforms that come from it."""
+    """`odom` is not published, nor the transforms from it."""
 
 
 NO_ODOMETRY_FAULTS = OdometryFaults()
 
 
 class JointFaults(SensorFaults):
-    """Encoders whose `joint_states` are not published; odometry goes on."""
+    """Encoders whose `joint_states` are not published; odometry continues."""
 
 
 @dataclass
@@ -63,7 +63,7 @@ class Odometry:
         time_ns: int,
         faults: OdometryFaults = NO_ODOMETRY_FAULTS,
     ) -> None:
-        """Take the wheels' angles (rad) at `time_ns`; taken twice at one time, it counts once."""
+        """Read the wheels' angles (rad) at `time_ns`; a repeated reading has no effect."""
         if self.time_ns is None:
             self._left, self._right, self.time_ns = left, right, time_ns
         if time_ns == self.time_ns:
@@ -103,8 +103,8 @@ def _sinc(angle: float) -> float:
 class Encoders:
     """Angles of both wheels since the start, rad.
 
-    `slip` is the mean share of a wheel's turning that moves nothing. How much it is between two
-    readings varies by half of it (1 sigma), by itself for each wheel, and is never negative.
+    `slip` is the mean share of a wheel's turning without motion. Between two readings it varies by
+    half of it (1 sigma), independently for each wheel, and is never negative.
     """
 
     def __init__(self, slip: float, seed: int, prefix: str = "") -> None:
@@ -119,7 +119,7 @@ class Encoders:
         self._in_vain = (0.0, 0.0)
 
     def read(self, left: float, right: float) -> float:
-        """Take the true angles; returns how far both wheels have turned together, rad."""
+        """Read the true angles. Return how far both wheels have turned together, rad."""
         turned = left - self._last[0], right - self._last[1]
         self._last = left, right
         if self._slip:
@@ -132,7 +132,7 @@ class Encoders:
         return abs(turned[0]) + abs(turned[1])
 
     def angles(self, left: float, right: float) -> tuple[float, float]:
-        """Return what the encoders show where the wheels truly stand so."""
+        """Return the reading of the encoders at the true angles."""
         return (
             left - self._start[0] + self._in_vain[0],
             right - self._start[1] + self._in_vain[1],

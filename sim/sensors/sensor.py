@@ -1,4 +1,4 @@
-"""What a sensor declares: its figures, its frame, its topic, and what can break it."""
+"""The declaration of a sensor: its figures, its frame, its topic, and its faults."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ class Sensor:
     message: ClassVar[str]
     """The type of its messages, such as sensor_msgs/msg/Imu."""
     frame: ClassVar[str] = ""
-    """In which it measures; empty where its measurements have no place."""
+    """The frame of its measurements; empty if they have no place."""
     is_reliable: ClassVar[bool] = True
     """False: published best effort."""
     breaks: ClassVar[SensorFaults] = SensorFaults()
-    """What can break it, without a fault; while nothing is wrong, `faults` is this object."""
+    """Its faults, all absent; while nothing is wrong, `faults` is this object."""
 
     def __init__(self, mount: Mount) -> None:
         self.mount = mount
@@ -50,11 +50,11 @@ class Sensor:
         self.fields: tuple[str, ...] = ()
         """Dotted names of floats, or of lists of floats, in the order of the message."""
         self.notice = ""
-        """What people should know of how it measures, to be logged once."""
+        """A note on how it measures, to be logged once."""
 
     @classmethod
     def figures(cls, robot: RobotModel) -> Any:
-        """Return the figures of a robot's sensor of this kind, or None where it has none."""
+        """Return the figures of a robot's sensor of this kind, or None without one."""
         return getattr(robot, cls.name)
 
     @classmethod
@@ -71,7 +71,7 @@ class Sensor:
 
     @property
     def faults(self) -> Any:
-        """What is broken now."""
+        """The present faults."""
         return self.mount.faults.now[self.name]
 
     def restart(self) -> None:

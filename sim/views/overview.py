@@ -26,7 +26,7 @@ _SHADOW = (0.3, 0.45)
 """m to the right and up where the shadow of what is a metre high ends (`sim.physics.scenery`)."""
 
 _DIMMED = 0.63
-"""What is left of a floor's brightness in the shadow."""
+"""The remaining brightness of a floor in the shadow."""
 
 _SMOOTH, _SHADOW_MAP = 4, 4096
 """Samples a pixel; texels of the shadows each way."""
@@ -64,7 +64,7 @@ class OverviewPatch:
 class Overview:
     """Draws a world from straight above, y up, as large as fits into `width` x `height` pixels.
 
-    `model` and `data` must be of its own: parts of them are changed. Raises NoCameraError.
+    `model` and `data` must not be shared: parts of them are changed. Raises NoCameraError.
     """
 
     def __init__(
@@ -92,7 +92,7 @@ class Overview:
         self._canvas = self._small_canvas()
 
     def pixel(self, x: Any, y: Any) -> tuple[Any, Any]:
-        """Return where points of the map lie in the picture: pixels from its left and top.
+        """Return the pixels of points of the map, from left and top of the image.
 
         Coordinates are numbers, or arrays of them.
         """
@@ -127,7 +127,7 @@ class Overview:
         return picture
 
     def _small_canvas(self) -> Canvas:
-        """Return one no larger than the patches need: all of it is cleared for each."""
+        """Return a canvas no larger than the patches need: all of it is cleared for each."""
         width, height = self._size
         sizes = [self._half(body, geoms) for body, geoms in self._things]
         names = (self._model.body(body).name for body, _ in self._things)
@@ -201,7 +201,7 @@ def _differ(picture: Image, other: npt.NDArray[np.int16]) -> Mask:
 
 
 def _swept(thing: Mask, to_right: float, up: float) -> Mask:
-    """Return all places on the way of an outline that is moved by so many pixels."""
+    """Return all places of an outline that is moved by some pixels."""
     height, width = thing.shape
     swept = thing.copy()
     steps = math.ceil(max(to_right, up) / 2)
@@ -213,7 +213,7 @@ def _swept(thing: Mask, to_right: float, up: float) -> Mask:
 
 
 def _bounds(world: World) -> tuple[float, float, float, float]:
-    """Return the left, low, right and high end of what is to be seen, m."""
+    """Return the left, low, right and high end of the visible part, m."""
     length, width = world.size
     xs, ys = [-length / 2, length / 2], [-width / 2, width / 2]
     for thing in world.obstacles:

@@ -31,9 +31,9 @@ _FOVY = 45.0
 
 
 class WorldViews:
-    """Pictures of a robot in its world; `above` and `ahead` are widths and heights in pixels.
+    """Images of a robot in its world; `above` and `ahead` are widths and heights in pixels.
 
-    Raises NoCameraError where there is no EGL.
+    Raises NoCameraError without EGL.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class WorldViews:
         return pose_of(self._data.qpos[self._q :])
 
     def pixel(self, x: Any, y: Any) -> tuple[Any, Any]:
-        """Return where points of the map lie from above: pixels from the left and from the top."""
+        """Return the pixels of points of the map from above: from the left and from the top."""
         return self._overview.pixel(x, y)
 
     def moving(self) -> list[OverviewPatch]:
@@ -82,7 +82,7 @@ class WorldViews:
         return self._overview.moving()
 
     def ahead(self) -> Image:
-        """Return what the robot's camera sees; without one, the robot from behind."""
+        """Return the image of the robot's camera; without one, the robot from behind."""
         if self._robot.camera is None:
             x, y, yaw = self.pose
             view = self._canvas.view
@@ -113,7 +113,7 @@ class WorldViews:
     def _canvas_ahead(self) -> Canvas:
         canvas = Canvas(self._model)
         if self._robot.camera is not None:
-            canvas.options.geomgroup[[LOOKS, ROBOT]] = 0  # a camera does not see what carries it
+            canvas.options.geomgroup[[LOOKS, ROBOT]] = 0  # a camera does not see its own robot
             canvas.view.type = mujoco.mjtCamera.mjCAMERA_FIXED
             canvas.view.fixedcamid = self._model.camera(self._simulated.prefix + CAMERA).id
         else:

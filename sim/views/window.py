@@ -1,7 +1,7 @@
-"""MuJoCo's own viewer, for people at a screen.
+"""MuJoCo's viewer, for people at a screen.
 
-It has a thread of its own, and lets people drag things about. So it is given a model and a state of
-its own, in which what was recorded is shown: the simulation is the same with and without it.
+It has a thread, and lets people drag things. So it gets a separate model and state, in which the
+recorded states are shown: the simulation is the same with and without it.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from sim.physics.history import ModelCopy
 from sim.physics.physics import Physics
 
 _PATIENCE_S = 5.0
-"""How long the thread may take to end, s of the wall."""
+"""The limit of the wait for the thread's end, s of the wall clock."""
 
 DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
-"""Where a desktop says that it is there."""
+"""The environment variables of a desktop."""
 
 _SHADOW_MAP = 4096
 """Texels each way."""
@@ -40,8 +40,8 @@ class NoDisplayError(BtMissionError):
 def check_display() -> None:
     """Try to open a window.
 
-    In the viewer's own thread a failure would be a traceback, after which its caller waits for
-    ever. Raises NoDisplayError.
+    In the viewer's thread a failure would be a traceback, after which its caller waits forever.
+    Raises NoDisplayError.
     """
     if not any(os.environ.get(name) for name in DISPLAYS):
         raise NoDisplayError(f"there is no display here (none of {', '.join(DISPLAYS)} is set)")
@@ -59,7 +59,7 @@ def check_display() -> None:
                     glfw.destroy_window(window)
                 glfw.default_window_hints()
             _, why = glfw.get_error()
-        except Exception as error:  # whatever a machine lacks for windows
+        except Exception as error:  # any error of a machine without windows
             raise NoDisplayError(f"no window can be opened ({error})") from error
     if not can:
         raise NoDisplayError(f"no window can be opened ({_words(why)})")
@@ -93,7 +93,7 @@ class Window:
 
     @property
     def is_open(self) -> bool:
-        """Has nobody closed it?"""
+        """Whether the window is still open."""
         return bool(self._viewer.is_running())
 
     def look(self) -> None:

@@ -1,6 +1,6 @@
-"""Load a world, and check what it must hold to besides its types: names, places, room to start.
+"""Load a world, and check it beyond its types: names, places, space at the start.
 
-None of it depends on the robot: whether one fits at the spawn is known when it stands there.
+Nothing here depends on the robot: whether one fits at the spawn is checked when it stands there.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def problems(world: World) -> list[WorldProblem]:
 
 
 def unseen(world: World, robot: RobotModel) -> list[str]:
-    """Return a warning where obstacles are too low for the robot's lidar, in one sentence."""
+    """Return a warning if obstacles are too low for the robot's lidar, in one sentence."""
     height = robot.base_height + robot.lidar.z
     low = [obstacle for obstacle in world.obstacles if obstacle.height <= height]
     if not low:

@@ -1,4 +1,4 @@
-"""How obstacles move: round a point, along a way, or straight on; a function of time alone."""
+"""The motion of obstacles: round a point, along a path, or straight; a function of time alone."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PlaceAndVelocity = tuple[float, float, float, float]
 
 
 class Course(Protocol):
-    """Where something is, and how fast it goes."""
+    """The place and velocity of an obstacle."""
 
     def at(self, time_s: float) -> PlaceAndVelocity:
         """Return both at a time after the start, s."""
@@ -30,7 +30,7 @@ class Motion(Course, Protocol):
 
 @dataclass(frozen=True)
 class Circling:
-    """Round `around` (m), once in `period` s; counter-clockwise, clockwise below 0."""
+    """Round `around` (m), once in `period` s; counter-clockwise, clockwise if negative."""
 
     start: Point
     around: Point
@@ -63,7 +63,7 @@ class PassingCourse:
         self._speed = speed
         lengths = [math.dist(a, b) for a, b in pairwise(points)]
         self._starts = [0.0, *accumulate(lengths)]
-        # From where, and in which direction: asked for at every step of the physics.
+        # Start and direction: read at every step of the physics.
         self._legs = []
         legs = zip(pairwise(points), pairwise(self._starts), strict=True)
         for ((x0, y0), (x1, y1)), (start, end) in legs:
@@ -77,7 +77,7 @@ class PassingCourse:
         return self._after(time_s * self._speed)
 
     def _after(self, gone: float) -> PlaceAndVelocity:
-        """Return place and velocity after so many metres."""
+        """Return place and velocity after some metres."""
         if gone >= self._starts[-1]:
             return *self._points[-1], 0.0, 0.0
         start, end, x, y, ahead_x, ahead_y = self._leg
@@ -89,7 +89,7 @@ class PassingCourse:
 
 
 class Patrolling(PassingCourse):
-    """From its place through the points and back to its place, again and again, at `speed` m/s."""
+    """From its place through the points and back to its place, repeatedly, at `speed` m/s."""
 
     def __init__(self, points: tuple[Point, ...], speed: float) -> None:
         super().__init__((*points, points[0]), speed)
@@ -106,7 +106,7 @@ class Patrolling(PassingCourse):
 
 @dataclass(frozen=True)
 class Drifting:
-    """Straight on for ever, at `velocity` (m/s along x and y); (0, 0): it stands."""
+    """Straight ahead without end, at `velocity` (m/s along x and y); (0, 0): it stands."""
 
     start: Point
     velocity: Point = (0.0, 0.0)

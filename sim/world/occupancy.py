@@ -1,6 +1,6 @@
-"""The map of a world: which cells of the floor are covered by an obstacle, seen from above.
+"""The map of a world: the cells of the floor under an obstacle, seen from above.
 
-What moves is not on it.
+Moving obstacles are not on it.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ Offsets = npt.NDArray[np.float64]
 
 
 def _in_cylinder(obstacle: Obstacle, dx: Offsets, dy: Offsets, half: float) -> npt.NDArray[np.bool]:
-    """Whether the cell's nearest point to the axis lies within the circle."""
+    """Return whether the cell's nearest point to the axis is within the circle."""
     nearest_x = np.maximum(np.abs(dx) - half, 0.0)
     nearest_y = np.maximum(np.abs(dy) - half, 0.0)
     covered: npt.NDArray[np.bool] = np.hypot(nearest_x, nearest_y) < obstacle.radius

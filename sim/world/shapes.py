@@ -59,11 +59,11 @@ class Obstacle:
 
     @property
     def height(self) -> float:
-        """How high it stands, m."""
+        """Its height, m."""
         return self.size[2]
 
     def distance(self, x: float, y: float) -> float:
-        """Return how far a point on the floor is from the footprint, m; below 0 inside."""
+        """Return the distance of a point on the floor from the footprint, m; negative inside."""
         dx, dy = x - self.x, y - self.y
         if self.kind == "cylinder":
             return math.hypot(dx, dy) - self.radius
