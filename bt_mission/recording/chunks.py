@@ -1,8 +1,8 @@
-"""MCAP records on their way to a stream, messages a whole chunk at a time.
+"""MCAP records written to a stream, a whole chunk of messages at a time.
 
-The records are those of the library ``mcap``. Its own writer takes 3 us for each message, which is
-a fifth of what it takes to make one; here the messages of a chunk are packed together, in a tenth
-of that.
+The records are those of the library ``mcap``. Its writer takes 3 us for each message, which is a
+fifth of what it takes to make one; here the messages of a chunk are packed together, in a tenth of
+that.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ Message = tuple[int, int, bytes]
 
 _HEAD = struct.Struct("<BQHIQQ")
 _INDEX_HEAD = struct.Struct("<BQHI")
-_FIELDS = _HEAD.size - 9  # of a message before its data; opcode and length come before them
+_FIELDS = _HEAD.size - 9  # of a message before its data, after opcode and length
 
 
 class ChunkWriter:
-    """Writes one file. What a write to the stream raises comes out of its methods."""
+    """Writes one file. Its methods raise the exceptions of the stream."""
 
     def __init__(self, stream: BinaryIO) -> None:
         self._stream = stream
         self.bytes_written = 0
         self._checksum = 0
-        """Over all that was written (CRC-32), by which damage is found."""
+        """The checksum of everything written (CRC-32), by which damage is detected."""
         self._new: list[records.McapRecord] = []
         self._summary: dict[Opcode, list[records.McapRecord]] = {
             Opcode.SCHEMA: [],
@@ -55,7 +55,7 @@ class ChunkWriter:
         self._write(_packed(records.Header(profile, library)))
 
     def add_schema(self, name: str, encoding: str, data: bytes) -> int:
-        """Add a schema; it goes with the next chunk."""
+        """Add a schema; it is written with the next chunk."""
         number = len(self._summary[Opcode.SCHEMA]) + 1
         schema = records.Schema(id=number, data=data, encoding=encoding, name=name)
         self._summary[Opcode.SCHEMA].append(schema)
@@ -65,7 +65,7 @@ class ChunkWriter:
     def add_channel(
         self, topic: str, encoding: str, schema: int, metadata: Mapping[str, str]
     ) -> int:
-        """Add a channel; it goes with the next chunk."""
+        """Add a channel; it is written with the next chunk."""
         number = len(self._summary[Opcode.CHANNEL]) + 1
         channel = records.Channel(
             id=number,
@@ -174,7 +174,7 @@ class ChunkWriter:
         footer = records.Footer(
             summary_start=begin, summary_offset_start=begin + len(summary), summary_crc=0
         )
-        # The sum is over everything from the summary on, up to the sum itself.
+        # The sum covers everything from the summary on, up to the sum itself.
         before = summary + offsets + _packed(footer)[:-4]
         footer.summary_crc = zlib.crc32(before)
         self._write(summary + offsets + _packed(footer) + MCAP0_MAGIC)

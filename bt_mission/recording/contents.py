@@ -1,4 +1,4 @@
-"""What a recording says about a run besides the messages of its topics."""
+"""The facts of a run in a recording, besides the messages of its topics."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Camera = Literal["none", "compressed", "raw"]
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """What to record besides everything that is always recorded.
+    """What to record besides what is always recorded.
 
     Args:
         camera: Pictures: none, each as a JPEG, or as they are. A simulated camera draws only while
@@ -44,7 +44,7 @@ MOST_BYTES = 50_000_000
 
 
 def facts_of(run: Run, start_ns: int) -> dict[str, str]:
-    """What is known of a mission's run at its start."""
+    """Return the facts of a mission's run at its start."""
     mission, node = run.mission, run.node
     return {
         "mission": mission.name,
@@ -67,10 +67,10 @@ def files_of(mission: Mission) -> Iterator[tuple[str, str]]:
 
 
 class PictureFolder:
-    """A folder into which a run saves pictures, in folders of its own.
+    """A folder in which a run saves images, in subfolders.
 
     Args:
-        folder: May come into being later; None is no folder.
+        folder: May be created later; None is no folder.
     """
 
     def __init__(self, folder: Path | None) -> None:
@@ -79,9 +79,9 @@ class PictureFolder:
         self._bytes = 0
 
     def take_new(self) -> Iterator[tuple[str, bytes]]:
-        """The pictures that have come since the last time, each with its name in the folder.
+        """Return the new images since the last call, each with its name in the folder.
 
-        One that is still being written is left for the next time.
+        An image that is still being written is returned by a later call.
         """
         if self._folder is None or not self._folder.is_dir():
             return

@@ -1,4 +1,4 @@
-"""Whether a file defines the types of its topics as they are known here."""
+"""Whether a file defines the types of its topics as they are installed."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ _FAMILIES = {
     **dict.fromkeys(("string", "wstring"), "a text"),
     "bool": "a bool",
 }
-"""What values of basic types are here; others are messages, each a family of its own."""
+"""The Python types of basic types; each other type, a message, is a separate family."""
 _NAME = re.compile(r"\w+(/\w+){1,2}")
 
 
 def checked_decoder(type_name: str, definition: str) -> Decoder:
-    """Return what reads messages by the definition that a file brings along.
+    """Return the decoder of messages by the definition in the file.
 
-    Fields may be fewer or more than here, as of another version. What has the same name has to be
-    of the same kind: who reads a message would not expect a text in the place of a number.
+    Fields may be fewer or more than installed, as of another version. A field of the same name must
+    be of the same kind: a reader does not expect a text in place of a number.
 
     Raises:
-        DecodingError: For a definition that cannot be read, or contradicts the installed one.
+        DecodingError: A definition cannot be read, or contradicts the installed one.
     """
     decoder = Decoder(type_name, definition)
     for name, fields in decoder.specs.items():
@@ -49,13 +49,13 @@ def checked_decoder(type_name: str, definition: str) -> Decoder:
 
 
 def is_installed(type_name: str) -> bool:
-    """Is a type known here?"""
+    """Return whether a type is installed."""
     return bool(_installed(type_name))
 
 
 @cache
 def _installed(type_name: str) -> Mapping[str, str]:
-    """Return the kinds of the fields of an installed type; none of one of somebody else's."""
+    """Return the kinds of the fields of an installed type; none of a foreign type."""
     if not _NAME.fullmatch(type_name):
         return {}
     try:

@@ -1,4 +1,4 @@
-"""What a recorder has written down of a run besides messages: facts at its start, a summary."""
+"""The facts that a recorder has written besides messages: those of the start, a summary."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ LARGEST_NS = 2**63 - 1
 
 
 def note_of(kind: str, node: str) -> str:
-    """Return the name of the record about one of several missions, by its executive's node."""
+    """Return the name of the record of one of several missions, by its executive's node."""
     return f"{kind} {node}"
 
 
 def robot_of(node: str) -> str:
-    """Return the robot of an executive's node: its namespace; empty of a robot without one."""
+    """Return the robot of an executive's node: its namespace; empty without one."""
     return node.rpartition("/")[0].strip("/")
 
 
@@ -43,7 +43,7 @@ def _with_nature(written: dict[str, Any]) -> dict[str, Any]:
 
 
 class StageRobot(TypedDict):
-    """A robot of a simulation; without a name, it is alone."""
+    """A robot of a simulation; a robot alone has no name."""
 
     name: str
     start: Three | None
@@ -86,7 +86,7 @@ _KINDS: Mapping[str, Mapping[str, Any]] = {
         "missing": str,
     },
 }
-"""What is read of the values that are JSON, and their types, by the metadata record."""
+"""The values that are read as JSON, and their types, by metadata record."""
 
 _KNOWN: Mapping[tuple[str, str], TypeAdapter[Any]] = {
     (note, name): TypeAdapter(kind)
@@ -96,34 +96,36 @@ _KNOWN: Mapping[tuple[str, str], TypeAdapter[Any]] = {
 
 
 class RunFacts:
-    """The facts of a run, as values. What is not as our recorder writes it is left out, and named.
+    """The facts of a run, as values.
+
+    A value in another form than the recorder's is omitted, and named.
 
     Args:
         notes: The metadata records of a file, by name.
-        node: Of which executive's mission, where there are several; empty is the first.
+        node: The executive of one of several missions; empty is the first.
     """
 
     def __init__(self, notes: Mapping[str, Mapping[str, str]], node: str = "") -> None:
         self.texts: Mapping[str, str] = notes.get(note_of(FACTS, node), notes.get(FACTS, {}))
-        """As they are in the file."""
+        """The texts of the file."""
         self.unread: list[str] = []
         """The names of those that cannot be read."""
         self.summary: Mapping[str, Any] = self._values(
             SUMMARY, notes.get(note_of(SUMMARY, node), notes.get(SUMMARY, {}))
         )
-        """What the run came to; empty where it was not told."""
+        """The result of the run; empty if it is missing."""
         texts = {name: self.texts[name] for name in _KINDS[FACTS] if name in self.texts}
         self._facts = self._values(FACTS, texts)
         self._first = notes.get(FACTS, {})
 
     @property
     def node(self) -> str:
-        """Full name of the executive's node; empty where no recorder of ours has made the file."""
+        """Full name of the executive's node; empty if another recorder has written the file."""
         return self.texts.get("node", "")
 
     @property
     def missions(self) -> Sequence[str]:
-        """The nodes of the executives whose missions are in the file; the first is shown first."""
+        """The nodes of the executives with missions in the file; the first is shown first."""
         names = self._values(FACTS, {MISSIONS: self._first.get(MISSIONS, "[]")}).get(MISSIONS)
         return names or ([self.node] if self.node else [])
 
@@ -134,18 +136,18 @@ class RunFacts:
 
     @property
     def start_ns(self) -> int | None:
-        """ROS time from which a simulation counts, ns; None against servers of others."""
+        """ROS time at which a simulation starts, ns; None for other servers."""
         return self._facts.get("start_ns") if "world" in self.texts else None
 
     @property
     def hull(self) -> tuple[float, float, float] | None:
-        """Front, rear and half width of the robot, m; None where it is not known."""
+        """Front, rear and half width of the robot, m; None if it is not known."""
         footprint = self._facts.get("robot_hull")
         return None if footprint is None else (footprint[0], footprint[1], footprint[2])
 
     @property
     def versions(self) -> Mapping[str, Any]:
-        """Of what has carried the run out."""
+        """The versions of the software that ran it."""
         return self._mapping("versions")
 
     @property
@@ -155,24 +157,24 @@ class RunFacts:
 
     @property
     def stage(self) -> Mapping[str, Any] | None:
-        """Of the simulation, what a run depends on; None of a live run, and in old recordings."""
+        """The parameters of the simulation; None for a live run, and in old recordings."""
         return self._facts.get("stage")
 
     @property
     def changes(self) -> Sequence[Any]:
-        """What was changed in the run while it was under way, where it is a fork of another."""
+        """The changes in the run, if it is a fork of another."""
         recorded: Sequence[Any] = self._facts.get("changes", ())
         return recorded
 
     @property
     def faults(self) -> Sequence[str]:
-        """What was made to go wrong in the run, as it is written."""
+        """The faults that were injected, as text."""
         recorded: Sequence[str] = self._facts.get("faults", ())
         return recorded
 
     @property
     def simulation(self) -> Mapping[str, Any]:
-        """How states of the simulation are read; empty where none were recorded."""
+        """How to read states of the simulation; empty if none were recorded."""
         return self._mapping("simulation")
 
     @property
@@ -183,7 +185,7 @@ class RunFacts:
 
     @property
     def missing(self) -> str:
-        """What the recorder could not record; empty where it could everything."""
+        """What the recorder could not record; empty if it is complete."""
         return str(self.summary.get("missing", ""))
 
     def _mapping(self, name: str) -> Mapping[str, Any]:

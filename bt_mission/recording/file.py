@@ -17,28 +17,28 @@ MOST_WAITING = 5_000
 """Messages that wait to be written, however little time passes."""
 
 FLUSH_NS = 1_000_000_000
-"""What is older than this, by the time of the messages, is on its way to the disk."""
+"""Older messages, by their time, are flushed to the disk."""
 
 
 class McapFile:
     """Messages of topics with their types, in chunks of about a second.
 
     Once the disk is full, or a write fails for another reason, nothing more is written, and
-    :attr:`fault` says why; what was written before can be read.
+    :attr:`fault` has the reason. What was written before can be read.
 
     Args:
         path: See :class:`OutputFile`.
-        library: Who writes, for the header.
+        library: The name of the writer, for the header.
         stream: Write here instead of opening ``path``.
 
     Raises:
-        BtMissionError: When the file cannot be opened.
+        BtMissionError: The file cannot be opened.
     """
 
     def __init__(self, path: Path, library: str, stream: BinaryIO | None = None) -> None:
         self.output = OutputFile(path, stream)
         self.kept_ns: int | None = None
-        """Everything up to this time is in the file; None while no message is."""
+        """Everything up to this time is in the file; None before the first message."""
         self.messages = 0
         self.bytes = 0
         """Bytes written, as of the last flush."""
@@ -51,18 +51,18 @@ class McapFile:
 
     @property
     def path(self) -> Path:
-        """Where it lies: of one that replaces another, beside that until it is closed whole."""
+        """The path: a file that replaces another is beside that until it is closed complete."""
         return self.output.place
 
     @property
     def fault(self) -> str | None:
-        """Why nothing more is written; None while it is."""
+        """Why nothing more is written; None without a fault."""
         return self.output.fault
 
     def channel(
         self, topic: str, type_name: str, definition: str, metadata: Mapping[str, str]
     ) -> int:
-        """Make a channel for a topic; gives its number."""
+        """Make a channel for a topic. Return its number."""
         if type_name not in self._schemas:
             self._schemas[type_name] = self._writer.add_schema(
                 type_name, SCHEMA_ENCODING, definition.encode()
@@ -72,7 +72,7 @@ class McapFile:
     def write(self, time_ns: int, messages: Iterable[tuple[int, bytes]]) -> None:
         """Add the messages of one instant, each the number of its channel and its bytes.
 
-        They are flushed when the last time was a second ago, or when much is waiting.
+        They are flushed a second after the last time, or when many are waiting.
         """
         self._waiting += [(channel, time_ns, data) for channel, data in messages]
         is_late = not 0 <= time_ns - self._last_ns < FLUSH_NS
@@ -110,10 +110,10 @@ class McapFile:
         self.output.close()
 
     def close(self, *, replaces: bool = True) -> None:
-        """Write the summary by which readers find their way, and close.
+        """Write the summary that readers use, and close.
 
         Args:
-            replaces: Does it replace the file that was there, where it is whole?
+            replaces: Whether a complete file replaces the existing one.
         """
         self.flush()
         self._try(self._writer.finish)
@@ -122,7 +122,7 @@ class McapFile:
         self.output.close(replaces=replaces)
 
     def _try(self, write: Callable[[], object]) -> None:
-        """Write, unless a write has failed; give up where this one does."""
+        """Write, unless a write has failed; stop writing if this one fails."""
         self.output.attempt(write)
         if self.fault is not None:
             self.output.close()

@@ -21,7 +21,7 @@ from bt_mission.ros.goal_client import Exchange
 from bt_mission.ros.interface_types import action_type
 
 OpenChannel = Callable[[str, str], Callable[[bytes], None]]
-"""Called with a topic and its type; gives who takes its messages."""
+"""Called with a topic and its type; returns the receiver of its messages."""
 
 
 class GoalEvents:
@@ -43,7 +43,7 @@ class GoalEvents:
 
     @property
     def busy(self) -> set[str]:
-        """The actions that have a goal of the mission, or have had one a moment ago."""
+        """The actions that have a goal of the mission, or had one just before."""
         return {*self._open.values(), *self._ended}
 
     def take_busy(self) -> set[str]:
@@ -53,7 +53,7 @@ class GoalEvents:
         return busy
 
     def take(self, exchange: Exchange) -> None:
-        """Record a request, or its answer."""
+        """Record a request or its response."""
         self._follow(exchange)
         service = f"{exchange.action}/_action/{exchange.service}"
         type_name, event_class = _event_type(exchange)

@@ -1,8 +1,8 @@
-"""A recording as a stream: all that happened, message by message, in the order of the file.
+"""A recording as a stream of all its messages, in the order of the file.
 
-:func:`happenings` reads a file once, and is the only place that tells from a topic and its type
-what a message is. Reports, replays, verdicts and forks are folds of it (:func:`fold`). A message is
-decoded when a fold looks at it, and only once.
+:func:`happenings` reads a file once. It is the only place that finds the meaning of a message from
+its topic and type. Reports, replays, verdicts and forks are folds of it (:func:`fold`). A message
+is decoded when a fold reads it, and only once.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ EXECUTIVE: Mapping[str, Callable[[Any], messages.Batch]] = {
     "bt_mission_interfaces/msg/MissionLog": reader.log,
     "bt_mission_interfaces/msg/Requirements": reader.requirements,
 }
-"""How messages of an executive are read, by their type."""
+"""Readers of messages of an executive, by type."""
 
 TEXT = "std_msgs/msg/String"
 OURS = "bt_mission_interfaces/msg/"
@@ -58,7 +58,7 @@ VIEWED: Mapping[str, Callable[[Any], messages.Robot]] = {
     "map": reader.grid,
     "zones": reader.zones,
 }
-"""How those that viewers show are read, by their topic."""
+"""Readers of messages that viewers show, by topic."""
 
 _NAME = re.compile(rb'"event": "([^"\\]*)"')
 _POSE = b'"event": "pose"'
@@ -137,20 +137,20 @@ class TraceLine(_JsonLine):
 
     @property
     def is_pose(self) -> bool:
-        """Is it the line of a control step?"""
+        """Whether it is the line of a control step."""
         return _POSE in self.data
 
     @property
     def name(self) -> str:
-        """The name of its event; empty of the first line, which names the format."""
+        """The name of its event; empty for the first line, which names the format."""
         name = _NAME.search(self.data)
         return "" if name is None else name[1].decode(errors="replace")
 
     def event(self, indices: Mapping[str, int]) -> Event | None:
-        """Return its event; None where it has none that is known here.
+        """Return its event; None for an unknown one.
 
         Args:
-            indices: Those of the nodes, by their paths.
+            indices: The indices of the nodes by path.
         """
         return event_of(self.fields, indices)
 
@@ -224,7 +224,7 @@ Make = Callable[[Channel, bytes], RecordedMessage]
 def happenings(file: RecordedFile) -> Iterator[tuple[int, RecordedMessage]]:
     """Yield everything in a file with its time, ns.
 
-    Messages of the chosen robot and of its mission's executive have classes of their own. Where the
+    Messages of the chosen robot and of its mission's executive have separate classes. If the
     recorder has not named the executive, it is the one with the first tree. All other messages are
     plain :class:`RecordedMessage`. Events and types of a newer version are noted in the file.
 
@@ -255,7 +255,7 @@ def fold(
     take: Callable[[int, Any], None],
     among: Iterable[tuple[int, RecordedMessage]] | None = None,
 ) -> None:
-    """Hand everything in a file on; what cannot be read is noted in the file.
+    """Pass on everything in a file; what cannot be read is noted in the file.
 
     Args:
         take: Called with the time, ns, and the message.
@@ -314,7 +314,7 @@ def _robot_kind(topic: str, type_name: str, file: RecordedFile) -> Make:
 
 
 def _rosout(file: RecordedFile, channel: Channel, data: bytes) -> RecordedMessage:
-    """Return a line of the log; a plain message where another robot has said it."""
+    """Return a line of the log; a plain message if it is of another robot."""
     line = RosoutMessage(channel, data)
     try:
         is_of_another = file.is_of_another(f"/{line.message.name.replace('.', '/')}")

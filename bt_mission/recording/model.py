@@ -1,4 +1,4 @@
-"""What is known of a run once its recording has been read: the base of reports and replays.
+"""A run that was read from its recording: the base of reports and replays.
 
 All times are ROS times in ns, as in the file; :attr:`RecordedRun.start_ns` is the first instant.
 Lengths are m, angles rad, in the frame of the map unless another is named.
@@ -21,15 +21,15 @@ Floats = npt.NDArray[np.float64]
 Times = npt.NDArray[np.int64]
 
 FAILURE = "failure"
-"""How a node or a mission ended."""
+"""The statuses of a failed node or mission."""
 
 
 @dataclass(frozen=True)
 class Span:
-    """A node has run: from when it started until it ended, which may be one instant.
+    """The run of a node from its start to its end, which may be one instant.
 
-    `status` is how it ended: ``success``, ``failure`` or ``halted``; ``running`` where the
-    recording ends before it did.
+    `status` is its final status: ``success``, ``failure`` or ``halted``; ``running`` if the
+    recording ends earlier.
     """
 
     start_ns: int
@@ -53,7 +53,7 @@ class Track:
         return len(self.times)
 
     def at(self, time_ns: int) -> tuple[float, float, float] | None:
-        """The newest pose at a time; the first one before it, None on an empty track."""
+        """Return the newest pose at a time; the first one before it, None on an empty track."""
         if not len(self.times):
             return None
         number = max(0, int(np.searchsorted(self.times, time_ns, side="right")) - 1)
@@ -79,10 +79,10 @@ class Series:
 
 @dataclass(frozen=True)
 class RecordedScan:
-    """What the lidar measured: `points` are m, in the robot's frame (ahead, left), rows of x y.
+    """A measurement of the lidar: `points` are m, in the robot's frame (ahead, left), rows of x y.
 
-    `clearance` is the distance of the nearest of them to the robot's hull, or to the lidar where
-    the hull is not known; infinite where nothing was in reach.
+    `clearance` is the distance of the nearest of them to the robot's hull, or to the lidar if the
+    hull is not known; infinite without a point in range.
     """
 
     time_ns: int
@@ -103,7 +103,7 @@ class RecordedGrid:
 
 @dataclass
 class RecordedGoal:
-    """The life of a goal. Times are None for what has not happened, or is not in the file.
+    """The life of a goal. Times are None for what has not happened, or is missing.
 
     `status` is ``succeeded``, ``canceled``, ``aborted``, ``unknown``, ``rejected``, or empty;
     `values` and `result` are the fields of the messages.
@@ -117,7 +117,7 @@ class RecordedGoal:
     accepted_ns: int | None = None
     rejected_ns: int | None = None
     handed_over_ns: int | None = None
-    """When its leaf no longer wanted it."""
+    """When its leaf released it."""
     cancel_ns: int | None = None
     ended_ns: int | None = None
     given_up_ns: int | None = None
@@ -135,7 +135,7 @@ class RecordedGoal:
 
 @dataclass(frozen=True)
 class RecordedLine:
-    """Something that was said; `level` is 10 debug, 20 info, 30 warning, 40 error, 50 fatal."""
+    """A line of a log; `level` is 10 debug, 20 info, 30 warning, 40 error, 50 fatal."""
 
     time_ns: int
     level: int
@@ -145,7 +145,7 @@ class RecordedLine:
 
 @dataclass(frozen=True)
 class RecordedCollision:
-    """The robot has come into contact with something, at a point of the map."""
+    """The robot has touched something, at a point of the map."""
 
     time_ns: int
     obstacle: str
@@ -166,12 +166,13 @@ class Picture:
 
 @dataclass(frozen=True)
 class RecordedRequirement:
-    """What a requirement came to, and its margin at instants of the run.
+    """The result of a requirement, and its margin at instants of the run.
 
     Attributes:
-        times: Since the start, s.
-        margins: In the unit of the result; `nan` where there is none.
-        is_of_instants: Is each that of the instant by itself? Else it is that of the run so far.
+        times: Time since the start, s.
+        margins: In the unit of the result; `nan` without a margin.
+        is_of_instants: Whether each is that of the instant alone. Otherwise it is that of the run
+            so far.
     """
 
     result: RequirementResult
@@ -189,25 +190,27 @@ class RecordedRun:
     node: str
     """Full name of the executive's node."""
     facts: Mapping[str, str]
-    """What the recorder wrote down at the start: seed, robot, world, ..."""
+    """The facts of the start: seed, robot, world, ..."""
     summary: Mapping[str, Any]
-    """The :class:`bt_mission.executive.report.Report` as a mapping; empty where it is cut."""
+    """The :class:`bt_mission.executive.report.Report` as a mapping; empty if the file is cut."""
     start_ns: int
     end_ns: int
     status: str
-    """The last that is known: ``success``, ``failure``, ``interrupted``, or of one that runs."""
+    """The last known status: ``success``, ``failure``, ``interrupted``, or that of a running
+    mission.
+    """
     reason: str
     why_cut: str
-    """Why the file ends before its end; empty where it does not."""
+    """Why the file ends early; empty if it is complete."""
     missing: str
-    """What the recorder could not record; empty where it could everything."""
+    """What the recorder could not record; empty if it is complete."""
     tree: tuple[NodeInfo, ...]
     spans: tuple[tuple[Span, ...], ...]
-    """Of each node of the tree."""
+    """The spans of each node of the tree."""
     truth: Track
-    """Where the robot was; empty where only the robot itself knows."""
+    """The true poses; empty without a simulation."""
     measured: Track
-    """Where it took itself to be, by its odometry from the first pose on."""
+    """The poses of its odometry, starting at the first true pose."""
     scans: tuple[RecordedScan, ...]
     grid: RecordedGrid | None
     """The newest map."""
@@ -221,7 +224,7 @@ class RecordedRun:
     """The mission's file and those it includes, by name."""
     versions: Mapping[str, Any]
     hull: tuple[float, float, float] | None
-    """Front, rear (negative) and half width of the robot, m; None where it is not known."""
+    """Front, rear (negative) and half width of the robot, m; None if it is not known."""
     inputs: Mapping[str, Any] = field(default_factory=dict)
     """Of the mission."""
     requirements: tuple[RecordedRequirement, ...] = ()

@@ -28,7 +28,7 @@ from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.recording.robot_life import RobotLife
 
 STATUSES = {0: "unknown", 4: "succeeded", 5: "canceled", 6: "aborted"}
-"""By the numbers of ``action_msgs/msg/GoalStatus``; others are no ends."""
+"""By the numbers of ``action_msgs/msg/GoalStatus``; others are not final."""
 
 GOAL_ID_BYTES = 16
 
@@ -41,7 +41,7 @@ class GoalLives:
 
     @property
     def lives(self) -> tuple[RecordedGoal, ...]:
-        """All goals, in the order in which they were first heard of."""
+        """All goals, in the order of their first message."""
         return tuple(self._goals.values())
 
     def take(self, time_ns: int, happening: GoalMessage) -> None:
@@ -61,7 +61,7 @@ class GoalLives:
                 self._take_cancel(action, time_ns, happening.message)
 
     def take_change(self, time_ns: int, event: GoalChanged) -> None:
-        """Take a change that the executive has seen."""
+        """Handle a change that the executive reports."""
         goal = self._of(event.id, event.action)
         goal.owner = event.owner
         match event.change:
@@ -114,7 +114,7 @@ class GoalLives:
 
 
 def _fields(message: Any) -> DecodedMessage:
-    """Return a goal, a result or a feedback, which is whatever its action says, but a message."""
+    """Return the fields of a goal, a result or a feedback, without its envelope."""
     if not isinstance(message, DecodedMessage):
         raise DecodingError(f"expected a message, got {type(message).__name__}")
     return message
@@ -129,13 +129,13 @@ WORDS = {
 
 
 def read_run(path: Path, robot: str | None = None) -> RecordedRun:
-    """Read a recording; one that was cut gives what stands in it.
+    """Read a recording; a cut one yields its content.
 
     Args:
-        robot: Of several robots with missions, the one that is read; None is the first.
+        robot: The robot of several with missions; None is the first.
 
     Raises:
-        RecordingError: For a file that is none, or holds no run of a mission.
+        RecordingError: The file is invalid, or has no run of a mission.
     """
     file = RecordedFile(path, robot)
     run = _RunReader(file)
@@ -146,12 +146,12 @@ def read_run(path: Path, robot: str | None = None) -> RecordedRun:
 def spans_of(
     nodes: int, changes: Iterable[tuple[int, NodeChanged]], end_ns: int
 ) -> tuple[tuple[Span, ...], ...]:
-    """Return the spans of each node, in order, out of the changes of its status.
+    """Return the spans of each node, in order, from the changes of its status.
 
     Args:
-        nodes: How many there are.
-        changes: Each with its time, ns.
-        end_ns: What still runs at the end ran until then.
+        nodes: The number of nodes.
+        changes: Changes with their times, ns.
+        end_ns: The end of nodes that are still running at the end.
     """
     spans: list[list[Span]] = [[] for _ in range(nodes)]
     running: dict[int, tuple[int, str]] = {}
@@ -168,7 +168,7 @@ def spans_of(
 
 
 class _RunReader:
-    """Takes messages, one after another."""
+    """Reads messages one by one."""
 
     def __init__(self, file: RecordedFile) -> None:
         self._file = file

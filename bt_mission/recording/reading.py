@@ -1,7 +1,7 @@
-"""MCAP files, read from their beginning as far as they go.
+"""MCAP files, read from their beginning as far as possible.
 
-Readers that look for the summary at the end of a file find none in one that was cut. This one
-takes record after record until there is no more, and says so.
+Readers that look for the summary at the end of a file find none in a cut one. This one reads record
+after record until there is no more, and reports the cut.
 """
 
 from __future__ import annotations
@@ -31,17 +31,18 @@ UNREADABLE = (
     *(DecodingError, AttributeError, TypeError, LookupError),
     *(ValueError, ArithmeticError, RecursionError),
 )
-"""What reading a message raises that its definition does not fit, that lacks fields, or whose
-values make no sense."""
+"""Exceptions of a message whose definition does not fit, that lacks fields, or has impossible
+values.
+"""
 
 LARGEST_RECORD = 1 << 30
 SHOWN_TOPICS = 5
 MAGIC = b"\x89MCAP0\r\n"
-"""What a file begins with."""
+"""The first bytes of a file."""
 
 
 _HEAD, _MESSAGE_HEAD = Struct("<BQ"), Struct("<HIQQ")
-"""What a record and a message begin with."""
+"""The heads of a record and of a message."""
 
 
 class RecordingError(BtMissionError):
@@ -84,8 +85,8 @@ class RecordingAttachment:
 def _records_in(chunk: records.Chunk) -> list[records.McapRecord]:
     """Return the records of a chunk.
 
-    As `mcap.stream_reader.breakup_chunk`, which calls a function for each field of each message:
-    that is half of the time in which a replay opens.
+    `mcap.stream_reader.breakup_chunk` calls a function for each field of each message: that is half
+    of the time in which a replay opens.
     """
     stream, length = get_chunk_data_stream(chunk, validate_crc=True)
     data = stream.read(length)
@@ -119,10 +120,10 @@ Message = tuple[Channel, int, bytes]
 
 
 def is_recording(path: Path) -> bool:
-    """Is it a recording, or a trace?
+    """Return whether a file is a recording, and not a trace.
 
     Raises:
-        RecordingError: For a file that cannot be read, or begins as neither.
+        RecordingError: The file cannot be read, or begins as neither.
     """
     try:
         with path.open("rb") as stream:
@@ -142,7 +143,7 @@ def node_of(path: Path, facts: RunFacts, robot: str) -> str:
     """Return the executive of a robot in a recording.
 
     Raises:
-        RecordingError: Where there is none.
+        RecordingError: There is none.
     """
     nodes = {robot_of(node): node for node in facts.missions}
     wanted = robot.strip("/")
@@ -160,13 +161,13 @@ def node_of(path: Path, facts: RunFacts, robot: str) -> str:
 
 
 class RecordedFile:
-    """What stands in an MCAP file. Read :meth:`messages` to the end; the rest is known then.
+    """The content of an MCAP file. Read :meth:`messages` to the end; the rest is known then.
 
     Args:
-        robot: Of several robots with missions, the one that is read; None is the first.
+        robot: The robot of several with missions; None is the first.
 
     Raises:
-        RecordingError: For a file that is none, or that cannot be opened.
+        RecordingError: The file is invalid or cannot be opened.
     """
 
     def __init__(self, path: Path, robot: str | None = None) -> None:
@@ -174,12 +175,12 @@ class RecordedFile:
         self._robot = robot
         self._begins: str | None = None
         self._others: tuple[str, ...] | None = None
-        """What topics of other robots with missions begin with; None before it is known."""
+        """The prefixes of topics of other robots with missions; None before they are known."""
         self.library = ""
         self.notes: dict[str, Mapping[str, str]] = {}
         self.attached: list[RecordingAttachment] = []
         self.why_cut = ""
-        """Why it ends before its end; empty where it does not."""
+        """Why it ends early; empty if it is complete."""
         self.first_ns: int | None = None
         self.last_ns = 0
         """Times of the messages that :meth:`timed_messages` has yielded."""
@@ -192,23 +193,23 @@ class RecordedFile:
 
     @property
     def topics(self) -> str:
-        """Some of the topics, in words; empty where no message is in it."""
+        """Some of the topics, as text; empty without a message."""
         more = ", ..." if len(self._topics) > SHOWN_TOPICS else ""
         return ", ".join(sorted(self._topics)[:SHOWN_TOPICS]) + more
 
     @cached_property
     def facts(self) -> RunFacts:
-        """What the recorder has written down, once all messages were read."""
+        """The facts of the recorder, once all messages were read."""
         return RunFacts(self.notes, self.node)
 
     @property
     def node(self) -> str:
-        """The executive whose mission is read; known with the first message, empty of a bag."""
+        """The executive whose mission is read; known with the first message, empty for a bag."""
         first = RunFacts(self.notes)
         return node_of(self.path, first, self._robot) if self._robot is not None else first.node
 
     def is_of_another(self, topic: str) -> bool:
-        """Is a topic that of another robot, whose mission is in the file, too; or of a mission?"""
+        """Return whether a topic belongs to another robot with a mission in the file."""
         if self._others is None:
             first, node = RunFacts(self.notes), self.node
             names = [robot_of(mission) for mission in first.missions if mission != node]
@@ -216,14 +217,14 @@ class RecordedFile:
         return topic.startswith(self._others)
 
     def is_of_mission(self, topic: str) -> bool:
-        """May a topic be the mission's? Of others of its graph, those of its node are."""
+        """Return whether a topic may be the mission's. Of other graphs, those of its node are."""
         if self._begins is None:
             self._begins = f"{self.node}/" if self.node else "/"
         return topic.startswith(self._begins)
 
     @property
     def missing(self) -> str:
-        """What cannot be read of what stands in it, or was not recorded; empty where all can."""
+        """What is missing or cannot be read; empty if it is complete."""
         lacks = [self.facts.missing] if self.facts.missing else []
         for kind, count in self._unread.items():
             what = "a message" if count == 1 else f"{count:,} messages"
@@ -235,9 +236,9 @@ class RecordedFile:
         return "; ".join(lacks)
 
     def started_ns(self, tree_ns: int) -> int:
-        """ROS time from which the times of a run are counted, ns, as `run` itself does.
+        """Return the ROS time from which the times of a run count, ns, as `run` does.
 
-        A simulation starts before the first tick; against servers of others a run starts with it.
+        A simulation starts before the first tick; against other servers a run starts with it.
 
         Args:
             tree_ns: The stamp of the mission's tree.
@@ -248,7 +249,7 @@ class RecordedFile:
         """Yield the CDR messages in the order of the file, each with its time, ns.
 
         Raises:
-            RecordingError: For a file that is none, or that cannot be opened.
+            RecordingError: The file is invalid or cannot be opened.
         """
         for channel, time_ns, data in self.messages():
             if channel.encoding != "cdr":
@@ -271,10 +272,10 @@ class RecordedFile:
         self._unknown[event] += 1
 
     def messages(self) -> Iterator[Message]:
-        """All messages in the order of the file.
+        """Yield all messages in the order of the file.
 
         Raises:
-            RecordingError: For a file that is none, or that cannot be opened.
+            RecordingError: The file is invalid or cannot be opened.
         """
         try:
             with self.path.open("rb") as stream:

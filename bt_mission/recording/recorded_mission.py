@@ -40,17 +40,17 @@ FEEDBACK = "feedback"
 
 
 class RecordedMission:
-    """The state of a mission at each instant, out of the messages of its executive.
+    """The state of a mission at each instant, from the messages of its executive.
 
     Args:
         node: Full name of the executive's node.
-        tree: Of the mission; None where there is none in the recording.
-        topics: All that are in it.
+        tree: The tree of the mission; None without one in the recording.
+        topics: All topics in the recording.
     """
 
     def __init__(self, node: str, tree: RunStarted | None, topics: Mapping[str, str]) -> None:
         self.ending = ""
-        """How the mission has ended: one of :data:`FINAL`; empty while it has not."""
+        """The final status of the mission, of :data:`FINAL`; empty before its end."""
         self.variables: dict[str, Plain | None] = {}
         self._node = node
         self._nodes: tuple[NodeInfo, ...] = () if tree is None else tree.nodes
@@ -92,16 +92,16 @@ class RecordedMission:
         return makers[name](*arguments)
 
     def wants(self, happening: RecordedMessage) -> bool:
-        """Is a message of use?"""
+        """Return whether a message is needed."""
         if isinstance(happening, GoalMessage):
             return bool(self._nodes) and happening.part == FEEDBACK
         return isinstance(happening, MissionMessage) and happening.node == self._node
 
     def take(self, happening: RecordedMessage) -> None:
-        """Take a message, if it is of use.
+        """Handle a message, if it is needed.
 
-        Statuses and the end of the mission come from its trace, whose lines lie between the control
-        steps in which they happened; where there is no trace, from its topics.
+        Statuses and the end of the mission come from its trace, whose lines are between the control
+        steps in which they happened; without a trace, from its topics.
         """
         match happening:
             case GoalMessage(part="feedback") if self._wants_feedback:
@@ -117,7 +117,7 @@ class RecordedMission:
                         self._take(event)
 
     def forget(self) -> None:
-        """Forget what nodes went through; called after each instant."""
+        """Forget the statuses of an instant; called after each instant."""
         self._seen.clear()
         self._outcomes.forget()
 
@@ -183,10 +183,10 @@ class RecordedMission:
         return self._newest(leaves, field)
 
     def accepted(self, node: str, known: Callable[[], Any]) -> Reader | str:
-        """Return what tells whether the newest goal of a node was accepted.
+        """Return a reader of whether the newest goal of a node was accepted.
 
         Args:
-            known: Gives the goals under way that were accepted, by their UUIDs in hexadecimal.
+            known: Returns the accepted goals under way, by their UUIDs in hexadecimal.
         """
         leaves = self._leaves(node)
         if not leaves:
@@ -206,7 +206,7 @@ class RecordedMission:
         return [index for index in self._named(node) if self._nodes[index].kind == kind]
 
     def _goal_of(self, leaf: int) -> str:
-        """Return the newest goal of a leaf; empty where it has none."""
+        """Return the newest goal of a leaf; empty without one."""
         name = self._nodes[leaf].name
         if self._status[leaf] is Status.RUNNING and name in self._sent:
             self._goals[leaf] = self._sent.pop(name)  # sent while it ran already
@@ -227,7 +227,7 @@ def _no_goal(node: str) -> str:
 
 
 def _outcome_in(message: str, status: Status) -> str:
-    """Return how a goal ended, as the status of its leaf tells it; empty for none."""
+    """Return the outcome of a goal, from the status of its leaf; empty without one."""
     if status is Status.SUCCESS and not message:
         return str(Outcome.SUCCEEDED)
     if status is Status.INVALID and message == HALTED:
@@ -237,7 +237,7 @@ def _outcome_in(message: str, status: Status) -> str:
 
 
 def _value(text: str) -> Plain | None:
-    """Return a variable's value out of JSON; None for a long one, which was cut."""
+    """Return a variable's value from JSON; None for a long one, which was cut."""
     try:
         value = json.loads(text)
     except ValueError:

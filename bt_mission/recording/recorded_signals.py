@@ -1,4 +1,4 @@
-"""The signals of requirements, out of a recording: of ours, or of any robot's topics."""
+"""The signals of requirements, from a recording of this package or of any robot's topics."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ _OF_TOPICS: Mapping[str, tuple[str, Callable[[Any], Any]]] = {
     **{name: (ODOMETRY, read) for name, read in OF_ODOMETRY.items() if "." in name},
 }
 _OF_TRUTH = {name.removeprefix("odometry."): read for name, read in OF_ODOMETRY.items()}
-"""What ``ground_truth/odom`` tells, where the simulation's states were not recorded."""
+"""Signals of ``ground_truth/odom``, if the simulation's states were not recorded."""
 
 
 class RecordingSurvey:
-    """What a recording holds, known before its signals are read.
+    """The content of a recording, known before its signals are read.
 
     Raises:
-        RecordingError: For a file that is none, that cannot be opened, or without a message.
+        RecordingError: The file is invalid, cannot be opened, or has no message.
     """
 
     def __init__(self, file: RecordedFile) -> None:
@@ -64,9 +64,9 @@ class RecordingSurvey:
         """Types, by the names of topics."""
         self.tree: RunStarted | None = None
         self.node = ""
-        """Full name of the executive's node; empty where there is none."""
+        """Full name of the executive's node; empty without one."""
         self.is_in_order = True
-        """Do the messages come in the order of time?"""
+        """Whether the messages are in the order of time."""
         self._newest_ns, self._oldest_ns = 0, LARGEST_NS
         self._first_samples: dict[str, Mapping[str, Any]] = {}
         fold(file, self._take)
@@ -77,12 +77,12 @@ class RecordingSurvey:
 
     @property
     def first_sample(self) -> Mapping[str, Any] | None:
-        """The first line of signals; None where they were not recorded."""
+        """The first line of signals; None if they were not recorded."""
         return self._first_samples.get(self.node) if self.node else None
 
     @property
     def start_ns(self) -> int:
-        """ROS time of the mission's start, or of the recording's where it holds none."""
+        """ROS time of the mission's start, or of the recording's without one."""
         if self.first_sample is not None:
             return int(self.first_sample.get("start", self.first_ns))
         return self.first_ns if self.tree is None else self.file.started_ns(self.tree.time_ns)
@@ -106,7 +106,7 @@ class RecordingSurvey:
         is_new = topic not in self.topics
         self.topics[topic] = happening.channel.type_name
         if isinstance(happening, SignalLine) and is_new:
-            # It comes before the tree, which is sent at the end of the first tick.
+            # It precedes the tree, which is sent at the end of the first tick.
             self._first_samples[happening.node] = happening.fields
         elif isinstance(happening, ExecutiveMessage) and self.tree is None:
             for event in happening.batch.events:
@@ -144,11 +144,11 @@ class RecordedTopic:
 
 
 class RecordedSignals:
-    """Takes in the messages of a recording, and gives the signals as they were known by then.
+    """Reads the messages of a recording, and returns the signals as known at each instant.
 
     Args:
-        survey: What the recording holds.
-        namespace: Of the robot; None is that of the recording.
+        survey: The content of the recording.
+        namespace: The robot's namespace; None is that of the recording.
     """
 
     def __init__(self, survey: RecordingSurvey, namespace: str | None = None) -> None:
@@ -169,7 +169,7 @@ class RecordedSignals:
         self._shown: str | None = None
 
     def wants(self, happening: RecordedMessage) -> bool:
-        """Is a message read by a signal?"""
+        """Return whether a signal reads a message."""
         return happening.channel.topic in self.topics or self.mission.wants(happening)
 
     def take(self, time_ns: int, happening: RecordedMessage) -> None:
@@ -186,7 +186,7 @@ class RecordedSignals:
         self._state = line.get("state", "")
 
     def problem_of(self, requirement: Requirement) -> str:
-        """Why signals of a requirement could not be read; empty where all could."""
+        """Return why signals of a requirement cannot be read; empty if they can."""
         for signal in signals_in(requirement.root):
             topic = self._read_from.get(signal.key)
             if topic is not None and topic.problem:
@@ -194,7 +194,7 @@ class RecordedSignals:
         return ""
 
     def forget(self) -> None:
-        """Forget what nodes went through; called after each instant."""
+        """Forget the statuses of an instant; called after each instant."""
         self.mission.forget()
 
     # ---- readers ---------------------------------------------------------------------------
@@ -222,7 +222,7 @@ class RecordedSignals:
         return self._of_robot(signal)
 
     def measured_by(self, signal: SignalValue, /) -> str:
-        """Return what measures a signal that only a simulation knows better."""
+        """Return the measure of a signal that only a simulation knows exactly."""
         return "odometry" if signal.name in BY_ODOMETRY and not self._is_simulated else ""
 
     def lower_bound(self, _signal: SignalValue, /) -> None:
@@ -237,7 +237,7 @@ class RecordedSignals:
         return self.mission.accepted(node, lambda: self._values.get(ACCEPTED_GOALS))
 
     def _of_robot(self, signal: SignalValue) -> Reader | str:
-        """Read what is true in a simulation, as far as topics tell."""
+        """Read the true signals of a simulation, as far as topics have them."""
         name = signal.name
         if not self._is_simulated:
             if name not in BY_ODOMETRY:
@@ -253,7 +253,7 @@ class RecordedSignals:
         return "the recording does not hold it: an earlier version of bt-mission has made it"
 
     def _of_state(self, name: str) -> Reader | str:
-        """Read what follows from the simulation's state, unless it was sampled itself."""
+        """Read what follows from the simulation's state, unless it was sampled."""
         if self._truth is None:
             try:
                 self._truth = RecordedTruth(self._survey.model())

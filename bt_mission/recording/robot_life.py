@@ -1,4 +1,4 @@
-"""What became of the robot, out of the messages of its sensors."""
+"""The life of the robot, from the messages of its sensors."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ MIDDLE = Pose2D(0.0, 0.0, 0.0)
 
 
 class RobotLife:
-    """Takes in the messages of one robot, in the order of time.
+    """Reads the messages of one robot, in the order of time.
 
     Args:
-        namespace: Of the robot.
-        hull: Front, rear and half width, m; None where it is not known.
+        namespace: The robot's namespace.
+        hull: Front, rear and half width, m; None if it is not known.
     """
 
     def __init__(self, namespace: str, hull: Hull | None) -> None:
@@ -41,12 +41,12 @@ class RobotLife:
         self._poses: dict[str, list[tuple[float, ...]]] = {TRUTH: [], ODOMETRY: []}
         self._battery: list[tuple[int, float]] = []
         self._scans: list[tuple[int, str, Floats]] = []
-        """With the frame, and the ranges and angles of what was seen, in columns."""
+        """Scans with frame, and the ranges and angles of their points, in columns."""
         self._frames: Frames = {}
         self._map_to_odom: Pose2D | None = None
 
     def take(self, time_ns: int, happening: RobotMessage) -> None:
-        """Take a message. Raises DecodingError for one of another type."""
+        """Handle a message. Raises DecodingError for one of another type."""
         happening.check_type()
         match happening.topic:
             case "ground_truth/odom" | "odom" as name:
@@ -72,16 +72,16 @@ class RobotLife:
                 if parent == "map":
                     self._map_to_odom = pose
 
-    # ---- what came of it -------------------------------------------------------------------
+    # ---- results ----------------------------------------------------------------------------
 
     @property
     def truth(self) -> Track:
-        """Where it truly was, as far as a simulation tells."""
+        """The true poses, if a simulation has them."""
         return _track(self._poses[TRUTH], MIDDLE)
 
     @property
     def measured(self) -> Track:
-        """Where it took itself to be, from the first pose on."""
+        """The poses by odometry, from the first pose on."""
         return _track(self._poses[ODOMETRY], self._map_to_odom or MIDDLE)
 
     @property

@@ -9,12 +9,12 @@ from bt_mission.recording.reading import RecordedFile
 
 
 def recorded_robots(path: Path) -> list[str]:
-    """Return the names of the robots whose missions are in a recording, the first in front.
+    """Return the robots with missions in a recording, the first in front.
 
-    Of one robot that is the name of its namespace, which may be empty; of a bag it is empty, too.
+    For one robot that is the name of its namespace, which may be empty; it is empty for a bag, too.
 
     Raises:
-        RecordingError: For a file that is none, or that cannot be opened.
+        RecordingError: The file is invalid or cannot be opened.
     """
     file = RecordedFile(path)
     for _ in file.messages():

@@ -1,4 +1,4 @@
-"""Recordings of the missions that a server carries out, each in a file of its own."""
+"""Recordings of the missions of a server, each in a separate file."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class ServedRecordings:
     """Records each mission of a server, from its first tick to its end.
 
     Args:
-        folder: Takes the files, ``MISSION_001.mcap``, ...
-        say: Gets a line for each file, and for each that cannot be written.
+        folder: The folder of the files ``MISSION_001.mcap``, ...
+        say: Called with a line for each file, and for each that cannot be written.
 
     Raises:
-        BtMissionError: For a folder that cannot be made, or written to.
+        BtMissionError: The folder cannot be created, or written to.
     """
 
     def __init__(self, folder: Path, say: Callable[[str], None]) -> None:
@@ -37,12 +37,12 @@ class ServedRecordings:
         self._say = say
 
     def onlooker(self) -> Onlooker:
-        """Return what records one mission."""
+        """Return the onlooker that records one mission."""
         return _ServedRecording(self._folder, self._say)
 
 
 class _ServedRecording(Onlooker):
-    """Records a mission; one that cannot be recorded is carried out all the same."""
+    """Records a mission; one that cannot be recorded still runs."""
 
     def __init__(self, folder: Path, say: Callable[[str], None]) -> None:
         self._folder = folder

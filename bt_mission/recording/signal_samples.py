@@ -45,8 +45,8 @@ class SignalSamples:
     """Samples a mission's signals at every control step.
 
     Args:
-        runner: Whose mission it is.
-        take: Takes each line.
+        runner: The mission.
+        take: Called with each line.
         guarded: Makes what looks on harmless.
     """
 
@@ -84,14 +84,14 @@ class SignalSamples:
 
     @property
     def facts(self) -> dict[str, str]:
-        """What is to be told at the start."""
+        """The facts at the start."""
         facts = {REQUIREMENTS: json.dumps(written(self._runner.mission.requirements))}
         if self._simulation is not None:
             facts[SIMULATION] = json.dumps(self._simulation.facts)
         return facts
 
     def attach_to(self, file: McapFile, time_ns: int) -> None:
-        """Put the model of the simulation, if there is one, into a file."""
+        """Add the model of the simulation, if any, to a file."""
         if self._simulation is not None:
             file.attach(
                 MODEL_FILE,
@@ -104,8 +104,8 @@ class SignalSamples:
         runner = self._runner
         state, truth = self._signals.truth()
         variables = runner.scope.values
-        # Put together by hand, since this happens at every step; most often only the state is new,
-        # and what is read at each step.
+        # Built by hand, since this runs at every step; mostly only the state is new, and the
+        # signals of each step.
         line = f'{{"t":{runner.now_ns}'
         if not self._last:
             executive = runner.executive
@@ -129,7 +129,7 @@ class SignalSamples:
         self._take(line + "}")
 
     def _new_readings(self) -> str:
-        """Read what is read at each step; return what has changed, in JSON without its braces."""
+        """Read the signals of each step; return the changed ones, in JSON without its braces."""
         last = self._last
         changed = []
         for key, name, read in self._readings:
@@ -140,7 +140,7 @@ class SignalSamples:
         return ",".join(changed)
 
     def _all_that_is_new(self, truth: Mapping[str, Any], variables: Mapping[str, Any]) -> str:
-        """The same of all signals."""
+        """Return the changed signals of all, in JSON without its braces."""
         self._truth, self._variables = dict(truth), dict(variables)
         values: dict[str, Any] = {key: read() for key, read in self._readers.items()}
         values |= truth
@@ -173,10 +173,10 @@ def written(requirements: Sequence[Requirement]) -> list[dict[str, str]]:
 
 
 def requirements_in(file: RecordedFile) -> tuple[Requirement, ...]:
-    """Return the requirements that a recorded run had.
+    """Return the requirements of a recorded run.
 
     Raises:
-        RecordingError: For one that cannot be read here.
+        RecordingError: A requirement cannot be read by this version.
     """
     formulas = []
     for requirement in file.facts.requirements:

@@ -1,6 +1,7 @@
-"""The topics of a graph: found, and taken as they are sent, serialized.
+"""The topics of a graph: discovered, and recorded as they are sent, serialized.
 
-Publishers of this process that can be observed are; what others send comes by raw subscriptions.
+Publishers of this process are observed where possible; messages of others arrive by raw
+subscriptions.
 """
 
 from __future__ import annotations
@@ -30,16 +31,16 @@ DEPTH = 1000
 
 
 class Opening(Protocol):
-    """What decides what becomes of a topic."""
+    """Decides what is recorded of a topic."""
 
     def open_topic(self, topic: str, type_name: str, offered_qos: str) -> Take | None:
-        """Give who takes the topic's messages, if any; `offered_qos` as rosbag2 writes it."""
+        """Return the receiver of a topic's messages, if any; `offered_qos` as in rosbag2."""
 
     def guarded(self, call: Callable[..., None]) -> Callable[..., None]:
         """Give ``call`` without its exceptions."""
 
     def trimming(self, type_name: str, *, has_fixed_shape: bool) -> Callable[[Take], Take] | None:
-        """Give what takes from messages what rclpy adds to them; None where that takes too long."""
+        """Return a function that removes rclpy's additions from messages; None if too slow."""
 
 
 @dataclass(frozen=True)
@@ -48,11 +49,11 @@ class _Subscribed:
     take_message: Callable[..., Any]
     take: Take
     action: str
-    """That it is a topic of, if any."""
+    """The action of the topic, if any."""
     is_feedback: bool
 
     def hand_on(self) -> None:
-        """Hand on what has come."""
+        """Pass on what was received."""
         # Without the handle's context manager, which guards against destruction: nobody else
         # destroys these, and a look into an empty queue takes 0.6 us this way.
         while (taken := self.take_message(self.message_class, True)) is not None:
@@ -60,14 +61,14 @@ class _Subscribed:
 
 
 class GraphTopics:
-    """Takes the messages of every topic that somebody publishes.
+    """Receives the messages of every topic that has a publisher.
 
     Args:
         node: Owns the subscriptions. Where an executor serves it, messages come through it;
             :meth:`poll` takes them otherwise.
-        opening: Decides what becomes of a topic.
-        skip: Topics to leave alone.
-        inside: Gives the nodes whose publishers are observed, where they can be.
+        opening: Decides what is recorded of a topic.
+        skip: Topics to ignore.
+        inside: Returns the nodes whose publishers are observed, where possible.
     """
 
     def __init__(
@@ -91,7 +92,7 @@ class GraphTopics:
         """Why a topic is not taken, by its name."""
 
     def look_around(self) -> None:
-        """Take in what has come up since the last time."""
+        """Find new publishers and topics."""
         new = []
         for entities in self._inside():
             for publisher in entities.node.publishers:
@@ -108,29 +109,29 @@ class GraphTopics:
                 self._find(topic, types)
 
     def poll(self, busy: Container[str] | None = None) -> None:
-        """Hand on what has come by subscriptions, topic by topic.
+        """Pass on what subscriptions received, topic by topic.
 
         Args:
-            busy: Of the topics of actions, look only at those of these actions.
+            busy: Of the topics of actions, only those of these actions.
         """
         for subscribed in self._subscribed:
             if busy is None or not subscribed.action or subscribed.action in busy:
                 subscribed.hand_on()
 
     def poll_feedback(self, busy: Container[str]) -> None:
-        """Hand on the feedback of these actions that has come."""
+        """Pass on received feedback of these actions."""
         for subscribed in self._subscribed:
             if subscribed.is_feedback and subscribed.action in busy:
                 subscribed.hand_on()
 
     def close(self) -> None:
-        """Let go of the publishers; the subscriptions go with the node."""
+        """Stop observing the publishers; the subscriptions end with the node."""
         for publisher in self._observed:
             publisher.unobserve()
         self._observed.clear()
 
     def _subscribe_from_now_on(self, topic: str) -> None:
-        """Hear by a subscription, and by that alone, what one publisher at least does not show."""
+        """Receive a topic only by a subscription, since a publisher of it cannot be observed."""
         if topic in self._skip or (topic in self._known and topic not in self._observable):
             return
         self._observable.discard(topic)
@@ -188,7 +189,7 @@ class GraphTopics:
             take,
             matching_qos(offers, DEPTH),
             raw=True,
-            # A publisher that comes later may offer less; the others are heard all the same.
+            # A later publisher may offer less; the others are still received.
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
         )
         action, is_part, part = topic.partition("/_action/")
@@ -210,7 +211,7 @@ def name_of(message_class: Any) -> str:
 
 
 def offered(offers: Iterable[QoSProfile]) -> str:
-    """What publishers offer, as rosbag2 writes it down (YAML)."""
+    """Return the QoS that publishers offer, as rosbag2 writes it (YAML)."""
     return "".join(
         f"- history: {qos.history.name.lower()}\n"
         f"  depth: {qos.depth}\n"

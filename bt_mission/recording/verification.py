@@ -30,7 +30,7 @@ from bt_mission.recording.signal_samples import requirements_in
 from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
 
 PERIOD_NS = round(CONTROL_STEP_S * NS)
-"""Between two instants of evaluation, where the recording does not tell those of the run."""
+"""Between two instants of evaluation, if the recording lacks those of the run."""
 MOST_INSTANTS = 2_000_000
 """More than a day."""
 
@@ -40,13 +40,13 @@ OnInstant: TypeAlias = Callable[[float, Sequence[Monitor]], None]
 
 @dataclass(frozen=True)
 class Verification:
-    """What requirements come to over a recording.
+    """The results of requirements over a recording.
 
     Attributes:
-        results: Of each.
-        notes: What is to be said of where signals come from.
-        why_cut: Why the end of the run is not in the recording; empty where it is.
-        lacks: What else the recording lacks; empty where it lacks nothing.
+        results: The result of each.
+        notes: Notes on the source of signals.
+        why_cut: Why the end of the run is missing; empty if it is there.
+        lacks: What else is missing; empty if nothing is.
     """
 
     results: tuple[RequirementResult, ...]
@@ -60,11 +60,11 @@ class RecordedRequirements:
 
     Args:
         path: The file.
-        namespace: Of the robot; None is that of the recording.
-        robot: Of several robots with missions, the one whose is evaluated; None is the first.
+        namespace: The robot's namespace; None is that of the recording.
+        robot: The robot of several with missions; None is the first.
 
     Raises:
-        RecordingError: For a file that is none, that cannot be opened, or without a message.
+        RecordingError: The file is invalid, cannot be opened, or has no message.
     """
 
     def __init__(self, path: Path, namespace: str | None = None, robot: str | None = None) -> None:
@@ -74,12 +74,12 @@ class RecordedRequirements:
 
     @property
     def is_of_mission(self) -> bool:
-        """Does it hold a run of a mission?"""
+        """Whether it has a run of a mission."""
         return self.survey.tree is not None
 
     @property
     def mission(self) -> str:
-        """Name of the mission; empty where there is none."""
+        """The name of the mission; empty without one."""
         return "" if self.survey.tree is None else self.survey.tree.mission
 
     @property
@@ -89,7 +89,7 @@ class RecordedRequirements:
 
     @property
     def names(self) -> KnownNames:
-        """What requirements can name."""
+        """The names that requirements can use."""
         if self.survey.tree is None:
             return KnownNames()
         nodes = self.survey.tree.nodes
@@ -100,10 +100,10 @@ class RecordedRequirements:
         )
 
     def own(self) -> tuple[Requirement, ...]:
-        """Return the requirements that the run had.
+        """Return the requirements of the run.
 
         Raises:
-            RecordingError: For one that cannot be read here.
+            RecordingError: A requirement cannot be read by this version.
         """
         return requirements_in(self.survey.file)
 
@@ -115,10 +115,10 @@ class RecordedRequirements:
         """Evaluate requirements at every control step of the run; without one, periodically.
 
         Args:
-            on_instant: Told of each.
+            on_instant: Called at each instant.
 
         Raises:
-            RecordingError: For a recording that is too long.
+            RecordingError: The recording is too long.
         """
         signals = RecordedSignals(self.survey, self._namespace)
         monitors = Monitors(requirements, signals)
@@ -140,7 +140,7 @@ class RecordedRequirements:
         return Verification(results, self._notes, why_open, file.missing)
 
     def _why_open(self, file: RecordedFile, signals: RecordedSignals) -> str:
-        """Why the end of the run is not in it; empty where it is."""
+        """Return why the end of the run is missing; empty if it is there."""
         if file.why_cut:
             return f"the recording is cut: {file.why_cut}"
         if self.is_of_mission and not signals.mission.ending:
@@ -148,7 +148,7 @@ class RecordedRequirements:
         return ""
 
     def _why_unknown(self, file: RecordedFile) -> str:
-        """Why nothing can be told of the run; empty where something can."""
+        """Return why nothing can be determined; empty if something can."""
         survey = self.survey
         if TEXT in file.unread:
             return f"what the mission tells cannot be read: {file.unread[TEXT]}"
@@ -205,7 +205,7 @@ class _Instants:
         self._signals.take(time_ns, happening)
 
     def finish(self, last_ns: int) -> None:
-        """Evaluate what is left."""
+        """Evaluate the last instants."""
         if not self._has_samples:
             self._go_on(last_ns)
 
@@ -224,7 +224,7 @@ class _Instants:
 
 
 def _judged(result: RequirementResult, why: str, why_open: str) -> RequirementResult:
-    """Return a result that claims no more than the recording tells."""
+    """Return a result that claims no more than the recording shows."""
     if why and result.verdict != "unknown":
         return replace(
             result, verdict="unknown", margin=None, unit="", at=None, violated_at=None, why=why
@@ -256,7 +256,7 @@ class _Curves:
 
 
 def _speaks_of_instants(requirement: Requirement) -> bool:
-    """Does it say of each instant what must be true then, and of no other?"""
+    """Return whether a requirement is about each instant alone."""
     root = requirement.root
     return (
         isinstance(root, Temporal)
@@ -266,13 +266,13 @@ def _speaks_of_instants(requirement: Requirement) -> bool:
 
 
 def recorded_requirements(path: Path, robot: str | None = None) -> tuple[RecordedRequirement, ...]:
-    """Return what the requirements of a recorded run come to, with their margins over time.
+    """Return the results of the requirements of a recorded run, with their margins over time.
 
     Args:
-        robot: As `read_run` takes it.
+        robot: See `read_run`.
 
     Raises:
-        RecordingError: For a file that is none, and requirements that cannot be read here.
+        RecordingError: The file is invalid, or a requirement cannot be read by this version.
     """
     recorded = RecordedRequirements(path, robot=robot)
     requirements = recorded.own()
@@ -289,13 +289,13 @@ def recorded_requirements(path: Path, robot: str | None = None) -> tuple[Recorde
 
 
 def read_verified_run(path: Path, robot: str | None = None) -> RecordedRun:
-    """Read a recording, with what its requirements come to.
+    """Read a recording, with the results of its requirements.
 
     Args:
-        robot: As `read_run` takes it.
+        robot: See `read_run`.
 
     Raises:
-        RecordingError: For a file that is none, or holds no run of a mission.
+        RecordingError: The file is invalid, or has no run of a mission.
     """
     run = read_run(path, robot)
     try:

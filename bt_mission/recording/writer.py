@@ -1,4 +1,4 @@
-"""One run on its way into a file: topics, goals, and what the missions in it tell."""
+"""The recorder of one run: topics, goals, and the events of its missions."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ LOOK_NS = 2_000_000_000
 IMAGE = "sensor_msgs/msg/Image"
 CAMERA_TYPES = (IMAGE, "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo")
 MOST_LEAD_NS = 1_000_000_000
-"""A header may be so much ahead of the clock of a recording, ns; one further ahead is wrong."""
+"""A header may be this far ahead of the clock of a recording, ns; one further ahead is wrong."""
 
 DETAILS_EVERY_NS = 500_000_000
 """ROS time between two messages of details while nothing happens but the progress of nodes."""
@@ -65,7 +65,7 @@ STATUS_TYPES = {
 }
 
 NEVER = ("/clock", "/parameter_events")
-"""Every message has its ROS time anyway; parameters do not change here."""
+"""Topics without content of interest: every message has its ROS time; parameters do not change."""
 
 
 class RunRecorder(Onlooker):
@@ -74,13 +74,13 @@ class RunRecorder(Onlooker):
     Use it as a context manager around the steps of the session, before the first one.
 
     Args:
-        session: What to record.
-        path: File to write. One that is there is replaced when this one is closed whole.
-        options: What to record besides everything that is always recorded.
+        session: The session to record.
+        path: The file to write. It replaces an existing one when it is closed complete.
+        options: What to record besides what is always recorded.
         file: Write into this one instead.
 
     Raises:
-        BtMissionError: When the file cannot be opened.
+        BtMissionError: The file cannot be opened.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class RunRecorder(Onlooker):
             parameter_overrides=[Parameter("start_type_description_service", value=False)],
         )
         presence = {run.node.resolve_topic_name(PRESENCE) for run in session.runs}
-        # What executives tell those who look on is taken where it arises, at another pace.
+        # The events of executives are recorded at their source, at another pace than for viewers.
         self._own = tuple(f"{run.node.get_fully_qualified_name()}/" for run in session.runs)
         self._topics = GraphTopics(self.node, self, (*NEVER, *presence), session.inside)
         self._is_closed = False
@@ -133,7 +133,7 @@ class RunRecorder(Onlooker):
 
     @property
     def missing(self) -> str:
-        """What the file lacks, in words; empty when it lacks nothing."""
+        """What the file lacks, as text; empty if it is complete."""
         if self.file.output.is_deleted:
             return DELETED
         lacks = []
@@ -170,11 +170,11 @@ class RunRecorder(Onlooker):
         self._hand_over()
 
     def _hand_over(self) -> None:
-        """Give the file what has come since the last time: all of it belongs to one instant.
+        """Write what has arrived since the last call; all of it belongs to one instant.
 
-        While the simulation sends, the clock still stands at the instant before. A session that
-        follows ``/clock`` may receive a message before the instant of its header: the message
-        waits for that. Until the first ``/clock`` no instant is known, and everything waits.
+        While the simulation sends, the clock is still at the instant before. A session that follows
+        ``/clock`` may receive a message before the instant of its header: the message waits for
+        that. Until the first ``/clock`` no instant is known, and everything waits.
         """
         now_ns = self._session.now_ns
         if not self._has_head:
@@ -202,16 +202,16 @@ class RunRecorder(Onlooker):
             self.file.write(self._lead_ns(message, 0), [message])
 
     def _lead_ns(self, message: tuple[int, bytes], now_ns: int) -> int:
-        """By how much the header of a message is ahead of the clock, ns; 0 without a header."""
+        """Return by how much a message's header is ahead of the clock, ns; 0 without a header."""
         decoder = self._stamped.get(message[0])
         return 0 if decoder is None else decoder.stamp_ns(message[1]) - now_ns
 
     def finish(self, summary: Mapping[str, Any], robots: Sequence[Mapping[str, Any]] = ()) -> None:
-        """Put what the run came to into the file, and close it.
+        """Write the result of the run to the file, and close it.
 
         Args:
-            summary: Of all of it.
-            robots: Of several robots, that of each, in the order of the session's runs.
+            summary: The summary of the run.
+            robots: The summary of each of several robots, in the order of the session's runs.
         """
         for mission in self._missions:
             mission.note_changes()
@@ -226,10 +226,10 @@ class RunRecorder(Onlooker):
         self.file.note(name, {**facts, "missing": json.dumps(self.missing)})
 
     def close(self, *, replaces: bool = True) -> None:
-        """Stop recording; once is enough.
+        """Stop recording; further calls do nothing.
 
         Args:
-            replaces: Does the recording replace a file that was there, where it is whole?
+            replaces: Whether a complete recording replaces an existing file.
         """
         if self._is_closed:
             return
@@ -272,7 +272,7 @@ class RunRecorder(Onlooker):
         self.file.flush()
 
     def _write_head(self, now_ns: int) -> None:
-        """Write what the file says of the run, at the first instant that is known."""
+        """Write the facts of the run, at the first known instant."""
         self._has_head, self._start_ns, session = True, now_ns, self._session
         is_fleet = len(session.runs) > 1
         facts = [
@@ -303,14 +303,14 @@ class RunRecorder(Onlooker):
     # ---- channels --------------------------------------------------------------------------
 
     def trimming(self, type_name: str, *, has_fixed_shape: bool) -> Callable[[Take], Take] | None:
-        """Give what takes from messages what rclpy adds to them; None where that takes too long."""
+        """Return a function that removes rclpy's additions from messages; None if too slow."""
         decoder = self._decoder(type_name)
         if has_fixed_shape or decoder.has_known_length:
             return partial(decoder.trimming, has_fixed_shape=has_fixed_shape)
         return None
 
     def open_topic(self, topic: str, type_name: str, offered_qos: str) -> Take | None:
-        """Give who takes the messages of a topic, if any."""
+        """Return the receiver of the messages of a topic, if any."""
         if topic.startswith(self._own):
             return None
         camera = self._options.camera
@@ -331,7 +331,7 @@ class RunRecorder(Onlooker):
         return lambda text: take(string_message(text))
 
     def _open_channel(self, topic: str, type_name: str, offered_qos: str = "") -> Take:
-        """What takes the messages of a topic; the first of them makes its channel."""
+        """Return the receiver of the messages of a topic; the first message makes its channel."""
         if topic in self._takes:
             return self._takes[topic]
         keep = self._pending.append
@@ -348,7 +348,7 @@ class RunRecorder(Onlooker):
         return take
 
     def _channel(self, topic: str, type_name: str, offered_qos: str) -> int:
-        """Make a channel; gives its number, 0 where the definition of its type is not installed."""
+        """Make a channel. Return its number, 0 if the definition of its type is not installed."""
         try:
             definition = self._definitions.of(type_name)
         except NoDefinitionError as error:
@@ -372,7 +372,7 @@ class RunRecorder(Onlooker):
             self._decoders[type_name] = Decoder(type_name, self._definitions.of(type_name))
         return self._decoders[type_name]
 
-    # ---- what does not come by a topic -----------------------------------------------------
+    # ---- besides topics --------------------------------------------------------------------
 
     def take_log(self, level: int, name: str, text: str) -> None:
         """Take a line of a mission's log."""
@@ -381,7 +381,7 @@ class RunRecorder(Onlooker):
         self._log(serialize_message(entry))
 
     def poll_feedback(self) -> None:
-        """Take what has been heard of goals so far."""
+        """Write the received feedback of goals."""
         self._topics.poll_feedback(self._goals.busy)
 
     def _stamp(self) -> Time:
@@ -395,22 +395,23 @@ def record(
 
     Args:
         session: A :class:`bt_mission.Stage`, or another session.
-        path: MCAP file to write. One that is there is replaced when this one is closed whole.
-        options: What to record besides everything that is always recorded.
+        path: The MCAP file to write. It replaces an existing one when it is closed complete.
+        options: What to record besides what is always recorded.
 
     Raises:
-        BtMissionError: When the file cannot be opened.
+        BtMissionError: The file cannot be opened.
     """
     return RunRecorder(session, Path(path), options)
 
 
 class MissionRecorder:
-    """Records what an executive tells of its mission.
+    """Records the events of an executive.
 
     Args:
         run: The mission, with its executive.
-        recording: Takes it.
-        is_alone: Is it the only one in the recording? The log names the robot otherwise.
+        recording: The recording.
+        is_alone: Whether it is the only mission in the recording. Otherwise the log names the
+            robot.
     """
 
     def __init__(self, run: Run, recording: RunRecorder, *, is_alone: bool) -> None:
@@ -426,9 +427,9 @@ class MissionRecorder:
         self._details = MissionDetailsBuilder(run.runner)
         self._take_details = recording.open_own(f"{self.name}/details", DETAILS_TYPE)
         self._is_due = False
-        """Has something happened since the last details?"""
+        """Whether something has happened since the last details."""
         self._described_ns: int | None = None
-        """None before the first: details are of use to nobody before there is a tree."""
+        """None before the first: details are useless before there is a tree."""
         self._trace = recording.open_text(f"{self.name}/trace")
         self._signals = recording.open_text(f"{self.name}/{signal_samples.TOPIC}")
         self._on_status = recording.guarded(self._take_status)
@@ -438,15 +439,15 @@ class MissionRecorder:
 
     @property
     def facts(self) -> Mapping[str, str]:
-        """What is to be told at the start."""
+        """The facts at the start."""
         return self._samples.facts
 
     def attach_simulation(self, file: McapFile, time_ns: int) -> None:
-        """Put the model of the simulation, if there is one, into a file."""
+        """Add the model of the simulation, if any, to a file."""
         self._samples.attach_to(file, time_ns)
 
     def begin(self) -> None:
-        """Take what has been told so far, and what is told from now on."""
+        """Record the events so far, and all from now on."""
         self._runner.status_publisher.add(self._on_status)
         trace = self._runner.trace
         for line in trace.newest:
@@ -455,9 +456,9 @@ class MissionRecorder:
         self._runner.executive.events.subscribe(self._on_event)
 
     def look(self, now_ns: int, *, is_due: bool = False) -> None:
-        """Record what running nodes do, if something has happened, and twice a second.
+        """Record the progress of running nodes, if something has happened, and twice a second.
 
-        The details of viewers come at the pace of the wall; these at that of the mission.
+        The details of viewers are sent at the pace of the wall clock, these at that of the mission.
         """
         last_ns = self._described_ns
         is_late = last_ns is not None and not 0 <= now_ns - last_ns < DETAILS_EVERY_NS
@@ -466,7 +467,7 @@ class MissionRecorder:
             self._take_details(serialize_message(self._details.describe_changes()))
 
     def note_changes(self) -> None:
-        """Have the mission tell what it has not told yet."""
+        """Have the mission emit its pending changes."""
         self._runner.status_publisher.publish_if_changed()
 
     def close(self) -> None:
@@ -487,6 +488,6 @@ class MissionRecorder:
             self._recording.take_log(line[0], self._logger, line[1])
 
     def _sample(self, line: str) -> None:
-        """Take the signals of a control step, behind what was heard before it."""
+        """Write the signals of a control step, after what was received before it."""
         self._recording.poll_feedback()
         self._signals(line)

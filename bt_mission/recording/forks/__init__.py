@@ -1,1 +1,1 @@
-"""Recorded runs that are run again: as they were up to an instant, then with a change."""
+"""Recorded runs that run again: unchanged up to an instant, then with a change."""

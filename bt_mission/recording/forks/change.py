@@ -1,4 +1,4 @@
-"""What is changed in a run when it is forked."""
+"""The change of a fork."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ ROUNDING_S = 1e-6
 
 @dataclass(frozen=True)
 class ForkChange:
-    """What takes effect at the control step of a fork, before the tree is ticked there.
+    """Takes effect at the control step of a fork, before the tree is ticked there.
 
-    A node that runs keeps what it has read when it began: variables and another version of the
-    mission are read when a node starts, and by conditions at every tick.
+    A running node keeps what it read when it started: variables and another version of the mission
+    are read when a node starts, and by conditions at every tick.
 
     Args:
         values: Variables of the mission with their new values.
@@ -49,21 +49,21 @@ class ForkChange:
 
     @property
     def is_none(self) -> bool:
-        """Is nothing changed?"""
+        """Whether nothing is changed."""
         return not self.values and self.edit is None and not self.faults
 
     @property
     def is_from_start(self) -> bool:
-        """Does the other version run from the start?"""
+        """Whether the other version runs from the start."""
         return self.new_tree is not None
 
     @property
     def is_applied(self) -> bool:
-        """Is something changed in the run while it goes on, other than by faults?"""
+        """Whether the run is changed while it is under way, other than by faults."""
         return bool(self.values) or (self.edit is not None and not self.is_from_start)
 
     def as_dict(self) -> dict[str, Any]:
-        """What programs are told."""
+        """Return the change as JSON data."""
         edit = None if self.edit is None else self.edit.file
         return {
             "set": dict(self.values),

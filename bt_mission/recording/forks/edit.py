@@ -18,17 +18,17 @@ from bt_mission.recording.forks.source import ForkSource
 from bt_mission.sessions.check import examine
 
 FIXED = ("world", "robot", "seed", "map", "nodes")
-"""What stands at the head of a mission, and is settled when a run begins."""
+"""The settings of a mission that cannot change after a run has begun."""
 
 
 def edited(source: ForkSource, path: Path, permissions: Permissions) -> ForkChange:
     """Return the change to another version of the mission.
 
-    An input whose value in the file is another one now takes that at the fork; the others keep
-    the values of the recorded run.
+    An input with another value in the file takes that value at the fork; the others keep the values
+    of the recorded run.
 
     Raises:
-        InputError: For a mission that is not sound, or whose world, robot or seed are others.
+        InputError: The mission is invalid, or has another world, robot or seed.
     """
     new = required(examine(path, permissions=permissions))
     if others := list(_other_heads(source.written, new)):
@@ -78,7 +78,7 @@ def _head(mission: Mission, name: str) -> str:
 def frame_change(before: Mission, after: Mission) -> Diagnostic | None:
     """Return the first place at which another version of a mission needs another tree, if any.
 
-    Where there is none, the nodes of the first one's tree can go by the second.
+    Without one, the nodes of the first tree can use the second version.
     """
     return next(_frame_changes(before, after), None)
 

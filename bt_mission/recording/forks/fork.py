@@ -1,4 +1,4 @@
-"""A recorded run under way again, compared with what was recorded."""
+"""A recorded run that runs again, compared with the recording."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ REQUIREMENT = '"event": "requirement"'
 
 @dataclass(frozen=True)
 class ForkResult:
-    """What a fork came to.
+    """The result of a fork.
 
     Args:
         step_ns: The control step of the fork.
-        report: Of the forked run.
-        difference: The first one from the recorded run; None where they are the same.
-        same_events: How many events before the fork were compared, and are the same.
-        others: Of the other robots of a fleet, in which nothing is changed.
+        report: The report of the forked run.
+        difference: The first difference from the recorded run; None if they are equal.
+        same_events: The number of equal events before the fork.
+        others: The results of the other robots of a fleet, in which nothing is changed.
     """
 
     source: ForkSource
@@ -45,12 +45,12 @@ class ForkResult:
 
     @property
     def is_identical(self) -> bool:
-        """Is the whole run the same, that of the other robots included?"""
+        """Whether the whole run is equal, including that of the other robots."""
         return self.difference is None and all(other.difference is None for other in self.others)
 
     @property
     def is_success(self) -> bool:
-        """Has the mission succeeded, with no requirement violated?"""
+        """Whether the mission has succeeded, with no requirement violated."""
         return self.report.status == "success" and not self.report.is_violated
 
     @property
@@ -59,7 +59,7 @@ class ForkResult:
         return self.source.seconds(self.step_ns)
 
     def as_dict(self) -> dict[str, Any]:
-        """What programs are told."""
+        """Return the result as JSON data."""
         status, reason = self.source.outcome
         robot = {"robot": self.source.name} if self.source.name else {}
         others = [other.as_dict() for other in self.others]
@@ -84,7 +84,7 @@ class ForkResult:
 
 
 class ForkedRun:
-    """Compares a run with the recorded one while it goes on, and changes it at its instant.
+    """Compares a run with the recorded one while it runs, and changes it at its instant.
 
     Args:
         source: The recorded run.
@@ -116,29 +116,29 @@ class ForkedRun:
         self._same = sum(
             event.get("t", 0) < step_ns and self._is_compared(line) for line, event in lines
         )
-        """So many lines have to be the same."""
+        """The number of lines that have to be equal."""
         self._lines: list[str] = []
         self._parted: int | None = None
         self._fault: BtMissionError | None = None
         self._is_telling = False
-        """Is the change written down? That is no difference of its own."""
+        """Whether the change is being logged. That is not a difference."""
         self._stage: Stage
         self._run: StageRun
 
     @property
     def facts(self) -> dict[str, str]:
-        """What a recording of the run says of it; nothing where it is the same run again."""
+        """The facts for a recording of the run; empty if it is the same run."""
         change = self._change
         if not change.is_applied:
-            return {}  # it runs again by itself
+            return {}  # it runs again unchanged
         known = {"at_s": self._source.seconds(self._step_ns), **change.as_dict()}
         return {"forked_from": self._source.path.name, "changes": json.dumps([known])}
 
     def follow(self, stage: Stage, limit_s: float | None = None) -> None:
-        """Compare what happens on a stage, before its first step.
+        """Compare the events on a stage, before its first step.
 
         Args:
-            limit_s: Virtual seconds after which the run is interrupted; None is none.
+            limit_s: Virtual seconds after which the run is interrupted; None is no limit.
         """
         self._stage = stage
         self._run = run = stage[self._source.name]
@@ -151,11 +151,11 @@ class ForkedRun:
             stage.clock.call_at(stage.start_ns + round(limit_s * 1e9), self._interrupt)
 
     def result(self, report: Report) -> ForkResult:
-        """What has come out, once the run has ended.
+        """Return the result, once the run has ended.
 
         Raises:
-            ForkError: Where it was not the same up to the fork, with the first difference.
-            InputError: Where the change did not fit the run at its instant.
+            ForkError: It was not equal up to the fork, with the first difference.
+            InputError: The change did not fit the run at its instant.
         """
         if self._fault is not None:
             raise self._fault
@@ -196,12 +196,12 @@ class ForkedRun:
         number = len(self._lines)
         self._lines.append(line)
         expected = self._recorded
-        # Where the recording was cut, nothing is known of what came after.
+        # After the end of a cut recording, nothing is known.
         is_known = number < len(expected)
         is_same = expected[number] == line if is_known else not self._is_whole
         if self._parted is None and not is_same:
             self._parted = number
-            if number < self._same:  # the run is another one: it need not go on
+            if number < self._same:  # the run differs: it need not continue
                 self._parted_robots.append(self._source.name)
                 self._stage.clock.call_at(self._stage.now_ns, self._leave)
 
@@ -218,7 +218,7 @@ class ForkedRun:
     def _why_not_the_same(self) -> str:
         source = self._source
         assert self._parted is not None
-        # The run was left soon after the first difference: what comes later is none.
+        # The run was stopped soon after the first difference: later ones do not count.
         self._lines = self._lines[: self._parted + 1]
         difference = self._difference(self._recorded[: self._parted + 1])
         at_s = source.seconds(self._step_ns)

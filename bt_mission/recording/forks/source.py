@@ -32,10 +32,10 @@ from bt_mission.sessions.load import XML
 from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 
 ROUNDING_NS = 1_000
-"""Times are told in seconds with decimals; so much is no other instant, ns."""
+"""Times are given in seconds with decimals; a smaller difference is the same instant, ns."""
 
 LAST_LINES = 4
-"""Among so many of a trace is the end of its mission: a pose may follow it."""
+"""The end of the mission is among this many last lines of a trace: a pose may follow it."""
 
 NO_PYTHON = Permissions(
     python="refuse",
@@ -44,12 +44,12 @@ NO_PYTHON = Permissions(
 
 
 class ForkError(BtMissionError):
-    """A recording that cannot be run again, or not with this change."""
+    """A recording that cannot run again, or not with this change."""
 
 
 @dataclass(frozen=True)
 class ForkSource:
-    """A recorded run, with all that is needed to run it again.
+    """A recorded run, with all data to run it again.
 
     Args:
         path: Of the recording.
@@ -95,7 +95,7 @@ class ForkSource:
 
     @property
     def outcome(self) -> tuple[str, str]:
-        """How the run ended, and why; where the recording was cut, that it was."""
+        """The status of the run and its reason; for a cut recording, that it was cut."""
         for event in reversed(self.events[-LAST_LINES:]):
             if event.get("event") == "mission":
                 return str(event.get("status")), str(event.get("reason"))
@@ -103,12 +103,12 @@ class ForkSource:
 
     @property
     def is_whole(self) -> bool:
-        """Does its trace go to the end of the run?"""
+        """Whether its trace is complete."""
         return self.outcome[0] != "unknown"
 
     @property
     def requirements(self) -> list[dict[str, Any]]:
-        """What the requirements came to, where that was recorded."""
+        """The results of the requirements, if recorded."""
         recorded = self.summary.get("requirements", [])
         return [
             requirement
@@ -121,13 +121,13 @@ class ForkSource:
         return (time_ns - self.start_ns) / NS
 
     def step_at(self, at_s: float) -> int:
-        """The control step at a time, or the next one after it, ns.
+        """Return the control step at a time, or the next one after it, ns.
 
         Args:
-            at_s: Since the start, s.
+            at_s: Time since the start, s.
 
         Raises:
-            ForkError: For a time that is not within the run.
+            ForkError: The time is not within the run.
         """
         if at_s < 0:
             raise ForkError(f"--at {at_s:g}: the run begins at 0 s")
@@ -139,10 +139,10 @@ class ForkSource:
         raise ForkError(f"--at {at_s:g}: {what} ends at {seconds(self.end_s)}")
 
     def options(self, props: int = 0) -> StageOptions:
-        """What a stage needs besides the mission.
+        """Return the options of a stage, besides the mission.
 
         Args:
-            props: So many obstacles can appear, at least.
+            props: The least number of obstacles that can appear.
         """
         start = None if self.name else self._recorded["start"]
         return StageOptions(
@@ -180,13 +180,12 @@ def read_source(
     """Read a recording, to run it again.
 
     Args:
-        robot: Of a fleet, whose run it is; None is the first. The others are among its `others`.
+        robot: The robot of a fleet; None is the first. The others are among its `others`.
 
     Raises:
-        RecordingError: For a file that is none, or that cannot be opened, and for a robot that is
-            not in it.
-        ForkError: For a run that cannot run again, with what is missing.
-        InputError: For a mission, world or robot in it that this version cannot read.
+        RecordingError: The file is invalid or cannot be opened, or the robot is not in it.
+        ForkError: The run cannot run again, with what is missing.
+        InputError: A mission, world or robot in it cannot be read by this version.
     """
     source = _read(path, permissions, robot)
     others = (_read(path, permissions, name) for name in source.names if name != source.name)
@@ -194,12 +193,12 @@ def read_source(
 
 
 def _read(path: Path, permissions: Permissions, robot: str | None) -> ForkSource:
-    """Read what a recording has of one robot.
+    """Read the recording of one robot.
 
     Raises:
-        RecordingError: For a file that is none, or that cannot be opened.
-        ForkError: For a run that cannot run again, with what is missing.
-        InputError: For a mission, world or robot in it that this version cannot read.
+        RecordingError: The file is invalid or cannot be opened.
+        ForkError: The run cannot run again, with what is missing.
+        InputError: A mission, world or robot in it cannot be read by this version.
     """
     file = RecordedFile(path, robot)
     lines = _trace_of(file)
@@ -263,7 +262,7 @@ def _event(line: str) -> Mapping[str, Any]:
 
 
 def refusal(path: Path, facts: RunFacts, why_cut: str) -> str:
-    """Why a run cannot run again, as far as the facts about it tell; empty where it can."""
+    """Return why a run cannot run again, by its facts; empty if it can."""
     try:
         _stage_of(path, facts, why_cut)
     except ForkError as error:
@@ -361,7 +360,7 @@ def _missions_of(
 
 
 def _nodes_of(facts: RunFacts) -> Iterator[NodeFactory]:
-    """Yield what makes the user's nodes that the mission's file does not name."""
+    """Yield the factories of the user's nodes that the mission's file does not name."""
     stage = facts.stage
     assert stage is not None, "it was refused"
     for name, target in stage["nodes"]:

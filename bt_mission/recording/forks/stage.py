@@ -1,4 +1,4 @@
-"""The stage on which a recorded run is run again."""
+"""The stage on which a recorded run runs again."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def forked_stage(
         change: Takes effect at the fork.
         step_ns: The control step of the fork.
         require: Files of further requirements.
-        limit_s: Virtual seconds after which it is interrupted; None is none.
+        limit_s: Virtual seconds after which it is interrupted; None is no limit.
 
     Raises:
         BtMissionError: For a change that does not fit; from what gives the result, where the run

@@ -10,21 +10,21 @@ from bt_mission.recording.forks.fork import ForkResult
 from bt_mission.recording.forks.source import ForkError, ForkSource
 
 LONGEST = 10.0
-"""A try may take so many times as long as the recorded run, and :data:`MORE_S`."""
+"""An attempt may take this many times as long as the recorded run, and :data:`MORE_S`."""
 
 MORE_S = 60.0
 
 
 @dataclass(frozen=True)
 class Try:
-    """A fork that was tried.
+    """A fork that was run.
 
     Args:
         step_ns: The control step of the fork.
-        at_s: The same, s since the start.
-        status: How the mission ended, or ``refused`` where the change did not fit there.
-        virtual_s: When it ended, s.
-        is_saved: Has it succeeded, with no requirement violated?
+        at_s: Its time since the start, s.
+        status: The status of the mission, or ``refused`` if the change did not fit there.
+        virtual_s: Its end, s.
+        is_saved: Whether it has succeeded, with no requirement violated.
     """
 
     step_ns: int
@@ -36,7 +36,7 @@ class Try:
 
     @classmethod
     def of(cls, result: ForkResult) -> Try:
-        """What a fork came to, in short."""
+        """Return the summary of a fork."""
         report = result.report
         violated = [
             str(requirement)
@@ -54,15 +54,14 @@ Attempt: TypeAlias = Callable[[int], Try]
 
 @dataclass(frozen=True)
 class SweepResult:
-    """What a sweep has found.
+    """The result of a sweep of forks.
 
     Args:
-        tries: In the order in which they were made.
-        last: The last instant at which the change would have saved the mission; None where none
-            of those tried would have.
-        next: The control step after it, at which it would not have; None at the end of the run.
-        skipped: Instants at which nodes changed that were left out.
-        control_steps: Of the recorded run.
+        tries: The attempts, in order.
+        last: The last instant at which the change saves the mission; None if none does.
+        next: The next control step, at which it does not; None at the end of the run.
+        skipped: Omitted instants at which nodes changed.
+        control_steps: The number of control steps of the recorded run.
     """
 
     tries: tuple[Try, ...]
@@ -72,7 +71,7 @@ class SweepResult:
     control_steps: int
 
     def as_dict(self) -> dict[str, Any]:
-        """What programs are told."""
+        """Return the result as JSON data."""
         return asdict(self)
 
 
@@ -128,18 +127,18 @@ def refused(source: ForkSource, step_ns: int, error: Exception) -> Try:
 
 
 def limit_of(source: ForkSource) -> float:
-    """Return after how many virtual seconds a try is taken for one that does not end."""
+    """Return the virtual seconds after which an attempt counts as endless."""
     return LONGEST * source.end_s + MORE_S
 
 
 def check_worth(source: ForkSource, *, has_more: bool) -> None:
-    """Refuse to save a run that needs it not.
+    """Refuse to save a run that has succeeded.
 
     Args:
-        has_more: Are there requirements that the recorded run did not have?
+        has_more: Whether there are requirements that the recorded run did not have.
 
     Raises:
-        ForkError: Where it has succeeded, with no requirement violated.
+        ForkError: It has succeeded, with no requirement violated.
     """
     violated = any(requirement.get("verdict") == "violated" for requirement in source.requirements)
     if source.outcome[0] == "success" and not violated and not has_more:
@@ -157,7 +156,7 @@ def _instants(source: ForkSource) -> list[int]:
 
 
 def _spread(instants: Sequence[int], most: int) -> Sequence[int]:
-    """Return so many of the instants at most, the first and the last among them."""
+    """Return at most `most` of the instants, the first and the last among them."""
     if len(instants) <= most:
         return instants
     if most == 1:

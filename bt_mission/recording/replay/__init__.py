@@ -1,1 +1,1 @@
-"""A recorded run as it was at any instant, forwards and backwards. Pure: no ROS, no terminal."""
+"""A recorded run at any instant, forwards and backwards. Pure: no ROS, no terminal."""

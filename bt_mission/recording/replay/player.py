@@ -1,4 +1,7 @@
-"""Plays a timeline: at any speed, forwards and backwards, step by step. Time comes from outside."""
+"""Plays a timeline: at any speed, forwards and backwards, step by step.
+
+Time comes from the caller.
+"""
 
 from __future__ import annotations
 
@@ -16,12 +19,13 @@ from bt_mission.recording.reading import UNREADABLE
 from bt_mission.recording.replay.timeline import Frame, Timeline, beside
 
 SPACING = 500
-"""Frames between two states that are kept: so many are played again at most to get anywhere."""
+"""Frames between two kept states: the most that are played again for any instant."""
 
 MOST_KEPT = 256
 MOST_NODES = 500_000
-"""Where a timeline would need more states than so many, or more nodes in all of them, they are kept
-farther apart: a node takes some 50 bytes of each."""
+"""If a timeline would need more states than this, or more nodes in all of them, the states are kept
+farther apart: a node takes some 50 bytes of each.
+"""
 
 
 def entries_of(timeline: Timeline) -> Iterator[LogEntry]:
@@ -35,25 +39,25 @@ def entries_of(timeline: Timeline) -> Iterator[LogEntry]:
 
 
 class TimelineSeeker:
-    """Gives the state at any instant of a timeline.
+    """Returns the state at any instant of a timeline.
 
-    To go back, it takes the last state that it has kept before that instant and plays on from
-    there; so an instant is the same from wherever one comes.
+    To go back, it takes the last kept state before that instant and plays on from there. So the
+    state does not depend on the direction.
     """
 
     def __init__(self, timeline: Timeline) -> None:
         self.timeline = timeline
         self._state = MissionState()
         self._at = 0
-        """So many frames have been played."""
+        """The number of frames that have been played."""
         sizes = (len(frame.nodes) for frame in timeline.frames if isinstance(frame, RunStarted))
         most_kept = min(MOST_KEPT, max(MOST_NODES // max(sizes, default=1), 1))
         self._spacing = max(SPACING, len(timeline.frames) // most_kept)
         self._kept = [MissionState()]
-        """After every so many frames; as far as the timeline has been played."""
+        """A state after every so many frames, as far as the timeline has been played."""
 
     def seek(self, time_ns: int) -> MissionState:
-        """The state at this ROS time; it is changed by the next call."""
+        """Return the state at this ROS time; the next call changes it."""
         wanted = bisect_right(self.timeline.times_ns, time_ns)
         kept = min(wanted // self._spacing, len(self._kept) - 1)
         if wanted < self._at or kept * self._spacing > self._at:
@@ -68,7 +72,7 @@ class TimelineSeeker:
         return self._state
 
     def _play(self, frames: tuple[Frame, ...]) -> None:
-        """Apply frames; a scan or a map that cannot be read is left out."""
+        """Apply frames; a scan or a map that cannot be read is skipped."""
         newest: dict[str, RobotMessage] = {}
         for frame in frames:
             if isinstance(frame, RobotMessage):
@@ -106,7 +110,7 @@ class Player:
 
     @property
     def mission(self) -> MissionState:
-        """What was known of the mission at that time; valid until the time is another one."""
+        """The state of the mission at that time; valid until the time changes."""
         return self._seeker.seek(self.time_ns)
 
     @property
@@ -121,18 +125,18 @@ class Player:
 
     @property
     def is_at_end(self) -> bool:
-        """Is there nothing after this?"""
+        """Whether this is the end."""
         return self.time_ns >= self.timeline.end_ns
 
     @property
     def is_at_start(self) -> bool:
-        """Is there nothing before this?"""
+        """Whether this is the start."""
         return self.time_ns <= self.timeline.start_ns
 
     def advance(self, wall_s: float) -> bool:
-        """Let so much time of the wall pass; gives whether the timeline has moved.
+        """Advance by some wall time. Return whether the timeline has moved.
 
-        At an end of the timeline it stops.
+        It stops at an end of the timeline.
         """
         if not self.is_playing:
             return False
@@ -143,10 +147,10 @@ class Player:
             self.is_playing = False
         return True
 
-    # ---- what the user wants ---------------------------------------------------------------
+    # ---- requests of the user --------------------------------------------------------------
 
     def play(self) -> None:
-        """Play; once nothing is left in that direction, from the other end."""
+        """Play; at the end in that direction, from the other end."""
         if self.is_backwards and self.is_at_start:
             self.time_ns = self.timeline.end_ns
         elif not self.is_backwards and self.is_at_end:
@@ -154,7 +158,7 @@ class Player:
         self.is_playing = True
 
     def pause(self) -> None:
-        """Stand still."""
+        """Pause."""
         self.is_playing = False
 
     def reverse(self) -> None:
@@ -163,13 +167,13 @@ class Player:
         self.is_playing = not (self.is_at_start if self.is_backwards else self.is_at_end)
 
     def faster(self, factor: float) -> None:
-        """Play so many times as fast as until now."""
+        """Multiply the speed."""
         self.speed = min(max(self.speed * factor, SLOWEST), FASTEST)
 
     def step(self, steps: int) -> bool:
         """Go to the next change of the tree, or (-1) to the one before, and stay there.
 
-        Gives whether there is one.
+        Returns whether there is one.
         """
         return self._stay(beside(self.timeline.changes_ns, self.time_ns, steps))
 
@@ -186,7 +190,7 @@ class Player:
         self._show(self.time_ns + round(seconds * NS))
 
     def go(self, at_s: float) -> None:
-        """Go to a time, s since the start of the mission; to an end where that is beyond it."""
+        """Go to a time, s since the start of the mission, at most to an end."""
         self._show(self.timeline.start_ns + round(min(max(at_s, 0.0), self.duration_s) * NS))
 
     def _stay(self, time_ns: int | None) -> bool:

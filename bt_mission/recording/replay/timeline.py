@@ -1,7 +1,7 @@
-"""What a recording holds for people who look on: the same as they would have been told then.
+"""The content of a recording for viewers: what they would have received during the run.
 
-Everything is read and turned into plain data at once, apart from scans and maps, of which only the
-newest of an instant is of use.
+Everything is read and converted to plain data at once, apart from scans and maps, of which only the
+newest of an instant is needed.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ OTHERS_NS = 200_000_000
 """ROS time between two places of another robot that are kept."""
 
 Frame = events.Event | messages.Robot | RobotMessage
-"""What was recorded at some instant."""
+"""An item of the recording at some instant."""
 
 
 @dataclass(frozen=True)
 class Timeline:
-    """All of a recording, in the order of time.
+    """The items of a recording, in the order of time.
 
     Args:
         start_ns: ROS time at which the first mission in it began, ns; end_ns: of its end.
@@ -67,23 +67,23 @@ class Timeline:
     robots: tuple[str, ...] = ()
     """The names of the robots whose missions are in the file."""
     notes: Mapping[str, Mapping[str, str]] = field(default_factory=dict, repr=False)
-    """What the recorder has written down of the run besides messages."""
+    """The facts that the recorder has written besides messages."""
 
 
 def beside(times: Sequence[int], time_ns: int, steps: int) -> int | None:
-    """Return which of these times comes next after an instant, or (-1) came last before it."""
+    """Return which of these times is next after an instant, or (-1) last before it."""
     at = bisect_right(times, time_ns) if steps > 0 else bisect_left(times, time_ns) - 1
     return times[at] if 0 <= at < len(times) else None
 
 
 def read_timeline(path: Path, robot: str | None = None) -> Timeline:
-    """Read a recording; one that was cut gives what stands in it.
+    """Read a recording; a cut one yields its content.
 
     Args:
-        robot: Of several robots with missions, the one whose mission is shown; None is the first.
+        robot: The robot of several with missions; None is the first.
 
     Raises:
-        RecordingError: For a file that is none, or has no tree of a mission in it.
+        RecordingError: The file is invalid, or has no tree of a mission.
     """
     file = RecordedFile(path, robot)
     timeline = _TimelineReader(file)
@@ -92,7 +92,7 @@ def read_timeline(path: Path, robot: str | None = None) -> Timeline:
 
 
 class _TimelineReader:
-    """Takes messages in, one after another."""
+    """Reads messages one by one."""
 
     def __init__(self, file: RecordedFile) -> None:
         self._file = file
@@ -100,9 +100,9 @@ class _TimelineReader:
         self._robots: dict[str, list[tuple[int, Frame]]] = {}
         """By namespace: which robot is the mission's is known once there is a tree."""
         self._charges: dict[str, messages.BatteryState] = {}
-        """The newest of each robot: it is told often, and changes seldom."""
+        """The newest of each robot: it is published often, and changes seldom."""
         self._others_ns: dict[str, int] = {}
-        """When the place of each other robot was kept last."""
+        """When the pose of each other robot was last kept."""
         self._trace: list[str] = []
         self._node = ""
         """Of the executive that is shown."""
