@@ -1,4 +1,4 @@
-"""Searches for a scenario that breaks a mission, and minimizes what it finds.
+"""Searches for a scenario that breaks a mission, and minimizes the counterexamples.
 
 - ``candidate``: one scenario that may be tried, in parts that can be left out or rounded
 - ``material``: what the mission gives to draw from

@@ -1,4 +1,4 @@
-"""A scenario that may be tried, in parts that can be left out, replaced or rounded."""
+"""A scenario of a search, in parts that can be omitted, replaced or rounded."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from bt_mission.sweeps.concrete import ConcreteScenario
 
 @dataclass(frozen=True)
 class Candidate:
-    """What a scenario has besides its base.
+    """The parts of a scenario besides its base.
 
     Attributes:
-        seed: None is that of the base.
+        seed: None is the seed of the base.
         values: Of the world, the start and inputs, by the names of parameters of sweeps; what is
             not there is as in the base.
-        faults: Obstacles that appear included.
+        faults: The faults, including obstacles that appear.
         limit: The run is interrupted at this time, s; None is the limit of the base.
     """
 
@@ -30,12 +30,12 @@ class Candidate:
 
     @property
     def size(self) -> tuple[int, int, int]:
-        """How much it takes besides the base: faults, other changes, and characters of faults."""
+        """Its size beyond the base: faults, other changes, and characters of faults."""
         changes = len(self.values) + (self.seed is not None)
         return len(self.faults), changes, sum(len(fault.text) for fault in self.faults)
 
     def concrete(self, base: BaseScenario, number: int) -> ConcreteScenario:
-        """Return what a worker carries out."""
+        """Return the scenario for a worker."""
         faults = [fault.text for fault in self.faults]
         made = base.concrete(self.values, number=number, seed=self.seed, faults=faults)
         if self.limit is None:

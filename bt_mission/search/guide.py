@@ -1,4 +1,4 @@
-"""What counts as found, and how near a run came to it."""
+"""The failures that count, and the score of a run: how near it came to one."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from bt_mission.scenarios.cause import masked
 from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
 
 Aim = Literal["violated", "failed", "orphaned", "collision", "anything"]
-"""What is searched for; ``anything`` is each of the others."""
+"""The target of a search; ``anything`` is each of the others."""
 
 FailureKind = Literal["violated", "failed", "orphaned", "collision"]
 AIMS: tuple[Aim, ...] = get_args(Aim)
 
 CLEARANCE = "keeps clear of everything"
-"""The requirement that guides the search for a collision; it is in no file."""
+"""The requirement that guides the search for a collision; no file has it."""
 
 CLEARANCE_FORMULA = "always clearance > 0"
 
@@ -27,23 +27,24 @@ BEST = 1.0
 
 
 ASSUMED, BRANCH = "assumed: ", "branch: "
-"""What the names of requirements begin with that only a search has: assumptions of the ranges, and
-distances to branches that no run has taken."""
+"""Prefixes of requirements that only a search has: assumptions of the ranges, and distances to
+branches that no run has taken.
+"""
 
 
 def is_hidden(name: str) -> bool:
-    """Tell whether a requirement is the search's own."""
+    """Return whether a requirement is the search's own."""
     return name == CLEARANCE or name.startswith((ASSUMED, BRANCH))
 
 
 @dataclass(frozen=True)
 class Failure:
-    """How a run breaks its mission; equal for the same cause.
+    """A failure of a mission; equal for the same cause.
 
     Attributes:
-        what: The requirement, or the leaf that failed; empty where there is nothing more to say.
-        node: The node whose failure came last, where the mission has not succeeded.
-        reason: Of such a mission, each number masked.
+        what: The requirement, or the leaf that failed; empty without more detail.
+        node: The node whose failure was last, if the mission has not succeeded.
+        reason: The reason of such a mission, with each number masked.
     """
 
     kind: FailureKind
@@ -52,19 +53,19 @@ class Failure:
     reason: str = ""
 
     def is_like(self, other: Failure) -> bool:
-        """Tell whether another is the same one, also where its run ends sooner."""
+        """Return whether another failure is the same, even if its run ends sooner."""
         same = (self.kind, self.what) == (other.kind, other.what)
         return same and (self.kind != "failed" or self.reason == other.reason)
 
 
 class Guide:
-    """Judges runs, beside that of the mission as it is.
+    """Scores runs, compared with that of the mission as it is.
 
-    Runs are told to it in their order (`learn`), so that a search repeats.
+    It learns from runs in their order (`learn`), so that a search can be repeated.
 
     Args:
-        aim: What is searched for.
-        as_it_is: The run of the mission with nothing varied: its margins count as 1.
+        aim: The target of the search.
+        as_it_is: The run of the mission without changes: its margins count as 1.
     """
 
     def __init__(self, aim: Aim, as_it_is: ScenarioRow) -> None:
@@ -93,7 +94,7 @@ class Guide:
         }
 
     def is_assumed(self, row: ScenarioRow) -> bool:
-        """Tell whether a run keeps to the assumptions."""
+        """Return whether a run satisfies the assumptions."""
         return not any(
             name.startswith(ASSUMED) and requirement.verdict == "violated"
             for name, requirement in row.requirements.items()
@@ -123,11 +124,11 @@ class Guide:
         return tuple(failures)
 
     def score(self, row: ScenarioRow) -> float:
-        """Return how near a run came to what is searched for: from 1, not at all, to -1, there.
+        """Return the score of a run: from 1, far from the target, to -1, a failure.
 
-        It is the smallest margin of all requirements, each as a share of what it is in the mission
-        as it is. What has no margin is approached by new places of the tree and by the distance to
-        branches that no run has taken; where there is both, the mean counts.
+        It is the smallest margin of all requirements, each as a share of its margin in the mission
+        as it is. Without margins, new places of the tree and the distance to branches that no run
+        has taken count; with both, the mean counts.
         """
         if row.is_error or not self.is_assumed(row):
             return BEST
@@ -144,13 +145,13 @@ class Guide:
         return min(self._margins(row), default=None)
 
     def _novelty(self, row: ScenarioRow) -> float:
-        """Return how little new a run has reached: from 1, nothing, to 0.
+        """Return how little a run has reached first: from 1, nothing, to 0.
 
         Half of it is the place of the tree that fewest runs have reached, `1 / (1 + n)`; the other
         half the nearest branch not taken, `1 / (1 + distance)`, the distance as a share of the
         usual one. The form of the latter is that of A. Arcuri: "It really does matter how you
         normalize the branch distance in search-based software testing", Software Testing,
-        Verification and Reliability 23 (2013).
+        Verification and Reliability 23, 2013.
         """
         rarest = max((1 / (1 + self._reached[place]) for place in _places(row)), default=0.0)
         distances = [
@@ -191,7 +192,7 @@ def _places(row: ScenarioRow) -> list[int]:
 
 
 def failed_by(row: ScenarioRow) -> str:
-    """Return what a mission that has not succeeded failed by: the leaf, or that it went on."""
+    """Return the reason of a mission that has not succeeded: the leaf, or that it did not end."""
     if row.outcome == "interrupted":
         return "goes on to its limit"
     return row.failed_node or row.outcome

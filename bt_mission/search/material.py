@@ -1,4 +1,4 @@
-"""What a mission gives to draw from: names, limits, values beside its comparisons, and events.
+"""The material of a search, from its mission: names, limits, compared values, and events.
 
 :func:`material_of` reads it from the mission; :func:`present_in` keeps what exists in its runs.
 """
@@ -62,12 +62,12 @@ MOST_BRANCHES = 24
 
 
 class Branch(NamedTuple):
-    """A condition of a mission as a requirement can say it.
+    """A condition of a mission as a requirement can express it.
 
     Attributes:
         place: The node's name, and the key of the condition.
-        condition: Over signals.
-        has_two: The run can do without it being true, and without it being false.
+        condition: A condition on signals.
+        has_two: Whether both results of the condition are possible.
     """
 
     place: str
@@ -77,7 +77,7 @@ class Branch(NamedTuple):
 
 @dataclass(frozen=True)
 class Material:
-    """What faults of a mission are drawn from.
+    """The material from which the faults of a mission are drawn.
 
     Attributes:
         leaves: Nodes that send goals and have a name of their own.
@@ -101,7 +101,7 @@ class Material:
     uses_camera: bool
     uses_battery: bool
     lacking: frozenset[str] = frozenset()
-    """Names of faults of parts that the robot does not have."""
+    """Names of faults of parts that the robot lacks."""
 
 
 def material_of(mission: Mission) -> Material:
@@ -167,7 +167,7 @@ def _limits(mission: Mission, steps: list[NodeModel]) -> Iterator[float]:
 
 
 def _number(value: Any, mission: Mission) -> float | None:
-    """Return a number with the mission's inputs; None where only a run can tell."""
+    """Return a number with the mission's inputs; None if only a run has it."""
     if isinstance(value, Expression):
         with suppress(BtMissionError):
             value = value.evaluate(mission.inputs, random.Random(0))
@@ -223,7 +223,7 @@ def _conditions(tree: Tree) -> Iterator[tuple[NodeModel, Expression]]:
 
 
 def _sources(tree: Tree) -> dict[str, tuple[tuple[str, str, str], ...]]:
-    """Return which fields variables come from, by the variables' names."""
+    """Return the source fields of variables, by the variables' names."""
     sources: dict[str, tuple[tuple[str, str, str], ...]] = {}
     for followed in tree.follow:
         settings = followed.settings
@@ -307,7 +307,7 @@ def _beside(value: Plain) -> list[Any]:
 
 
 def _fits(fault: str, type_name: str | None, field: str, value: Any) -> bool:
-    """Tell whether a field of the messages of a type takes a value."""
+    """Return whether a field of the messages of a type takes a value."""
     if type_name is None:
         return False
     if fault == "set_fields":
@@ -325,11 +325,11 @@ def _fits(fault: str, type_name: str | None, field: str, value: Any) -> bool:
     return isinstance(value, type(present))
 
 
-# ---- conditions as requirements say them -------------------------------------------------------
+# ---- conditions as requirements ------------------------------------------------------------------
 
 
 def _branches(mission: Mission, leaves: set[str]) -> Iterator[Branch]:
-    """Yield the conditions of the mission's own tree that a requirement can say."""
+    """Yield the conditions of the main tree that a requirement can express."""
     names = MissionNames(mission)
     for node, condition in _conditions(mission.main):
         if isinstance(node, WaitForNode) or (
@@ -340,7 +340,7 @@ def _branches(mission: Mission, leaves: set[str]) -> Iterator[Branch]:
         try:
             root = Condition(text).root
         except ExpressionError:
-            continue  # it always comes to the same, draws, or has what requirements do not
+            continue  # it is constant, draws, or uses what requirements lack
         if not any(names.unknown_in(root)):
             yield Branch(node.label, text, has_two=not isinstance(node, GoalNode))
 
@@ -385,7 +385,7 @@ def branch_formulas(branches: tuple[Branch, ...]) -> dict[str, str]:
     return formulas
 
 
-# ---- what is there -----------------------------------------------------------------------------
+# ---- what exists -------------------------------------------------------------------------------
 
 PROBE_S = 0.05
 """A probe ends after the first control step, s."""
@@ -397,9 +397,9 @@ SENSORS = tuple(fault.part for fault in FAULTS.values() if fault.name == f"{faul
 
 
 async def present_in(material: Material, base: BaseScenario, runner: ScenarioRunner) -> Material:
-    """Return what is there of a material, as short runs tell.
+    """Return the part of a material that exists in short runs.
 
-    All is tried in one run; each by itself only where that cannot run.
+    All is tried in one run, and each alone only if that fails.
     """
     probes = {
         **{("topic", topic): f"{NEVER}: drop {topic}" for topic in material.topics},

@@ -1,4 +1,4 @@
-"""A mission that is known to be good: what breaks it as well is no find."""
+"""A correct mission: a failure that it shares is not a counterexample."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ OF_THE_MISSION = ("scenario", "description", "mission", "inputs", "world", "robo
 
 @dataclass(frozen=True)
 class Reference:
-    """A good mission in the place of the one that is searched.
+    """A correct mission in place of the one that is searched.
 
     Attributes:
-        base: It, in the scenario that is varied.
-        runner: Carries scenarios of its bundle out.
+        base: The mission in the scenario that is varied.
+        runner: Runs scenarios of its bundle.
     """
 
     base: BaseScenario
     runner: ScenarioRunner
 
     async def passes(self, candidate: Candidate, guide: Guide) -> bool:
-        """Tell whether it runs in a candidate's scenario without what is searched for."""
+        """Return whether it runs in a candidate's scenario without a failure of the aim."""
         async for row in self.runner.rows([candidate.concrete(self.base, 0)]):
             return not row.is_error and guide.is_assumed(row) and not guide.failures(row)
         return False
@@ -41,13 +41,12 @@ class Reference:
 def load_reference(path: Path, base: BaseScenario, ranges: RangesFile) -> BaseScenario:
     """Load a mission in the scenario of another: the same place, faults and requirements.
 
-    Its own requirements hold as well.
+    The requirements of the mission count as well.
 
     Raises:
-        InputError: With every error of its file, and for inputs of the ranges that it does not
-            have.
-        BtMissionError: When it does not fit the scenario: a requirement names a node that it does
-            not have, for example.
+        InputError: With every error of its file, and for inputs of the ranges that it lacks.
+        BtMissionError: It does not fit the scenario: a requirement names a node that it lacks, for
+            example.
     """
     robot = str(find("robots", base.mission.robot, near=base.mission.file).resolve())
     changes = replace(base.changes, world=_place(base), robot=robot, requirements={})
@@ -83,7 +82,7 @@ def load_reference(path: Path, base: BaseScenario, ranges: RangesFile) -> BaseSc
 
 
 def _place(base: BaseScenario) -> str | None:
-    """Return the file of a scenario's world; None where the scenario holds the world itself."""
+    """Return the file of a scenario's world; None if the scenario contains the world."""
     world = base.data.get("world")
     if not isinstance(world, str):
         return None

@@ -1,4 +1,4 @@
-"""What a search has found: its sentence, and a folder with scenario, test, recording, report."""
+"""The results of a search: a sentence and a folder with the files of each counterexample."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ def test_{name}():
 
 @dataclass(frozen=True)
 class CounterexampleFiles:
-    """What was written of a find.
+    """The files of a counterexample.
 
     Attributes:
-        recording: Of a run of the scenario from its file; None where it was not run again.
-        report: The page of the recording.
-        sentence: What breaks.
-        repeats: Is the trace of that run the one of the search? None where it was not run again.
+        recording: The recording of a run of the scenario from its file; None without a run.
+        report: The report of the recording.
+        sentence: The failure as a sentence.
+        repeats: Whether the trace of that run is that of the search; None without a run.
     """
 
     folder: Path
@@ -72,13 +72,13 @@ def write_all(
     *,
     runs_again: bool = True,
 ) -> list[CounterexampleFiles]:
-    """Write finds into a folder, each under a name of its own, and run each once more from there.
+    """Write counterexamples into a folder, each under a unique name, and run each again from there.
 
     Args:
-        runs_again: Without that there are no recordings. A run may take minutes.
+        runs_again: Run each again. Without that there are no recordings. A run may take minutes.
 
     Raises:
-        BtMissionError: When one cannot be written.
+        BtMissionError: A file cannot be written.
     """
     written: dict[str, CounterexampleFiles] = {}
     for counterexample in counterexamples:
@@ -118,7 +118,7 @@ def _write_found(
 def scenario_data(
     base: BaseScenario, counterexample: Counterexample, folder: Path
 ) -> dict[str, Any]:
-    """Return what stands in the file of the scenario; paths are relative to its folder."""
+    """Return the content of the scenario's file; paths are relative to its folder."""
     made = dict(counterexample.candidate.concrete(base, 0).data)
     of_mission = _mission(base, counterexample, made, folder)
     for key in ("mission", "world", "robot", "inputs", "expect"):
@@ -128,9 +128,9 @@ def scenario_data(
     name = f"{base.mission.name}: {_phrase(counterexample.failure)}"
     head = {"scenario": name[:200], **of_mission}
     if counterexample.candidate.seed is None and "seed" not in base.data:
-        made.pop("seed")  # the mission says it
+        made.pop("seed")  # the mission has it
     if counterexample.row.outcome != "interrupted" and "limit" not in base.data:
-        made.pop("limit", None)  # the run ends by itself
+        made.pop("limit", None)  # the run ends without a limit
     rest = {key: value for key, value in made.items() if key not in ("scenario", "description")}
     data = {**head, **rest}
     if requirements:
@@ -145,7 +145,7 @@ def scenario_data(
 def _mission(
     base: BaseScenario, counterexample: Counterexample, made: dict[str, Any], folder: Path
 ) -> dict[str, Any]:
-    """Return mission, world, robot and inputs, as far as they are not what the mission says."""
+    """Return mission, world, robot and inputs where they differ from the mission."""
     values = counterexample.candidate.values
     inputs = {
         **base.mission.inputs,
@@ -177,7 +177,7 @@ def _mission(
 
 
 def _own_world(base: BaseScenario) -> str | None:
-    """Return the world that the mission itself says."""
+    """Return the world of the mission's file."""
     document = base.mission.document
     head = document.data if isinstance(document.data, dict) else {}
     world = head.get("world")
@@ -190,7 +190,7 @@ def _by_name(kind: Kind, file: Path, relative: str) -> str:
 
 
 def _expected(counterexample: Counterexample) -> dict[str, Any]:
-    """Return what should hold: of all else any end will do."""
+    """Return the expectation: for other failures, any end."""
     row, failure = counterexample.row, counterexample.failure
     if failure.kind == "failed":
         return {"outcome": "success"}
@@ -223,11 +223,11 @@ def _name(failure: Failure) -> str:
 
 
 def sentence(failure: Failure, report: Report | None, candidate: Candidate) -> str:
-    """Return what breaks, and when it does.
+    """Return the failure and its conditions as a sentence.
 
     Args:
-        report: Of the run; None leaves out what only that has, such as the margin.
-        candidate: What differs from the mission as it is.
+        report: The report of the run; None omits its facts, such as the margin.
+        candidate: The differences from the mission as it is.
     """
     return " ".join([_what(failure, report), *_when(candidate)])
 
@@ -257,7 +257,7 @@ def _what(failure: Failure, report: Report | None) -> str:
 
 
 def _when(candidate: Candidate) -> list[str]:
-    """Return the conditions; none is a mission that breaks as it is."""
+    """Return the conditions; without any, the mission breaks as it is."""
     faults = [_fault(fault) for fault in candidate.faults]
     others = [f"{name}={value}" for name, value in _others(candidate.values).items()]
     if candidate.seed is not None:

@@ -1,4 +1,4 @@
-"""Tries candidates, until one breaks the mission."""
+"""Runs candidates until one breaks the mission."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ class Counterexample:
 
 @dataclass
 class RunCounts:
-    """How far a search is; it grows while that runs.
+    """The progress of a search; it grows while the search runs.
 
     Attributes:
-        runs: Scenarios that were run.
-        errors: Those among them that could not run, such as one whose world is full.
-        first_error: Why the first of them could not.
-        is_interrupted: Has somebody ended it?
+        runs: The number of scenarios that were run.
+        errors: The number of them that could not run, for example because the world is full.
+        first_error: The error of the first of them.
+        is_interrupted: Whether the user has ended it.
     """
 
     runs: int = 0
@@ -56,7 +56,7 @@ class RunCounts:
 
 @dataclass
 class SearchState(RunCounts):
-    """How far a search for what breaks a mission is.
+    """The progress of a search for counterexamples.
 
     Attributes:
         outside: Runs that violated an assumption.
@@ -94,20 +94,20 @@ class SearchState(RunCounts):
 
 
 Watch = Callable[[SearchState], bool]
-"""Called after each run; False ends the search."""
+"""Called after each run; returns False to end the search."""
 
 
 @dataclass(frozen=True)
 class Search:
-    """What is needed to try candidates.
+    """The parts of a search that run candidates.
 
     Attributes:
-        base: What is varied.
+        base: The scenario that is varied.
         runner: Runs scenarios.
-        guide: Judges them.
-        state: How far it is.
+        guide: Scores them.
+        state: The progress.
         watch: Called after each run.
-        reference: A mission that must not break where a find is to count.
+        reference: A mission that a counterexample must not break.
     """
 
     base: BaseScenario
@@ -118,13 +118,13 @@ class Search:
     reference: Reference | None = None
 
     async def find(self, strategy: Strategy, budget: int, causes: int = 1) -> None:
-        """Try candidates until so many causes are found, or the budget is used up.
+        """Run candidates until enough causes are found, or the budget is used up.
 
-        What is found is the first in the order of asking, whatever ended first.
+        The first counterexample in the order of the candidates counts, whichever run ended first.
 
         Args:
-            budget: Runs of the state at most, those that it has already included.
-            causes: How many different ones.
+            budget: The most runs of the state, including earlier ones.
+            causes: The number of different causes.
         """
         state = self.state
 
@@ -135,7 +135,7 @@ class Search:
             if failures and is_fair:
                 state.add(candidate, row, failures[0])
             state.unfair += not is_fair
-            # What is known, or breaks any mission, is nothing to come nearer to.
+            # A known failure, or one of any mission, is not a target.
             is_far = failures and (causes > 1 or not is_fair)
             score = BEST if is_far else self.guide.score(row)
             self.guide.learn(row)
@@ -145,12 +145,12 @@ class Search:
         await explore(self.base, self.runner, strategy, state, budget, take)
 
     async def is_fair(self, candidate: Candidate) -> bool:
-        """Tell whether the reference stands what breaks the mission; True without one."""
+        """Return whether the reference passes where the mission breaks; True without one."""
         return self.reference is None or await self.reference.passes(candidate, self.guide)
 
 
 Take = Callable[[Candidate, ScenarioRow], Awaitable[float | None]]
-"""Judges a run; gives its score, or None to end the search at once."""
+"""Takes a run; returns its score, or None to end the search at once."""
 
 
 async def explore(
@@ -162,10 +162,10 @@ async def explore(
     take: Take,
     is_done: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Try batches of candidates until the budget is used up.
+    """Run batches of candidates until the budget is used up.
 
     Args:
-        is_done: Asked before each batch; True ends the search.
+        is_done: Called before each batch; True ends the search.
     """
     while state.runs < budget and not state.is_interrupted and not is_done():
         asked = strategy.ask(min(BATCH, budget - state.runs))
@@ -182,7 +182,7 @@ async def explore(
 async def run_all(
     base: BaseScenario, runner: ScenarioRunner, candidates: Sequence[Candidate], first: int
 ) -> AsyncGenerator[tuple[Candidate, ScenarioRow], None]:
-    """Run candidates; yields each with its row, in their order.
+    """Run candidates. Yields each with its row, in their order.
 
     Args:
         first: The number of the first.

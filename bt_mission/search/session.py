@@ -36,13 +36,14 @@ from bt_mission.sweeps.row import ScenarioRow
 from bt_mission.sweeps.work import ScenarioRunner, ScenarioWorker
 
 LONGER = 3.0
-"""A run counts as one that never ends after so many times the time of the mission as it is."""
+"""A run counts as endless after this many times the time of the mission as it is."""
 
 AT_LEAST_LONGER_S = 30.0
 
 COVER_KINDS = ["servers", "network", "hardware", "messages"]
-"""Faults that are drawn to cover a tree where the ranges name no kinds: outcomes of goals come from
-servers."""
+"""Faults that are drawn to cover a tree if the ranges name no kinds: servers decide the outcomes of
+goals.
+"""
 
 SHORTEST_S = 0.25
 """The shortest of those faults, s."""
@@ -50,7 +51,7 @@ SHORTEST_S = 0.25
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """What is searched for, and how.
+    """The options of a search.
 
     Attributes:
         aim: None is a violated requirement where there are any, and else anything.
@@ -110,9 +111,9 @@ def _with_measures(base: BaseScenario, ranges: RangesFile, aim: Aim | None) -> B
 
 
 def _with_room(written: Any) -> Any:
-    """Return a fault of the base, at the nearest free place where it is an obstacle.
+    """Return a fault of the base; an obstacle is put at the nearest free place.
 
-    What is varied may bring the robot to where the base has something appear.
+    The variation may move the robot to the place of an obstacle of the base.
     """
     if isinstance(written, str):
         is_spawned = "spawn_" in written and "nearest_free" not in written
@@ -132,12 +133,12 @@ def aim_of(base: BaseScenario, aim: Aim | None) -> Aim:
 
 @dataclass
 class _Session:
-    """What every search has.
+    """The common part of all searches.
 
     Attributes:
-        base: What is varied.
-        ranges: By how much.
-        options: How it is searched.
+        base: The scenario that is varied.
+        ranges: The ranges of the variation.
+        options: The options of the search.
     """
 
     base: BaseScenario
@@ -160,10 +161,10 @@ class _Session:
     async def prepare(
         self, ranges: Ranges, as_it_is: ScenarioRow, runner: ScenarioRunner
     ) -> tuple[SearchSpace, Strategy]:
-        """Return what candidates are drawn from, and what chooses them.
+        """Return the space of candidates, and the strategy that chooses them.
 
-        Where neither the ranges nor the base say when runs end, it is some time after the mission
-        as it is.
+        Without an end of runs in ranges and base, it is some time after that of the mission as it
+        is.
         """
         usual_s = as_it_is.virtual_s
         if ranges.limit is None and "limit" not in self.base.data:
@@ -176,13 +177,13 @@ class _Session:
 
 @dataclass
 class SearchSession(_Session):
-    """A search for what breaks a mission.
+    """A search for counterexamples of a mission.
 
     Attributes:
         watch: Called after each run.
-        reference: What breaks it as well is no find.
-        state: What it has come to, at any time.
-        as_it_is: The run of the mission with nothing varied.
+        reference: A mission that a counterexample must not break.
+        state: The progress, at any time.
+        as_it_is: The run of the mission without changes.
     """
 
     watch: Watch
@@ -192,14 +193,14 @@ class SearchSession(_Session):
 
     @property
     def aim(self) -> Aim:
-        """What is searched for."""
+        """The target of the search."""
         return aim_of(self.base, self.options.aim)
 
     async def run(self, runner: ScenarioRunner) -> None:
-        """Search, and minimize what is found.
+        """Search, and minimize the counterexamples.
 
         Raises:
-            BtMissionError: When the mission cannot run as it is.
+            BtMissionError: The mission cannot run as it is.
         """
         options, state = self.options, self.state
         candidate, row = await self.run_as_it_is(runner)
@@ -224,18 +225,18 @@ class SearchSession(_Session):
 
 @dataclass
 class CoverState(RunCounts):
-    """How far a search for what was not reached is.
+    """The progress of a search for coverage.
 
     Attributes:
-        record: What any run has reached.
-        first: The scenarios that have reached something first, with what that was.
+        record: The coverage of all runs.
+        first: The scenarios that reached something first, with what that was.
     """
 
     record: CoverageRecord = field(kw_only=True)
     first: list[tuple[Candidate, ScenarioRow, tuple[str, ...]]] = field(default_factory=list)
 
     def count(self, candidate: Candidate, row: ScenarioRow) -> int:
-        """Take a run into account; gives how many places it has reached first."""
+        """Count a run. Return the number of places that it reached first."""
         self.count_run(row)
         new = self.record.add(row.coverage) if row.coverage else ()
         if new:
@@ -245,11 +246,11 @@ class CoverState(RunCounts):
 
 @dataclass
 class CoverSession(_Session):
-    """A search for what of a mission's tree no run has reached.
+    """A search for the places of a mission's tree that no run has reached.
 
     Attributes:
         watch: Called after each run; False ends the search.
-        state: What it has come to, at any time.
+        state: The progress, at any time.
     """
 
     watch: Callable[[CoverState], bool]
@@ -261,7 +262,7 @@ class CoverSession(_Session):
         """Search until everything is reached, or the budget is used up.
 
         Raises:
-            BtMissionError: When the mission cannot run as it is.
+            BtMissionError: The mission cannot run as it is.
         """
         state = self.state
 
@@ -281,9 +282,9 @@ class CoverSession(_Session):
 
 
 def _for_cover(ranges: Ranges, latest_s: float) -> Ranges:
-    """Return ranges with what reaches more of a tree, where they do not say else.
+    """Return ranges that reach more of a tree, unless they are set.
 
-    Some outcomes of goals take a server that is silent for long.
+    Some outcomes of goals need a server that is silent for long.
     """
     usual = {"kinds": COVER_KINDS, "lasting": Span(SHORTEST_S, max(SHORTEST_S, latest_s))}
     left = {key: value for key, value in usual.items() if key not in ranges.faults.model_fields_set}

@@ -19,10 +19,10 @@ AT_ONCE = 4
 """Candidates that are tried at once, however many workers there are."""
 
 MOST_RUNS = 150
-"""Runs at most, unless told otherwise."""
+"""The default of the most runs."""
 
 MOST_GROWTH = 1.25
-"""A number may grow to so much of itself when it is made rounder."""
+"""The most growth of a number when it is rounded."""
 
 MOST_ROUNDER = 5
 """Rounder numbers that are tried in the place of one."""
@@ -31,13 +31,13 @@ MOST_ROUNDER = 5
 async def simplify(
     search: Search, space: SearchSpace, number: int = 0, most_runs: int = MOST_RUNS
 ) -> None:
-    """Make what a search has found small, as long as the same failure is there.
+    """Minimize a counterexample, as long as the same failure occurs.
 
-    First the fewest faults and obstacles, then default values for all else, then the roundest
-    numbers, and the shortest run. `search.state` has the smallest so far at any time.
+    First the fewest faults and obstacles, then default values for everything else, then the
+    roundest numbers, and the shortest run. `search.state` has the smallest so far at any time.
 
     Args:
-        number: Of the find.
+        number: The index of the counterexample.
     """
     simplifier = _Simplifier(search, space, number, most_runs)
     await simplifier.fewest_faults()
@@ -51,7 +51,7 @@ async def simplify(
 
 
 class _Simplifier:
-    """Replaces what a search has found, step by step."""
+    """Replaces a counterexample, step by step."""
 
     def __init__(self, search: Search, space: SearchSpace, number: int, most_runs: int) -> None:
         self._space = space
@@ -83,7 +83,7 @@ class _Simplifier:
             size = min(size, len(self._now.faults))
 
     async def defaults(self) -> None:
-        """Take what the mission says for the seed, the world, the start and inputs."""
+        """Use the mission's values for the seed, the world, the start and inputs."""
         now = self._now
         await self._first_that_fails([replace(now, seed=None, values={})])
         await self._first_that_fails([replace(self._now, seed=None)])
@@ -92,7 +92,7 @@ class _Simplifier:
             await self._first_that_fails([replace(self._now, values=left)])
 
     async def round_numbers(self) -> None:
-        """Take rounder numbers, the roundest first; and leave arguments of faults out."""
+        """Use rounder numbers, the roundest first, and omit arguments of faults."""
         for index in range(len(self._now.faults)):
             fault = self._now.faults[index]
             lasting = [] if fault.lasting is None else [LASTING]
@@ -110,7 +110,7 @@ class _Simplifier:
                 )
 
     async def shortest(self) -> None:
-        """End the run soon after a violation; what ends the mission or comes after it stays."""
+        """End the run soon after a violation; a failure that ends the mission stays."""
         counterexample = self._search.state.counterexamples[self._number]
         margin = counterexample.row.requirements.get(self._failure.what)
         if self._failure.kind != "violated" or margin is None or margin.at is None:
@@ -125,7 +125,7 @@ class _Simplifier:
         )
 
     async def _first_that_fails(self, candidates: Sequence[Candidate]) -> bool:
-        """Try candidates in their order; take the first that fails in the same way."""
+        """Run candidates in their order; take the first that fails in the same way."""
         search, state = self._search, self._search.state
         new = [untried for untried in candidates if self._is_worth_a_run(untried)]
         for start in range(0, len(new), AT_ONCE):
@@ -157,7 +157,7 @@ class _Simplifier:
         return False
 
     def _is_worth_a_run(self, candidate: Candidate) -> bool:
-        """Is it another one, within the ranges, and not tried before?"""
+        """Return whether a candidate is new, and within the ranges."""
         is_whole = _whole(candidate.faults) == candidate.faults
         if candidate == self._now or not is_whole or not self._space.allows(candidate):
             return False
@@ -190,7 +190,7 @@ def _with_fault(candidate: Candidate, index: int, fault: PlannedFault) -> Candid
 
 
 def _simpler(fault: PlannedFault, part: str) -> Iterator[PlannedFault]:
-    """Yield a fault with a part of it left out or rounder, the simplest first."""
+    """Yield a fault with a part omitted or rounded, the simplest first."""
     if part == BEGINS:
         yield from (
             replace(fault, begins=beginning) for beginning in _simpler_beginnings(fault.begins)
@@ -230,7 +230,7 @@ def _rounder_values(value: Value) -> Iterator[Value]:
 
 
 def _kinds_of_values(candidate: Candidate) -> list[tuple[str, ...]]:
-    """Return the names of values that are left out together: a start is one place."""
+    """Return the names of values that are omitted together: a start is one place."""
     start = tuple(name for name in candidate.values if name.startswith("start."))
     others: list[tuple[str, ...]] = [
         (name,) for name in candidate.values if not name.startswith("start.")
@@ -239,7 +239,7 @@ def _kinds_of_values(candidate: Candidate) -> list[tuple[str, ...]]:
 
 
 def rounder_numbers(value: float) -> list[float]:
-    """Return numbers near one that have fewer digits, the roundest first."""
+    """Return numbers near one with fewer digits, the roundest first."""
     rounded: dict[float, Any] = {}
     size = 10.0 ** math.floor(math.log10(abs(value))) if value else 1.0
     for unit in (10 * size, 5 * size, size, size / 2, size / 10):
@@ -251,5 +251,5 @@ def rounder_numbers(value: float) -> list[float]:
 
 
 def _digits(value: float) -> int:
-    """Return how many digits a number is written with; zeros at its ends do not count."""
+    """Return the number of digits of a number; zeros at its ends do not count."""
     return len(f"{abs(value):.6f}".rstrip("0").replace(".", "").strip("0"))

@@ -36,7 +36,7 @@ PartDraws = Callable[[str], Draws]
 """Gives what draws a part of a candidate, by the part's name."""
 
 FINE = 1000
-"""So many steps an interval of an input has."""
+"""The number of steps of an interval of an input."""
 
 PLACE_STEP = 0.05
 """Metres between places, and sizes."""
@@ -45,21 +45,21 @@ YAW_STEP = 5.0
 """Degrees."""
 
 TO_AHEAD, TO_LEFT = Span(-0.5, 2.0), Span(-1.5, 1.5)
-"""Where an obstacle that moves goes, m from the robot as it stands when the obstacle appears."""
+"""The target of an obstacle that moves, m from the robot's pose when the obstacle appears."""
 
 SLOWEST = 0.05
 """M/s, of an obstacle that moves."""
 
 
 class SearchSpace:
-    """All scenarios that a search may try.
+    """All scenarios of a search.
 
     Args:
-        base: What is varied.
-        ranges: By how much.
-        parameters: Its inputs and worlds.
-        latest_s: The last time of faults and obstacles where the ranges do not say, s.
-        material: What the mission gives to draw from; None is that of the base.
+        base: The scenario that is varied.
+        ranges: The ranges of the variation.
+        parameters: The inputs and worlds.
+        latest_s: The last time of faults and obstacles without one in the ranges, s.
+        material: The material of the mission; None is that of the base.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class SearchSpace:
         return Candidate(limit=self._limit)
 
     def draw(self, parts: PartDraws) -> Candidate:
-        """Draw a candidate; the same draws give the same."""
+        """Draw a candidate; equal draws give equal candidates."""
         values: dict[str, Any] = {
             parameter.name: parameter.at(parts(parameter.name).whole(0, FINE) / (FINE + 1))
             for parameter in self._parameters
@@ -133,7 +133,7 @@ class SearchSpace:
         return Candidate(seed, values, tuple(faults), self._limit)
 
     def allows(self, candidate: Candidate) -> bool:
-        """Tell whether a candidate lies within the ranges."""
+        """Return whether a candidate is within the ranges."""
         for parameter in self._parameters:
             value = candidate.values.get(parameter.name)
             if not isinstance(parameter, Interval) or value is None:

@@ -1,4 +1,4 @@
-"""Where in a world the robot has room, and can be driven to from where the world has it start."""
+"""The free places of a world that the robot can reach from its start."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ ROOM = 0.05
 
 
 class FreeSpace:
-    """Free places of the worlds of a search; a map is made when it is first asked for.
+    """Free places of the worlds of a search; a map is made at its first use.
 
     Args:
-        base: What is varied.
+        base: The scenario that is varied.
     """
 
     def __init__(self, base: BaseScenario) -> None:
@@ -41,7 +41,7 @@ class FreeSpace:
         return Span(_r(x), _r(x + columns * edge)), Span(_r(y), _r(y + rows * edge))
 
     def nearest(self, world: str | None, x: float, y: float) -> tuple[float, float]:
-        """Return the free place nearest to one, m; that itself where it is free."""
+        """Return the nearest free place, m; the place itself if it is free."""
         grid = self._map(world)
         edge, (left, low) = grid.resolution, grid.origin
         rows, columns = grid.cells.shape

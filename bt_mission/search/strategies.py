@@ -13,25 +13,27 @@ from bt_mission.search.candidate import Candidate
 from bt_mission.search.space import SearchSpace
 
 BATCH = 16
-"""Candidates that are asked for at once, however many workers there are: so a search repeats."""
+"""The number of candidates in a batch, independent of the number of workers, so that a search can
+be repeated.
+"""
 
 
 class Strategy(Protocol):
-    """Chooses candidates, and learns from what their runs came to."""
+    """Chooses candidates, and learns from the scores of their runs."""
 
     def ask(self, count: int) -> Sequence[Candidate]:
         """Return the next candidates."""
 
     def learn(self, scores: Sequence[float]) -> None:
-        """Learn what the last candidates came to, in their order: from 1, far, to -1, there."""
+        """Learn the scores of the last candidates, in order: from 1, far, to -1, a failure."""
 
 
 class RandomStrategy:
-    """Draws each candidate for itself.
+    """Draws each candidate independently.
 
     Args:
-        space: Of all candidates.
-        seed: The same candidates follow from the same seed.
+        space: All candidates.
+        seed: The same seed gives the same candidates.
     """
 
     def __init__(self, space: SearchSpace, seed: int) -> None:
@@ -48,18 +50,18 @@ class RandomStrategy:
         ]
 
     def learn(self, scores: Sequence[float]) -> None:
-        """Learn nothing."""
+        """Ignore the scores."""
 
 
 class OptunaStrategy:
-    """Draws by optuna's TPE: more often where runs came near to what is searched for.
+    """Draws by optuna's TPE: more often where runs came near to a failure.
 
     J. Bergstra, R. Bardenet, Y. Bengio, B. Kégl: "Algorithms for Hyper-Parameter Optimization",
     NeurIPS 2011.
 
     Args:
-        space: Of all candidates.
-        seed: The same candidates follow from the same seed and the same scores.
+        space: All candidates.
+        seed: The same seed and scores give the same candidates.
     """
 
     def __init__(self, space: SearchSpace, seed: int) -> None:
@@ -84,17 +86,17 @@ class OptunaStrategy:
         return [self._space.draw(partial(_TrialDraws, trial)) for trial in self._trials]
 
     def learn(self, scores: Sequence[float]) -> None:
-        """Learn what the last candidates came to."""
+        """Learn the scores of the last candidates."""
         for trial, score in zip(self._trials, scores, strict=False):
             self._study.tell(trial, score)
 
 
 FEW = 30
-"""So many choices, or fewer, are taken for names rather than for numbers that lie side by side."""
+"""Up to this number of choices, they count as names rather than as neighbouring numbers."""
 
 
 class _TrialDraws:
-    """Draws a part by the trial of a study; what has other choices is another parameter."""
+    """Draws a part by the trial of a study; a part with other choices is another parameter."""
 
     def __init__(self, trial: Any, part: str) -> None:
         self._trial = trial

@@ -19,14 +19,14 @@ from bt_mission.sessions.session import Run, Session
 
 @dataclass(frozen=True, kw_only=True)
 class AttachedOptions:
-    """How a mission joins a graph.
+    """The options of an attached mission.
 
     Attributes:
-        namespace: Of the robot whose servers to use.
-        wall_clock: Keep to this machine's clock, without looking for ``/clock``.
-        allow_duplicates: Go on where several nodes publish the same odometry or clock.
-        journal: File in which to write down where the mission stands.
-        resume: Go on with the mission of that journal.
+        namespace: The namespace of the robot whose servers to use.
+        wall_clock: Use this machine's clock, without looking for ``/clock``.
+        allow_duplicates: Continue if several nodes publish the same odometry or clock.
+        journal: The file of the journal.
+        resume: Resume the mission of that journal.
     """
 
     namespace: str | None = None
@@ -40,13 +40,13 @@ class AttachedSession(Session):
     """Runs one mission against action servers in other processes.
 
     Args:
-        mission: What to carry out.
-        options: How it joins the graph.
-        say: Where ``log`` nodes speak to; None is the ROS log.
+        mission: The mission to run.
+        options: The options of the attachment.
+        say: Called with lines of ``log`` nodes; None is the ROS log.
 
     Raises:
-        BtMissionError: When the mission cannot be set up, the journal not be used, or two robots be
-            taken for one.
+        BtMissionError: The mission cannot be set up, the journal cannot be used, or two robots
+            would be taken for one.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class AttachedSession(Session):
         self._graph.drain()
 
     def step(self) -> None:
-        """Serve what comes next, for at most a tenth of a second."""
+        """Serve what is next, for at most a tenth of a second."""
         self._graph.step(self.executive, self._node)
         self._call_onlookers()
 

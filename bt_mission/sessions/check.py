@@ -1,8 +1,8 @@
-"""What can be wrong with a loaded mission on this machine: worlds, robots, and the ROS types.
+"""Checks of a loaded mission on this machine: worlds, robots, and the ROS types.
 
 Every goal is compared with the fields of its action's type, every condition with the feedback,
-every output with the result, and services and topics in the same way. Where ROS is not installed
-a warning says that this was not done.
+every output with the result, and services and topics in the same way. Without ROS, a warning says
+that this was not done.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def examine(
 
 
 def _of_value(fault: Diagnostic, name: str, value: Plain) -> Diagnostic:
-    """Return a fault in a file as one of the value of an input on the command line."""
+    """Return a diagnostic of a file as one of the value of an input on the command line."""
     if fault.file == SET_OPTION or not fault.line:
         return fault
     message = f"{fault.message}, in {fault.file}:{fault.line}:{fault.column}"
@@ -99,7 +99,7 @@ def _of_value(fault: Diagnostic, name: str, value: Plain) -> Diagnostic:
 def _faults(
     mission: Mission, servers: ServerSettings | None, permissions: Permissions
 ) -> Iterator[Diagnostic]:
-    """Yield what does not fit this machine, and what is wrong with the nodes of a mission."""
+    """Yield what does not fit this machine, and the errors of a mission's nodes."""
     is_staged = servers is not None
     yield from factory_faults(mission.nodes, permissions, is_needed=is_staged)
     yield from _place_faults(mission, permissions)
@@ -137,7 +137,7 @@ def _goal_rules(
             world = load_world(mission.world, near=mission.file)
         return ServerGoalRules(robot, servers, world)
     except BtMissionError:
-        return None  # said elsewhere, or when it is used
+        return None  # reported elsewhere, or when it is used
 
 
 def _place_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:

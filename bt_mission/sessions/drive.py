@@ -21,7 +21,7 @@ Steps: TypeAlias = Generator[float, None, R]
 """A session on its way to its result: see :func:`driving`."""
 
 Reports: TypeAlias = tuple[Report, ...]
-"""Of each run of a session, in order."""
+"""The report of each run of a session, in order."""
 
 TURN_S = 0.02
 """Wall time for which steps are taken at a stretch, before keys and pictures have their turn."""
@@ -37,7 +37,7 @@ def drive(
 
 
 def finish(steps: Steps[R]) -> R:
-    """Take all steps that are left, each when it is due; gives the result."""
+    """Take all remaining steps, each when it is due. Return the result."""
     while True:
         try:
             if (wait_s := next(steps)) > 0:
@@ -58,19 +58,19 @@ class StepDriver(Generic[R]):
         self.result: R | None = None
         """Once the session has ended."""
         self.fault: Exception | None = None
-        """What a step has raised; no step follows it."""
+        """The exception of a step; no step follows it."""
         self._steps = steps
 
     @property
     def is_over(self) -> bool:
-        """Is there no further step?"""
+        """Whether there is no further step."""
         return self.result is not None or self.fault is not None
 
     def advance(self) -> float:
-        """Take the steps that are due, for :data:`TURN_S`; gives the wall time to the next, s.
+        """Take the steps that are due, for :data:`TURN_S`. Return the wall time to the next, s.
 
-        An event loop reports an exception of its callbacks and continues. So none leaves this
-        method: :meth:`finish` raises it.
+        An event loop reports an exception of its callbacks and continues. So this method does not
+        raise; :meth:`finish` raises the exception of a step.
         """
         since = Stopwatch()
         wait_s = 0.0
@@ -84,10 +84,10 @@ class StepDriver(Generic[R]):
         return max(wait_s, SHORTEST_REST_S)
 
     def finish(self) -> R:
-        """Take all steps that are left, each when it is due; gives the result.
+        """Take all remaining steps, each when it is due. Return the result.
 
         Raises:
-            Exception: What a step has raised.
+            Exception: The exception of a step.
         """
         if self.fault is not None:
             raise self.fault

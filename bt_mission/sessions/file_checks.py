@@ -23,7 +23,7 @@ DEFAULT_ROBOT, DEFAULT_WORLD = "waffle", "empty_arena"
 
 @dataclass(frozen=True)
 class CheckedFile:
-    """A file without errors: its name, and what is in it in a few words."""
+    """A file without errors: its name, and a short summary of its content."""
 
     file: str
     name: str
@@ -87,7 +87,7 @@ CHECKS: Mapping[str, Callable[[Path, str | None, str | None], Checked]] = {
     "robot": check_robot,
     "requirements": check_requirements,
 }
-"""What checks a file of each kind: its path, and the robot and the world of the options."""
+"""The check of each kind of file: its path, and the robot and the world of the options."""
 
 
 def world_schema() -> dict[str, Any]:

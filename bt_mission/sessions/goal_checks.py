@@ -29,24 +29,24 @@ if TYPE_CHECKING:
     from sim.world.world import World
 
 _AXES = ("x", "y", "z")
-"""What the numbers of a point stand for that is written as a list."""
+"""The names of the numbers of a point that is written as a list."""
 
 _FAST_TURN = 5.0
-"""From so much on a speed of turning is taken for degrees a second; no robot here turns at it."""
+"""From this value on a turning speed is probably in degrees a second; no robot here turns at it."""
 
 _STEP_DEG = 15.0
 _NEAR_DEG = 0.1
-"""An angle in radians is told by being a multiple of 15 degrees but for this much."""
+"""An angle in radians is recognized as a multiple of 15 degrees, up to this difference."""
 
 
 @dataclass(frozen=True)
 class ServerSettings:
-    """Parameters of the action servers, as far as it depends on them what goals they refuse.
+    """Parameters of the action servers that decide which goals they refuse.
 
     Args:
         tuning: Their limits.
-        velocities: Highest speeds that they drive at, by the robot's names, where these are lower.
-        offered: The actions that are theirs; None is all that they have.
+        velocities: Their highest speeds, by the robot's names, if these are lower.
+        offered: The actions that they offer; None is all.
     """
 
     tuning: Tuning = TUNING
@@ -63,9 +63,9 @@ _OF_PACKAGES = {named.name: named for named in ACTION_NAMES.values() if isinstan
 
 
 class ServerGoalRules:
-    """What the action servers accept of goals, for one robot.
+    """The goals that the action servers accept, for one robot.
 
-    Goals of actions that are not theirs are not judged, and poses only on the map of a world.
+    Goals of other servers are not checked, and poses only on the map of a world.
     """
 
     def __init__(
@@ -127,7 +127,7 @@ class ServerGoalRules:
         return PoseChecker(self._world, self._robot)
 
     def feedback(self, node: InterfaceNode, values: Mapping[str, Any]) -> Ranges:
-        """Return from where to where the feedback can go; nothing where the goal is not known."""
+        """Return the range of the feedback; empty if the goal is not known."""
         rules = self._rules(node)
         return {} if rules is None or _has_unknown(values) else rules.feedback(_as_goal(values))
 
@@ -157,7 +157,7 @@ class ServerGoalRules:
 
 
 def _value(values: Mapping[str, Any], dotted: str) -> Any:
-    """Return a field of a goal, a duration in seconds; None where only the run can tell."""
+    """Return a field of a goal, a duration in seconds; None if only the run has it."""
     part: Any = values
     for name in dotted.split("."):
         part = None if part is None else part[name]
@@ -167,7 +167,7 @@ def _value(values: Mapping[str, Any], dotted: str) -> Any:
 
 
 def _path(node: InterfaceNode, dotted: str) -> Path:
-    """Return where a field stands, also where a point is written as a list."""
+    """Return the path of a field, also of a point written as a list."""
     path: Path = (*node.path, *node.sent_path)
     written: Any = node.sent
     for name in dotted.split("."):

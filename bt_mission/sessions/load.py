@@ -1,6 +1,6 @@
-"""Load a mission, from YAML or XML, and turn one form into the other.
+"""Load a mission, from YAML or XML, and convert one form into the other.
 
-What XML needs is imported when there is any: most missions are YAML.
+The modules for XML are imported when needed: most missions are YAML.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ XML = ".xml"
 
 
 Source: TypeAlias = str | Path | Document
-"""A mission: the path of its file, YAML or XML; its text; or what was read of either.
+"""A mission: the path of its file, YAML or XML; its text; or its parsed data.
 
-A `str` is a text where it has several lines or is a mapping in braces, else a path.
+A `str` is a text if it has several lines or is a mapping in braces, else a path.
 """
 
 
@@ -36,15 +36,15 @@ def load(
 ) -> Mission:
     """Return a mission. Raises InputError with all its errors.
 
-    `set` gives inputs other values (texts are read as `--set` reads them); `seed`, `world` and
-    `robot` replace what the file says. Neither ROS nor servers are asked: `examine` also compares
-    the mission with the types of ROS, the servers, its world and its robot.
+    `set` gives inputs other values (texts are read as by `--set`); `seed`, `world` and `robot`
+    replace those of the file. Neither ROS nor servers are used: `examine` also compares the mission
+    with the types of ROS, the servers, its world and its robot.
     """
     return required(read_mission(document_of(source), set, seed, world, robot))
 
 
 def document_of(source: Source) -> Document:
-    """Read a mission: XML where its name says so, else YAML. Raises InputError."""
+    """Read a mission: XML by the ending of its name, else YAML. Raises InputError."""
     if isinstance(source, Document):
         return source
     if isinstance(source, str) and ("\n" in source or source.lstrip().startswith("{")):
@@ -80,7 +80,7 @@ def palette(path: str | Path | None = None) -> str:
     """Return the models of all leaves for Groot 2, with every attribute that a mission uses.
 
     Raises:
-        InputError: With everything that is wrong with the mission, or that XML cannot say.
+        InputError: With all errors of the mission, and with what XML cannot express.
     """
     from bt_mission.btcpp.mission_writer import mission_palette  # noqa: PLC0415 - the same
     from bt_mission.btcpp.palette import palette_xml  # noqa: PLC0415 - the same
@@ -90,7 +90,7 @@ def palette(path: str | Path | None = None) -> str:
 
 
 def installed_shapes() -> FindShapes | None:
-    """Return what looks up the fields of ROS types; None where ROS is not installed."""
+    """Return the lookup of fields of ROS types; None without ROS."""
     try:
         from bt_mission.ros.interface_types import shapes  # noqa: PLC0415 - only where ROS is there
     except ImportError:

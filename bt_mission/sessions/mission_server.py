@@ -1,7 +1,7 @@
 """The executive as a server: one mission at a time, each a goal of ``execute_mission``.
 
-A goal stays accepted, and not yet executing, while the mission before it is seen to its end. The
-goals of a mission that is cancelled, replaced or stopped end first; then the mission does.
+A goal stays accepted, and not yet executing, while the mission before it ends. The goals of a
+mission that is cancelled, replaced or stopped end first; then the mission does.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ if TYPE_CHECKING:
     from bt_mission.executive.executive import Executive
 
 RESULT_TIMEOUT_S = 10
-"""How long a result is kept for clients, s, as by rcl_action's C++ servers."""
+"""The time for which a result is kept for clients, s, as by rcl_action's C++ servers."""
 
 FEEDBACK_NS = NS
-"""Feedback comes at least this often while a mission runs."""
+"""Feedback is sent at least this often while a mission runs."""
 
 ON_NEW_GOAL = ("replace", "refuse")
 REPLACED = "replaced by a newer mission"
@@ -53,12 +53,12 @@ Result = ExecuteMission.Result
 
 
 class ServedSession(Session):
-    """A mission that a server carries out, under the name of the server.
+    """A mission of a server, under the name of the server.
 
     Args:
-        handle: The goal that it is.
-        node: The mission's.
-        server: Below its name lie the topics of all its missions.
+        handle: The goal.
+        node: The mission's node.
+        server: The name below which the topics of all its missions are.
     """
 
     def __init__(self, handle: ServerGoalHandle, node: MissionNode, server: MissionServer) -> None:
@@ -134,13 +134,13 @@ class BoundedMissionServer(BoundedRequests, ActionServer):
 
 
 class MissionServer(ValidClock, Node):
-    """Offers ``execute_mission``, and holds the missions that it runs.
+    """Offers ``execute_mission``, and runs the missions.
 
     Args:
         host: Has the executor serve a node.
-        drop: No longer, and destroys it.
+        drop: Removes a node from the executor, and destroys it.
         node: How to make this node, and that of each mission.
-        options: Everything else.
+        options: All other options.
     """
 
     def __init__(
@@ -186,21 +186,21 @@ class MissionServer(ValidClock, Node):
 
     @property
     def executive(self) -> Executive | None:
-        """That of the mission that runs, or None."""
+        """The executive of the running mission, or None."""
         return self._run.executive if self._run else None
 
     @property
     def mission_node(self) -> Node:
-        """The node whose clock a running mission has; without one, this node."""
+        """The node with the clock of a running mission; without one, this node."""
         return self._run.mission_node if self._run else self
 
     @property
     def is_busy(self) -> bool:
-        """Does a mission run or wait, or a result to be sent?"""
+        """Whether a mission runs or waits, or a result has to be sent."""
         return self._run is not None or self._waiting is not None or bool(self._ends)
 
     def close(self, reason: str) -> None:
-        """Refuse missions from now on, and end the one that runs."""
+        """Refuse missions from now on, and end the running one."""
         self._closed = reason
         if self._waiting is not None:
             self._give_up(reason)
@@ -208,7 +208,7 @@ class MissionServer(ValidClock, Node):
             self._run.executive.interrupt(reason)
 
     def abandon(self, reason: str) -> None:
-        """End the mission that runs at once; the goals left behind are named."""
+        """End the running mission at once; the orphaned goals are named."""
         if self._run is not None:
             self._run.executive.interrupt(reason)
             self._run.executive.abandon(reason)
@@ -216,7 +216,10 @@ class MissionServer(ValidClock, Node):
             self._run.close()
 
     def look(self) -> None:
-        """Move on: start what waits, tell how it goes, end what has ended. Call after each step."""
+        """Advance: start the waiting goal, send feedback, end ended ones.
+
+        Call it after each step.
+        """
         run = self._run
         if run is not None:
             self._status_publisher.publish_if_changed()
@@ -334,7 +337,7 @@ class MissionServer(ValidClock, Node):
         self._snapshots.begin(node.runner)
 
     def _refuse_duplicates(self) -> None:
-        """Raise BtMissionError where two robots would be taken for one."""
+        """Raise BtMissionError if two robots would be taken for one."""
         why = duplicate_publishers(self) if self._refuses_duplicates else None
         if why is not None:
             raise BtMissionError(why)

@@ -1,4 +1,4 @@
-"""Missions and worlds that another file names: found beside it, and checked with their places."""
+"""Missions and worlds that another file names: located beside it, and checked with their places."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def zones_of(world: World) -> dict[str, Pose]:
 
 
 class NamedFiles:
-    """Finds and reads what a file names.
+    """Locates and reads the files that a file names.
 
     Args:
         document: The file.
-        faults: Takes every error and warning, each with its place.
+        faults: Receives every error and warning, each with its place.
     """
 
     def __init__(self, document: Document, faults: list[Diagnostic]) -> None:
@@ -37,11 +37,11 @@ class NamedFiles:
         self._faults = faults
 
     def text_of(self, written: Any, path: Sequence[str]) -> Document | None:
-        """Read the text of a mission; None where there is an error in it.
+        """Read the text of a mission; None if it has an error.
 
         Args:
-            written: Its name, its path, or all of it.
-            path: Where that stands.
+            written: Its name, its path, or its whole text.
+            path: The place of that.
         """
         if isinstance(written, dict):
             document = self._document
@@ -61,13 +61,13 @@ class NamedFiles:
         locate: Callable[[str, Diagnostic], Diagnostic],
         **changes: Any,
     ) -> Mission | None:
-        """Check a mission; None where there is an error in it.
+        """Check a mission; None if it has an error.
 
         Args:
-            text: As `text_of` gives it.
-            locate: Takes the name of an input and an error of its value; gives the error with the
-                place where the value was given.
-            changes: As `examine` takes them.
+            text: The text, from `text_of`.
+            locate: Gets the name of an input and an error of its value; returns the error with the
+                place of the value.
+            changes: See `examine`.
         """
         if text is None:
             return None
@@ -79,7 +79,7 @@ class NamedFiles:
         return mission
 
     def world(self, written: Any, path: Sequence[str]) -> World | None:
-        """Read a world; None where there is an error in it."""
+        """Read a world; None if it has an error."""
         document = self._document
         try:
             if isinstance(written, dict):
@@ -97,7 +97,7 @@ class NamedFiles:
         return None
 
     def beside(self, name: str) -> Path | None:
-        """Return the file at a path from this one, whatever folder is the working one."""
+        """Return the file at a path relative to this file, whatever the working folder."""
         path = Path(self._document.file).parent / name
         return path if path.suffix and is_file(path) else None
 

@@ -31,13 +31,14 @@ class OwnNodes:
     """Makes nodes of the user, and destroys them with the stage.
 
     Args:
-        shared: What makes nodes of no single robot.
-        robots: Their missions may name further ones, which are made in the namespace of the robot.
+        shared: Factories of nodes of no single robot.
+        robots: Their missions may name further factories, whose nodes are in the namespace of the
+            robot.
         context: The rclpy context of the stage.
         made: Destroys them.
 
     Raises:
-        InputError: For what makes no node, with its place; BtMissionError, where it was given in
+        InputError: A factory makes no node, with its place; BtMissionError, if it was given in
             Python.
     """
 
@@ -74,7 +75,7 @@ class OwnNodes:
         )
 
     def refuse_names_of(self, others: Iterable[Node]) -> None:
-        """Refuse nodes that are called like one of the others, or like each other."""
+        """Refuse nodes with the name of another node."""
         taken = {other.get_fully_qualified_name() for other in others}
         for factory, node in self._made:
             name = node.get_fully_qualified_name()

@@ -12,9 +12,9 @@ from sim.world.world import World
 
 
 class PoseChecker:
-    """Tells at which places of a world the planner finds no room for a robot.
+    """Reports places of a world where the planner finds no space for a robot.
 
-    Only what stands there for ever counts: what moves is not on the map.
+    Only fixed obstacles count: moving ones are not on the map.
     """
 
     def __init__(self, world: World, robot: RobotModel) -> None:
@@ -24,7 +24,7 @@ class PoseChecker:
         self._roads = road_map(survey(grid), cost_model(robot.turning_radius))
 
     def fault(self, x: float, y: float) -> str | None:
-        """Return why no robot gets to a point of the map, in metres, or None."""
+        """Return why no robot can reach a point of the map, in metres, or None."""
         nearest = goal_nodes(self._roads, (x, y))
         return (
             f"{nearest.reason}, in the world '{self._world.name}'"

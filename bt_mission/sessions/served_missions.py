@@ -1,4 +1,4 @@
-"""Which missions clients of ``execute_mission`` may have carried out, and what those bring in."""
+"""The missions that clients of ``execute_mission`` may run."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ NO_TEXT = (
 
 @dataclass(frozen=True)
 class ServedMissions:
-    """What clients may have carried out: by default nothing.
+    """The missions that clients may run: by default none.
 
     Attributes:
         folders: Whose missions, at any depth; links are followed before that is judged.
@@ -48,12 +48,12 @@ class ServedMissions:
     allow_text: bool = False
 
     def load(self, goal: Any) -> Mission:
-        """Return the mission that a goal of ``execute_mission`` names or brings, checked.
+        """Return the mission of a goal of ``execute_mission``, by name or text, checked.
 
         Raises:
-            InputError: With every fault.
-            BtMissionError: For what is not offered here, for a goal that says neither or both, or
-                has no valid seed.
+            InputError: With every error.
+            BtMissionError: The mission is not offered; or the goal has neither or both, or an
+                invalid seed.
         """
         if bool(goal.path) == bool(goal.text):
             raise BtMissionError("a goal gives a path or a text: one of them, not both")
@@ -84,7 +84,8 @@ class ServedMissions:
         """Return the file of a mission: a path from a folder, or as `run` takes it; or a name.
 
         Raises:
-            BtMissionError: For what is not in the folders, whether it is there or not.
+            BtMissionError: The mission is not in the folders; the message is the same if it exists
+                elsewhere.
         """
         path = Path(wanted)
         named = [path]
@@ -110,10 +111,10 @@ class ServedMissions:
 
 
 def folders_to_serve(chosen: Sequence[Path]) -> tuple[Path, ...]:
-    """Return the folders whose missions to serve: those chosen, or the first of the usual ones.
+    """Return the folders whose missions to serve: the chosen ones, or the first of the usual ones.
 
     Raises:
-        BtMissionError: For one that is not there.
+        BtMissionError: A folder does not exist.
     """
     absent = next((folder for folder in chosen if not folder.is_dir()), None)
     if absent is not None:

@@ -26,12 +26,12 @@ class Run:
     """One mission of a session, with its robot.
 
     Attributes:
-        name: Of the robot; empty where a session has a single robot without a name.
-        node: The topics of the mission lie below the name of this node; its namespace is that of
-            the robot.
-        runner: Carries the mission out.
-        facts: What is known of the robot, such as its hull.
-        nature: What nature has drawn for the robot; empty where nothing.
+        name: The robot's name; empty if a session has a single robot without one.
+        node: The name of the node below which the topics of the mission are; its namespace is that
+            of the robot.
+        runner: Runs the mission.
+        facts: The facts of the robot, such as its hull.
+        nature: The drawn nature of the robot; empty without one.
     """
 
     node: Node
@@ -51,7 +51,7 @@ class Run:
 
     @property
     def mission(self) -> Mission:
-        """What is carried out."""
+        """The mission."""
         return self.runner.mission
 
     @property
@@ -61,17 +61,17 @@ class Run:
 
     @property
     def trace(self) -> Trace:
-        """What has happened, as lines."""
+        """The events, as lines."""
         return self.runner.trace
 
     @property
     def collisions(self) -> int | None:
-        """Contacts of the robot; None where they are not known."""
+        """The number of collisions of the robot; None if it is not known."""
         return None
 
     @property
     def distance_travelled_m(self) -> float | None:
-        """True length of the robot's path; None where it is not known."""
+        """True length of the robot's path, m; None if it is not known."""
         return None
 
 
@@ -155,7 +155,7 @@ class Session:
 
     @property
     def is_done(self) -> bool:
-        """Has every mission ended, with every goal accounted for?"""
+        """Whether every mission has ended, with every goal accounted for."""
         return all(run.executive.is_done for run in self.runs)
 
     @property
@@ -194,7 +194,7 @@ class Session:
         return self.runs[0].trace
 
     def inside(self) -> Iterable[ProcessNode]:
-        """Yield the nodes whose publishers onlookers may observe; the rest needs subscriptions."""
+        """Yield the nodes whose publishers onlookers may observe; others need subscriptions."""
         return ()
 
     def add_node(self, node: Node) -> None:
@@ -205,7 +205,7 @@ class Session:
         """Serve what is on its way once the missions have ended."""
 
     def attach(self, onlooker: Onlooker) -> None:
-        """Have an onlooker watch from now on; it is called after each step."""
+        """Attach an onlooker; it is called after each step from now on."""
         if onlooker.node is not None:
             self._serve(onlooker.node)
         onlooker.attach(self)
@@ -220,14 +220,14 @@ class Session:
                 self._drop(onlooker.node)
 
     def reports(self, wall_s: float = 0.0) -> tuple[Report, ...]:
-        """The report of each run, so far or of all of it."""
+        """The report of each run, so far or complete."""
         return tuple(self.report(wall_s, run) for run in self.runs)
 
     def report(self, wall_s: float = 0.0, run: Run | None = None) -> Report:
-        """The report of a run; of the first if none is given.
+        """Return the report of a run; of the first if none is given.
 
         Args:
-            wall_s: Wall time that it took.
+            wall_s: Its wall time.
         """
         run = run or self.runs[0]
         end_ns = run.executive.ended_ns or self.now_ns

@@ -1,7 +1,7 @@
 """The stage: world, servers and executive in one process on one virtual clock.
 
-This is the one module that puts the three together. Everything between them goes through real
-rclpy and DDS, as between processes; only time is ours.
+This is the one module that connects the three. They communicate through real rclpy and DDS, as
+between processes; only the clock is virtual.
 """
 
 from __future__ import annotations
@@ -37,18 +37,18 @@ from sim.world.world import Spawn, World
 
 START_NS = 1_000_000_000
 MOST_RAISED = 200
-"""Exceptions of callbacks after which a stage is left, since its time may stand still."""
+"""Exceptions of callbacks after which a stage ends, since its time may not move."""
 
 
 class StageError(BtMissionError):
-    """The stage cannot go on."""
+    """The stage cannot continue."""
 
 
 def free_folder(parent: Path) -> Path:
-    """The first of ``run_001``, ``run_002``, ... that is not there yet; it is not made.
+    """Return the first of ``run_001``, ``run_002``, ... that does not exist; it is not created.
 
     Raises:
-        StageError: Where the working folder is gone.
+        StageError: The working folder does not exist.
     """
     try:
         parent = parent.expanduser().resolve()
@@ -143,7 +143,7 @@ class Stage(Session):
     def _make_sim(
         self, world: World, members: Sequence[FleetRobot], models: Sequence[RobotModel]
     ) -> SimNode:
-        """Make the simulator; where there is no room, robots start nearer to where they should."""
+        """Make the simulator; a start without space is moved towards the nominal start."""
         *shares, last = stage_nature.SHARES if any(self._natures) else (1.0,)
         for share in shares:
             with suppress(SpawnError, RobotSpawnError):
@@ -206,7 +206,7 @@ class Stage(Session):
 
     @property
     def seed(self) -> int:
-        """Of all sensor noise."""
+        """The seed of all sensor noise."""
         return self._seed
 
     @property
@@ -216,7 +216,7 @@ class Stage(Session):
 
     @property
     def mapper(self) -> MapperNode | None:
-        """Draws the map, where the mission does not know it."""
+        """The mapper, if the mission has no map."""
         return self.runs[0].mapper
 
     @property
@@ -230,7 +230,7 @@ class Stage(Session):
         return START_NS
 
     def add_node(self, node: Node) -> None:
-        """Have a node of one's own take part, on the clock of the stage; its owner destroys it."""
+        """Serve a node of the caller on the clock of the stage; its owner destroys it."""
         self.offer_all()
         self.guests.append(node.get_name())
         self.clock.add_node(node)
@@ -258,13 +258,13 @@ class Stage(Session):
             run.servers.vanish()
 
     def start_servers(self, run: StageRun) -> None:
-        """Have a robot's servers again, after the first were killed; they know nothing of goals."""
+        """Start a robot's servers again, after the first were killed, without earlier goals."""
         if not run.has_servers:
             run.replace_servers()
             self.clock.add_node(run.servers)
 
     def drain(self) -> None:
-        """Serve what is on its way once the mission has ended; time stands still."""
+        """Serve pending messages once the mission has ended; time does not move."""
         self.clock.run_until_quiet()
 
     def step(self) -> None:
@@ -274,8 +274,8 @@ class Stage(Session):
         ones do not keep goals from their end.
 
         Raises:
-            StageError: After :data:`MOST_RAISED` exceptions, for one when all missions have ended,
-                and for a simulation that became unstable.
+            StageError: After :data:`MOST_RAISED` exceptions, after one when all missions have
+                ended, and for a simulation that became unstable.
         """
         self.is_stepping = True
         try:
@@ -317,7 +317,7 @@ class Stage(Session):
 
 
 def _places_of(members: Sequence[FleetRobot]) -> dict[str, tuple[float, float]]:
-    """Return the named places of the missions; two robots may call one name two places."""
+    """Return the named places of the missions; two robots may use one name for two places."""
     return {name: (x, y) for member in members for name, (x, y, _) in member.mission.places.items()}
 
 

@@ -1,4 +1,4 @@
-"""What a simulation refuses before anything moves: places without room, rates, missing topics."""
+"""What a simulation refuses at its start: places without space, rates, missing topics."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TOPICS = frozenset(
         *("tf_static", "total_distance", "waypoints", "zones"),
     )
 )
-"""What the simulator, the servers and the executive publish, besides the sensors' topics."""
+"""The topics of the simulator, the servers and the executive, besides the sensors' topics."""
 
 
 def start_problem(world: World, robot: RobotModel, spawn: Spawn | None = None) -> str | None:

@@ -1,4 +1,4 @@
-"""What a stage is made of besides the mission: the files of world and robots, and its options."""
+"""The parts of a stage besides the mission: the files of world and robots, and its options."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class StageFiles:
 def stage_facts(
     members: Sequence[FleetRobot], options: StageOptions, natures: Sequence[Mapping[str, float]]
 ) -> Mapping[str, str]:
-    """Return what else of a stage a run depends on, as JSON, for those who run it again."""
+    """Return the other parameters of a stage on which a run depends, as JSON, to repeat the run."""
     seed = members[0].mission.seed if options.seed is None else options.seed
     known = {
         "sensor_seed": seed,

@@ -21,8 +21,9 @@ TOPICS = ("scan", "odom", "tf", "camera/image_raw", "cmd_vel")
 
 STARTS = ("start_x", "start_y", "start_yaw")
 SHARES = (1.0, 0.5, 0.25, 0.0)
-"""A start at which there is no room is moved towards where the world says: by these shares of its
-offset one after another."""
+"""A start without space is moved towards the nominal start: by these shares of its offset one after
+another.
+"""
 
 
 def natures(
@@ -86,7 +87,7 @@ def _late(mean_s: float, seed: int, name: str) -> Callable[[Passing], Iterable[D
 
     def tap(passing: Passing) -> Iterable[Delivery]:
         receiver = passing.receiver
-        if receiver not in generators:  # each has its own, whoever else listens
+        if receiver not in generators:  # each receiver has a separate delay
             generators[receiver] = generator(seed, f"{name} {receiver}")
         after_ns = round(mean_s * (0.5 + generators[receiver].random()) * NS)
         due_ns = max(passing.time_ns + after_ns, last_ns.get(receiver, 0))

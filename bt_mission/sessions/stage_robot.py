@@ -70,7 +70,7 @@ class StageOptions:
 
     @property
     def has_tools(self) -> bool:
-        """Are there topics and services for tools?"""
+        """Whether there are topics and services for tools."""
         return self.visible or self.watched
 
 
@@ -88,13 +88,13 @@ def _relative(names: Collection[str], namespace: str) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class FleetRobot:
-    """A robot for the stage, with the mission that it carries out.
+    """A robot for the stage, with its mission.
 
     Attributes:
-        name: The namespace of all its names. Without one it is alone on the stage, and starts where
-            the world says.
+        name: The namespace of all its names. A robot without one is alone on the stage, and starts
+            at the world's spawn.
         mission: It says which model of robot it is for.
-        x: Where it starts on the map, m; y likewise.
+        x: Its start on the map, m; y likewise.
         yaw: Its heading there, degrees.
         model: The text of its model; None is that of the mission.
     """
@@ -115,11 +115,11 @@ class StageRun(Run):
     """The run of one robot on the stage, with its action servers.
 
     Args:
-        member: Which robot it is.
+        member: The robot.
         robot: What moves in the simulation.
         context: The rclpy context of its nodes.
-        images: The folder of the stage's pictures; a robot with a name has one of its own in it.
-        options: Of the stage.
+        images: The folder of the stage's images; a robot with a name has a subfolder.
+        options: The options of the stage.
         offered: Actions that nodes of the user offer, by their full names.
     """
 
@@ -151,7 +151,7 @@ class StageRun(Run):
             namespace=member.name or None,
             without={*options.without, *_relative(offered, member.name)},
         )
-        # Python code may ask for actions that only its author knows.
+        # Python code may use actions that only its author knows.
         steps = all_steps(member.mission)
         has_python = any(isinstance(step, PythonNode) for step in steps)
         has_nodes = bool(member.mission.nodes or options.nodes)
@@ -168,7 +168,7 @@ class StageRun(Run):
         return StageServersNode(self.robot.robot, options)
 
     def make_executive(self, say: Callable[[str], None] | None) -> None:
-        """Make the node of the mission; `say` takes what its ``log`` nodes say."""
+        """Make the node of the mission; `say` receives the lines of its ``log`` nodes."""
         name, mission = self.member.name, self.member.mission
         options = RunnerOptions(
             say=(lambda text: say(f"{name}: {text}")) if say and name else say,
@@ -193,18 +193,18 @@ class StageRun(Run):
 
     @property
     def seed_text(self) -> str:
-        """The mission's seed, with the robot's name if it has one: equal seeds draw apart."""
+        """The mission's seed, with the robot's name if it has one: equal seeds draw differently."""
         return f"{self.member.mission.seed} {self.name}".rstrip()
 
     def live_with(self, nature: Mapping[str, float]) -> None:
-        """Have the robot be as nature has drawn it; nothing changes where nothing is drawn."""
+        """Apply the drawn nature of the robot; without one nothing changes."""
         self.nature = nature
         if nature:
             self.robot.live_with(nature)
 
     @property
     def collisions(self) -> int:
-        """How often the robot has touched something other than the floor."""
+        """The number of collisions of the robot."""
         return self.robot.collisions
 
     @property
@@ -224,12 +224,12 @@ class StageRun(Run):
             self.servers.offer_all()
 
     def replace_servers(self) -> None:
-        """Have action servers that know nothing of earlier goals, after the first were killed."""
+        """Start action servers without earlier goals, after the first were killed."""
         self.servers = self._make_servers()
         self.has_servers = True
 
     def record_pose(self, now_ns: int) -> bool:
-        """Write its pose into the trace after each control step; tell whether it is finite."""
+        """Write its pose into the trace after each control step; return whether it is finite."""
         executive = self.executive
         if executive.cycles == self._cycles:
             return True
@@ -249,14 +249,14 @@ class StageRun(Run):
         return self.servers.why_rejected(action)
 
     def _at_first(self) -> set[str] | None:
-        """The actions to offer for now, by their relative names; None is all."""
+        """Return the actions to offer for now, by their relative names; None is all."""
         if self._offers_all:
             return None
         steps = all_steps(self.member.mission)
         return {step.ros_name.strip("/") for step in steps if isinstance(step, GoalNode)}
 
     def _snapshot(self) -> RobotSnapshot:
-        """What people who look on see of the robot."""
+        """Return the state of the robot for viewers."""
         robot = self.robot
         spec, battery = robot.robot.lidar, robot.battery
         return RobotSnapshot(

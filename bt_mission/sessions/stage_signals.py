@@ -1,6 +1,6 @@
-"""The signals of requirements on the stage: what is true in the simulation, and the rest.
+"""The signals of requirements on the stage: the true ones of the simulation, and the rest.
 
-What is true follows from the simulation's state, also later, out of a recording.
+The true ones follow from the simulation's state, also later, from a recording.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from sim.robot.robot import SimulatedRobot
 
 _FILE = "model.mjb"
 _DISTANCE = struct.Struct("<d")
-"""What a state ends with, behind MuJoCo's qpos and qvel: the length of the path, m."""
+"""The end of a state, after MuJoCo's qpos and qvel: the length of the path, m."""
 
 
 class StageSignals(LiveSignals):
     """Signals of a mission on the stage.
 
     Args:
-        runner: Whose mission it is.
-        robot: What moves in the simulation.
+        runner: The mission.
+        robot: The robot in the simulation.
     """
 
     def __init__(self, runner: MissionRuntime, robot: SimulatedRobot) -> None:
@@ -80,7 +80,7 @@ class StageSignals(LiveSignals):
         robot = self._robot
         physics, data = robot.physics, robot.physics.data
         values: dict[str, Plain | None] = {"collisions": robot.collisions}
-        if any(physics.props.shown):  # obstacles of which the model at the start does not tell
+        if any(physics.props.shown):  # obstacles that are not in the model at the start
             values |= {name: self._truth[name]() for name in ("clearance", "nearest")}
         distance = _DISTANCE.pack(robot.distance_travelled)
         return data.qpos.tobytes() + data.qvel.tobytes() + distance, values
@@ -99,7 +99,7 @@ class StageSignals(LiveSignals):
         return "" if signal.name in self._truth else super().measured_by(signal)
 
     def _once(self, read: Callable[[], Any]) -> Callable[[], Any]:
-        """Return what reads a value once at each instant, however often it is asked."""
+        """Return a reader that reads a value once at each instant, however often it is called."""
         of, value = -1, None
 
         def known() -> Any:
@@ -112,13 +112,13 @@ class StageSignals(LiveSignals):
 
 
 class RecordedTruth:
-    """What was true in a simulation, out of its model and a recorded state.
+    """The true signals of a simulation, from its model and a recorded state.
 
     Args:
-        model: As :meth:`StageSignals.simulation` has given it.
+        model: The model from :meth:`StageSignals.simulation`.
 
     Raises:
-        ValueError: With the reason why it cannot be read.
+        ValueError: It cannot be read, with the reason.
     """
 
     def __init__(self, model: SimulationModel) -> None:
@@ -134,7 +134,7 @@ class RecordedTruth:
         """Length of the path, m."""
 
     def show(self, state: bytes) -> None:
-        """Tell of this state from now on. Raises ValueError where it is not of the model."""
+        """Use this state from now on. Raises ValueError if it is not of the model."""
         split, end = 8 * self._model.nq, 8 * (self._model.nq + self._model.nv)
         if len(state) != end + _DISTANCE.size:
             raise ValueError("a state is not of the recorded model")
@@ -154,7 +154,7 @@ class RecordedTruth:
 
     @cached_property
     def clearance(self) -> Clearance:
-        """How much room there is, and to what."""
+        """The clearance, and the nearest obstacle."""
         return self._reviewer.clearance(self._state)
 
 

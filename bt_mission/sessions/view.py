@@ -1,4 +1,4 @@
-"""What shows a session to people: lines, or live trees."""
+"""Views that show a session to people: lines, or live trees."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class View(Onlooker):
         """Draw what has changed since the last step."""
 
     def attach(self, session: Session) -> None:
-        """Open the view, and hand it the events of each run."""
+        """Open the view, and pass it the events of each run."""
         self._show(lambda: self.open(session))
         for run in session.runs:
             run.executive.events.subscribe(partial(self._take, run), *self.kinds)
