@@ -19,7 +19,7 @@ _SECTION_RANK = "bm25(sections, 10, 4, 1, 0.1)"
 _WORDS = "tokenize='porter unicode61'"
 """Words are split at other characters than letters and digits; their endings do not count."""
 
-_UNIMPORTANT = frozenset(
+UNIMPORTANT = frozenset(
     """
     a an and are as at be by can do does for from how i if in is it my no not of on or that the
     there this to was what when where which why will with
@@ -120,5 +120,5 @@ def vocabulary(pages: Iterable[Page]) -> Sequence[str]:
 def _phrases(words: Sequence[str]) -> Sequence[str]:
     """Return the words as FTS5 takes them; ``cancel_when`` is a phrase of two words."""
     given = [word for word in " ".join(words).split() if re.search(r"[^\W_]", word)]
-    telling = [word for word in given if word.lower() not in _UNIMPORTANT]
+    telling = [word for word in given if word.lower() not in UNIMPORTANT]
     return ['"{}"'.format(word.replace('"', " ")) for word in telling or given]

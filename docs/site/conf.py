@@ -20,13 +20,16 @@ from pygments.formatters import HtmlFormatter
 from pygments.lexers import TextLexer, YamlLexer, get_lexer_for_filename
 from sphinx import addnodes
 from sphinx.application import Sphinx
+from sphinx.search.en import SearchEnglish
 from sphinx.transforms import SphinxTransform
 from sphinx.util.osutil import relative_uri
 
-ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
 sys.path.insert(0, str(ROOT))
 
-from bt_mission.cli.pages import index_of  # noqa: E402 - of this checkout
+from bt_mission.cli.pages import INDEX, Manual, index_of  # noqa: E402 - of this checkout
+from tools import site_search  # noqa: E402 - likewise
 
 project = "bt-mission"
 author = "the authors of bt-mission"
@@ -95,6 +98,32 @@ def add_commands(_app: Sphinx, docname: str, source: list[str]) -> None:
         source[0] += command_reference()
 
 
+class SearchLanguage(SearchEnglish):
+    """English, with the words of names in code."""
+
+    def split(self, text: str) -> list[str]:
+        """Return the words of a text that a search finds."""
+        return site_search.split(text)
+
+
+def rank_results(app: Sphinx) -> None:
+    """Have the site's search rank pages as `bt-mission docs` does."""
+    scorer = Path(app.doctreedir) / "scorer.js"
+    data = site_search.data(Manual(Path(app.srcdir) / "docs"), SearchLanguage({}).stem)
+    scorer.write_text(data + (HERE / "scorer.js").read_text("utf-8"), encoding="utf-8")
+    app.config.html_search_scorer = str(scorer)
+
+
+def add_keywords(app: Sphinx, document: nodes.document) -> None:
+    """Give a page the words of its line in the index, which a search then finds."""
+    index = index_of((Path(app.srcdir) / "docs" / INDEX).read_text("utf-8"))
+    for page in (page for pages in index.values() for page in pages):
+        if f"docs/{page.path}" == app.env.docname:
+            words = site_search.split(f"{page.path} {page.title} {page.about}")
+            keywords = ", ".join(words)
+            document.insert(0, nodes.meta(name="keywords", content=keywords))
+
+
 class FileLinks(SphinxTransform):
     """Links to files that are no page, such as missions, lead to a page that shows the file."""
 
@@ -132,7 +161,10 @@ def setup(app: Sphinx) -> None:
     for name, lexer in LEXERS.items():
         app.add_lexer(name, lexer)
     app.add_transform(FileLinks)
+    app.add_search_language(SearchLanguage)
     app.connect("source-read", add_navigation)
     app.connect("source-read", add_commands)
+    app.connect("doctree-read", add_keywords)
+    app.connect("builder-inited", rank_results)
     app.connect("html-collect-pages", show_files)
     app.connect("build-finished", make_index)

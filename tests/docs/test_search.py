@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from contextlib import closing
 
 import pytest
-import yaml  # type: ignore[import-untyped]
 
 from bt_mission.cli.page_search import PageIndex
 from bt_mission.cli.pages import Manual
 from tests.support.project import ROOT
-
-QUESTIONS = yaml.safe_load((ROOT / "tests" / "docs" / "questions.yaml").read_text("utf-8"))
+from tests.support.questions import QUESTIONS
 
 
 @pytest.fixture(scope="module")
