@@ -7,6 +7,7 @@ import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -167,12 +168,10 @@ def _page(text: str) -> bool:
     pager = subprocess.Popen(  # noqa: S603 - the pager of the user
         command, stdin=subprocess.PIPE, text=True, env={"LESS": "FRX", **os.environ}
     )
-    while True:
-        try:
-            pager.communicate(text)
-        except KeyboardInterrupt:  # it is the pager's, which stays until `q`
-            continue
-        return True
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the pager
+    pager.communicate(text)
+    signal.signal(signal.SIGINT, before)
+    return True
 
 
 COMMANDS = {

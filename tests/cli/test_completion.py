@@ -63,6 +63,8 @@ def bash(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["actions", "send", "/turn", "--f"], ["--form"]),
         (["tree", "patrol", "--format", "s"], ["svg"]),
         (["completion", "z"], ["zsh"]),
+        (["docs", "real"], ["real-robot"]),
+        (["docs", "fleet", "how-to/"], ["how-to/requirements"]),
         (["run", "scenarios/ba"], ["scenarios/back_up.scenario.yaml"]),
         (["run", "square", "--set", "s"], ["side=", "speed="]),
         (["run", "--seed", "3", "sweep", "--set", "a"], ["angle="]),

@@ -243,6 +243,13 @@ def test_a_long_text_goes_to_the_pager(docs: CommandLine) -> None:
 
 
 @pytest.mark.process
+def test_ctrl_c_is_for_the_pager(docs: CommandLine) -> None:
+    """The command ends with it, as usual."""
+    pager = "sh -c 'kill -INT $PPID; sed \"s/^/| /\"'"
+    assert "| " in on_terminal(docs, "first", PAGER=pager)
+
+
+@pytest.mark.process
 def test_a_terminal_without_colours_gets_none(docs: CommandLine) -> None:
     """NO_COLOR leaves weights; a terminal that can do nothing has neither, and no pager."""
     colours = r"\x1b\[[\d;]*3\dm"
