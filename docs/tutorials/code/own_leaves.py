@@ -1,4 +1,4 @@
-"""Two leaves of our own for missions: docs/tutorials/own-leaf.md."""
+"""Two leaves for missions: docs/tutorials/own-leaf.md."""
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
