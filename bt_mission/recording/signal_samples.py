@@ -15,10 +15,15 @@ import json
 from binascii import b2a_base64
 from collections.abc import Callable, Mapping, Sequence
 from operator import is_
-from typing import Any
+from typing import Any, get_args
 
 from bt_mission.language.expressions.values import ExpressionError
-from bt_mission.language.requirements.formula import Formula, Requirement, signals_in
+from bt_mission.language.requirements.formula import (
+    Formula,
+    OnViolation,
+    Requirement,
+    signals_in,
+)
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.requirements.compiler import Reader
@@ -189,6 +194,6 @@ def requirements_in(file: RecordedFile) -> tuple[Requirement, ...]:
                 f"{file.path}: its requirement '{name}' cannot be read here: {error.message}"
             ) from error
         formulas.append(
-            Requirement(name, text, root, action if action in ("fail", "halt") else "report")
+            Requirement(name, text, root, action if action in get_args(OnViolation) else "report")
         )
     return tuple(formulas)

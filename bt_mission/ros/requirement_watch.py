@@ -119,7 +119,7 @@ class RequirementWatch:
             return
         self._next_ns, self._violated_then = runner.now_ns + PERIOD_NS, violated
         for result in self.results():
-            if self._emitted.get(result.name) != result:
+            if result.on_violation != "measure" and self._emitted.get(result.name) != result:
                 self._emit(result, is_update=True)
 
     def _emit(self, result: RequirementResult, *, is_update: bool) -> None:
@@ -143,6 +143,8 @@ class RequirementWatch:
         )
 
     def _on_violation(self, requirement: Requirement, seen: RequirementResult) -> None:
+        if requirement.on_violation == "measure":
+            return
         runner, result = self._runner, self._joined(requirement, seen)
         before = (self._before or {}).get(requirement.name)
         if result.verdict != "violated" or (before is not None and before.verdict == "violated"):

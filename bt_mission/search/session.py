@@ -93,7 +93,8 @@ def _with_measures(base: BaseScenario, ranges: RangesFile, aim: Aim | None) -> B
     """Return a base with requirements that only a search has.
 
     They are the assumptions of the ranges, the distances to branches, and the clearance where a
-    collision counts. Obstacles of the base appear where there is room.
+    collision counts. They emit no events, so that a run has the trace of its scenario file.
+    Obstacles of the base appear where there is room.
     """
     measures = {f"{ASSUMED}{formula.text}": formula.text for formula in ranges.ranges.assume}
     formulas = branch_formulas(material_of(base.mission).branches)
@@ -102,7 +103,13 @@ def _with_measures(base: BaseScenario, ranges: RangesFile, aim: Aim | None) -> B
         measures[CLEARANCE] = CLEARANCE_FORMULA
     data: dict[str, Any] = {**base.data}
     if measures:
-        data["requirements"] = {**data.get("requirements", {}), **measures}
+        data["requirements"] = {
+            **data.get("requirements", {}),
+            **{
+                name: {"formula": text, "on_violation": "measure"}
+                for name, text in measures.items()
+            },
+        }
     moves = ranges.ranges.start is not None or ranges.ranges.worlds
     for key in ("faults", *(["obstacles"] if moves else [])):
         if key in data:

@@ -26,7 +26,7 @@ from bt_mission.language.requirements.syntax import (
 CONTROL_STEP_S = 0.05
 """The period of the control steps; a shorter window may hold no sample at all."""
 
-OnViolation = Literal["report", "fail", "halt"]
+OnViolation = Literal["report", "fail", "halt", "measure"]
 
 
 @dataclass(frozen=True)
