@@ -55,7 +55,7 @@ types: $(installed) ## check types
 	@$(bin)/mypy
 
 prose: ## check the words of the documentation; needs npm, which installs textlint below build/ on first use
-	@python3 tools/check_prose.py README.md docs
+	@python3 tools/check_prose.py README.md CONTRIBUTING.md docs
 
 format: $(installed) ## put the sources in order
 	@$(bin)/ruff check --fix
