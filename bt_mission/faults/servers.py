@@ -184,8 +184,8 @@ def _method(usual: str, *choices: str) -> Parameter:
 ROWS = (
     FaultKind(
         "abort_goal",
-        "The goal that runs, or else the next, is aborted. Our servers do so at their next control "
-        "step, and stop the robot first.",
+        "The goal that runs, or else the next, is aborted. The shipped servers do so at their next "
+        "control step, and stop the robot first.",
         _abort,
         (
             ACTION,
@@ -231,7 +231,7 @@ ROWS = (
     ),
     _code(
         "raise_in_maneuver",
-        "An exception is raised in the maneuver of one of our action servers.",
+        "An exception is raised in the maneuver of one of the shipped action servers.",
         _raise_in_maneuver,
         ACTION,
         ERROR,

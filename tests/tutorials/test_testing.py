@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+import scipy.ndimage  # noqa: F401 - imported once, as NumPy
 
 import bt_mission.testing.stages  # noqa: F401 - NumPy cannot be imported anew by each inner session
 from tests.support.project import ROOT
