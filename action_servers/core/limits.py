@@ -83,7 +83,7 @@ class ColourLimit:
     """A text of a goal that names one of the known colours."""
 
     field: str
-    source: str = "the colours that are told apart by their hue"
+    source: str = "the colours that differ by their hue"
 
     @property
     def words(self) -> str:
