@@ -61,7 +61,7 @@ SURROUNDINGS: dict[str, tuple[Any, Callable[[Any], messages.Robot]]] = {
     "map": (OccupancyGrid, reader.grid),
     "zones": (MarkerArray, reader.zones),
 }
-"""What is batches once about where a robot is."""
+"""Topics on the robot's surroundings, which are published once."""
 
 LOOK_S = 0.25
 """Wall time between two looks at the graph."""

@@ -1,1 +1,1 @@
-"""What people look at: trees as pictures, terminal and full-screen views, HTML reports, videos."""
+"""Views: trees as drawings, terminal and full-screen views, HTML reports, videos."""

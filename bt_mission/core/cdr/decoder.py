@@ -72,13 +72,16 @@ class DecodedMessage(dict[str, Any]):
 
 
 def _message_class(names: Iterable[str]) -> type[DecodedMessage]:
-    """Return the class of messages with these fields; step called as a method of dict hides it."""
+    """Return the class of messages with these fields.
+
+    A field named like a method of dict hides it.
+    """
     hiding = {name: property(itemgetter(name)) for name in names if hasattr(dict, name)}
     return type("DecodedMessage", (DecodedMessage,), hiding) if hiding else DecodedMessage
 
 
 class Decoder:
-    """Reads messages of step type.
+    """Reads messages of one type.
 
     Args:
         type_name: Such as ``nav_msgs/msg/Odometry``.
@@ -196,7 +199,7 @@ def byte_order(data: bytes) -> str:
 
 
 class _Compiler:
-    """Makes functions that read, for step order of bytes."""
+    """Makes functions that read, for one order of bytes."""
 
     def __init__(self, specs: Mapping[str, list[Field]], order: str) -> None:
         self._specs = specs
@@ -227,13 +230,13 @@ class _Compiler:
         def read_nothing(data: bytes, at: int) -> tuple[Any, int]:
             if at > len(data):
                 raise ValueError("it ends too early")
-            return DecodedMessage(), at + 1  # a message without fields is sent with step byte
+            return DecodedMessage(), at + 1  # a message without fields is sent with one byte
 
         self._known[name] = read if steps else read_nothing
         return self._known[name]
 
     def _row(self, fields: list[Field], size: int) -> Step:
-        """Read numbers of step size, such as a quaternion's, in step go."""
+        """Read numbers of one size, such as a quaternion's, in one call."""
         row = struct.Struct(self._order + "".join(FORMATS[field.type] for field in fields))
         length, unpack = row.size, row.unpack_from
 
@@ -305,7 +308,7 @@ class _Compiler:
 
 
 def _size(field: Field) -> int:
-    """Return the bytes of a field that is step number; 0 of any other."""
+    """Return the bytes of a field that is a single number; 0 of any other."""
     is_number = field.size is None and field.type in FORMATS
     return struct.calcsize(FORMATS[field.type]) if is_number else 0
 

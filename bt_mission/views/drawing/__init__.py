@@ -1,1 +1,1 @@
-"""A mission's tree as text and as pictures; nothing of ROS is needed."""
+"""A mission's tree as text and as drawings, without ROS."""

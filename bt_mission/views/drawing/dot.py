@@ -13,7 +13,7 @@ SHAPES = {Family.CONDITION: "ellipse", Family.SUBTREE: "component"}
 
 
 def dot(root: DrawnNode, title: str) -> str:
-    """The whole graph; ``dot -Tpdf`` makes a page of it."""
+    """Return the whole graph; ``dot -Tpdf`` makes a page of it."""
     return "\n".join(_lines(root, title)) + "\n"
 
 

@@ -1,8 +1,8 @@
-"""Where the boxes of a tree stand: children in a row below their parent, as near as they fit.
+"""The places of the boxes of a tree: children in a row below their parent, as near as they fit.
 
-Each subtree keeps the outline of its left and of its right side, from its top to its bottom; the
-next one is pushed along it until no two boxes come too near. So small boxes find their place below
-a short neighbour, whatever its level.
+Each subtree keeps the outline of its left and of its right side, from its top to its bottom. The
+next one is pushed along it until no two boxes are too near. So small boxes fit below a short
+neighbour, whatever its level.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 @dataclass
 class NodeBox:
-    """A box with those below it; ``x`` and ``y`` are of its upper left corner, once placed."""
+    """A box with those below it; ``x`` and ``y`` are its upper left corner, once placed."""
 
     width: float
     height: float
@@ -51,7 +51,7 @@ class _Outline:
 
 
 def place(root: NodeBox, gap_x: float, gap_y: float) -> tuple[float, float]:
-    """Give every box its place, the leftmost at x = 0; gives width and height of the whole."""
+    """Place every box, the leftmost at x = 0. Return width and height of the whole."""
     offsets: dict[int, float] = {}
     outline = _arrange(root, 0.0, (gap_x, gap_y), offsets)
     shift = -min(piece.x for piece in outline.left)
@@ -66,7 +66,10 @@ def place(root: NodeBox, gap_x: float, gap_y: float) -> tuple[float, float]:
 def _arrange(
     box: NodeBox, top: float, gaps: tuple[float, float], offsets: dict[int, float]
 ) -> _Outline:
-    """Find the height of each box, and its offset from its parent's centre; gives the outline."""
+    """Compute the height of each box, and its offset from its parent's centre.
+
+    Return the outline.
+    """
     gap_x, gap_y = gaps
     half, box.y = box.width / 2, top
     bottom = top + box.height
@@ -92,7 +95,7 @@ def _arrange(
 
 
 def _overlaps(right: list[_Piece], left: list[_Piece]) -> Iterable[float]:
-    """How far a left side would reach into a right one, wherever they are beside each other."""
+    """Yield how far a left side would reach into a right one, wherever they are side by side."""
     index = other = 0
     while index < len(right) and other < len(left):
         first, second = right[index], left[other]

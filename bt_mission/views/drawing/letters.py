@@ -1,7 +1,7 @@
-"""How wide a text is, without a font at hand.
+"""The width of a text, without its font.
 
-Figures are the advances of DejaVu Sans in thousandths of its size; Verdana is as wide, the other
-fonts that a browser may take are narrower, so that no text leaves its box.
+Figures are the advances of DejaVu Sans in thousandths of its size. Verdana is as wide, and the
+other fonts of browsers are narrower, so that no text leaves its box.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ WIDE = 1000
 
 
 def width_px(text: str, size_px: float, *, bold: bool = False) -> float:
-    """The width of a text on one line, px."""
+    """Return the width of a text on one line, px."""
     table = BOLD if bold else REGULAR
     return sum(_advance(letter, table) for letter in text) * size_px / 1000
 
 
 def wrapped(text: str, size_px: float, room_px: float) -> Iterator[str]:
-    """The lines of a text that has so much room, escaped; words that are too long are cut."""
+    """Return the lines of a text for a width, escaped; words that are too long are cut."""
     line = ""
     for word in map(escape_control, text.split()):
         candidate = f"{line} {word}" if line else word
@@ -58,7 +58,7 @@ def wrapped(text: str, size_px: float, room_px: float) -> Iterator[str]:
 
 
 def _fitting(text: str, size_px: float, room_px: float) -> int:
-    """How many of the first letters fit; one at least."""
+    """Return how many of the first letters fit; at least one."""
     count = 1
     while width_px(text[: count + 1], size_px) <= room_px:
         count += 1

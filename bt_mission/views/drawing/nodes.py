@@ -1,4 +1,4 @@
-"""What a drawing shows of a mission: its nodes, with what they do in a few words; as text, too."""
+"""The content of a drawing: the nodes of a mission with short details; also as text."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class DrawnNode:
     """One node of a drawing.
 
     Args:
-        name: As the tree calls it when it runs.
-        details: What it does, in order of importance.
+        name: Its name when the tree runs.
+        details: What it does, the most important first.
     """
 
     kind: str
@@ -34,7 +34,7 @@ def drawn(mission: Mission) -> DrawnNode:
 
 
 def heading(mission: Mission) -> str:
-    """What the mission is, in one line."""
+    """The mission, in one line."""
     where = f" in {mission.world}" if mission.world else ""
     inputs = ", ".join(f"{name} {written_text(value)}" for name, value in mission.inputs.items())
     words = f"{mission.name}{where} ({mission.robot})" + (f"; {inputs}" if inputs else "")
@@ -48,7 +48,7 @@ def _node(node: NodeModel, mission: Mission) -> DrawnNode:
 
 @dataclass(frozen=True)
 class OutlineRow:
-    """A line of the outline in its parts, so that each can have its own colour."""
+    """A line of the outline in parts, so that each can have a colour."""
 
     branches: str
     sign: str
@@ -62,7 +62,7 @@ class OutlineRow:
 
 
 BRANCHES = {False: ("└─ ", "├─ ", "│  "), True: ("`- ", "|- ", "|  ")}
-"""What leads to the last child, to others, and on below others; by whether in ASCII."""
+"""The branches to the last child, to others, and below others; by whether in ASCII."""
 
 
 def outline(root: DrawnNode, *, ascii_only: bool = False) -> Iterator[OutlineRow]:
@@ -83,7 +83,7 @@ def outline(root: DrawnNode, *, ascii_only: bool = False) -> Iterator[OutlineRow
 
 
 def legend(root: DrawnNode, *, ascii_only: bool = False) -> str:
-    """What the signs that occur stand for, each once."""
+    """Return the meaning of the signs that occur, each once."""
     signs: dict[str, str] = {}
     waiting = [root]
     while waiting:
@@ -97,6 +97,6 @@ def legend(root: DrawnNode, *, ascii_only: bool = False) -> str:
 
 
 def can_show(encoding: str | None) -> bool:
-    """Has a stream of this encoding all the signs?"""
+    """Return whether a stream of this encoding has all the signs."""
     signs = [node.sign.glyph for node in KINDS.values()]
     return can_encode("".join((*signs, *BRANCHES[False])), encoding)

@@ -13,7 +13,7 @@ from bt_mission.views.drawing.letters import width_px
 from bt_mission.views.drawing.scene import PAPER, Polyline, Rectangle, Scene, Shape, Words
 
 SCALE = 2
-"""Pixels of the picture for one of the scene: sharp on today's screens."""
+"""Pixels of the image for one of the scene: sharp on high-resolution screens."""
 
 SMOOTH = 2
 """It is drawn larger by this factor and then made smaller, which smooths lines."""
@@ -73,7 +73,7 @@ def _write(draw: Any, words: Words, factor: int) -> None:
 
 @cache
 def font(size: int, *, bold: bool) -> Any:
-    """A font of this machine, or the one that comes with Pillow."""
+    """Return a font of this machine, or the one of Pillow."""
     for name in FONTS[bold]:
         try:
             return ImageFont.truetype(name, size)

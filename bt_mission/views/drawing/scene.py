@@ -42,7 +42,7 @@ MOST_DETAIL_LINES = 10
 """A goal with a long list would otherwise fill the page."""
 
 INDENT = "\N{NO-BREAK SPACE}" * 3
-"""Before the second line of what is wrapped; SVG keeps no other blanks."""
+"""The indent of a wrapped second line; SVG keeps no other blanks."""
 
 SIGN_PX = 18
 """Side of the square that holds a node's sign."""

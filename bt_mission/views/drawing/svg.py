@@ -1,4 +1,4 @@
-"""A scene as SVG: one file, no fonts or scripts in it."""
+"""A scene as SVG: one file without fonts or scripts."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _element(shape: Shape) -> str:
 def _words(shape: Words) -> str:
     weight = ' font-weight="bold"' if shape.bold else ""
     anchor = ' text-anchor="middle"' if shape.centred else ""
-    # Another font than ours is pulled to the width that the box was made for.
+    # Another font is stretched to the width of the box.
     room = width_px(shape.text, shape.size, bold=shape.bold)
     fit = "" if shape.centred else f' textLength="{_px(room)}" lengthAdjust="spacingAndGlyphs"'
     return (

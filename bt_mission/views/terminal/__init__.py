@@ -1,1 +1,1 @@
-"""What people see of a run: a live tree, plain lines, and the summary at the end."""
+"""The terminal views of a run: a live tree, plain lines, and the summary at the end."""

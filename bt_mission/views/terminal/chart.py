@@ -1,7 +1,8 @@
 """A map in characters: walls, robot, trail, scan, waypoints.
 
-A character cell is about twice as high as wide, so it holds two square pixels, one above the
-other. Walls are drawn in pixels; what moves has a sign of its own, so that it reads without colour.
+A character cell is about twice as high as wide, so it holds two square pixels, one above the other.
+Walls are drawn in pixels; moving things have separate signs, so that the map is readable without
+colour.
 """
 
 from __future__ import annotations
@@ -31,12 +32,12 @@ FREE, UNKNOWN, WALL = 0, 1, 2
 
 @dataclass(frozen=True)
 class ChartWindow:
-    """The part of the world that a chart shows.
+    """The part of the world in a chart.
 
     Args:
-        left: M, of its left edge; top: of its upper edge.
-        pixel: M, the side of a pixel.
-        width: Pixels, as many as columns; height: pixels, twice as many as rows.
+        left: The left edge, m; top: the upper edge, m.
+        pixel: The side of a pixel, m.
+        width: Pixels, one for each column; height: pixels, two for each row.
     """
 
     left: float
@@ -46,7 +47,7 @@ class ChartWindow:
     height: int
 
     def at(self, x: float, y: float) -> tuple[int, int] | None:
-        """The pixel of a place, as row and column; None outside."""
+        """Return the pixel of a place, as row and column; None outside."""
         if not math.isfinite(x + y):
             return None
         column = math.floor((x - self.left) / self.pixel)
@@ -65,10 +66,10 @@ class MapChart:
     def draw(
         self, robot: RobotState, targets: Sequence[tuple[float, float]], columns: int, rows: int
     ) -> list[list[Span]]:
-        """Rows of spans, as many as asked for; empty ones where nothing is known of the robot.
+        """Return rows of spans, as many as requested; empty ones without a robot.
 
         Args:
-            targets: Places where the robot is sent, in order, m.
+            targets: Poses to which the robot is sent, in order, m.
         """
         scan = robot.scan_points()
         frame = fitting(robot, scan, targets, columns, rows)
@@ -95,7 +96,7 @@ class MapChart:
         targets: Sequence[tuple[float, float]],
         pixels: Grid,
     ) -> dict[tuple[int, int], Span]:
-        """What lies over the map, by row and column of the cell; later ones lie on top."""
+        """Return the signs over the map, by row and column of the cell; later ones are on top."""
         signs: dict[tuple[int, int], Span] = {}
 
         def put(x: float, y: float, sign: Span) -> None:
@@ -167,7 +168,7 @@ def fitting(
     columns: int,
     rows: int,
 ) -> ChartWindow | None:
-    """The frame that shows all that is known; None where that is nothing."""
+    """Return the frame of everything that is known; None without anything."""
     places = [*robot.trail, *targets, *((other.x, other.y) for other in robot.others.values())]
     if robot.map is not None:
         places += _corners(robot.map)
@@ -184,7 +185,7 @@ def fitting(
     finest = robot.map.resolution if robot.map is not None else 0.01
     pixel = _rounded_up(max(width / columns, height / (2 * rows), finest))
     middle_x, middle_y = (min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2
-    # On a grid of its own, so that a frame that has to grow does not make walls flicker.
+    # On a fixed grid, so that a frame that has to grow does not make walls flicker.
     left = math.floor((middle_x - columns * pixel / 2) / pixel) * pixel
     top = math.ceil((middle_y + rows * pixel) / pixel) * pixel
     return ChartWindow(left, top, pixel, columns, 2 * rows)
@@ -220,9 +221,9 @@ def _cells(grid: Map) -> Grid:
 
 
 def _rasterised(grid: Map, frame: ChartWindow) -> Grid:
-    """A map in the pixels of a frame: a pixel is a wall where any of its cells is one.
+    """Return a map in the pixels of a frame: a pixel is a wall if any of its cells is one.
 
-    Where none of its cells is known it is unknown, as long as there is something known around.
+    If none of its cells is known it is unknown, as long as there is something known around.
     """
     cells = _cells(grid)
     rows, columns = np.indices(cells.shape)

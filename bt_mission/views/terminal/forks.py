@@ -1,4 +1,4 @@
-"""What a fork has come to, in lines."""
+"""The result of a fork, in lines."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bt_mission.recording.forks.source import ForkSource
 from bt_mission.recording.forks.sweep import SweepResult, Try
 
 SHOWN_S = 0.0005
-"""A time that is rounded by less than this is shown as it was asked for, s."""
+"""A time that is rounded by less than this is shown as requested, s."""
 
 
 def fork_lines(result: ForkResult, asked_s: float, changed: str = "") -> list[str]:

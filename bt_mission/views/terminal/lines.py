@@ -1,4 +1,4 @@
-"""A mission as plain lines: what happens in it, its tree once, and what its leaves came to."""
+"""A mission as plain lines: its events, its tree once, and the results of its leaves."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ OUTCOME_WORDS = {"success": "succeeded", "failure": "failed"}
 """Ends of leaves without a goal, in the words for goals."""
 
 MOST_ROWS = 20
-"""Where there are more leaves, those that ran longest are shown."""
+"""The number of leaves in the table: those that ran longest."""
 
 
 class ControlLines:
-    """Tells what others do to a mission: breakpoints, steps, pauses."""
+    """Reports requests to a mission: breakpoints, steps, pauses."""
 
     def __init__(self, executive: Executive) -> None:
         self._executive = executive
@@ -39,7 +39,7 @@ class ControlLines:
         self._breakpoints: tuple[str, ...] = ()
 
     def take(self) -> Iterator[str]:
-        """Give a line for each thing that was done since it was last asked."""
+        """Yield a line for each request since the last call."""
         executive = self._executive
         before, self._breakpoints = self._breakpoints, executive.breakpoints.names
         for name in self._breakpoints:
@@ -66,14 +66,14 @@ def timed(time_ns: int, text: str) -> str:
 
 
 class PlainLines:
-    """Writes a line whenever a leaf starts or ends, or others do something to the mission.
+    """Writes a line whenever a leaf starts or ends, or a request changes the mission.
 
     Args:
-        stream: Where to write.
+        stream: The output.
         executive: Of the mission.
-        start_ns: Gives the ROS time of the start; lines show seconds since then.
-        now_ns: Gives the ROS time.
-        who: Stands before each line, after the time: of which robot it tells.
+        start_ns: Returns the ROS time of the start; lines show seconds since then.
+        now_ns: Returns the ROS time.
+        who: The prefix of each line, after the time: the robot.
     """
 
     def __init__(
@@ -103,12 +103,12 @@ class PlainLines:
         self.refresh()
         node, status = self._nodes[event.node], event.status
         if event.time_ns is None or not self._is_leaf[event.node] or node.kind == LOG_KIND:
-            return  # what a log leaf says is shown as it is said
+            return  # the lines of a log leaf are shown unchanged
         words = "" if status is Status.RUNNING else event.message
         self._line(event.time_ns, f"{self._glyphs[status]} {node.name}  {words}")
 
     def say(self, text: str) -> None:
-        """Show what a mission says."""
+        """Show a line of a mission."""
         self._line(self._now_ns(), f"  {text}")
 
     def _line(self, time_ns: int, text: str) -> None:
@@ -120,7 +120,7 @@ class PlainLines:
 
 
 def title(mission: MissionState, marks: Marks) -> str:
-    """Mission, state and time in one line."""
+    """Return mission, state and time in one line."""
     tree, state = mission.tree, mission.state
     name = tree.mission if tree else state.mission if state else ""
     parts = [name or "no mission yet"]
@@ -132,10 +132,10 @@ def title(mission: MissionState, marks: Marks) -> str:
 
 
 def whole_tree(mission: MissionState, marks: Marks, width: int | None) -> Iterator[str]:
-    """Every node in a line of its own.
+    """Return every node in a separate line.
 
     Args:
-        width: Where lines are cut; None leaves them whole.
+        width: The width at which lines are cut; None does not cut.
     """
     yield title(mission, marks)
     if mission.tree is None:
@@ -151,17 +151,17 @@ def whole_tree(mission: MissionState, marks: Marks, width: int | None) -> Iterat
 
 
 class RequirementLines:
-    """Tells when a requirement comes to another verdict.
+    """Reports new verdicts of requirements.
 
     Args:
-        known: Those that were told already.
+        known: Verdicts that were reported already.
     """
 
     def __init__(self, known: Iterable[RequirementChanged] = ()) -> None:
         self._verdicts = {change.name: change.verdict for change in known}
 
     def take(self, change: RequirementChanged, tree: RunStarted | None) -> Iterator[str]:
-        """Give a line, if there is something new; a violation is said by the mission itself."""
+        """Yield a line for a new verdict; the mission itself logs a violation."""
         before = self._verdicts.get(change.name, "open")
         is_known = change.name in self._verdicts and change.verdict == "violated"
         self._verdicts[change.name] = change.verdict
@@ -179,7 +179,7 @@ def log_line(entry: LogEntry, start_ns: int, marks: Marks) -> str:
 
 
 def leaf_table(leaves: Sequence[LeafSummary], width: int, marks: Marks) -> list[str]:
-    """A line for each leaf that took time or did not succeed; none where none did."""
+    """Return a line for each leaf that took time or did not succeed; no lines without one."""
     unusual = [leaf for leaf in leaves if leaf.running_s > 0 or set(leaf.outcomes) != {"success"}]
     longest = sorted(unusual, key=lambda leaf: -leaf.running_s)[:MOST_ROWS]
     shown = [leaf for leaf in unusual if leaf in longest]

@@ -18,11 +18,11 @@ PLACES = "123456789abcdefghijklmnopqrstuvwxyz"
 
 @dataclass(frozen=True)
 class Marks:
-    """Signs that an output can show; those of UTF-8 unless others are given.
+    """The signs of an output; those of UTF-8 unless others are given.
 
     Args:
-        wall: Of the upper half of a cell, the lower, and the whole.
-        arrows: Of the robot, from east on and anticlockwise; four or eight.
+        wall: The upper half of a cell, the lower, and the whole.
+        arrows: The arrows of the robot, from east on and counter-clockwise; four or eight.
     """
 
     status: Mapping[Status, str]
@@ -66,7 +66,7 @@ def marks_for(encoding: str | None) -> Marks:
 
 
 def clean(text: str, marks: Marks) -> str:
-    """A text from elsewhere on one line, escaped, in signs that the output has."""
+    """Return a foreign text on one line, escaped, in signs of the output."""
     shown = escape_control(text)
     return shown.encode("ascii", "replace").decode() if marks.is_ascii else shown
 
@@ -85,15 +85,15 @@ def stopwatch(time_ns: int) -> str:
 
 
 def bar(value: float, limit: float, width: int, marks: Marks) -> str:
-    """How far something has come towards a limit."""
+    """Return a bar of the progress to a limit."""
     full = round(width * min(max(value / limit, 0.0), 1.0)) if limit > 0 else width
     return marks.full * full + marks.empty * (width - full)
 
 
 def fit(spans: Iterable[Span], width: int | None, marks: Marks) -> list[Span]:
-    """The spans with their texts escaped, cut to a width of the terminal; None leaves them whole.
+    """Return the spans with their texts escaped, cut to a width of the terminal; None does not cut.
 
-    What is cut ends with a sign for that.
+    A cut text ends with a sign.
     """
     shown = [(clean(text, marks), style) for text, style in spans]
     return shown if width is None else _cut(shown, width, marks)

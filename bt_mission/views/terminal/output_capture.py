@@ -1,4 +1,4 @@
-"""What the process writes to its terminal past a live view, kept for that view to show."""
+"""The output of the process to its terminal while a live view is shown, for that view to show."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ CHUNK = 1 << 20
 
 
 class OutputCapture:
-    """Takes over standard output and standard error where they are terminals, also from C code.
+    """Redirects standard output and standard error of terminals, including that of C code.
 
-    A file takes what is written: a pipe that nobody empties in time would block who writes.
+    A file receives the output: a pipe that is not emptied in time would block the writer.
 
     Attributes:
-        terminal: The way to the terminal while it is taken over.
+        terminal: The terminal while the output is redirected.
     """
 
     def __init__(self) -> None:
@@ -45,21 +45,21 @@ class OutputCapture:
                 self._restore.callback(stream.flush)
 
     def take(self) -> list[str]:
-        """Return the lines that were finished since it was last asked."""
+        """Return the lines that were finished since the last call."""
         sys.stdout.flush()
         read = b"".join(iter(self._next, b""))
         *lines, self._rest = (self._rest + read).split(b"\n")
         return [line.decode(errors="replace") for line in lines]
 
     def stop(self) -> list[str]:
-        """Give everything back; return the lines that are left."""
+        """Restore the output; return the remaining lines."""
         self._restore.close()
         lines = self.take()
         self._sink.close()
         return lines + ([self._rest.decode(errors="replace")] if self._rest else [])
 
     def size(self) -> os.terminal_size:
-        """Columns and rows of the terminal; zeros where it does not tell."""
+        """The columns and rows of the terminal; zeros if it does not report them."""
         return os.get_terminal_size(self.terminal.fileno())
 
     def _next(self) -> bytes:

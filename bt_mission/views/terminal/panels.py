@@ -1,4 +1,4 @@
-"""What the panels of a watcher's view say, in rows of spans."""
+"""The content of the panels of a viewer, in rows of spans."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ GOAL_STATUSES = {
     "unknown": Status.FAILURE,
     "canceled": Status.INVALID,
 }
-"""The sign of a goal's state; that of the others is running."""
+"""The sign of a goal's state; the sign of other states is that of running."""
 
 VERDICTS = {
     "violated": Status.FAILURE,
@@ -39,10 +39,10 @@ VERDICTS = {
     "open": Status.RUNNING,
     "holds": Status.SUCCESS,
 }
-"""The sign of a requirement's verdict; the first stand on top."""
+"""The sign of a requirement's verdict; the first are on top."""
 
 LONGEST_NAME = 32
-"""Characters of a requirement's name before what it has come to."""
+"""Characters of a requirement's name before its result."""
 
 STATE_STATUSES = {
     "running": Status.RUNNING,
@@ -57,7 +57,7 @@ STATE_STATUSES = {
 def header(
     mission: MissionState, robot: RobotState, factor: float | None, marks: Marks
 ) -> list[Span]:
-    """Name, state and reason, time, pace and battery of a mission, most telling first."""
+    """Return name, state and reason, time, pace and battery of a mission, most important first."""
     tree, state = mission.tree, mission.state
     spans: list[Span] = []
     name = tree.mission if tree else state.mission if state else ""
@@ -82,7 +82,7 @@ def header(
 
 
 def path(names: Sequence[str], width: int, marks: Marks) -> list[Span]:
-    """The way from the root to what runs; its end stays when it is too long."""
+    """Return the path from the root to the running node; a long one keeps its end."""
     spans: list[Span] = []
     shown = [clean(name, marks) for name in names]
     cut: list[str] = []
@@ -136,7 +136,7 @@ def goal_rows(mission: MissionState, marks: Marks) -> Rows:
 
 
 def goals_title(mission: MissionState) -> str:
-    """How many were sent, and how many of them are open."""
+    """Return how many were sent, and how many of them are open."""
     if mission.goals_sent is None:
         return "goals"
     are_open = sum(goal.state in OPEN for goal in mission.goals.values())
@@ -144,7 +144,7 @@ def goals_title(mission: MissionState) -> str:
 
 
 def variable_rows(mission: MissionState, marks: Marks) -> Rows:
-    """Name and value of each variable."""
+    """Return name and value of each variable."""
     width = min(max((len(name) for name in mission.variables), default=0), 24)
     return [
         [(f"{clean(name, marks):<{width}} ", "title"), (_short(value), "")]
@@ -153,7 +153,7 @@ def variable_rows(mission: MissionState, marks: Marks) -> Rows:
 
 
 def _short(value: str) -> str:
-    """A variable's value; of a number's digits the first six."""
+    """Return a variable's value; of a number's digits the first six."""
     try:
         return value if len(value) <= SHORT else f"{float(value):.6g}"
     except ValueError:
@@ -161,9 +161,9 @@ def _short(value: str) -> str:
 
 
 def requirement_rows(mission: MissionState, marks: Marks) -> Rows:
-    """Verdict, name and margin of each requirement: the violated ones first, then in their order.
+    """Return verdict, name and margin of each requirement: the violated ones first, then in order.
 
-    The margin is the present one: what was left so far at its worst.
+    The margin is the smallest so far.
     """
     order = list(VERDICTS)
     known = sorted(
@@ -210,14 +210,14 @@ def _margin(requirement: RequirementChanged) -> str:
 
 
 def requirements_title(mission: MissionState) -> str:
-    """How many there are of each verdict."""
+    """Return how many there are of each verdict."""
     counts = Counter(requirement.verdict for requirement in mission.requirements)
     parts = [f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict]]
     return f"requirements: {', '.join(parts)}" if parts else "requirements"
 
 
 def node_rows(mission: MissionState, index: int, width: int, marks: Marks) -> Rows:
-    """Everything that is known of one node, its words in full."""
+    """Return everything that is known of one node, as whole texts."""
     if mission.tree is None:
         return []
     node, status = mission.tree.nodes[index], mission.statuses[index]
@@ -252,7 +252,7 @@ def _goal_of(mission: MissionState, owner: str, marks: Marks) -> Rows:
 
 
 def _ends(mission: MissionState, index: int, marks: Marks) -> Rows:
-    """How a node has ended before, the newest first."""
+    """Return the earlier ends of a node, the newest first."""
     assert mission.tree is not None
     stands = mission.statuses[index] in (Status.SUCCESS, Status.FAILURE)
     rows: Rows = []
@@ -269,7 +269,7 @@ def _ends(mission: MissionState, index: int, marks: Marks) -> Rows:
 
 
 def map_title(robot: RobotState) -> str:
-    """Where the robot is."""
+    """Return the pose of the robot."""
     pose = robot.pose
     if pose is None:
         return "map"

@@ -18,7 +18,7 @@ LINE_S = 10.0
 """Between two lines where there is no terminal, s."""
 
 Remarks = tuple[Sequence[str], Sequence[str]]
-"""What is added to the line, and the lines below it."""
+"""The text after the line, and the lines below it."""
 
 
 class Progress:

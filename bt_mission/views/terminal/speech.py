@@ -1,4 +1,7 @@
-"""The view of a run that shows only what missions say. Apart from the others, which load Rich."""
+"""The view of a run that shows only the lines of missions.
+
+Separate from the others, which load Rich.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,11 @@ from bt_mission.sessions.view import View
 
 
 class Speech(View):
-    """Prints what missions say to standard error, of several robots with the name before it."""
+    """Prints the lines of missions to standard error, after the robot's name if there are several."""
 
     kinds = (LogLine, FaultChanged)
 
     def on_event(self, run: Run, event: Event) -> None:
-        """Print a line that a mission says."""
+        """Print a line of a mission."""
         if (text := speech_of(event)) is not None:
             print(f"{run.name}: {text}" if run.name else text, file=sys.stderr)

@@ -1,4 +1,4 @@
-"""How a node of a watched tree stands in its row."""
+"""The row of a node of a watched tree."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ class Outline:
         self._arrange()
 
     def hidden(self, index: int) -> int:
-        """How many nodes lie below a node and are folded away with it; 0 where it is not folded."""
+        """Return how many nodes below a node are folded away; 0 if it is not folded."""
         return self._end[index] - index - 1 if index in self.folded else 0
 
     def has_children(self, index: int) -> bool:
-        """Does anything lie below a node?"""
+        """Return whether there are nodes below a node."""
         return self._end[index] > index + 1
 
     def row_of(self, index: int) -> int:
@@ -49,7 +49,7 @@ class Outline:
         return self._row_of[index]
 
     def path_to(self, index: int) -> list[int]:
-        """The nodes from the root to this one."""
+        """Return the nodes from the root to this one."""
         path = [index]
         while index:
             index = self._nodes[index].parent
@@ -78,7 +78,7 @@ class Outline:
         self._arrange()
 
     def reveal(self, index: int) -> int:
-        """Unfold what hides a node; gives its row."""
+        """Unfold what hides a node. Return its row."""
         above = set(self.path_to(index)[:-1])
         if above & self.folded:
             self.folded -= above
@@ -86,7 +86,7 @@ class Outline:
         return self._row_of[index]
 
     def find(self, matches: Callable[[int], bool], start: int, *, step: int = 1) -> int | None:
-        """The next node that matches, from the one after ``start`` on and round; None without.
+        """Return the next node that matches, from the one after ``start`` on and round, or None.
 
         Args:
             step: 1 looks downwards, -1 upwards.
@@ -109,15 +109,14 @@ class Outline:
 
 
 def scrolled_to(row: int, above: Sequence[int], top: int, height: int, count: int) -> int:
-    """The first row in view, so that a row is, and with it as many of those above as fit.
+    """Return the first row in view so that a row is, and as many of those above as fit.
 
-    What need not move does not: while the row and all that fits above it are in view, the rest
-    stays where it is.
+    Nothing moves without need: while the row and all that fits above it are in view, the top stays.
 
     Args:
-        above: Rows that belong to it, the farthest first, such as its ancestors'.
-        top: The first row in view until now.
-        height: Rows in view; count: of the whole list.
+        above: Rows that belong to it, the farthest first, such as those of its ancestors.
+        top: The present first row in view.
+        height: Rows in view; count: rows of the whole list.
     """
     if height <= 0:
         return 0
@@ -149,7 +148,7 @@ def tree_row(
     *,
     is_chosen: bool = False,
 ) -> list[Span]:
-    """Status, name, time in state, progress and words of a node; not yet cut to the width.
+    """Return status, name, time in state, progress and message of a node; not yet cut to the width.
 
     The indent stops growing at a third of the width, so that deep nodes can still be read.
     """
@@ -175,7 +174,7 @@ def tree_row(
 
 
 def time_in_state(mission: MissionState, index: int) -> str:
-    """How long a node has been running, or had run when it ended; empty where nobody saw it."""
+    """Return how long a node has been running, or had run when it ended; empty if unknown."""
     if mission.statuses[index] is Status.RUNNING:
         since_ns = mission.since_ns[index]
         return "" if since_ns is None else stopwatch(max(mission.now_ns - since_ns, 0))
@@ -191,9 +190,9 @@ def _margin(mission: MissionState, index: int, marks: Marks) -> str:
 
 
 def progress_figures(label: str, value: float, limit: float) -> str:
-    """How far something has come, in words: `0.32 of 0.6`, `1.8 of 20 s`.
+    """Return the progress as text: `0.32 of 0.6`, `1.8 of 20 s`.
 
-    The number of digits is fixed: figures that change all the time should not jump.
+    The number of digits is fixed, so that figures do not jump.
     """
     unit = " s" if label == "s" else ""
     digits = 1 if unit else 0 if value.is_integer() and limit >= 3 else 2

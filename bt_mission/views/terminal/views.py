@@ -1,4 +1,4 @@
-"""The views of a run, and which one fits an output: a live tree, plain lines, or nothing."""
+"""The views of a run, and the choice by output: a live tree, plain lines, or nothing."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def view_for(stream: TextIO, title: str = "", *, plain: bool) -> View:
     """Return live trees on a terminal, plain lines in a pipe; `Speech` is for ``--json``.
 
     Args:
-        title: Of a fleet; a mission alone has a title of its own.
+        title: The title of a fleet; a mission alone has its own.
     """
     console = EscapingConsole(stream)
     if plain or not console.is_terminal or console.is_dumb_terminal:
@@ -79,7 +79,7 @@ class PlainView(View):
                 print(escape_control(line), file=self._stream, flush=True)
 
     def on_event(self, run: Run, event: Event) -> None:
-        """Print a change, or what a mission says."""
+        """Print a change, or a line of the mission."""
         if isinstance(event, NodeChanged):
             self._lines[run].on_change(event)
         elif (text := speech_of(event)) is not None:
@@ -92,7 +92,7 @@ class PlainView(View):
 
 
 class ServedLines(PlainView):
-    """The lines of a mission that a server carries out; the server prints what it says."""
+    """The lines of a mission that a server runs; the server prints the mission's lines."""
 
     def open(self, session: Session) -> None:
         """Print what is run."""
@@ -107,15 +107,15 @@ class ServedLines(PlainView):
 
 
 class LiveView(View):
-    """The trees of all missions, drawn again and again, at most ten times a second.
+    """The trees of all missions, drawn repeatedly, at most ten times a second.
 
-    What missions say, what others do to them, and what anybody else writes to the terminal scrolls
-    by above. Several trees stand below each other, each with as many rows as fit.
+    Lines of missions, requests, and the output of others scroll above. Several trees are below each
+    other, each with as many rows as fit.
 
     Args:
         console: A terminal.
-        capture: Keeps what others write to that terminal; None where nothing is kept.
-        title: Of a fleet.
+        capture: Keeps the output of others to that terminal; None keeps nothing.
+        title: The title of a fleet.
     """
 
     def __init__(
@@ -162,7 +162,7 @@ class LiveView(View):
                 self.console.print(Text.from_ansi(line))
 
     def on_event(self, run: Run, event: Event) -> None:
-        """Have a line of a mission scroll by; the tree is drawn in any case."""
+        """Show an event as a line that scrolls by; the tree is drawn in any case."""
         if (text := speech_of(event)) is not None:
             self._scroll(run, text)
 
@@ -228,7 +228,7 @@ class LiveView(View):
         return before + verdict(executive.mission_state.status, executive.mission_state.explanation)
 
     def _robot_header(self, run: Run) -> str:
-        """The line above the tree of one robot of several: its state, and what runs."""
+        """Return the line above the tree of one of several robots: its state, and what runs."""
         executive, mission = run.executive, run.mission
         state = verdict(executive.mission_state.status, executive.mission_state.explanation)
         parts = [f"{run.name:{self._width}}", mission.name, state]
@@ -261,11 +261,11 @@ class LiveTree:
         self._state = executive.mission_state
         self._depths = [info.depth for info in executive.node_infos]
         self._doing: dict[int, tuple[str, LeafProgress | None]] = {}
-        """What running nodes said when the mission was last ticked."""
+        """The messages of running nodes at the last tick."""
         executive.after_tick.append(self._note_running)
 
     def render(self, room: int | None = None) -> Group:
-        """The whole picture: header and tree, of which so many rows are shown at most."""
+        """Return the whole view: header and tree, with at most `rows` rows."""
         if room is None:
             room = max(self._console.height - 3, 1)
         failed = set(self._state.failure_path())
@@ -291,7 +291,7 @@ class LiveTree:
         return self._executive.status is MissionStatus.RUNNING
 
     def _note_running(self) -> None:
-        """Keep what runs; a halt at the end takes it from the nodes."""
+        """Keep the running nodes; a halt at the end resets them."""
         if self._is_running:
             self._doing = {index: self._doing_of(index) for index in self._state.running}
 
@@ -320,7 +320,7 @@ class LiveTree:
 
 
 def _shown(count: int, focus: Sequence[int], room: int) -> list[int]:
-    """As many rows as fit, with the end of the path to one in sight, and the rows around that."""
+    """Return as many rows as fit, with the end of the path to one in view."""
     if count <= room:
         return list(range(count))
     if room <= 0:

@@ -1,4 +1,4 @@
-"""The full-screen view of executives: who is watched, and what the user wants of them."""
+"""The full-screen view of executives: the attachment, and the user's requests."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from bt_mission.views.tui.view_app import ViewApp
 from bt_mission.views.tui.watch_model import WatchModel
 
 CHECK_S = 1.0
-"""Wall time between two looks at who is there, once somebody is watched."""
+"""Wall time between two searches for executives, once one is attached."""
 
 KEY_WORDS = {
     Verb.PAUSE: "p pause",
@@ -36,14 +36,14 @@ KEY_WORDS = {
 
 
 class WatchApp(ViewApp):
-    """Shows an executive of a graph, and passes on what the user wants of it.
+    """Shows an executive of a graph, and sends it the user's requests.
 
     Args:
-        graph: Where executives are found.
+        graph: The executives.
         marks: The terminal's signs.
-        name: Of the executive to watch; None takes the only one, or asks.
-        wait_s: Wall time after which it leaves when nobody was there to watch; None keeps looking.
-            The return code is then 1.
+        name: The executive to watch; None takes the only one, or asks.
+        wait_s: Wall time after which it leaves without an executive; None keeps looking. The return
+            code is then 1.
     """
 
     keys = KEYS
@@ -62,10 +62,10 @@ class WatchApp(ViewApp):
         self._since_check = Stopwatch()
         self._may_stop = False
 
-    # ---- what comes ----------------------------------------------------------------------
+    # ---- received messages ------------------------------------------------------------------
 
     def look(self) -> None:
-        """Take what has come, and show it."""
+        """Show what was received."""
         self.graph.serve()
         self._look_round()
         if self.source is not None:
@@ -94,11 +94,11 @@ class WatchApp(ViewApp):
 
     @property
     def source(self) -> ExecutiveSource | None:
-        """Who is watched."""
+        """The source of the attached executive."""
         return self.attachment.source
 
     def _look_round(self) -> None:
-        """Look at who is there: always while nobody is watched, and now and then after that."""
+        """Search for executives: always without an attachment, and every few seconds with one."""
         if self.source is not None and self._since_check.elapsed_s < CHECK_S:
             return
         self._since_check = Stopwatch()
@@ -135,7 +135,7 @@ class WatchApp(ViewApp):
         self.send_command(ControlRequest(Verb[verb]))
 
     def action_stop(self) -> None:
-        """Stop, when asked twice in a row."""
+        """Stop, after a second request."""
         if self._may_stop:
             self._may_stop = False
             self.send_command(ControlRequest(Verb.STOP))

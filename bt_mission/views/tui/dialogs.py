@@ -19,7 +19,7 @@ Result = TypeVar("Result")
 
 
 class Dialog(ModalScreen[Result]):
-    """One pane over the whole view."""
+    """A pane over the whole view."""
 
     DEFAULT_CSS = """
     ModalScreen { background: ansi_default; } ModalScreen > Pane { height: 100%; }
@@ -46,11 +46,11 @@ def help_rows(keys: Sequence[Key], leave: str) -> list[list[Span]]:
 
 
 class Help(Dialog[None]):
-    """All keys; any of them closes it, apart from those that scroll.
+    """All keys; any of them closes it, except those that scroll.
 
     Args:
-        keys: Of the view.
-        leave: What the key for leaving does.
+        keys: The keys of the view.
+        leave: The action of the key for leaving.
     """
 
     def __init__(self, marks: Marks, keys: Sequence[Key], leave: str) -> None:
@@ -80,11 +80,11 @@ class Help(Dialog[None]):
 
 
 class Chooser(Dialog[str | None]):
-    """The executives of the graph; gives the name of the chosen one.
+    """The executives of the graph; returns the name of the chosen one.
 
     Args:
-        find: Looks for them.
-        where: What is looked through.
+        find: Searches for them.
+        where: The place that is searched.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -104,7 +104,7 @@ class Chooser(Dialog[str | None]):
         self._cursor = 0
 
     def on_mount(self) -> None:
-        """Look for executives as long as the list is there."""
+        """Search for executives as long as the list is shown."""
         self.set_interval(0.25, self.look)
         self.call_after_refresh(self.look)
 
@@ -131,7 +131,7 @@ class Chooser(Dialog[str | None]):
         self.look()
 
     def action_choose(self) -> None:
-        """Take the selected one, unless it cannot be watched."""
+        """Choose the selected one, unless it cannot be watched."""
         if self._executives and not self._executives[self._cursor].is_foreign:
             self.dismiss(self._executives[self._cursor].name)
 

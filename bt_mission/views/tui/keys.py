@@ -1,4 +1,4 @@
-"""The keys of the full-screen views: what they do, and the text of their help."""
+"""The keys of the full-screen views: their actions, and the text of their help."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Key:
-    """A key, or several that do the same.
+    """A key, or several with the same action.
 
     Args:
-        keys: As Textual names them, with commas between.
+        keys: Names as in Textual, with commas between.
         action: The method of the application, without ``action_``.
         shown: Their name in the help.
-        help: What they do; empty for keys that the help leaves out.
+        help: Their action; empty for keys that the help omits.
     """
 
     keys: str

@@ -32,16 +32,16 @@ from bt_mission.views.tui.watch_model import WatchModel
 
 REQUIREMENTS = "requirements"
 PANELS = ("log", REQUIREMENTS, "goals", "variables", "map", "node")
-"""What may stand beside the tree, in the order in which one key goes through them."""
+"""The panels beside the tree, in the order in which one key selects them."""
 
 WIDE_COLUMNS, WIDE_ROWS = 110, 26
-"""From this size on all panels are there at once; below it one at a time."""
+"""From this size on all panels are shown together; below it one at a time."""
 
 PANEL_ROWS = 14
-"""Below so many rows there is no panel at all, unless it is enlarged."""
+"""Below this number of rows there is no panel, unless it is enlarged."""
 
 PATH_ROWS = 8
-"""Below so many rows the running path gives way to the tree."""
+"""Below this number of rows the running path is hidden."""
 
 SIDE_COLUMNS = 64
 """At most so many for the panels beside the tree."""

@@ -21,25 +21,25 @@ from bt_mission.views.tui.view_app import Prompt, ViewApp
 from bt_mission.views.tui.watch_model import WatchModel
 
 LEAST_BAR = 10
-"""A bar of fewer characters says nothing."""
+"""A bar of fewer characters is useless."""
 
 Suspend: TypeAlias = Callable[[], AbstractContextManager[Any]]
 """Gives the terminal back for a while."""
 
 
 Fork: TypeAlias = Callable[[Path, float, list[str], Suspend], Path | None]
-"""Forks a recording at a time, s, with a change in words, while the screen is free for it.
+"""Forks a recording at a time, s, with a change as text, while the screen is free for it.
 
-It gives the recording of the fork; None where there is none.
+It returns the recording of the fork; None without one.
 """
 
 
 class ReplayApp(ViewApp):
-    """Plays a recording. At its end the picture stays until somebody leaves.
+    """Plays a recording. At its end the view stays until the user leaves.
 
     Args:
-        player: Where in which recording to begin, and how fast.
-        fork: Forks the recording at the instant that is shown; None where that is not offered.
+        player: The recording, with its start time and speed.
+        fork: Forks the recording at the instant that is shown; None does not offer it.
     """
 
     keys = REPLAY_KEYS
@@ -65,14 +65,14 @@ class ReplayApp(ViewApp):
         self.draw()
 
     def draw(self) -> None:
-        """Show the mission as it was."""
+        """Show the mission at the instant."""
         self.outlook.show(self.player.mission)
         line = time_line(self.player, self.size.width, self._marks)
         self._main.panes["time"].show([line])
         self._main.show(self.outlook, self.foot(), [("replay  ", "words")])
 
     def keys_now(self) -> list[str]:
-        """Those that are asked for most; the others are in the help."""
+        """The most frequent keys; the help has the others."""
         play = "p pause" if self.player.is_playing else "p play"
         more = ["s/S step", "r reverse", "+/- speed", "t time", f"Tab {self.next_panel}"]
         return [play, *more, "? help", "q leave"]
@@ -80,7 +80,7 @@ class ReplayApp(ViewApp):
     # ---- keys ------------------------------------------------------------------------------
 
     def action_play(self) -> None:
-        """Play, or stand still."""
+        """Play or pause."""
         if self.player.is_playing:
             self.player.pause()
         else:
@@ -100,7 +100,7 @@ class ReplayApp(ViewApp):
         self.draw()
 
     def action_step(self, steps: int) -> None:
-        """To the next change of the tree, or the one before."""
+        """Go to the next change of the tree, or the one before."""
         if not self.player.step(steps):
             self.show_notice(
                 "the tree does not change after this" if steps > 0 else "nothing before this"
@@ -108,7 +108,7 @@ class ReplayApp(ViewApp):
         self.draw()
 
     def action_start(self, steps: int) -> None:
-        """To the next start of the selected node, or the one before."""
+        """Go to the next start of the selected node, or the one before."""
         node = self.outlook.cursor
         self.outlook.is_following = False  # or the selection would be another one there
         tree = self.player.mission.tree
@@ -123,7 +123,7 @@ class ReplayApp(ViewApp):
         self.draw()
 
     def action_go(self, share: int) -> None:
-        """To the start, or to the end."""
+        """Go to the start, or to the end."""
         self.player.go(share * self.player.duration_s)
         self.draw()
 
@@ -171,7 +171,7 @@ def time_line(player: Player, width: int, marks: Marks) -> list[Span]:
     """Time, a bar, the duration, the pace."""
     how = _how(player)
     now, end = f"{player.at_s:.2f}", seconds(player.duration_s)
-    now = f"{now:>{len(end) - 2}}"  # so that what follows stands still
+    now = f"{now:>{len(end) - 2}}"  # so that the text after it does not move
     style = "running" if player.is_playing else "title"
     room = width - len(now) - len(end) - len(how) - 5
     if room < LEAST_BAR:
@@ -181,7 +181,7 @@ def time_line(player: Player, width: int, marks: Marks) -> list[Span]:
 
 
 def _how(player: Player) -> str:
-    """In a fixed width, so that the bar does not jump."""
+    """Return the pace in a fixed width, so that the bar does not jump."""
     if player.is_playing:
         how = "backwards" if player.is_backwards else "playing"
     elif player.is_at_end:

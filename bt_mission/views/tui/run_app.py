@@ -1,4 +1,4 @@
-"""The full-screen view of a mission that this process carries out, step by step within its loop."""
+"""The full-screen view of a mission that this process runs, step by step within its loop."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from bt_mission.views.tui.app import WatchApp
 
 
 class RunApp(WatchApp, Generic[R]):
-    """Drives a session, and shows it. When it has ended, the picture stays until somebody leaves.
+    """Runs a session, and shows it. After its end the view stays until the user leaves.
 
     Args:
-        graph: Has the executives of this process.
-        name: The one that is shown first.
-        steps: The session on its way.
-        interrupts: What the user's wish to leave goes to, as Ctrl-C does without a picture.
+        graph: The executives of this process.
+        name: The executive that is shown first.
+        steps: The running session.
+        interrupts: Receives the user's request to leave, as Ctrl-C does without a view.
     """
 
     leaving = "stop the mission; twice: at once; after its end: leave"
@@ -32,7 +32,7 @@ class RunApp(WatchApp, Generic[R]):
         self._interrupts = interrupts
 
     def on_mount(self) -> None:
-        """Listen before the first step, and begin to drive once the first picture stands."""
+        """Subscribe before the first step, and start after the first drawing."""
         self.attach(self._executive)
         self.call_after_refresh(self.advance)
 
@@ -54,7 +54,7 @@ class RunApp(WatchApp, Generic[R]):
         return self._step_driver.result
 
     def action_leave(self) -> None:
-        """End the mission, as Ctrl-C does; leave once it has ended, or when asked twice."""
+        """End the mission, as Ctrl-C does; leave once it has ended, or after a second request."""
         if self.report is None:
             self._interrupts.note("the user")
             self.show_notice(
@@ -71,9 +71,9 @@ class RunApp(WatchApp, Generic[R]):
             self.show_notice("the mission has ended")
 
     def run_to_the_end(self) -> R:
-        """Show the mission until the user leaves; gives its report.
+        """Show the mission until the user leaves. Return its report.
 
-        If the view breaks, the mission is ended in good order all the same.
+        If the view raises, the mission still ends in an orderly way.
         """
         try:
             self.run()

@@ -1,4 +1,4 @@
-"""What all full-screen views have in common: the tree, panels, a search, a line to type."""
+"""The common part of all full-screen views: the tree, panels, a search, a line to type."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FRAME_S = 0.1
 """Wall time between two looks at what is new."""
 
 NOTICE_S = 5.0
-"""How long a notice stands in the place of the keys."""
+"""The time for which a notice replaces the keys."""
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class Prompt:
     """A line that the user types.
 
     Args:
-        hint: Stands there while nothing is typed.
-        take: Called with the text at the end; ``follow`` with each text on the way there.
-        give_up: Called when the user goes back.
+        hint: Shown while nothing is typed.
+        take: Called with the text at the end; ``follow`` with the text at each change.
+        give_up: Called when the user cancels.
     """
 
     hint: str
@@ -42,7 +42,7 @@ class Prompt:
 
 
 class ViewApp(EscapingApp[None]):
-    """Shows a mission. What it shows, and which keys there are besides, is for those below.
+    """Shows a mission. Subclasses define its content, and further keys.
 
     Args:
         marks: The terminal's signs.
@@ -52,9 +52,9 @@ class ViewApp(EscapingApp[None]):
     keys: ClassVar[Sequence[Key]]
     """All keys of the view."""
     leaving: ClassVar[str]
-    """What the key for that does, for the help."""
+    """The action of the key for leaving, for the help."""
     has_time: ClassVar[bool] = False
-    """Is there a line of time?"""
+    """Whether there is a line of time."""
 
     def __init__(self, marks: Marks) -> None:
         super().__init__(ansi_color=True)
@@ -133,7 +133,7 @@ class ViewApp(EscapingApp[None]):
         self.draw()
 
     def action_page(self, pages: int) -> None:
-        """As :meth:`action_move`, by what is in view."""
+        """As :meth:`action_move`, by the number of rows in view."""
         name = self._main.panel if self._main.is_large else "tree"
         self.action_move(pages * max(self._main.panes[name].room - 1, 1))
 
@@ -151,11 +151,11 @@ class ViewApp(EscapingApp[None]):
             self.draw()
 
     def on_mouse_scroll_down(self) -> None:
-        """As the key."""
+        """Scroll down."""
         self.action_move(1)
 
     def on_mouse_scroll_up(self) -> None:
-        """As the key."""
+        """Scroll up."""
         self.action_move(-1)
 
     # ---- a line to be typed into ---------------------------------------------------------
@@ -168,7 +168,7 @@ class ViewApp(EscapingApp[None]):
         search.placeholder = prompt.hint
         search.display = True
         self._main.panes["foot"].display = False
-        # At once: what is typed next is no key.
+        # At once: the next input is not a key.
         self._main.set_focus(search, scroll_visible=False)
 
     def on_input_changed(self, event: Input.Changed) -> None:
@@ -228,15 +228,15 @@ class ViewApp(EscapingApp[None]):
         self._rearrange()
 
     def action_focus_next(self) -> None:
-        """What Textual's own screens do on Tab."""
+        """Override Textual's action of Tab."""
         self.action_next_panel(1)
 
     def action_focus_previous(self) -> None:
-        """What they do on Shift+Tab."""
+        """Override Textual's action of Shift+Tab."""
         self.action_next_panel(-1)
 
     def action_enlarge(self) -> None:
-        """Give the panel the place of all others, or take it back."""
+        """Enlarge the panel to the whole view, or restore it."""
         self._main.is_large = not self._main.is_large
         self._main.scroll = 0
         self._rearrange()

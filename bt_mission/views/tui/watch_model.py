@@ -1,4 +1,4 @@
-"""All that a view shows of one executive, and what its user has chosen; without a terminal."""
+"""Everything that a view shows of one executive, and the user's selection; without a terminal."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ class WatchModel(WatchedMission):
         self.top = 0
         """The first row of the tree in view."""
         self.is_following = True
-        """Does the selection go with what runs?"""
+        """Whether the selection follows the running nodes."""
         self.sought = ""
         self.hint = ""
-        """What stands in the place of the tree as long as there is none."""
+        """The text in place of a tree as long as there is none."""
 
     def take(self, received: Received, wall_s: float) -> list[Event]:
-        """Take in what has come, and go with it; return the events that change what is known.
+        """Apply what was received, and move the selection. Return the events that change the state.
 
         Args:
-            wall_s: Wall time at which it came, s.
+            wall_s: Wall time of the reception, s.
         """
         happened = super().take(received, wall_s)
         self._go_along()
@@ -59,7 +59,7 @@ class WatchModel(WatchedMission):
         return self.outline.row_of(self.cursor) if self.outline.rows else 0
 
     def rows_in_view(self, height: int) -> list[int]:
-        """The nodes whose rows are in view: the selected one is, with what it runs below."""
+        """Return the nodes whose rows are in view, with the selected one and what it runs."""
         outline = self.outline
         if not outline.rows:
             return []
@@ -69,14 +69,14 @@ class WatchModel(WatchedMission):
         return outline.rows[self.top : self.top + height]
 
     def move(self, rows: int) -> None:
-        """Select the node so many rows further down; from now on by hand."""
+        """Select the node some rows further down; stop following."""
         if self.outline.rows:
             self.is_following = False
             row = min(max(self.cursor_row + rows, 0), len(self.outline.rows) - 1)
             self.cursor = self.outline.rows[row]
 
     def fold(self) -> None:
-        """Hide what is below the selected node; of a leaf or a folded one, go to its parent."""
+        """Fold the selected node; for a leaf or a folded one, select its parent."""
         if not self.outline.rows:
             return
         shown = self.outline.rows[self.cursor_row]
@@ -115,10 +115,12 @@ class WatchModel(WatchedMission):
         self._go_along()
 
     def search(self, text: str, start: int, *, step: int = 1) -> bool:
-        """Select the next node with a text in its name, class or words; gives whether there is one.
+        """Select the next node with a text in its name, class or details.
+
+        Return whether there is one.
 
         Args:
-            start: Index from which to look on.
+            start: Index from which to search.
             step: 1 looks downwards, -1 upwards.
         """
         self.sought = text
@@ -150,5 +152,5 @@ class WatchModel(WatchedMission):
     # ---- wishes --------------------------------------------------------------------------
 
     def breakpoint(self) -> ControlRequest | None:
-        """The wish to set a breakpoint at the selected node, or to remove the one that is set."""
+        """Return the request to set a breakpoint at the selected node, or to remove it."""
         return self.toggled_breakpoint(self.cursor)

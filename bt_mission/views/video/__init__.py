@@ -1,5 +1,5 @@
-"""A run as a film: the world from above, what the robot's camera sees, and what the mission does.
+"""A run as a video: the world from above, the robot's camera, and the state of the mission.
 
-What is drawn comes from the simulation's side (`sim.views.views`), through `recorder.Views`; here
-it becomes frames, and those a file.
+The images come from the simulation (`sim.views.views`), through `recorder.Views`; here they become
+frames, and a file.
 """

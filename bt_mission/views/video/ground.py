@@ -1,4 +1,4 @@
-"""The picture that everything stands on: the world, its zones, waypoints, and the robot's way."""
+"""The ground image: the world, its zones, waypoints, and the robot's path."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ _STEP_PX = 1.5
 
 
 class Ground:
-    """A picture that is drawn on as the robot goes; it never grows.
+    """An image on which the robot's path is drawn; it never grows.
 
     Args:
-        still: The world from above; is copied.
-        pixel: Gives where points of the map lie in it: numbers, or arrays of them.
+        still: The world from above; it is copied.
+        pixel: Returns the pixels of points of the map: numbers, or arrays of them.
     """
 
     def __init__(self, still: Picture, pixel: Callable[[Any, Any], tuple[Any, Any]]) -> None:

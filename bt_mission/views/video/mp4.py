@@ -1,4 +1,4 @@
-"""Frames into an MP4 file that browsers and phones play, as they come."""
+"""Frames written to an MP4 file that browsers and phones play."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from bt_mission.core.output import OutputFile
 Picture = npt.NDArray[np.uint8]
 
 KEY_S = 2
-"""Seconds between two frames that stand alone: what a film that is cut short may lack."""
+"""Seconds between two key frames: the part that a truncated video may lack."""
 
 _BT709, _BT601 = 1, 6
 """Numbers of colours and of what makes them of numbers in the standards of video (ITU-T H.273)."""
@@ -71,25 +71,25 @@ class Mp4File:
         context.width, context.height, context.pix_fmt = width, height, "yuv420p"
         context.time_base = Fraction(1, fps)
         context.gop_size = KEY_S * fps
-        # Said, because players that guess do so by a frame's size.
+        # Given, because players otherwise guess it from a frame's size.
         context.color_primaries = context.color_trc = _BT709
         context.colorspace = _BT601
         context.color_range = 1
         context.options = {"preset": "veryfast", "crf": "22"}
 
     def add(self, picture: Picture, times: int = 1) -> None:
-        """Add a frame, several times if wanted: 8-bit RGB, height x width x 3."""
+        """Add a frame, optionally several times: 8-bit RGB, height x width x 3."""
         if self.fault is None:
             self._guarded(lambda: self._encode(picture, times))
 
     @property
     def path(self) -> Path:
-        """Where it lies: of one that replaces another, beside that until it is closed whole."""
+        """The path: a file that replaces another is beside that until it is closed complete."""
         return self.output.place
 
     @property
     def fault(self) -> str | None:
-        """Why nothing more is written; None while it is."""
+        """Why nothing more is written; None without a fault."""
         return self.output.fault
 
     def abandon(self, why: str) -> None:
@@ -97,10 +97,10 @@ class Mp4File:
         self.output.abandon(why)
 
     def close(self, *, replaces: bool = True) -> None:
-        """Write what is left, and close the file; once is enough.
+        """Write the remaining frames, and close the file; further calls do nothing.
 
         Args:
-            replaces: Does it replace the file that was there, where it is whole?
+            replaces: Whether a complete file replaces the existing one.
         """
         if self._is_closed:
             return

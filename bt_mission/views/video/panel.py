@@ -1,4 +1,4 @@
-"""What is log_line beside the picture: the mission, its time, what it does, and what came of it."""
+"""The captions beside the images: the mission, its time, what it does, and its result."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ REASON_LINES = 3
 
 @dataclass(frozen=True)
 class PanelLeaf:
-    """A leaf that runs, and how far it has come."""
+    """A running leaf, and its progress."""
 
     name: str
     progress: LeafProgress | None = None
@@ -39,15 +39,15 @@ class PanelLeaf:
 
 @dataclass(frozen=True)
 class Captions:
-    """What is log_line at one instant.
+    """The captions at one instant.
 
     Args:
         seconds: Virtual time since the start.
-        state: A word for where the mission stands; the last ones are outcomes.
-        leaves: Those that run.
-        log_line: What the mission log_line last.
-        reason: Why it ended so.
-        facts: What it came to so far, in a line.
+        state: The state of the mission in a word; the last ones are outcomes.
+        leaves: The running leaves.
+        log_line: The last line of the mission's log.
+        reason: The reason of its end.
+        facts: The result so far, in a line.
     """
 
     mission: str
@@ -114,7 +114,7 @@ def _draw_leaf(draw: ImageDraw.ImageDraw, leaf: PanelLeaf, y: float, room: int) 
 
 
 def _fitting(text: str, size: int, room: float, *, bold: bool = False) -> str:
-    """As much of a text as fits on one line."""
+    """Return as much of a text as fits on one line."""
     text = " ".join(map(escape_control, text.split()))
     if width_px(text, size, bold=bold) <= room:
         return text

@@ -1,4 +1,4 @@
-"""A run on its way into a film: a frame for each twentieth of a second of virtual time."""
+"""The recorder of a video: a frame for each twentieth of a second of virtual time."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FPS = 20
 WIDTH, HEIGHT = 1280, 720
 ABOVE = (720, 720)
 AHEAD = (560, 420)
-"""Widths and heights of the two pictures; captions stand below the second."""
+"""Widths and heights of the two images; captions are below the second."""
 
 AHEAD_EVERY = 2
 """Frames for each new picture of the robot's camera, which takes 10 a second."""
@@ -33,10 +33,10 @@ SEEN_EVERY = 4
 """Frames for each new scan of the lidar, which takes 5 a second."""
 
 OUTCOME_S = 2.5
-"""How long the outcome stands at the end."""
+"""The time for which the outcome is shown at the end."""
 
 FRAMES = ("", "map")
-"""What goals call the frame that the picture is in."""
+"""The frames that goals use on the map of the image."""
 
 
 class MovingImage(Protocol):
@@ -47,38 +47,38 @@ class MovingImage(Protocol):
 
 
 class RobotViews(Protocol):
-    """Where the pictures come from: `sim.views.views`."""
+    """The source of the images: `sim.views.views`."""
 
     still: Picture
 
     @property
     def pose(self) -> tuple[float, float, float]:
-        """Where the robot is: m, m, rad."""
+        """The robot's pose: m, m, rad."""
 
     def pixel(self, x: Any, y: Any, /) -> tuple[Any, Any]:
-        """Where points of the map lie from above."""
+        """Return the pixels of points of the map from above."""
 
     def look(self) -> None:
         """Have the next pictures be those of the present instant."""
 
     def moving(self) -> Iterable[MovingImage]:
-        """What can move, from above."""
+        """Return the moving objects from above."""
 
     def ahead(self) -> Picture:
-        """What the robot's camera sees."""
+        """Return the image of the robot's camera."""
 
     def seen(self) -> npt.NDArray[np.float64]:
-        """Where the lidar's rays end: n x 2, m."""
+        """Return the ends of the lidar's rays: n x 2, m."""
 
     def close(self) -> None:
         """Give the renderers back."""
 
 
 class VideoRecorder:
-    """Films a session from now on, until it is closed.
+    """Records a video of a session from now on, until it is closed.
 
-    Use it as a context manager around the steps of the session, before the first one. It looks on
-    after each tick, and changes nothing: a fault ends the film, and the mission goes on.
+    Use it as a context manager around the steps of the session, before the first one. It runs after
+    each tick, and changes nothing: an error ends the video, and the mission continues.
 
     Args:
         session: A mission on the stage.
@@ -111,21 +111,21 @@ class VideoRecorder:
 
     @property
     def missing(self) -> str:
-        """What the film lacks, in words; empty when it lacks nothing."""
+        """What the video lacks, as text; empty if it is complete."""
         if self.file.fault is None:
             return ""
         return f"everything after {self.file.frames / FPS:.1f} s ({self.file.fault})"
 
     def finish(self) -> None:
-        """Show what came of the mission, and close the film."""
+        """Show the result of the mission, and close the video."""
         self._guarded(lambda: self._shoot(round(OUTCOME_S * FPS)))
         self.close()
 
     def close(self, *, replaces: bool = True) -> None:
-        """Film no more; once is enough.
+        """Stop recording; further calls do nothing.
 
         Args:
-            replaces: Does the film replace a file that was there, where it is whole?
+            replaces: Whether a complete video replaces an existing file.
         """
         if self._is_closed:
             return
@@ -141,7 +141,7 @@ class VideoRecorder:
         self._guarded(self._look_now)
 
     def _look_now(self) -> None:
-        """Take the frames that are due; where time has jumped, several of the same."""
+        """Add the frames that are due; after a jump of time, several equal ones."""
         elapsed_ns = self._session.now_ns - self._session.start_ns
         due = elapsed_ns * FPS // 1_000_000_000 + 1 - self.file.frames
         if due > 0:

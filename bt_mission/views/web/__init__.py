@@ -1,1 +1,1 @@
-"""A mission in a browser: what a terminal shows, over a WebSocket, with a page of its own."""
+"""A mission in a browser: a page with the content of the terminal views, over a WebSocket."""

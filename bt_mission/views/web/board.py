@@ -1,4 +1,4 @@
-"""All that pages are told of a mission, and at which revision each part of it last changed."""
+"""The data that pages receive of a mission, each part with the revision of its last change."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ MOST_CHANGES = 20_000
 """Changes of nodes that are kept for pages that open late; beyond it, the last of each node."""
 
 LOG_LINES = 500
-"""Lines that a page is told when it opens."""
+"""Lines that a page receives when it opens."""
 
 Key = TypeVar("Key", bound=Hashable)
 
@@ -41,14 +41,14 @@ Series = list[tuple[float, float]]
 class _Revised(Generic[Key]):
     """Values by key, the last changed ones last.
 
-    A page that is slow misses values in between and never the newest; nothing is queued for it.
+    A slow page misses values in between and never the newest; nothing is queued for it.
     """
 
     def __init__(self) -> None:
         self._kept: dict[Key, tuple[int, Any]] = {}
 
     def put(self, key: Key, value: Any, revision: int) -> bool:
-        """Keep a value; gives whether it is another one than before."""
+        """Keep a value. Return whether it differs from the one before."""
         before = self._kept.get(key)
         if before is not None and before[1] == value:
             return False
@@ -57,7 +57,7 @@ class _Revised(Generic[Key]):
         return True
 
     def since(self, revision: int) -> dict[Key, Any]:
-        """What has changed after a revision, in the order of the changes."""
+        """Return what has changed after a revision, in the order of the changes."""
         changes: list[tuple[Key, Any]] = []
         for key in reversed(self._kept):
             changed, value = self._kept[key]
@@ -67,7 +67,7 @@ class _Revised(Generic[Key]):
         return dict(reversed(changes))
 
     def drop(self, key: Key) -> None:
-        """Forget a value; pages that have it keep it."""
+        """Remove a value; pages that have it keep it."""
         self._kept.pop(key, None)
 
     def clear(self) -> None:
@@ -76,16 +76,16 @@ class _Revised(Generic[Key]):
 
 
 class _LogLines:
-    """The newest lines. A log that has lost its newest lines, as in a replay, is told anew."""
+    """The newest lines. A log that has lost its newest lines, as in a replay, is sent again."""
 
     def __init__(self) -> None:
         self._lines: list[tuple[int, list[Any]]] = []
-        """Each with the revision at which it came."""
+        """Each line with the revision at which it was added."""
         self._last: LogEntry | None = None
         self._reset_revision = 0
 
     def show(self, log: Sequence[LogEntry], start_ns: int, revision: int) -> bool:
-        """Take a log in as it is now; gives whether it is another one than before."""
+        """Replace the log. Return whether it differs from the one before."""
         if (log[-1] if log else None) == self._last:
             return False
         new: list[LogEntry] = []
@@ -102,7 +102,7 @@ class _LogLines:
         return True
 
     def since(self, revision: int) -> dict[str, Any]:
-        """The lines that came after a revision, and whether they replace those before."""
+        """Return the lines added after a revision, and whether they replace the earlier ones."""
         lines: list[list[Any]] = []
         for came, line in reversed(self._lines):
             if came <= revision:
@@ -115,10 +115,10 @@ class _LogLines:
 
 
 class Board:
-    """What pages are told. Fill it with ``show``; a page asks what is new :meth:`since` a revision.
+    """The data for pages. Fill it with ``show``; a page gets the changes :meth:`since` a revision.
 
-    The revision grows with every change and is never reset, so a page that has lost its
-    connection begins at 0 and is then as complete as any other.
+    The revision grows with every change and is never reset, so a page that has lost its connection
+    begins at 0 and is then as complete as any other.
     """
 
     def __init__(self) -> None:
@@ -143,14 +143,14 @@ class Board:
     # ---- what is shown --------------------------------------------------------------------
 
     def put(self, name: str, value: Any) -> None:
-        """Show a part that is told as a whole: anything that JSON can hold."""
+        """Replace a part that is sent as a whole: anything that JSON can hold."""
         self._advance(self._parts.put(name, encoding.shown(value), self._next))
 
     def show(self, mission: MissionState, touched: Iterable[int] | None) -> None:
-        """Show a mission as it is now.
+        """Replace the mission's state.
 
         Args:
-            touched: Indices of the nodes that may have changed; None where all may have.
+            touched: Indices of the nodes that may have changed; None if all may have.
         """
         if mission.tree is not self._tree:
             self._begin(mission.tree)
@@ -176,7 +176,7 @@ class Board:
             match event:
                 case NodeChanged(time_ns, node, status, message):
                     if self._changes_begin is None:
-                        # Without a time it is the present: what was before is not known.
+                        # Without a time it is the present: earlier statuses are not known.
                         is_whole = time_ns is not None
                         since_ns = tree.time_ns if is_whole else mission.now_ns
                         self._changes_begin = (since_ns - tree.time_ns) / NS
@@ -209,10 +209,10 @@ class Board:
         """The values that a variable has had."""
         return self._series.get(name, [])
 
-    # ---- what a page is told --------------------------------------------------------------
+    # ---- data for a page ------------------------------------------------------------------
 
     def since(self, revision: int) -> dict[str, Any]:
-        """What has changed after a revision; empty where nothing has."""
+        """Return what has changed after a revision; empty without a change."""
         changes: dict[str, Any] = self._parts.since(revision) | self._log.since(revision)
         if self._tree_revision > revision:
             changes["tree"] = self._sent_tree
@@ -230,7 +230,7 @@ class Board:
         return changes
 
     def robot_since(self, revision: int) -> dict[str, Any]:
-        """As :meth:`since`, of the robot and its map."""
+        """As :meth:`since`, for the robot and its map."""
         return self._robot.since(revision)
 
     # ---- inside ---------------------------------------------------------------------------
@@ -259,7 +259,7 @@ class Board:
         self._changes.append([time_s, node, code, escape_control(message)])
 
     def _forget_changes(self) -> None:
-        """Join the older half of the changes into one for each node, at the time of the last."""
+        """Merge the older half of the changes into one for each node, at the time of the last."""
         old, kept = self._changes[: MOST_CHANGES // 2], self._changes[MOST_CHANGES // 2 :]
         self._changes_begin = begin = old[-1][0]
         last = {index: [begin, index, status, message] for _, index, status, message in old}
@@ -308,7 +308,7 @@ class Board:
 
 
 def put_state(board: Board, mission: MissionState, **more: Any) -> None:
-    """Put on the board how the mission stands, and the time."""
+    """Put the state of the mission, and the time, on the board."""
     state, tree, charge = mission.state, mission.tree, mission.robot.charge
     board.put(
         "state",
@@ -329,7 +329,7 @@ def put_state(board: Board, mission: MissionState, **more: Any) -> None:
 
 
 def touched_by(happened: Iterable[Event]) -> set[int] | None:
-    """Return the nodes that events are about; None where that may be all of them."""
+    """Return the nodes of events; None if that may be all of them."""
     touched: set[int] = set()
     for event in happened:
         match event:

@@ -1,7 +1,7 @@
 """A mission's state as JSON for the page: numbers are finite, times are seconds since its start.
 
-Every text is escaped as for a terminal, so that none can hide or turn round what stands beside it;
-that it is no markup is the page's part, which writes text as text only.
+Every text is escaped as for a terminal, so that none can hide or reverse its neighbours. The page
+prevents markup: it writes text as text only.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ def shown(value: Any) -> Any:
 
 
 def tree(started: RunStarted) -> dict[str, Any]:
-    """Return a tree: of each node its name, class and parent's index."""
+    """Return a tree: name, class and parent's index of each node."""
     nodes = [(node.name, node.kind, node.parent, node.path) for node in started.nodes]
     facts = {"run": started.run, "mission": started.mission, "nodes": nodes}
     return {**shown(facts), "start": started.time_ns / NS}
 
 
 def node(mission: MissionState, index: int) -> list[Any]:
-    """Return how a node stands: status, message, since when, how long it ran, and its progress."""
+    """Return the state of a node: status, message, start, running time, and progress."""
     assert mission.tree is not None, "nodes are those of a tree"
     since_ns, ran_ns = mission.since_ns[index], mission.ran_ns[index]
     progress = mission.progress.get(index) if index in mission.running else None
@@ -69,7 +69,7 @@ def node(mission: MissionState, index: int) -> list[Any]:
 
 
 def node_details(mission: MissionState, index: int) -> dict[str, Any] | None:
-    """Return what a node is asked to do, and how it has ended; None where there is no such node."""
+    """Return the details of a node, and its ends; None for an unknown node."""
     if mission.tree is None or not 0 <= index < len(mission.tree.nodes):
         return None
     start_ns = mission.tree.time_ns
@@ -96,7 +96,7 @@ def goal(goal: GoalChanged, changed_ns: int, start_ns: int) -> list[Any]:
 
 
 def requirement(requirement: RequirementChanged) -> dict[str, Any]:
-    """Return what a requirement has come to."""
+    """Return the result of a requirement."""
     facts: dict[str, Any] = shown(
         {
             "name": requirement.name,
@@ -124,7 +124,7 @@ def _pose(robot: RobotState) -> Any:
 
 
 def _scan(robot: RobotState) -> list[int]:
-    """Where the lidar has seen something, x and y in turn, cm."""
+    """The points of the lidar, x and y in turn, cm."""
     places = np.asarray(robot.scan_points(), np.float64).reshape(-1, 2)
     finite = places[np.isfinite(places).all(axis=1)]
     rounded: list[int] = (finite * 100).round().astype(int).ravel().tolist()
@@ -149,11 +149,11 @@ ROBOT_PARTS: Mapping[str, Callable[[RobotState], Any]] = {
         for name, pose in robot.others.items()
     ],
 }
-"""What is shown of a robot besides its map, by name; m and rad, but for the scan."""
+"""The parts of a robot that are shown besides its map, by name; m and rad, except the scan."""
 
 
 def _places(points: Sequence[tuple[float, float]]) -> list[list[float]]:
-    """Places to the centimetre, without those that are none."""
+    """Return places to the centimetre, without invalid ones."""
     places = np.asarray(points, np.float64).reshape(-1, 2)
     rounded: list[list[float]] = places[np.isfinite(places).all(axis=1)].round(2).tolist()
     return rounded
@@ -162,7 +162,7 @@ def _places(points: Sequence[tuple[float, float]]) -> list[list[float]]:
 def grid(known: Map | None) -> dict[str, Any] | None:
     """Return a map, its cells row by row in runs: a kind (0 free, 1 unknown, 2 wall) and a length.
 
-    None where it is not known, or its size and its cells disagree.
+    None if it is not known, or its size and its cells disagree.
     """
     if known is None:
         return None

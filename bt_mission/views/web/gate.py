@@ -1,8 +1,8 @@
-"""Who may have the page: whoever has the link, from a browser that means this server.
+"""Access control of the page: anyone with the link, from a browser that addresses this server.
 
-The token keeps other users of the machine out. Any page of the web can have a visitor's browser
-talk to this machine, so the addresses that the browser names are checked, too: ``Host`` against
-names that were made to point here (DNS rebinding), ``Origin`` against pages of others.
+The token excludes other users of the machine. Any page of the web can have a visitor's browser talk
+to this machine, so the addresses that the browser names are checked, too: ``Host`` against names
+that were made to point here (DNS rebinding), ``Origin`` against pages of others.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ HEADERS = {
 
 
 class Gate:
-    """Passes on to an application what has the token, and names this server.
+    """Passes requests with the token and a name of this server on to an application.
 
     Args:
-        app: Sees paths without the token.
+        app: Gets paths without the token.
         token: The first part of each path.
-        host: Where the server listens; a name by which it may be called.
-        admitted: What a request that is passed on is served in.
+        host: The address of the server; a name by which it may be called.
+        admitted: The context in which an admitted request is served.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class Gate:
         self._admitted = admitted
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request, or have the application do so."""
+        """Answer a request, or let the application do so."""
         if not scope["path"].startswith("/"):
             await _refuse(scope, send, 400, NO_PATH)
             return
@@ -90,7 +90,7 @@ class Gate:
             await self._app(inner, receive, send_guarded)
 
     def _refusal(self, scope: Scope) -> str:
-        """Why a request is refused; empty where it is not."""
+        """Return why a request is refused; empty if it is not."""
         named = _header(scope, "host")
         if not self._is_ours(named):
             return "This server is called by its address or as localhost only.\n"
@@ -103,7 +103,10 @@ class Gate:
         return ""
 
     def _is_ours(self, named: str) -> bool:
-        """Is this how a browser calls this server? An address cannot be made to point elsewhere."""
+        """Return whether a browser calls this server by an address.
+
+        An address cannot be redirected.
+        """
         if not AUTHORITY.fullmatch(named):
             return False
         try:
@@ -120,7 +123,7 @@ class Gate:
 
 
 def is_loopback(host: str) -> bool:
-    """Is this an address, or a name, that other machines do not reach?"""
+    """Return whether an address, or a name, cannot be reached by other machines."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:

@@ -1,4 +1,4 @@
-"""A mission that runs, for pages: who is watched, what comes, and what is wanted of it."""
+"""A running mission, for pages: the attachment, the received messages, and the requests."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bt_mission.views.web.page_requests import PageRequest
 from bt_mission.views.web.pictures import jpeg_of
 
 CHECK_S = 1.0
-"""Wall time between two looks at who is there, once somebody is watched."""
+"""Wall time between two searches for executives, once one is attached."""
 
 PICTURE_S = 0.15
 """Wall time between two pictures of the camera."""
@@ -34,7 +34,7 @@ WORDS = {verb: word for word, verb in VERBS.items()} | {Verb.BREAK: "breakpoint"
 
 @dataclass(frozen=True)
 class OpenPanels:
-    """What pages have open, beside what all of them show."""
+    """The open panels of pages, besides those that are always shown."""
 
     map: bool = False
     camera: bool = False
@@ -44,10 +44,10 @@ class LiveMission:
     """Watches an executive of a graph.
 
     Args:
-        graph: Where executives are found.
-        name: Of the executive to watch; None takes the only one, or has a page choose.
-        refusal: Why nothing can be asked of it any more; empty as long as it can.
-        is_fleet: Offer the choice of another executive for as long as there are several.
+        graph: The executives.
+        name: The executive to watch; None takes the only one, or has a page choose.
+        refusal: Returns why no request is possible any more; empty as long as requests are.
+        is_fleet: Offer the choice of another executive as long as there are several.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class LiveMission:
     ) -> None:
         self.board = Board()
         self.picture: tuple[int, bytes] | None = None
-        """The newest picture of the camera as JPEG, and its number; None without one."""
+        """The newest image of the camera as JPEG, and its number; None without one."""
         self.nobody_s = 0.0
         """Wall time for which nobody was there, s, as long as nobody has been watched yet."""
         self._graph = graph
@@ -72,7 +72,7 @@ class LiveMission:
         self._since_picture = Stopwatch()
         self._hint = ""
         self._has_moved = True
-        """Has the robot told anything that is not on the board yet?"""
+        """Whether the robot has sent anything that is not on the board yet."""
         self._is_choice, self._is_fleet = False, is_fleet
 
     @property
@@ -86,7 +86,7 @@ class LiveMission:
         self._attachment.attach(name)
 
     def look(self, panels: OpenPanels) -> None:
-        """Take what has come, and put it on the board."""
+        """Put what was received on the board."""
         self._graph.serve()
         self._look_round()
         source, watched = self._attachment.source, self._watched
@@ -109,7 +109,7 @@ class LiveMission:
         self._put_state()
 
     def perform(self, request: PageRequest) -> None:
-        """Pass a wish on to the executive; its answer comes later, as a notice."""
+        """Send a request to the executive; its response arrives later, as a notice."""
         source = self._attachment.source
         if request.do == "attach":
             if request.name in (executive.name for executive in self._graph.find()):
@@ -147,7 +147,7 @@ class LiveMission:
         self._watched, self._has_moved = WatchedMission(), True
 
     def _look_round(self) -> None:
-        """Look at who is there: always while nobody is watched, and now and then after that."""
+        """Search for executives: always without an attachment, and every few seconds with one."""
         if self._attachment.source is not None and self._since_check.elapsed_s < CHECK_S:
             return
         self._since_check = Stopwatch()

@@ -1,4 +1,4 @@
-"""What a page may send: one small JSON object a message, checked before anything is done."""
+"""The requests of a page: one small JSON object a message, checked first."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CONTROLS: Mapping[str, str] = {
     "breakpoint": "node",
     "attach": "name",
 }
-"""What changes something for everybody who looks on, with what it takes."""
+"""Requests that change something for all viewers, with their fields."""
 
 QUESTIONS: Mapping[str, str] = {
     "select": "node",
@@ -29,20 +29,20 @@ QUESTIONS: Mapping[str, str] = {
     "camera": "is_on",
     "series": "name",
 }
-"""What a page asks for itself alone."""
+"""Requests of a page for itself."""
 
 
 class PageRequestError(BtMissionError):
-    """What has come is no request of our page."""
+    """A message that is not a request of our page."""
 
 
 @dataclass(frozen=True)
 class PageRequest:
-    """What a page wants.
+    """A request of a page.
 
     Attributes:
         do: One of :data:`CONTROLS` or :data:`QUESTIONS`.
-        node: Index of the node it is about.
+        node: The index of its node.
     """
 
     do: str
@@ -55,7 +55,7 @@ def read_request(text: str) -> PageRequest:
     """Read a message of a page.
 
     Raises:
-        PageRequestError: For anything that our page does not send.
+        PageRequestError: Our page does not send this.
     """
     if len(text) > LONGEST:
         raise PageRequestError(f"a message of {len(text)} characters, at most {LONGEST}")

@@ -1,4 +1,4 @@
-"""The pages that are open: each is told what is new to it as fast as it takes it, and no faster."""
+"""The open pages: each receives its changes as fast as it reads them."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ LONGEST_REASON = 100
 
 
 class OpenPage:
-    """One page: what it has been told, and what it has open.
+    """One page: the revision it has received, and its open panels.
 
     Args:
         socket: Accepted already.
-        shown: What it looks at.
-        is_read_only: May it only look?
+        shown: The mission.
+        is_read_only: Whether it may only watch.
     """
 
     def __init__(self, socket: WebSocket, shown: LiveMission, *, is_read_only: bool) -> None:
@@ -45,7 +45,7 @@ class OpenPage:
         self._answers: dict[str, Any] = {}
 
     async def serve(self) -> None:
-        """Tell and listen until the page is closed, or is not one of ours."""
+        """Send and receive until the page is closed, or is not one of ours."""
         sender = asyncio.create_task(self._send_changes())
         listener = asyncio.create_task(self._listen())
         both = (sender, listener)
@@ -104,7 +104,7 @@ class OpenPage:
                 await self._socket.send_bytes(picture[1])
 
     def _changes(self) -> dict[str, Any]:
-        """What the page has not been told yet."""
+        """Return what the page has not received yet."""
         board = self._shown.board
         changes, self._answers = self._answers, {}
         if self._revision == 0:
@@ -125,8 +125,8 @@ class OpenPages:
     """All pages that are open.
 
     Args:
-        shown: What they look at.
-        is_read_only: May they only look?
+        shown: The mission.
+        is_read_only: Whether they may only watch.
     """
 
     def __init__(self, shown: LiveMission, *, is_read_only: bool) -> None:
@@ -137,12 +137,12 @@ class OpenPages:
 
     @property
     def are_open(self) -> bool:
-        """Is there any?"""
+        """Whether any is open."""
         return bool(self._pages)
 
     @property
     def panels(self) -> OpenPanels:
-        """What at least one of them has open."""
+        """The panels that at least one page has open."""
         return OpenPanels(
             map=any(page.has_map for page in self._pages),
             camera=any(page.has_camera for page in self._pages),
@@ -162,7 +162,7 @@ class OpenPages:
             self._pages.discard(page)
 
     def wake(self) -> None:
-        """Have each page told what is new to it."""
+        """Let each page send its changes."""
         newest = (self._shown.board.revision, self._shown.picture)
         if newest != self._sent:
             self._sent = newest

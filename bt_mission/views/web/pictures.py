@@ -17,7 +17,7 @@ QUALITY = 75
 
 
 def jpeg_of(image: CameraImage) -> bytes | None:
-    """Return a picture; None where its encoding is another, or its size and its data disagree."""
+    """Return an image as JPEG; None for another encoding, or if its size and its data disagree."""
     channels = CHANNELS.get(image.encoding)
     if channels is None or image.width < 1 or image.height < 1:
         return None

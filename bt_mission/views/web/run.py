@@ -1,4 +1,4 @@
-"""A mission that this process carries out, step by step between the page's requests."""
+"""A mission that this process runs, step by step between the page's requests."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ ENDED = "the mission has ended"
 
 
 class Outcome(Protocol):
-    """The report of a mission or of a fleet, as far as it matters here."""
+    """The report of a mission or of a fleet, as used here."""
 
     @property
     def status(self) -> str:
-        """What it came to."""
+        """Its status."""
 
 
 R = TypeVar("R", bound=Outcome)
 
 
 def page_stays(status: str) -> str:
-    """Return what people are told when a mission has ended, with what it came to."""
+    """Return the line for the user after the end of a mission, with its result."""
     return f"{ENDED}: {status}; the page stays until Ctrl-C"
 
 
 class ShownRun(Generic[R]):
-    """Drives a session while pages look on. When it has ended, they stay until somebody leaves.
+    """Runs a session for pages. After its end, they stay until the user leaves.
 
-    A server that fails ends nothing: the mission goes on without it.
+    A server that fails ends nothing: the mission continues without it.
 
     Args:
         server: Shows the session.
-        driver: The session on its way.
-        is_left: Has somebody left? Who ends the mission leaves with it.
-        say: Told what people have to know, a line at a time.
+        driver: The running session.
+        is_left: Returns whether the user has left. Ending the mission leaves, too.
+        say: Called with lines for the user.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class ShownRun(Generic[R]):
         self._say = say
 
     def run_to_the_end(self) -> R:
-        """Carry the mission out, and show it until somebody leaves; gives its report."""
+        """Run the mission, and show it until the user leaves. Return its report."""
         try:
             asyncio.run(self._run())
         except Exception as error:  # noqa: BLE001 - what shows a mission must not break it

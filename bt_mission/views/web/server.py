@@ -1,4 +1,4 @@
-"""The server of the page: ASGI, on the event loop of the process, with no thread of its own."""
+"""The server of the page: ASGI, on the event loop of the process, without a thread."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ FRAME_S = 0.03
 """Wall time between two looks at what is new."""
 
 FAST_FRAME_S = 0.1
-"""The same beside a mission that goes as fast as it can: each look is taken from its time."""
+"""The same beside a mission that runs as fast as possible: each look takes time from it."""
 
 IDLE_S = 0.5
 """The same as long as no page is open."""
 
 FRAMES = FrameRate(long_run_s=20.0, most=60)
-"""What a page may send."""
+"""The rate of messages of a page."""
 
 TYPES = {
     "html": "text/html; charset=utf-8",
@@ -45,12 +45,12 @@ TYPES = {
 
 @dataclass(frozen=True)
 class WebOptions:
-    """Where the page is served, and to whom.
+    """The address of the page, and its rights.
 
     Attributes:
         port: 0 takes any that is free.
-        is_read_only: May pages only look?
-        frame_s: Wall time between two looks at what is new while a page is open.
+        is_read_only: Whether pages may only watch.
+        frame_s: Wall time between two looks for changes while a page is open.
     """
 
     host: str = "127.0.0.1"
@@ -87,10 +87,10 @@ class PageServer:
         self._server = GuardedServer(gate, connections, FRAMES, most_bytes=4 * LONGEST)
 
     async def serve(self, until: Callable[[], bool]) -> None:
-        """Serve, and look at what is new many times a second, until a condition holds.
+        """Serve, and look for changes many times a second, until a condition is true.
 
         Raises:
-            Exception: What the look at the mission raises.
+            Exception: An exception of the mission's view.
         """
         loop = asyncio.get_running_loop()
         faults: list[Exception] = []
@@ -116,10 +116,10 @@ class PageServer:
         self._socket.close()
 
     def _look(self) -> None:
-        """Take what is new, for pages; there is nothing new where a page has all of its data."""
+        """Look for changes, for pages; there are none if a page has all its data."""
 
     async def _file(self, request: Request) -> Response:
-        """Return a file of the page: what a request names is looked up, never opened."""
+        """Return a file of the page: a request's name is looked up, never opened."""
         name = request.path_params.get("name", "index.html")
         content = self._files.get(name)
         if content is None:
@@ -131,8 +131,8 @@ class WebServer(PageServer):
     """Serves a mission to pages.
 
     Args:
-        shown: What the pages look at.
-        options: As :class:`PageServer` takes them.
+        shown: The mission of the pages.
+        options: See :class:`PageServer`.
     """
 
     def __init__(self, shown: LiveMission, options: WebOptions) -> None:

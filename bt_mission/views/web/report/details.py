@@ -1,4 +1,4 @@
-"""What a page shows of a recorded run besides its history: all of it at once."""
+"""The details of a recorded run on its page, besides its history."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def _made(run: RecordedRun) -> Iterator[tuple[str, str]]:
 
 
 def _failure(run: RecordedRun, mission: MissionState) -> dict[str, Any] | None:
-    """Return the nodes from the root to the one whose failure came last, when, and its message."""
+    """Return the path to the node whose failure was last, its time, and its message."""
     path = mission.failure_path()
     if not path:
         return None
@@ -190,7 +190,7 @@ def _feedback(run: RecordedRun, goal: RecordedGoal) -> list[dict[str, Any]]:
 
 
 def _fields(values: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Return fields of a message by their dotted names, without those that say nothing."""
+    """Return fields of a message by their dotted names, without empty ones."""
     fields = [
         (name, text)
         for name, value in _flat("", values)
@@ -248,7 +248,7 @@ def _spans(run: RecordedRun) -> dict[str, Any]:
 
 
 def _truth(run: RecordedRun) -> dict[str, list[float]]:
-    """Return where the robot truly was, as far as a simulation knows."""
+    """Return the true poses, if a simulation has them."""
     track = Track()
     for time_ns, x, y, yaw in zip(
         run.truth.times.tolist(), run.truth.x, run.truth.y, run.truth.yaw, strict=True
@@ -260,7 +260,7 @@ def _truth(run: RecordedRun) -> dict[str, list[float]]:
 
 
 def _log(run: RecordedRun) -> list[tuple[float, str, str, str]]:
-    """Return the lines of all logs; where there are too many, those of the highest levels."""
+    """Return the lines of all logs; of too many, those of the highest levels."""
     lines = list(run.log)
     for least in (0, 20, 30, 40):
         chosen = [line for line in lines if line.level >= least]

@@ -1,4 +1,4 @@
-"""What is computed from a recorded run: stops, ends of leaves, distance, figures against time."""
+"""The figures of a recorded run: stops, ends of leaves, distance, figures against time."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from bt_mission.recording.model import Floats, RecordedRequirement, RecordedRun,
 STILL_M_S = 0.01
 STILL_RAD_S = 0.02
 STOP_S = 1.5
-"""A robot that stands still for so long has stopped."""
+"""A robot that stands for this time has stopped."""
 
 MOST_POINTS = 1200
 """Of a chart."""
@@ -80,7 +80,7 @@ def charts(run: RecordedRun) -> list[Chart]:
 
 
 def margin_chart(run: RecordedRun, requirement: RecordedRequirement) -> Chart | None:
-    """Return the margin of a requirement against time; None where it has none."""
+    """Return the margin of a requirement against time; None without a margin."""
     has_margin = np.isfinite(requirement.margins)
     if not has_margin.any():
         return None
@@ -90,7 +90,7 @@ def margin_chart(run: RecordedRun, requirement: RecordedRequirement) -> Chart | 
 
 
 def thinned(times: Times, values: Floats, most: int = MOST_POINTS) -> tuple[Times, Floats]:
-    """Return at most so many points, of each stretch the least and the greatest value."""
+    """Return at most `most` points, of each stretch the least and the greatest value."""
     finite = np.isfinite(values)
     times, values = times[finite], values[finite]
     count = len(times)
@@ -124,7 +124,7 @@ def stops(track: Track) -> list[tuple[int, float, float, float]]:
 
 
 def leaves(run: RecordedRun) -> list[tuple[int, Counter[str], float]]:
-    """Return of each leaf that ran its index, how often it ended how, and how long it ran, s."""
+    """Return for each leaf that ran its index, the number of each end, and its running time, s."""
     inner = {node.parent for index, node in enumerate(run.tree) if node.parent != index}
     return [
         (

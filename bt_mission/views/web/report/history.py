@@ -1,8 +1,8 @@
-"""A recording as the messages that a page gets: what changed, and when.
+"""A recording as the messages of a page: changes with their times.
 
 The messages are those of a live page, since both come from a :class:`Board`. The page applies them
-in order to get to any instant. Poses, scans and maps are thinned: a page shows them, nothing is
-computed from them.
+in order for any instant. Poses, scans and maps are thinned: a page shows them, nothing is computed
+from them.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ SCAN_NS = 1_000_000_000
 
 MOST_SCANS = 3_600
 MOST_MAPS = 60
-"""Of a recording, spread over it; a map that equals the one before does not count."""
+"""Maps of a recording, spread over it; a map that equals the one before does not count."""
 
 SCAN_POINTS = 180
-"""Of one scan, spread over it."""
+"""Points of one scan, spread over it."""
 
 STEP_M, TURN_RAD = 0.005, 0.02
-"""A robot that has moved less stands still."""
+"""A robot that has moved less stands."""
 
 
 class History:
@@ -110,7 +110,7 @@ class History:
             self._keep(time_ns, happened, has_seen=has_seen)
 
     def _see(self, time_ns: int, message: RobotMessage) -> bool:
-        """Take in a scan, a map or zones where one is due; return whether it is."""
+        """Handle a scan, a map or zones if one is due; return whether it is."""
         match message.topic:
             case "scan":
                 if time_ns - self._scan_ns < max(SCAN_NS, self._length_ns // MOST_SCANS):
@@ -147,7 +147,7 @@ class History:
             if "scan" in robot:
                 robot["scan"] = thinned_scan(robot["scan"])
         self._revision = board.revision
-        changed.pop("clock", None)  # the page knows what time it shows
+        changed.pop("clock", None)  # the page knows the time that it shows
         changed.pop("past", None)
         if changed:
             self._times.append(self._s(time_ns))
@@ -155,7 +155,7 @@ class History:
 
 
 def viewed(message: RobotMessage) -> messages.Robot | None:
-    """Return a message as viewers take it; None where it cannot be read."""
+    """Return a message for viewers; None if it cannot be read."""
     try:
         return message.viewed()
     except UNREADABLE:
@@ -163,18 +163,18 @@ def viewed(message: RobotMessage) -> messages.Robot | None:
 
 
 class Track:
-    """Where a robot was: times, s, and poses, m and rad; in columns, for JSON."""
+    """The track of a robot: times, s, and poses, m and rad; in columns, for JSON."""
 
     def __init__(self) -> None:
         self._rows: list[tuple[float, float, float, float]] = []
         self._is_still = False
 
     def is_due(self, time_s: float, every_s: float) -> bool:
-        """Is the last pose so old?"""
+        """Return whether the last pose is old enough."""
         return not self._rows or time_s - self._rows[-1][0] >= every_s
 
     def add(self, time_s: float, pose: Pose2D) -> None:
-        """Keep a pose; of a robot that stands still the first and the last."""
+        """Keep a pose; of a standing robot the first and the last."""
         if not math.isfinite(pose.x + pose.y + pose.yaw):
             return
         row = (time_s, round(pose.x, 3), round(pose.y, 3), round(pose.yaw, 3))
@@ -203,5 +203,5 @@ def thinned_scan(points: list[int]) -> list[int]:
 
 
 def spread(count: int, most: int) -> Any:
-    """Return at most so many of the first numbers, spread evenly."""
+    """Return at most `most` of the first numbers, spread evenly."""
     return np.unique(np.linspace(0, max(0, count - 1), min(count, most)).astype(int))

@@ -39,9 +39,9 @@ _EXPORT = re.compile(r"^export (?=(?:async )?(?:const|function|class) (\w+))", r
 
 @dataclass(frozen=True)
 class RobotRun:
-    """What a page shows of the run of one robot: its name, the state at the end, and the data.
+    """The run of one robot on a page: its name, the state at the end, and the data.
 
-    `data` may have besides: `at`, s, where the page opens it instead of at its end; the `speed` at
+    `data` may also have: `at`, s, where the page opens it instead of at its end; the `speed` at
     which it plays; and of `fork` the `command` on a terminal, up to that instant, or the `refusal`
     of a run that cannot run again.
     """
@@ -58,13 +58,13 @@ class RobotRun:
 
 
 def write_report(recording: Path, output: Path, robot: str | None = None) -> None:
-    """Generate the page of a recording.
+    """Generate the report of a recording.
 
     Args:
-        robot: Of several robots, the only one on the page; None shows all.
+        robot: Of several robots, the only one in the report; None shows all.
 
     Raises:
-        BtMissionError: For a file that holds no run, and one that cannot be written.
+        BtMissionError: The file has no run, or the report cannot be written.
     """
     write_file(output, page_of(list(robot_runs(recording, robot))))
 
@@ -98,7 +98,7 @@ def _page(runs: Sequence[RobotRun], **inlined: str) -> str:
 
 
 def robot_runs(recording: Path, robot: str | None = None) -> Iterator[RobotRun]:
-    """Yield what a page shows of each robot in a recording; errors as :func:`write_report`."""
+    """Yield the run of each robot in a recording; errors as :func:`write_report`."""
     robots: Sequence[str | None] = [robot] if robot is not None else recorded_robots(recording)
     for name in robots if len(robots) > 1 else [robot]:
         run = read_verified_run(recording, name)
@@ -116,10 +116,10 @@ def robot_runs(recording: Path, robot: str | None = None) -> Iterator[RobotRun]:
 
 @cache
 def bundled(entry: str) -> str:
-    """Return a module of the page, with all that it imports, as one script.
+    """Return a module of the page, with all its imports, as one script.
 
-    Each module is a function that returns what it exports: a page in one file has no addresses
-    from which modules could import.
+    Each module is a function that returns what it exports: a page in one file has no addresses from
+    which modules could import.
     """
     made: dict[str, str] = {}
 
