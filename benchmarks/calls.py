@@ -74,7 +74,7 @@ def main() -> None:
     calls_in(short_s)  # what is made once for a process
     longer, shorter = calls_in(long_s), calls_in(short_s)
     steps = (long_s - short_s) * STEPS_PER_S
-    calls = {one: (count - shorter[one]) / steps for one, count in longer.items()}
+    calls = {name: (count - shorter[name]) / steps for name, count in longer.items()}
     total = sum(calls.values())
     python = sum(count for (file, *_), count in calls.items() if file != "~")
     packages = Counter[str]()

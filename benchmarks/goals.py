@@ -149,11 +149,11 @@ def compare(rounds: int) -> None:
     ours, bare = in_turns(rounds, *(side.spend for side in sides))
     for side in sides:
         side.close()
-    figure("a goal through a leaf, CPU", (1e6 * one for one in ours), "us")
+    figure("a goal through a leaf, CPU", (1e6 * taken_s for taken_s in ours), "us")
     figure("a leaf to a bare client", ratios(ours, bare))
     head = ("a leaf, us a goal", "`ActionClient` alone, us a goal", "ratio", "more, us a goal")
-    cells = [spread(1e6 * one for one in seconds) for seconds in (ours, bare)]
-    more = spread(1e6 * (one - other) for one, other in zip(ours, bare, strict=True))
+    cells = [spread(1e6 * taken_s for taken_s in seconds) for seconds in (ours, bare)]
+    more = spread(1e6 * (own - other) for own, other in zip(ours, bare, strict=True))
     table(head, [[*cells, spread(ratios(ours, bare), 2), more]])
 
 
@@ -205,20 +205,22 @@ def _halting(goals: int, rounds: int) -> list[object]:
     side = Side(lambda options: TimedNode(goals, options), ScriptedServer)
     assert isinstance(side.client, TimedNode)
     node = side.client.runner
-    ordinary, halting, heard = [], [], 0
+    ordinary, halting, canceled = [], [], 0
     while len(halting) < rounds:
         halted, cancels = node.halted, _cancels(side)
         side.executor.step()
         if node.halted > halted:
             assert node.halted - halted == goals
-            heard += _cancels(side) - cancels
+            canceled += _cancels(side) - cancels
             halting.append(1000 * node.seconds[-1])
             ordinary.append(1000 * statistics.median(node.seconds[-6:-1]))
     side.close()
-    each = [1000 * (one - other) / goals for one, other in zip(halting, ordinary, strict=True)]
+    each = [
+        1000 * (halted_s - other) / goals for halted_s, other in zip(halting, ordinary, strict=True)
+    ]
     figure(f"halting {goals} goals, CPU of each", each, "us")
     cells = [goals, spread(ordinary, 2), spread(halting, 2), spread(each)]
-    return [*cells, f"{heard} of {goals * rounds}"]
+    return [*cells, f"{canceled} of {goals * rounds}"]
 
 
 def _cancels(side: Side) -> int:

@@ -65,7 +65,11 @@ def measure(seconds: float, rounds: int, settle_s: float) -> dict[str, list[floa
                 for each, process in processes.items():
                     used_s = process_usage(process.pid)[0] - before[each]
                     shares.setdefault(each, []).append(100 * used_s / wall_s)
-            ended = {each: one for each, one in processes.items() if one.code is not None}
+            ended = {
+                each: ended_process
+                for each, ended_process in processes.items()
+                if ended_process.code is not None
+            }
             if ended:
                 for each, process in ended.items():
                     print(f"{each} ended before it was measured:\n{process.output[-OUTPUT_SHOWN:]}")

@@ -127,7 +127,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--nodes", type=int, default=SIZES[-1], help="of the largest mission")
     options = parser.parse_args()
-    measure(options.rounds, tuple(one for one in SIZES if one <= options.nodes))
+    measure(options.rounds, tuple(size for size in SIZES if size <= options.nodes))
 
 
 if __name__ == "__main__":

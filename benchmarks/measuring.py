@@ -50,17 +50,17 @@ Work = Callable[[], float]
 
 def in_turns(rounds: int, *works: Work) -> list[list[float]]:
     """Seconds of each work, round by round: one after another, so that all meet the same noise."""
-    found: list[list[float]] = [[] for _ in works]
+    times: list[list[float]] = [[] for _ in works]
     for _ in range(rounds):
-        for work, seconds in zip(works, found, strict=True):
+        for work, seconds in zip(works, times, strict=True):
             gc.collect()
             seconds.append(work())
-    return found
+    return times
 
 
 def ratios(ours: Sequence[float], theirs: Sequence[float]) -> list[float]:
     """Ours to theirs, round by round."""
-    return [one / other for one, other in zip(ours, theirs, strict=True)]
+    return [own / other for own, other in zip(ours, theirs, strict=True)]
 
 
 def spread(values: Iterable[float], digits: int = 0, unit: str = "") -> str:
@@ -92,8 +92,10 @@ def figure(name: str, values: float | Iterable[float], unit: str = "") -> None:
     path = os.environ.get(FIGURES_FILE)
     if not path:
         return
-    found = [float(values)] if isinstance(values, (int, float)) else [float(one) for one in values]
-    line = {"figure": name, "unit": unit, "values": found, "code": measured_code()}
+    numbers = (
+        [float(values)] if isinstance(values, (int, float)) else [float(value) for value in values]
+    )
+    line = {"figure": name, "unit": unit, "values": numbers, "code": measured_code()}
     with Path(path).open("a", encoding="utf-8") as file:
         file.write(json.dumps(line) + "\n")
 

@@ -65,7 +65,7 @@ def run(mission: Mission, *, records: bool = False) -> Run:
 
 def quietest(runs: list[Run]) -> float:
     """Processor time of a run, each of its seconds taken from the round in which it was least."""
-    return sum(map(min, zip(*(one.seconds for one in runs), strict=True)))
+    return sum(map(min, zip(*(timed.seconds for timed in runs), strict=True)))
 
 
 def measure(mission_file: Path, rounds: int) -> None:
@@ -76,15 +76,17 @@ def measure(mission_file: Path, rounds: int) -> None:
     for _ in range(rounds):
         bare.append(run(mission))
         recorded.append(run(mission, records=True))
-    if len({one.trace for one in bare + recorded}) > 1:
+    if len({timed.trace for timed in bare + recorded}) > 1:
         raise SystemExit(f"{mission_file}: recording has changed the run")
     ratios = [sum(b.seconds) / sum(a.seconds) for a, b in zip(bare, recorded, strict=True)]
-    one = recorded[0]
+    first = recorded[0]
     name = mission_file.stem
     figure(f"{name}: CPU with a recording to without", quietest(recorded) / quietest(bare))
     figure(f"{name}: the same of whole runs", ratios)
-    per_minute = 60 / one.virtual_s
-    print(f"{mission_file}: {one.virtual_s:.2f} s virtual, trace {one.trace[:8]}, {rounds} rounds")
+    per_minute = 60 / first.virtual_s
+    print(
+        f"{mission_file}: {first.virtual_s:.2f} s virtual, trace {first.trace[:8]}, {rounds} rounds"
+    )
     print(
         "  processor time with recording over that without: "
         f"{quietest(recorded) / quietest(bare):.3f}"
@@ -93,10 +95,10 @@ def measure(mission_file: Path, rounds: int) -> None:
         f"  the same of whole runs: median {statistics.median(ratios):.3f}, "
         f"from {min(ratios):.3f} to {max(ratios):.3f}"
     )
-    figure(f"{name}: size of a virtual minute", one.bytes * per_minute / 1e6, "MB")
+    figure(f"{name}: size of a virtual minute", first.bytes * per_minute / 1e6, "MB")
     print(
-        f"  per virtual minute: {one.bytes * per_minute / 1e6:.2f} MB, "
-        f"{one.messages * per_minute:.0f} messages"
+        f"  per virtual minute: {first.bytes * per_minute / 1e6:.2f} MB, "
+        f"{first.messages * per_minute:.0f} messages"
     )
 
 

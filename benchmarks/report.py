@@ -76,7 +76,7 @@ def main() -> None:
         path = Path(folder) / "run.mcap"
         virtual_s = record(path, options.mission)
         reading, making, page_mb = pages(path, options.rounds)
-        seeking_ms = [1000 * one for one in seeks(path, options.seeks)]
+        seeking_ms = [1000 * seek_s for seek_s in seeks(path, options.seeks)]
         size_mb = path.stat().st_size / 1e6
     figure("read a recording, CPU", reading, "s")
     figure("make the page, CPU", making, "s")

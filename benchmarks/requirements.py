@@ -40,14 +40,14 @@ def measure(mission_file: Path, rounds: int) -> None:
     runs: dict[str, list[Run]] = {name: [] for name in WAYS}
     run(missions["twenty and clearance"])  # the first run imports and compiles
     for _ in range(rounds):
-        for name, found in runs.items():
-            found.append(run(missions[name]))
+        for name, watched in runs.items():
+            watched.append(run(missions[name]))
     bare = runs.pop("none")
     rows = []
-    for name, found in runs.items():
-        totals = [[sum(one.seconds) for one in some] for some in (found, bare)]
+    for name, watched in runs.items():
+        totals = [[sum(timed.seconds) for timed in some] for some in (watched, bare)]
         figure(f"{mission_file.stem}: {name} to without", ratios(*totals))
-        rows.append((name, f"{quietest(found) / quietest(bare):.4f}", spread(ratios(*totals), 4)))
+        rows.append((name, f"{quietest(watched) / quietest(bare):.4f}", spread(ratios(*totals), 4)))
     table((f"{mission_file}: {quietest(bare):.2f} s without", "quietest", "rounds"), rows)
 
 

@@ -166,13 +166,13 @@ def measure(name: str, rounds: int, steps: int, most: int) -> Iterator[tuple[obj
     """Yield the row of one sweep."""
     sweep = SWEEPS[name]
     sizes = [size for size in sweep.sizes if size <= most] or list(sweep.sizes[:3])
-    found = costs(sweep, sizes, rounds, steps)
-    line = Line.through(sizes, [min(one) for one in found])
+    measured = costs(sweep, sizes, rounds, steps)
+    line = Line.through(sizes, [min(times) for times in measured])
     figure(f"a {sweep.what} more, CPU a step", line.each, "us")
     figure(f"{name}: a step is beside the line by", 100 * line.deviation, "%")
-    told = ", ".join(f"{size}: {min(us):.0f}" for size, us in zip(sizes, found, strict=True))
+    by_size = ", ".join(f"{size}: {min(us):.0f}" for size, us in zip(sizes, measured, strict=True))
     of_line = f"{line.fixed:.0f} + {line.each:.3g} a {sweep.what}"
-    yield sweep.what, told, of_line, f"{100 * line.deviation:.1f} %", line.verdict
+    yield sweep.what, by_size, of_line, f"{100 * line.deviation:.1f} %", line.verdict
 
 
 def main() -> None:

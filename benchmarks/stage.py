@@ -50,11 +50,11 @@ def fresh(rounds: int) -> None:
         return watch.elapsed_s * 1000
 
     work()
-    (found,) = in_turns(rounds, work)
-    figure("a fresh stage", found, "ms")
+    (seconds,) = in_turns(rounds, work)
+    figure("a fresh stage", seconds, "ms")
     table(
         ("a fresh stage, after the first", "wall"),
-        [("made, stepped, closed", spread(found, 0, "ms"))],
+        [("made, stepped, closed", spread(seconds, 0, "ms"))],
     )
 
 
@@ -73,14 +73,14 @@ class Echo:
         self.talker = Node("talker", context=self.context, **LEAN)
         self.answerer = Node("answerer", context=self.context, **LEAN)
         self.nodes = (servers, self.talker, self.answerer)
-        self.heard = 0
+        self.received = 0
         self.out = self.talker.create_publisher(Empty, "ask", 10)
         answers = self.answerer.create_publisher(Empty, "answer", 10)
         self.answerer.create_subscription(Empty, "ask", answers.publish, 10)
         self.talker.create_subscription(Empty, "answer", self._hear, 10)
 
     def _hear(self, _: Empty) -> None:
-        self.heard += 1
+        self.received += 1
 
     def close(self) -> None:
         """Take the nodes down."""
@@ -99,9 +99,9 @@ def with_stock_executor() -> float:
         executor.add_node(node)
 
     def step() -> None:
-        asked = echo.heard + 1
+        asked = echo.received + 1
         echo.out.publish(Empty())
-        while echo.heard < asked:
+        while echo.received < asked:
             executor.spin_once(timeout_sec=0)
 
     return _timed(echo, step, executor)
@@ -120,9 +120,9 @@ def with_lockstep_executor() -> float:
         echo.out.publish(Empty())
         executor.run_until_quiet()
 
-    found = _timed(echo, step, executor)
-    assert echo.heard == 2 * STEPS
-    return found
+    timed = _timed(echo, step, executor)
+    assert echo.received == 2 * STEPS
+    return timed
 
 
 def _timed(echo: Echo, step: Callable[[], None], executor: Any) -> float:

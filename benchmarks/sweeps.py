@@ -45,12 +45,12 @@ async def rate(options: argparse.Namespace) -> None:
             await _timed(pool, islice(more, 2 * workers))  # loads what there is to load
             for _ in range(options.rounds):
                 watch = Stopwatch()
-                for one in islice(more, options.count):
-                    alone.carry_out(one)
+                for scenario in islice(more, options.count):
+                    alone.carry_out(scenario)
                 serial_s = watch.elapsed_s / options.count
                 rows, pool_s = await _timed(pool, islice(more, options.count * workers))
                 each_s = pool_s * workers / len(rows)
-                own_s = sum(one.wall_s for one in rows) / len(rows)
+                own_s = sum(row.wall_s for row in rows) / len(rows)
                 shares.append(serial_s / each_s)
                 costs.append((each_s - own_s) / each_s)
     figure("rate to that of loops in one process", shares)

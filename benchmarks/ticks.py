@@ -118,10 +118,10 @@ def bare_tree(ours: Behaviour) -> Behaviour:
     return py_trees.composites.Parallel(ours.name, policy, children)
 
 
-class HeldCourier(RosGoalClient):
+class HeldGoalClient(RosGoalClient):
     """Its goals are accepted at once, and run for ever."""
 
-    def send(self, goal: Goal, request: Any) -> None:  # noqa: ARG002 - the courier's form
+    def send(self, goal: Goal, request: Any) -> None:  # noqa: ARG002 - the client's form
         """Accept."""
         goal.on(Event.ACCEPTED)
 
@@ -133,10 +133,10 @@ class HeldMission(MissionRunner):
     """A mission all of whose goals run on."""
 
     def goal_client(self, action: str, type_name: str) -> RosGoalClient:
-        """A courier that keeps its goals."""
+        """Return a goal client that keeps its goals."""
         full = self.node.resolve_topic_name(action)
         return self._client(
-            HeldCourier, full, action, type_name, lambda _: lambda: "", self.exchanges
+            HeldGoalClient, full, action, type_name, lambda _: lambda: "", self.exchanges
         )
 
 
@@ -226,13 +226,13 @@ def _row(shape: Shape, nodes: int, rounds: int) -> list[object]:
     with ticked(shape, nodes) as tree:
         ours, theirs = in_turns(rounds, tree.ours, tree.theirs)
         size = tree.size
-    figure(f"{shape.title}, {nodes}: a node", (1e6 * one / size for one in ours), "us")
+    figure(f"{shape.title}, {nodes}: a node", (1e6 * taken_s / size for taken_s in ours), "us")
     figure(f"{shape.title}, {nodes}: to py_trees", ratios(ours, theirs))
     return [
         shape.title,
         size,
-        spread((1e6 * one / size for one in ours), 2),
-        spread((1e6 * one / size for one in theirs), 2),
+        spread((1e6 * taken_s / size for taken_s in ours), 2),
+        spread((1e6 * taken_s / size for taken_s in theirs), 2),
         spread(ratios(ours, theirs), 2),
     ]
 
@@ -250,11 +250,11 @@ def compare_extras(rounds: int, nodes: int) -> None:
     ):
         with ticked(shape, nodes, **options) as tree:
             (ours, theirs) = in_turns(rounds, tree.ours, tree.theirs)
-            figure(f"{title}: a node", (1e6 * one / tree.size for one in ours), "us")
+            figure(f"{title}: a node", (1e6 * taken_s / tree.size for taken_s in ours), "us")
             rows.append(
                 [
                     title,
-                    spread((1e6 * one / tree.size for one in ours), 2),
+                    spread((1e6 * taken_s / tree.size for taken_s in ours), 2),
                     spread(ratios(ours, theirs), 2),
                 ]
             )
@@ -268,7 +268,7 @@ def main() -> None:
     parser.add_argument("--nodes", type=int, default=10_000, help="of the largest tree")
     options = parser.parse_args()
     isolate(visible=False)
-    compare(options.rounds, tuple(one for one in SIZES if one <= options.nodes) or SIZES[:1])
+    compare(options.rounds, tuple(size for size in SIZES if size <= options.nodes) or SIZES[:1])
     compare_extras(options.rounds, min(options.nodes, 1000))
 
 

@@ -179,15 +179,17 @@ def measure_slowdown(turns: int, arguments: tuple[str, ...]) -> None:
                 seen.append(turn(stage, meter, terminal))
             while stage.node.count_subscribers(DETAILS):
                 stage.step()
-    slowdowns = [one.slowdown - other.slowdown for one, other in zip(seen, alone, strict=True)]
+    slowdowns = [
+        watched.slowdown - other.slowdown for watched, other in zip(seen, alone, strict=True)
+    ]
     name = " ".join(("watch", *arguments))
-    figure(f"{name}: slow-down", (100 * one for one in slowdowns), "%")
+    figure(f"{name}: slow-down", (100 * slowdown for slowdown in slowdowns), "%")
     print(
         f"{' '.join(('watch', *arguments))}: slow-down {statistics.median(slowdowns):+.2%}, spread "
         f"{min(slowdowns):+.2%} to {max(slowdowns):+.2%}; {turns} turns of {VIRTUAL_S:g} s, "
-        f"{median_ms(one.thread for one in alone):.1f} ms a virtual second, other threads "
-        f"{median_ms(one.others for one in alone):.1f} ms alone and "
-        f"{median_ms(one.others for one in seen):.1f} ms watched"
+        f"{median_ms(run.thread for run in alone):.1f} ms a virtual second, other threads "
+        f"{median_ms(run.others for run in alone):.1f} ms alone and "
+        f"{median_ms(run.others for run in seen):.1f} ms watched"
     )
 
 
@@ -217,7 +219,7 @@ class Large:
             name = f"part {place}" if is_part else f"leaf {place}"
             nodes.append(events.NodeInfo(name, kind, f"0.{place}", parent))
         self.tree = events.RunStarted(S, "run", "large", tuple(nodes))
-        self.heard = Received()
+        self.received = Received()
 
     def serve(self) -> None:
         """Nothing comes by itself."""
@@ -233,8 +235,8 @@ class Large:
     def take(self, *, needs_statuses: bool) -> Received:
         """What was put there."""
         del needs_statuses
-        heard, self.heard = self.heard, Received()
-        return heard
+        received, self.received = self.received, Received()
+        return received
 
     def send(self, command: ControlRequest) -> None:
         """Nobody listens."""
@@ -246,8 +248,8 @@ class Large:
 def wire(tree: events.RunStarted) -> tuple[bytes, bytes]:
     """The tree, and the answer with all its statuses, as they come over the network."""
     nodes = [
-        TreeNode(name=one.name, kind=one.kind, path=one.path, parent=one.parent)
-        for one in tree.nodes
+        TreeNode(name=node.name, kind=node.kind, path=node.path, parent=node.parent)
+        for node in tree.nodes
     ]
     message = Tree(run=tree.run, mission=tree.mission, nodes=nodes)
     message.stamp.sec = 1
@@ -256,10 +258,10 @@ def wire(tree: events.RunStarted) -> tuple[bytes, bytes]:
     return serialize_message(message), serialize_message(answer)
 
 
-def drawn(large: Large, app: WatchApp, heard: Callable[[], Received]) -> float:
+def drawn(large: Large, app: WatchApp, receive: Callable[[], Received]) -> float:
     """Wall time from a message to the drawn screen, s."""
     watch = Stopwatch()
-    large.heard = heard()
+    large.received = receive()
     app.look()
     app.screen._compositor.render_strips()  # noqa: SLF001 - what the pilot's driver does not do
     return watch.elapsed_s
@@ -289,8 +291,8 @@ async def draw(nodes: int, changes: int) -> tuple[float, list[float]]:
             index = 2 + number * 7919 % (nodes - 2) if starts else index
             status = Status.RUNNING if starts else Status.SUCCESS
             change = events.NodeChanged(S + number * S, index, status, "so it goes")
-            heard = Received((Batch("run", (change,), number),))
-            taken.append(drawn(large, app, lambda heard=heard: heard))
+            received = Received((Batch("run", (change,), number),))
+            taken.append(drawn(large, app, lambda received=received: received))
             await pilot.pause()
     return first, taken
 
@@ -304,8 +306,8 @@ def measure_picture(nodes: int, count: int) -> None:
         first, taken = asyncio.run(draw(nodes, count))
         firsts.append(first)
         changes += taken
-    figure("first picture of a large tree", (1000 * one for one in firsts), "ms")
-    figure("a change of a large tree", (1000 * one for one in changes), "ms")
+    figure("first picture of a large tree", (1000 * first_s for first_s in firsts), "ms")
+    figure("a change of a large tree", (1000 * change_s for change_s in changes), "ms")
     print(
         f"{nodes} nodes: first picture {statistics.median(firsts) * 1e3:.0f} ms, at most "
         f"{max(firsts) * 1e3:.0f}; a change {statistics.median(changes) * 1e3:.1f} ms, 99 of 100 "

@@ -61,7 +61,7 @@ new MutationObserver(() => {
 
 def latencies(changes: int) -> list[float]:
     """Milliseconds from each change to its paint."""
-    executive = ScriptedExecutive("root\n" + "".join(f"  leaf {one}\n" for one in range(NODES)))
+    executive = ScriptedExecutive("root\n" + "".join(f"  leaf {index}\n" for index in range(NODES)))
     executive.begin()
     shown = LiveMission(ScriptedGraph(executive))
     made_ms: dict[str, float] = {}
@@ -155,12 +155,12 @@ def main() -> int:
     if BROWSER is None:
         print("Chromium is not installed: nothing is measured")
         return 0
-    found = sorted(latencies(given.changes))
-    figure("change to paint", found, "ms")
+    times = sorted(latencies(given.changes))
+    figure("change to paint", times, "ms")
     print(
         f"change to paint, {NODES} nodes, {1 / EVERY_S:.0f} changes a second: median "
-        f"{statistics.median(found):.0f} ms, 95 % below {found[int(0.95 * len(found))]:.0f} ms, "
-        f"longest {found[-1]:.0f} ms; {len(found)} of {given.changes} were painted"
+        f"{statistics.median(times):.0f} ms, 95 % below {times[int(0.95 * len(times))]:.0f} ms, "
+        f"longest {times[-1]:.0f} ms; {len(times)} of {given.changes} were painted"
     )
     paces: list[tuple[float | None, str]] = [(None, "as fast as it goes")]
     if not given.brief:

@@ -74,38 +74,38 @@ def main() -> None:
         for outcome in pool.imap_unordered(carry_out, todo):
             results.write(json.dumps(asdict(outcome)) + "\n")
             results.flush()
-            tell(outcome)
+            report(outcome)
     summarise([json.loads(line) for line in options.results.read_text().splitlines()])
 
 
-def tell(outcome: Trial) -> None:
+def report(outcome: Trial) -> None:
     """Print a line for a trial, and one for each finding."""
     print(f"{outcome.number}: {outcome.plan}: {outcome.ended} {outcome.reason}", flush=True)
     for finding in outcome.findings:
         print(f"    {finding}", flush=True)
 
 
-def summarise(found: list[dict[str, Any]]) -> None:
+def summarise(trials: list[dict[str, Any]]) -> None:
     """Print the figures of a campaign."""
-    figure("findings", sum(len(line["findings"]) for line in found))
-    kinds = Counter(one.partition(":")[0] for line in found for one in line["findings"])
-    loads = [line["load"] for line in found]
-    hours = sum(line["wall_s"] for line in found) / 3600
-    resumed = Counter(line["resumed"].split(",")[0].split(":")[0] for line in found)
+    figure("findings", sum(len(line["findings"]) for line in trials))
+    kinds = Counter(finding.partition(":")[0] for line in trials for finding in line["findings"])
+    loads = [line["load"] for line in trials]
+    hours = sum(line["wall_s"] for line in trials) / 3600
+    resumed = Counter(line["resumed"].split(",")[0].split(":")[0] for line in trials)
     print(
-        f"{len(found)} trials in {hours:.1f} h, load {min(loads):.0f} to {max(loads):.0f} "
+        f"{len(trials)} trials in {hours:.1f} h, load {min(loads):.0f} to {max(loads):.0f} "
         f"(median {statistics.median(loads):.0f}); from journals: {dict(resumed)}; "
         f"findings: {dict(kinds) or 'none'}\n"
     )
     head = ("disturbance", "trials", "base drove", "stands after the disturbance")
-    table((*head, "after the last command sent", "within 0.5 s of each"), rows(found))
+    table((*head, "after the last command sent", "within 0.5 s of each"), rows(trials))
 
 
-def rows(found: list[dict[str, Any]]) -> Iterator[tuple[object, ...]]:
+def rows(trials: list[dict[str, Any]]) -> Iterator[tuple[object, ...]]:
     """Yield a row for each thing that was done to a process."""
-    done = Counter(one for line in found for one in line["disturbed"])
+    done = Counter(disturbance for line in trials for disturbance in line["disturbed"])
     for name, count in sorted(done.items()):
-        figures = [one[1:] for line in found for one in line["stood"] if one[0] == name]
+        figures = [stand[1:] for line in trials for stand in line["stood"] if stand[0] == name]
         if not figures:
             yield name, count, 0, "", "", ""
             continue

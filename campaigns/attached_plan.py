@@ -88,7 +88,11 @@ def plan(trial: int) -> Plan:
     if mission == "drawn":
         text = yaml.safe_dump(drawn_mission(draws), sort_keys=False)
     with_arbiter = maybe(draws, 2)
-    chosen = PROCESSES if with_arbiter else tuple(one for one in PROCESSES if one != "arbiter")
+    chosen = (
+        PROCESSES
+        if with_arbiter
+        else tuple(process for process in PROCESSES if process != "arbiter")
+    )
     disturbances = tuple(
         Disturbance(
             one_of(draws, chosen),

@@ -112,39 +112,39 @@ def _carry_out(graph: Graph, outcome: Trial) -> None:
         graph.wait(
             lambda: "goal accepted" in servers.output or executive.code is not None, STARTED_S
         )
-    for one in drawn.disturbances:
-        graph.wait(lambda: False, one.after_s)
-        _disturb(graph, one, outcome)
+    for disturbance in drawn.disturbances:
+        graph.wait(lambda: False, disturbance.after_s)
+        _disturb(graph, disturbance, outcome)
     graph.wait(lambda: False, SETTLE_S)
     if drawn.awaits_end:
         graph.wait(lambda: graph.running["executive"].code is not None, ENDED_S)
     _end(graph, outcome)
 
 
-def _disturb(graph: Graph, one: Disturbance, outcome: Trial) -> None:
-    process = graph.running[one.process]
+def _disturb(graph: Graph, disturbance: Disturbance, outcome: Trial) -> None:
+    process = graph.running[disturbance.process]
     if process.code is not None:
         return
-    outcome.disturbed.append(f"{one.what} {one.process}")
+    outcome.disturbed.append(f"{disturbance.what} {disturbance.process}")
     truth = graph.truth
     moved, since_s = truth.seen and not truth.stands(), truth.newest_s
-    os.kill(process.pid, signal.SIGSTOP if one.what == "stop" else signal.SIGKILL)
-    if one.what != "stop":
+    os.kill(process.pid, signal.SIGSTOP if disturbance.what == "stop" else signal.SIGKILL)
+    if disturbance.what != "stop":
         graph.killed.add(process.pid)
         process.wait()
     # A stop too short to be noticed breaks no chain; without the simulator there is no truth.
-    breaks_chain = one.what != "stop" or one.lasts_s > NOTICED_S
-    if breaks_chain and graph.running["sim"].code is None and one.process != "sim":
+    breaks_chain = disturbance.what != "stop" or disturbance.lasts_s > NOTICED_S
+    if breaks_chain and graph.running["sim"].code is None and disturbance.process != "sim":
         _watch_base(graph, outcome, since_s, moved=bool(moved))
-    if one.what == "kill":
+    if disturbance.what == "kill":
         return
-    graph.wait(lambda: False, one.lasts_s)
-    if one.what == "stop":
+    graph.wait(lambda: False, disturbance.lasts_s)
+    if disturbance.what == "stop":
         os.kill(process.pid, signal.SIGCONT)
-    elif one.process != "executive":
-        if one.process == "sim":
+    elif disturbance.process != "executive":
+        if disturbance.process == "sim":
             truth.forget()  # its clock begins anew
-        graph.start(one.process)
+        graph.start(disturbance.process)
     elif graph.plan.serves:
         graph.start("executive").until("waits for missions", within=STARTED_S)
         graph.send()
@@ -171,12 +171,12 @@ def _resume(graph: Graph, outcome: Trial) -> None:
     """Go on from the journal until it is written to again, or the reason is told why not."""
     before = graph.journal_state
     process = graph.start("executive", "--resume")
-    tells = graph.wait(
+    reports = graph.wait(
         lambda: process.code is not None or graph.journal_state not in (before, (0, 0)), RESUMED_S
     )
     outcome.resumed = "carries on"
     has_time = all(graph.running[name].code is None for name in ("sim", "servers"))
-    if not tells and has_time:
+    if not reports and has_time:
         outcome.findings.append(f"hang: not resumed within {RESUMED_S:g} s: {process.output}")
     graph.wait(lambda: process.code is not None, SETTLE_S)
 
@@ -232,25 +232,27 @@ def _end_executive(graph: Graph, executive: Process, outcome: Trial) -> None:
         outcome.reason = last.splitlines()[-1] if last else ""
         if resumes:
             outcome.resumed = f"refused: {outcome.reason}"
-        is_told = (code == BAD_INPUT and outcome.reason) or (
+        is_reported = (code == BAD_INPUT and outcome.reason) or (
             was_interrupted and code == INTERRUPTED
         )
-        if not is_told:
+        if not is_reported:
             outcome.findings.append(f"no report, exit code {code}: {last}")
     else:
         outcome.reason = report["reason"]
         if resumes:
             outcome.resumed = f"carried on, {report['status']}: {report['reason']}"[:200]
-        servers = [one.output for one in graph.processes if one.name.startswith("servers")]
+        servers = [
+            process.output for process in graph.processes if process.name.startswith("servers")
+        ]
         outcome.findings += check_report(report, code, executive.output, "".join(servers))
 
 
-def check_report(report: dict[str, Any], code: int | None, said: str, servers: str) -> list[str]:
+def check_report(report: dict[str, Any], code: int | None, output: str, servers: str) -> list[str]:
     """Tell what is not true of a report: by the exit code, and by what both sides have said."""
     findings = []
     if code != CODES[report["status"]]:
         findings.append(f"exit code: {code} with {report['status']}")
-    if report["goals_left_behind"] and "orphaned goals: " not in said:
+    if report["goals_left_behind"] and "orphaned goals: " not in output:
         findings.append(f"orphans: {report['goals_left_behind']} are not named")
     claimed = sum(leaf["outcomes"].get("succeeded", 0) for leaf in report["leaves"])
     true = servers.count("goal succeeded")
@@ -264,7 +266,9 @@ def _check_client(graph: Graph, client: Process, outcome: Trial) -> None:
     if not graph.wait(lambda: client.code is not None, ENDED_S):
         outcome.findings.append(f"hang: the client of serve does not end: {client.output[-500:]}")
         return
-    served = "".join(one.output for one in graph.processes if one.name.startswith("serve"))
+    served = "".join(
+        process.output for process in graph.processes if process.name.startswith("serve")
+    )
     if client.code == SUCCESS and f"{graph.plan.mission}: success" not in served:
         outcome.findings.append("untrue: the client of serve was told of success")
     if client.code not in (SUCCESS, ABORTED, CANCELED, NO_SERVER, LOST):

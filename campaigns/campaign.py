@@ -134,15 +134,15 @@ def _watch(drawn: DrawnScenario, stages: Stages, outcome: Outcome) -> None:
     outcome.reason = outcome.reason or run.reason
     struck = [message.obstacle for message in run.topic("collisions")]
     outcome.collisions = len(struck)
-    moving = {one.name for one in run.stage.sim.physics.world.moving}
+    moving = {mover.name for mover in run.stage.sim.physics.world.moving}
     if not any(map(_deceives, drawn.faults)):
         outcome.findings += [f"collision: {name}" for name in struck if name not in moving]
     if run.is_done and "kill_server" not in outcome.faults:  # a dead server's last word is no news
         going = [
-            bytes(one.goal_info.goal_id.uuid).hex()
+            bytes(status.goal_info.goal_id.uuid).hex()
             for topic in statuses
-            for one in (run.topic(topic).last.status_list if len(run.topic(topic)) else ())
-            if one.status in (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
+            for status in (run.topic(topic).last.status_list if len(run.topic(topic)) else ())
+            if status.status in (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING)
         ]
         if len(going) > run.report.goals_left_behind:
             outcome.findings.append(f"orphaned goals: {going} are carried out, none is named")
@@ -184,21 +184,21 @@ def main() -> None:
             if not done % AT_ONCE:
                 print(f"{done} more of {options.count}", flush=True)
     print(summary(options.results))
-    found = [json.loads(line) for line in options.results.read_text().splitlines()]
-    figure("findings", sum(len(line["findings"]) for line in found))
+    lines = [json.loads(line) for line in options.results.read_text().splitlines()]
+    figure("findings", sum(len(line["findings"]) for line in lines))
 
 
 def summary(path: Path) -> str:
     """The figures of a campaign, in a few lines."""
-    found = [json.loads(line) for line in path.read_text().splitlines()]
-    kinds = Counter(one.partition(":")[0] for line in found for one in line["findings"])
-    states = Counter(line["status"] or "not run" for line in found)
-    virtual, cpu = (sum(line[name] for line in found) for name in ("virtual_s", "cpu_s"))
+    results = [json.loads(line) for line in path.read_text().splitlines()]
+    kinds = Counter(finding.partition(":")[0] for line in results for finding in line["findings"])
+    states = Counter(line["status"] or "not run" for line in results)
+    virtual, cpu = (sum(line[name] for line in results) for name in ("virtual_s", "cpu_s"))
     return (
-        f"{len(found)} scenarios, {virtual / 3600:.1f} h of virtual time in {cpu / 3600:.2f} h of "
-        f"CPU time ({virtual / max(cpu, 1e-9):.0f} x)\n"
+        f"{len(results)} scenarios, {virtual / 3600:.1f} h of virtual time in {cpu / 3600:.2f} h "
+        f"of CPU time ({virtual / max(cpu, 1e-9):.0f} x)\n"
         f"ended: {dict(states)}\n"
-        f"faults: {sum(len(line['faults']) for line in found)}\n"
+        f"faults: {sum(len(line['faults']) for line in results)}\n"
         f"findings: {dict(kinds) or 'none'}"
     )
 

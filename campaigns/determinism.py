@@ -38,7 +38,7 @@ def run_batch(first: int, last: int) -> None:
         with tempfile.TemporaryDirectory() as folder, closing(Stages(Path(folder))) as stages:
             run = scenario.on(stages)
             run.until_done()
-        found = {
+        hashes = {
             "seed": seed,
             "end": run.status,
             "s": run.t,
@@ -47,7 +47,7 @@ def run_batch(first: int, last: int) -> None:
             "collisions": run.now.collisions,
             "trace": run.stage.trace.sha256,
         }
-        print(json.dumps(found), flush=True)
+        print(json.dumps(hashes), flush=True)
 
 
 def keep_a_core_busy() -> None:
@@ -96,7 +96,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     differ, ended, seconds, goals, faults = [], 0, 0.0, 0, 0
     for first in range(0, options.count, BATCH):
         last = min(first + BATCH, options.count)
-        one = batch(sys.executable, first, last, {"PYTHONHASHSEED": "1"})
+        first_batch = batch(sys.executable, first, last, {"PYTHONHASHSEED": "1"})
         busy = multiprocessing.Process(target=keep_a_core_busy, daemon=True)
         busy.start()
         other = batch(
@@ -104,7 +104,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         busy.kill()
         busy.join()
-        for mine, its in zip(one, other, strict=True):
+        for mine, its in zip(first_batch, other, strict=True):
             ended += mine["end"] == "success"
             seconds += float(str(mine["s"]))
             goals += int(str(mine["goals"]))

@@ -66,7 +66,7 @@ class Robot:
         self._odometry = self.node.create_publisher(Odometry, "odom", 10)
         self._scan = self.node.create_publisher(LaserScan, "scan", 10)
         self.node.create_subscription(TwistStamped, "cmd_vel", self._take, QoSProfile(depth=1000))
-        self.node.create_timer(PERIOD_S, self._tell)
+        self.node.create_timer(PERIOD_S, self._publish)
         self.stamps_s: list[float] = []
         """Of the commands that move, in order."""
         self._turn = ActionClient(self.node, Turn, "turn")
@@ -117,7 +117,7 @@ class Robot:
         if message.twist.angular.z or message.twist.linear.x:
             self.stamps_s.append(to_ns(message.header.stamp) / 1e9)
 
-    def _tell(self) -> None:
+    def _publish(self) -> None:
         self._yaw = math.remainder(self._yaw + self._angular * PERIOD_S, math.tau)
         now = self.node.get_clock().now().to_msg()
         odometry = Odometry()
@@ -152,7 +152,9 @@ class Flooded:
         )
         figure(f"{name}: CPU", self.cpu_s, "s")
         if self.late_s:
-            figure(f"{name}: a command is late by", (1000 * one for one in self.late_s), "ms")
+            figure(
+                f"{name}: a command is late by", (1000 * delay_s for delay_s in self.late_s), "ms"
+            )
         return (
             name,
             f"{self.sent:,} in {self.seconds:.1f} s",
@@ -188,12 +190,12 @@ def watched(
         most = max(most, process_usage(target.pid)[1])
     robot.rest(WAITS_S)
     assert client.stdout is not None
-    found = Flooded(**json.loads(client.stdout.read()))
+    result = Flooded(**json.loads(client.stdout.read()))
     cpu_after_s, resident_after = process_usage(target.pid)
-    found.cpu_s = cpu_after_s - cpu_s
-    found.grown_mib = (max(most, resident_after) - resident) / 2**20
-    found.late_s = _lateness(robot.stamps_s[first:])
-    return found
+    result.cpu_s = cpu_after_s - cpu_s
+    result.grown_mib = (max(most, resident_after) - resident) / 2**20
+    result.late_s = _lateness(robot.stamps_s[first:])
+    return result
 
 
 def calm(robot: Robot, target: subprocess.Popen[bytes]) -> Flooded:
@@ -240,10 +242,10 @@ def servers(
         ):
             if kind not in kinds:
                 continue
-            found = watched(robot, target, kind, name, many)
+            result = watched(robot, target, kind, name, many)
             if kind in ("turns", "stops"):
-                found.late_s = []  # the goal that drives is replaced, or ended
-            yield found.row(f"servers: {kind}")
+                result.late_s = []  # the goal that drives is replaced, or ended
+            yield result.row(f"servers: {kind}")
             robot.call("release")
             if kind != "stops":
                 robot.rest(REST_S)
@@ -265,9 +267,9 @@ def others(
             continue
         with process(*options) as target:
             settle(robot, target)
-            found = watched(robot, target, kind, name, many)
-        found.late_s = []
-        yield found.row(f"{options[0]}: {kind}")
+            result = watched(robot, target, kind, name, many)
+        result.late_s = []
+        yield result.row(f"{options[0]}: {kind}")
 
 
 def main() -> None:
@@ -282,7 +284,9 @@ def main() -> None:
     rclpy.init()
     robot = Robot(arguments.pauses)
     with tempfile.TemporaryDirectory() as folder:
-        floods = [one for one in (servers, others) if arguments.only in (None, one.__name__)]
+        floods = [
+            measure for measure in (servers, others) if arguments.only in (None, measure.__name__)
+        ]
         table(
             HEAD,
             (

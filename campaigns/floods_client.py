@@ -107,7 +107,7 @@ def ask(node: Node, kind: str, name: str, count: int) -> dict[str, float]:
 def publish(node: Node, kind: str, name: str, count: int) -> dict[str, float]:
     """Publish so many messages, each as soon as the one before it has gone."""
     publisher = node.create_publisher(TYPES[kind], name, 10)
-    messages = [serialize_message(one) for one in _messages(node, kind)]
+    messages = [serialize_message(message) for message in _messages(node, kind)]
     while not publisher.get_subscription_count():
         rest(0.05)
     watch = Stopwatch()
@@ -132,8 +132,8 @@ def main() -> None:
     kind, name, count = sys.argv[1], sys.argv[2], int(sys.argv[3])
     rclpy.init()
     node = rclpy.create_node("flood", enable_rosout=False)
-    found = (publish if kind in TYPES else ask)(node, kind, name, count)
-    print(json.dumps(found), flush=True)
+    flooded = (publish if kind in TYPES else ask)(node, kind, name, count)
+    print(json.dumps(flooded), flush=True)
     rclpy.try_shutdown()
 
 

@@ -64,8 +64,8 @@ def fork_once(recording: Path, draw: Callable[[int], int]) -> str:
 def timed(work: Callable[[], str]) -> tuple[float, str]:
     """Do it; give the CPU time, s, and what it gave."""
     watch = CpuWatch()
-    found = work()
-    return watch.elapsed_s, found
+    result = work()
+    return watch.elapsed_s, result
 
 
 def main() -> None:
@@ -89,16 +89,16 @@ def main() -> None:
             count = options.count // len(names) + (number < options.count % len(names))
             runs: list[float] = []
             forks: list[float] = []
-            found: list[str] = []
+            found_differences: list[str] = []
             for turn in range(count):
                 if turn % RUNS_EVERY == 0:
                     runs.append(timed(partial(run_once, mission, folder))[0])
                 seconds, difference = timed(partial(fork_once, recording, draws.randrange))
                 forks.append(seconds)
-                found.append(difference)
-            differences += [f"{mission}: {one}" for one in found if one]
+                found_differences.append(difference)
+            differences += [f"{mission}: {text}" for text in found_differences if text]
             paired = [forks[RUNS_EVERY * at] for at in range(len(runs))]
-            same = sum(not one for one in found)
+            same = sum(not text for text in found_differences)
             figure(f"{mission}: fork to run, CPU", ratios(paired, runs))
             figure(f"{mission}: share that is byte-identical", same / count)
             rows.append(

@@ -98,11 +98,11 @@ def _others(value: Any) -> Iterator[Any]:
         case float():
             yield from (value * 2, value / 2)
         case str():
-            signs = [one for one in FLIPS if one in value]
-            yield from (value.replace(one, FLIPS[one], 1) for one in signs[:1])
-            for found in re.finditer(r"(?<![\w.])\d+(?:\.\d+)?", value):
-                half = f"{float(found[0]) / 2:g}"
-                yield value[: found.start()] + half + value[found.end() :]
+            signs = [flip for flip in FLIPS if flip in value]
+            yield from (value.replace(sign, FLIPS[sign], 1) for sign in signs[:1])
+            for number in re.finditer(r"(?<![\w.])\d+(?:\.\d+)?", value):
+                half = f"{float(number[0]) / 2:g}"
+                yield value[: number.start()] + half + value[number.end() :]
 
 
 Plant = Callable[[pytest.MonkeyPatch], object]
@@ -110,19 +110,19 @@ Plant = Callable[[pytest.MonkeyPatch], object]
 
 def server_mutants(seed: int) -> Iterator[tuple[str, Plant]]:
     """Yield what was changed in a method, and what plants it, in a drawn order."""
-    found: list[tuple[Any, Any, Place]] = []
+    candidates: list[tuple[Any, Any, Place]] = []
     for owner, names in METHODS:
         module = owner if inspect.ismodule(owner) else inspect.getmodule(owner)
         prefix = "" if owner is module else f"{owner.__name__}."
         wanted = {prefix + name for name in names}
         every = places_of(Path(str(module.__file__)), ROOT)
-        found += [(owner, module, place) for place in every if place.function in wanted]
-    random.Random(seed).shuffle(found)
-    for owner, module, place in found:
+        candidates += [(owner, module, place) for place in every if place.function in wanted]
+    random.Random(seed).shuffle(candidates)
+    for owner, module, place in candidates:
         body: list[Any] = ast.parse(place.planted(Path(module.__file__).read_bytes())).body
         method: Any = None
         for name in place.function.split("."):
-            method = next(one for one in body if getattr(one, "name", "") == name)
+            method = next(member for member in body if getattr(member, "name", "") == name)
             body = method.body
         space: dict[str, Any] = {}
         code = compile(ast.Module([method], []), "<mutant>", "exec")

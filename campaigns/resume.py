@@ -77,7 +77,7 @@ def trial(number: int, graph: LiveGraph, lasts_s: float) -> tuple[str, str, floa
     second = graph.run(mission, *options, "--resume")
     second.wait(within=120.0)
     before, after = LEG.findall(first.output), LEG.findall(second.output)
-    said = second.output.strip().splitlines() or [""]
+    lines = second.output.strip().splitlines() or [""]
     if "Traceback" in first.output + second.output:
         return "failed", f"traceback: {second.output}", kill_s
     if NO_JOURNAL in second.output and not before:
@@ -85,13 +85,13 @@ def trial(number: int, graph: LiveGraph, lasts_s: float) -> tuple[str, str, floa
     if "legs: success" in first.output or len(before) == LEGS:
         is_right = second.code == 2 and "this mission has ended: success" in second.output
         is_right = is_right or (second.code == 0 and not set(after) - {str(LEGS)})
-        return "killed at its end", "" if is_right else f"end: {said[-1]}", kill_s
+        return "killed at its end", "" if is_right else f"end: {lines[-1]}", kill_s
     legs = [*before, *after]
     expected = [str(leg + 1) for leg in range(LEGS)]
     is_whole = legs == expected or (after[:1] == before[-1:] and [*before, *after[1:]] == expected)
     is_right = second.code == 0 and "legs: success" in second.output
     if not is_right or " 0 orphaned" not in second.output or not is_whole:
-        return "failed", f"legs {before} {after}: {said[-3:]}", kill_s
+        return "failed", f"legs {before} {after}: {lines[-3:]}", kill_s
     return "resumed", "", kill_s
 
 

@@ -41,13 +41,13 @@ def in_one_world(world: str, poses: int, appears: bool) -> list[Drive]:  # noqa:
     return list(drives(world, count=poses, appears=appears))
 
 
-def drive_table(found: list[Drive]) -> Iterator[str]:
+def drive_table(drives: list[Drive]) -> Iterator[str]:
     """Yield a row for each world and speed."""
     yield "| world | m/s | drives | collisions | least | 5 % | median | 95 % | failed |"
     yield "|---|---|---|---|---|---|---|---|---|"
     for world in WORLDS:
         for speed in SPEEDS:
-            chosen = [d for d in found if (d.world, d.speed) == (world, speed)]
+            chosen = [d for d in drives if (d.world, d.speed) == (world, speed)]
             left = sorted(drive.surplus for drive in chosen)
             collisions = sum(drive.collisions for drive in chosen)
             failed = sum(drive.status != "succeeded" for drive in chosen)
@@ -56,20 +56,20 @@ def drive_table(found: list[Drive]) -> Iterator[str]:
                 f"| {_mm(left[len(left) // 20])} | {_mm(statistics.median(left))} "
                 f"| {_mm(left[-1 - len(left) // 20])} | {failed} |"
             )
-    left = sorted(drive.surplus for drive in found)
+    left = sorted(drive.surplus for drive in drives)
     yield (
-        f"| **all** | | **{len(found)}** | **{sum(d.collisions for d in found)}** "
+        f"| **all** | | **{len(drives)}** | **{sum(d.collisions for d in drives)}** "
         f"| **{_mm(left[0])}** | {_mm(left[len(left) // 20])} "
         f"| **{_mm(statistics.median(left))}** | {_mm(left[-1 - len(left) // 20])} "
-        f"| {sum(d.status != 'succeeded' for d in found)} |"
+        f"| {sum(d.status != 'succeeded' for d in drives)} |"
     )
 
 
-def stop_table(found: Iterable[Stop], limit_s: float) -> Iterator[str]:
+def stop_table(stops: Iterable[Stop], limit_s: float) -> Iterator[str]:
     """Yield a row for each action."""
     yield f"| action | stands after | within {limit_s:g} s | ends | reason |"
     yield "|---|---|---|---|---|"
-    for stop in found:
+    for stop in stops:
         figure("stands after a stop or a lost scan", stop.stood_after_s, "s")
         held = "yes" if stop.stood_after_s <= limit_s else "**no**"
         yield (
@@ -78,7 +78,7 @@ def stop_table(found: Iterable[Stop], limit_s: float) -> Iterator[str]:
         )
 
 
-def outing_table(found: list[Outing]) -> Iterator[str]:
+def outing_table(outings: list[Outing]) -> Iterator[str]:
     """Yield a row for each world."""
     yield (
         "| world | what moves | gives way | runs | driven | contacts | drove into it "
@@ -89,26 +89,26 @@ def outing_table(found: list[Outing]) -> Iterator[str]:
     rows = product(MOVING_WORLDS, MOVER_SPEEDS, (False, True))
     for world, speed, gives_way in rows:
         row = world, speed, gives_way
-        chosen = [one for one in found if (one.world, one.mover_speed, one.gives_way) == row]
+        chosen = [trip for trip in outings if (trip.world, trip.mover_speed, trip.gives_way) == row]
         if not chosen:
             continue
-        met = [one for outing in chosen for one in outing.met]
-        moved = [one for one in met if one.is_mover]
-        doing = Counter(one.doing for one in moved)
+        met = [encounter for outing in chosen for encounter in outing.met]
+        moved = [encounter for encounter in met if encounter.is_mover]
+        doing = Counter(encounter.doing for encounter in moved)
         if gives_way:
             figure(f"{world}, {speed:g} m/s: contacts with movers", len(moved))
             figure(f"{world}, {speed:g} m/s: driven into a mover", doing["driving into"])
         yield (
             f"| {world} | {speed:g} m/s | {'yes' if gives_way else 'no'} | {len(chosen)} "
-            f"| {sum(one.driven_m for one in chosen):.0f} m | **{len(moved)}** "
+            f"| {sum(trip.driven_m for trip in chosen):.0f} m | **{len(moved)}** "
             f"| {doing['driving into']} | {doing['driving']} | {doing['turning']} "
-            f"| {doing['standing']} | {sum(one.was_run_into for one in moved)} "
-            f"| {sum(one.was_seen for one in moved)} "
-            f"| {sum(one.could_avoid for one in moved)} | {len(met) - len(moved)} |"
+            f"| {doing['standing']} | {sum(encounter.was_run_into for encounter in moved)} "
+            f"| {sum(encounter.was_seen for encounter in moved)} "
+            f"| {sum(encounter.could_avoid for encounter in moved)} | {len(met) - len(moved)} |"
         )
 
 
-def kill_table(found: Iterable[Kill]) -> Iterator[str]:
+def kill_table(all_kills: Iterable[Kill]) -> Iterator[str]:
     """Yield a row for each process that was killed, and for each way to the base."""
     yield (
         "| killed | between servers and base | times | load | stands after "
@@ -116,21 +116,21 @@ def kill_table(found: Iterable[Kill]) -> Iterator[str]:
     )
     yield "|---|---|---|---|---|---|---|"
     ways = {with_arbiter: name for name, with_arbiter in WAYS.items()}
-    for (killed, with_arbiter), kills in _grouped(found).items():
-        loads = [one.load for one in kills]
-        figure(f"stands after killed {killed}", (one.stood_after_s for one in kills), "s")
+    for (killed, with_arbiter), kills in _grouped(all_kills).items():
+        loads = [kill.load for kill in kills]
+        figure(f"stands after killed {killed}", (kill.stood_after_s for kill in kills), "s")
         yield (
             f"| {killed} | {ways[with_arbiter]} | {len(kills)} "
-            f"| {min(loads):.0f} to {max(loads):.0f} | {_s(one.stood_after_s for one in kills)} "
-            f"| {_s(one.after_command_s for one in kills)} "
-            f"| at most {max(one.way_m for one in kills):.2f} m |"
+            f"| {min(loads):.0f} to {max(loads):.0f} | {_s(kill.stood_after_s for kill in kills)} "
+            f"| {_s(kill.after_command_s for kill in kills)} "
+            f"| at most {max(kill.way_m for kill in kills):.2f} m |"
         )
 
 
-def _grouped(found: Iterable[Kill]) -> dict[tuple[str, bool], list[Kill]]:
+def _grouped(kills: Iterable[Kill]) -> dict[tuple[str, bool], list[Kill]]:
     groups: dict[tuple[str, bool], list[Kill]] = {}
-    for one in found:
-        groups.setdefault((one.killed, one.with_arbiter), []).append(one)
+    for trial in kills:
+        groups.setdefault((trial.killed, trial.with_arbiter), []).append(trial)
     return groups
 
 
@@ -142,21 +142,21 @@ def _s(seconds: Iterable[float]) -> str:
     return f"{statistics.median(ordered):.2f} s, at most {ordered[-1]:.2f} s{above}"
 
 
-def alarm_table(found: list[Attached]) -> Iterator[str]:
+def alarm_table(runs: list[Attached]) -> Iterator[str]:
     """Yield a row for all missions, and one for those on a machine as busy as was asked for."""
     yield (
         "| load | attached missions | succeeded | failed otherwise | base held | taken for dead |"
     )
     yield "|---|---|---|---|---|---|"
     for name, least in (("any", 0.0), (f"{LOAD:g} and more", LOAD)):
-        chosen = [one for one in found if one.load >= least]
-        loads = [one.load for one in chosen] or [math.nan]
-        given_up = sum(one.is_given_up for one in chosen)
-        succeeded = sum(not one.reason for one in chosen)
+        chosen = [attached for attached in runs if attached.load >= least]
+        loads = [attached.load for attached in chosen] or [math.nan]
+        given_up = sum(attached.is_given_up for attached in chosen)
+        succeeded = sum(not attached.reason for attached in chosen)
         yield (
             f"| {name} (median {statistics.median(loads):.0f}, most {max(loads):.0f}) "
             f"| {len(chosen):,} | {succeeded:,} | {len(chosen) - succeeded - given_up} "
-            f"| {sum(one.held for one in chosen)} times | {given_up} |"
+            f"| {sum(attached.held for attached in chosen)} times | {given_up} |"
         )
 
 
@@ -169,8 +169,8 @@ def write(mark: str, lines: Iterable[str], *, on_page: bool) -> None:
     page = PAGE.read_text(encoding="utf-8")
     begin, end = f"<!-- {mark} -->\n", f"\n<!-- end of {mark} -->"
     head, _, rest = page.partition(begin)
-    _, found, tail = rest.partition(end)
-    if not found:
+    _, has_end, tail = rest.partition(end)
+    if not has_end:
         raise SystemExit(f"{PAGE} has no place for '{mark}'")
     PAGE.write_text(f"{head}{begin}{text}{end}{tail}", encoding="utf-8")
 
@@ -192,17 +192,17 @@ def main() -> None:
     parser.add_argument("--only", choices=["drives", "movers", "stops", "kills", "alarms"])
     parser.add_argument("--no-page", action="store_true", help="print, and leave the page as it is")
     options = parser.parse_args()
-    tell = partial(write, on_page=not options.no_page)
+    publish = partial(write, on_page=not options.no_page)
     if options.only in (None, "drives"):
         runs = [(world, options.poses, appears) for appears in (False, True) for world in WORLDS]
         with get_context("spawn").Pool(options.processes) as pool:
-            found = pool.starmap(in_one_world, runs, chunksize=1)
-        drives_of_all = list(chain(*found))
-        figure("collisions of drives", sum(one.collisions for one in drives_of_all))
-        left_mm = [1000 * one.surplus for one in drives_of_all if math.isfinite(one.surplus)]
+            results = pool.starmap(in_one_world, runs, chunksize=1)
+        drives_of_all = list(chain(*results))
+        figure("collisions of drives", sum(drive.collisions for drive in drives_of_all))
+        left_mm = [1000 * drive.surplus for drive in drives_of_all if math.isfinite(drive.surplus)]
         figure("left of the stopping distance", left_mm, "mm")
         for mark, part in (("walls", slice(3)), ("appearing obstacle", slice(3, 6))):
-            tell(mark, drive_table(list(chain(*found[part]))))
+            publish(mark, drive_table(list(chain(*results[part]))))
     if options.only in (None, "movers"):
         seeds = range(1, options.outings + 1)
         # The worlds as they are twice as often as those made faster.
@@ -212,12 +212,12 @@ def main() -> None:
             for seed in (seeds if speed == MOVER_SPEEDS[0] else seeds[::2])
         ]
         with get_context("spawn").Pool(options.processes) as pool:
-            tell("moving obstacles", outing_table(pool.starmap(outing, todo, chunksize=1)))
+            publish("moving obstacles", outing_table(pool.starmap(outing, todo, chunksize=1)))
     if options.only in (None, "stops"):
-        tell("stop service", stop_table(map(by_service, GOALS), 0.3))
-        tell("lost scan", stop_table(map(by_lost_scan, GOALS), 1.0))
+        publish("stop service", stop_table(map(by_service, GOALS), 0.3))
+        publish("lost scan", stop_table(map(by_lost_scan, GOALS), 1.0))
     if options.only in (None, "kills"):
-        tell(
+        publish(
             "killed processes",
             kill_table(
                 kill(what, with_arbiter=with_arbiter)
@@ -228,9 +228,15 @@ def main() -> None:
         )
     if options.only in (None, "alarms"):
         counted = alarms(options.alarms, options.busy, options.graphs, options.results)
-        tell("false alarms", alarm_table(counted))
-        figure("given up on a busy machine", sum(one.is_given_up for one in counted))
-        print("\n".join(one.reason for one in counted if one.reason and not one.is_given_up))
+        publish("false alarms", alarm_table(counted))
+        figure("given up on a busy machine", sum(attached.is_given_up for attached in counted))
+        print(
+            "\n".join(
+                attached.reason
+                for attached in counted
+                if attached.reason and not attached.is_given_up
+            )
+        )
 
 
 def _mm(metres: float) -> str:

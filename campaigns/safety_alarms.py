@@ -113,7 +113,7 @@ def _run(mission: Path, environment: dict[str, str]) -> str:
 def _busy(count: int) -> Iterator[None]:
     with ExitStack() as stack:
         for _ in range(count):
-            one = subprocess.Popen([sys.executable, "-c", "while True: pass"])
-            stack.callback(one.wait)
-            stack.callback(one.kill)
+            process = subprocess.Popen([sys.executable, "-c", "while True: pass"])
+            stack.callback(process.wait)
+            stack.callback(process.kill)
         yield

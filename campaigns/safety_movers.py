@@ -97,10 +97,10 @@ def faster(world: str, speed: float) -> Iterator[str]:
         yield world
         return
     written = load_world(world).model_dump(by_alias=True, exclude_unset=True, mode="json")
-    for one in written["cylinders"]:
-        motion = one["motion"]
+    for cylinder in written["cylinders"]:
+        motion = cylinder["motion"]
         if "period" in motion:
-            motion["period"] = math.tau * math.hypot(one["x"], one["y"]) / speed
+            motion["period"] = math.tau * math.hypot(cylinder["x"], cylinder["y"]) / speed
         else:
             motion["speed"] = speed
     with tempfile.NamedTemporaryFile("w", suffix=".yaml", encoding="utf-8") as file:
@@ -113,10 +113,10 @@ def faster(world: str, speed: float) -> Iterator[str]:
 def _explore(stage: Stage) -> Iterator[Met]:
     robot = stage.runs[0].robot
     obstacles = stage.sim.physics.world.obstacles
-    movers = {one.name: one for one in obstacles if one.motion is not None}
+    movers = {obstacle.name: obstacle for obstacle in obstacles if obstacle.motion is not None}
     oracle = Oracle(robot.robot, obstacles)
-    heard: list[Collision] = []
-    stage.node.create_subscription(Collision, "collisions", heard.append, 10)
+    collisions: list[Collision] = []
+    stage.node.create_subscription(Collision, "collisions", collisions.append, 10)
     start_ns = stage.sim.time_ns
     states: deque[State] = deque()
     while not stage.is_done:
@@ -126,10 +126,10 @@ def _explore(stage: Stage) -> Iterator[Met]:
         states.append(State(now_s, robot.pose, robot.velocity))
         while states[0].time_s < now_s - KEPT_S:
             states.popleft()
-        for one in heard:
-            mover = movers.get(one.obstacle)
-            yield _met(one, commanded, list(states), mover, robot.robot.hull, oracle)
-        heard.clear()
+        for collision in collisions:
+            mover = movers.get(collision.obstacle)
+            yield _met(collision, commanded, list(states), mover, robot.robot.hull, oracle)
+        collisions.clear()
 
 
 def _met(
@@ -141,7 +141,7 @@ def _met(
     oracle: Oracle,
 ) -> Met:
     now = states[-1]
-    second_ago = next(one for one in states if one.time_s >= now.time_s - 1.0)
+    second_ago = next(state for state in states if state.time_s >= now.time_s - 1.0)
     ahead, left = _from_base(now, collision.point)
     linear, angular = commanded
     doing = "turning" if abs(angular) > TURNS else "standing"

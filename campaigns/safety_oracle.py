@@ -50,7 +50,7 @@ class Oracle:
         standing = (arcs == 0.0).all(axis=1)
         moved = stood = False
         for lead_s in LEADS_S:
-            then = [one for one in states if one.time_s <= contact_s - lead_s]
+            then = [state for state in states if state.time_s <= contact_s - lead_s]
             if not then:
                 break
             free = self._free(then[-1], arcs, contact_s - then[-1].time_s)
@@ -69,8 +69,12 @@ class Oracle:
             return far < lidar.min_range
         share = np.arange(0.0, 1.0, LOOK_M / far) * far / (far + placed.radius)
         points = np.stack([x + share * (placed.x - x), y + share * (placed.y - y)])
-        others = (_placed(one, state.time_s) for one in self._obstacles if one.name != mover.name)
-        return all((_gap(one, *points) > 0.0).all() for one in others)
+        others = (
+            _placed(obstacle, state.time_s)
+            for obstacle in self._obstacles
+            if obstacle.name != mover.name
+        )
+        return all((_gap(other, *points) > 0.0).all() for other in others)
 
     def _free(self, state: State, arcs: Floats, lead_s: float) -> npt.NDArray[np.bool_]:
         """Whether each arc, driven until half a second after the contact, touches nothing."""
@@ -83,12 +87,12 @@ class Oracle:
             y[..., None] + sine * ahead + cosine * left,
         )
         free = np.ones(len(arcs), dtype=bool)
-        for one in self._obstacles:
-            if one.motion is None:
-                free &= (_gap(one, *outline) > 0.0).all(axis=(1, 2))
+        for obstacle in self._obstacles:
+            if obstacle.motion is None:
+                free &= (_gap(obstacle, *outline) > 0.0).all(axis=(1, 2))
                 continue
             for index, after_s in enumerate(times):
-                at = _placed(one, state.time_s + after_s)
+                at = _placed(obstacle, state.time_s + after_s)
                 free &= (_gap(at, outline[0][:, index], outline[1][:, index]) > 0.0).all(axis=1)
         return free
 

@@ -66,18 +66,18 @@ class Drive:
 def poses(rig: Rig, count: int, seed: int) -> list[Pose]:
     """Return seeded poses that aim at every obstacle of the world in turn, at any angle."""
     rng = random.Random(seed)
-    found: list[Pose] = []
+    drawn: list[Pose] = []
     obstacles = rig.world.obstacles
     turn = 0
-    while len(found) < count:
+    while len(drawn) < count:
         target = obstacles[turn % len(obstacles)]
         turn += 1
         for _ in range(200):
             pose = _aimed(target, rig, rng)
             if rig.place(pose.x, pose.y, pose.yaw) and _in_reach(rig):
-                found.append(pose)
+                drawn.append(pose)
                 break
-    return found
+    return drawn
 
 
 def _in_reach(rig: Rig) -> bool:

@@ -108,14 +108,21 @@ def cases() -> Iterator[Case]:
         good = BASES[written["mission"]]
         bad = good.replace(written["good"], written["bad"])
         yield Case("missions", written["what"], bad, good, ranges=LIMIT)
-    for one in RARE:
-        yield Case("rare moments", one.what, one.scenario, one.scenario, one.plant, one.ranges)
-    for one in DEFECTS:
-        if one.what in HIDDEN:
-            text = stripped(one.scenario)
-            around = AROUND if one.scenario in ("tight_turn", "back_up") else "{}"
-            is_slow = one.scenario not in ("tight_turn", "back_up")
-            yield Case("shipped", one.what, text, text, one.plant, around, is_slow)
+    for defect in RARE:
+        yield Case(
+            "rare moments",
+            defect.what,
+            defect.scenario,
+            defect.scenario,
+            defect.plant,
+            defect.ranges,
+        )
+    for defect in DEFECTS:
+        if defect.what in HIDDEN:
+            text = stripped(defect.scenario)
+            around = AROUND if defect.scenario in ("tight_turn", "back_up") else "{}"
+            is_slow = defect.scenario not in ("tight_turn", "back_up")
+            yield Case("shipped", defect.what, text, text, defect.plant, around, is_slow)
 
 
 def mutants() -> Iterator[Case]:
@@ -123,16 +130,16 @@ def mutants() -> Iterator[Case]:
     drawn = [(name, mission_mutants(text, 25)) for name, text in BASES.items()]
     of_missions = (
         Case("mission mutants", f"{name}: {what}", text, BASES[name], ranges=LIMIT)
-        for name, found in cycle(drawn)
-        for what, text in islice(found, 1)
+        for name, texts in cycle(drawn)
+        for what, text in islice(texts, 1)
     )
     names = cycle(("drive", "turns", "careful"))
     of_servers = (
         Case("server mutants", f"{name}: {what}", BASES[name], BASES[name], plant, LIMIT)
         for name, (what, plant) in zip(names, server_mutants(25), strict=False)
     )
-    for found, wanted in ((of_missions, MISSION_MUTANTS), (of_servers, SERVER_MUTANTS)):
-        alive = (one for one in islice(found, MOST_TRIED) if stands(one))
+    for mutants, wanted in ((of_missions, MISSION_MUTANTS), (of_servers, SERVER_MUTANTS)):
+        alive = (mutant for mutant in islice(mutants, MOST_TRIED) if stands(mutant))
         yield from islice(alive, wanted)
 
 
@@ -167,10 +174,10 @@ class PlantedRunner:
         self, scenarios: Iterable[ConcreteScenario]
     ) -> AsyncGenerator[ScenarioRow, None]:
         """Yield the row of each scenario."""
-        for one in scenarios:
+        for scenario in scenarios:
             with pytest.MonkeyPatch.context() as patch:
                 self._plant(patch)
-                row = self._worker.carry_out(one)
+                row = self._worker.carry_out(scenario)
             yield row
 
 
@@ -225,20 +232,20 @@ def search(case: Case, strategy: str, seed: int, budget: int) -> dict[str, Any]:
         "runs": state.runs if state.counterexamples else None,
         "unfair": state.unfair,
         "errors": state.errors,
-        "faults": [one.text for each in state.counterexamples for one in each.candidate.faults],
+        "faults": [fault.text for each in state.counterexamples for fault in each.candidate.faults],
         "cpu_s": round(time.process_time() - began, 2),
     }
 
 
 def table(rows: list[dict[str, Any]]) -> str:
     """Return the results as tables of Markdown: all searches, and the pairs by kind."""
-    done = {(one["what"], one["strategy"], one["seed"]): one for one in rows if one["runs"] != 1}
+    done = {(row["what"], row["strategy"], row["seed"]): row for row in rows if row["runs"] != 1}
     pairs = [
         (what, seed)
         for what, seed in dict.fromkeys((what, seed) for what, _, seed in done)
         if all((what, name, seed) in done for name in STRATEGIES)
     ]
-    heads = [f"{one}: found" for one in STRATEGIES] + [f"{one}: runs" for one in STRATEGIES]
+    heads = [f"{each}: found" for each in STRATEGIES] + [f"{each}: runs" for each in STRATEGIES]
     lines = [
         f"| | searches of each | {' | '.join(heads)} |",
         "|---" * (2 + 2 * len(STRATEGIES)) + "|",
@@ -254,28 +261,30 @@ def table(rows: list[dict[str, Any]]) -> str:
             for strategy in STRATEGIES
         ]
         if groups[0]:
-            found = [f"{sum(one['runs'] is not None for one in group)}" for group in groups]
+            counts = [f"{sum(search['runs'] is not None for search in group)}" for group in groups]
             lines.append(
-                f"| {name} | {len(groups[0])} | {' | '.join(found)} | "
+                f"| {name} | {len(groups[0])} | {' | '.join(counts)} | "
                 f"{' | '.join(map(_spread, groups))} |"
             )
 
-    for kind in dict.fromkeys(one["kind"] for one in rows):
-        add(kind, lambda one, kind=kind: one["kind"] == kind)
+    for kind in dict.fromkeys(row["kind"] for row in rows):
+        add(kind, lambda row, kind=kind: row["kind"] == kind)
     for seed in sorted({seed for _, seed in pairs}):
-        add(f"all, search seed {seed}", lambda one, seed=seed: one["seed"] == seed)
+        add(f"all, search seed {seed}", lambda row, seed=seed: row["seed"] == seed)
     add("all", lambda _: True)
     first, second = STRATEGIES
     sooner = [0, 0, 0]
     for what, seed in pairs:
-        one, other = (_runs(done[what, name, seed]) for name in (first, second))
-        sooner[0 if one < other else 1 if other < one else 2] += 1
-    found = {what for (what, _, _), one in done.items() if one["runs"]}
+        runs, other = (_runs(done[what, name, seed]) for name in (first, second))
+        sooner[0 if runs < other else 1 if other < runs else 2] += 1
+    broken = {what for (what, _, _), row in done.items() if row["runs"]}
     names = dict.fromkeys(what for what, _ in pairs)
-    never = [what for what in names if what not in found]
-    told = f"{len(names)} defects, {len(pairs)} pairs of searches: {first} sooner in {sooner[0]}, "
-    told += f"{second} in {sooner[1]}, equal in {sooner[2]}. Never found: {len(never)}."
-    return "\n".join([*lines, "", told, *(f"- {what}" for what in never)])
+    never = [what for what in names if what not in broken]
+    summary = (
+        f"{len(names)} defects, {len(pairs)} pairs of searches: {first} sooner in {sooner[0]}, "
+    )
+    summary += f"{second} in {sooner[1]}, equal in {sooner[2]}. Never found: {len(never)}."
+    return "\n".join([*lines, "", summary, *(f"- {what}" for what in never)])
 
 
 def _runs(row: dict[str, Any]) -> int:
@@ -300,17 +309,17 @@ def main() -> None:
     parser.add_argument("--strategies", nargs="+", default=list(STRATEGIES))
     parser.add_argument("--table", action="store_true", help="print the table of what is there")
     options = parser.parse_args()
-    rows = [json.loads(one) for one in options.file.open()] if options.file.exists() else []
+    rows = [json.loads(line) for line in options.file.open()] if options.file.exists() else []
     if options.table:
         print(table(rows))
         return
     prepare_middleware()
     silence_logs()
-    known = {(one["what"], one["strategy"], one["seed"]) for one in rows}
-    used_s = sum(one["cpu_s"] for one in rows)
+    known = {(known_row["what"], known_row["strategy"], known_row["seed"]) for known_row in rows}
+    used_s = sum(known_row["cpu_s"] for known_row in rows)
     all_cases = [*cases(), *([] if options.only else mutants())]
     searches = [(seed, case) for seed in range(options.seeds) for case in all_cases]
-    for seed, case in sorted(searches, key=lambda one: one[1].is_slow):
+    for seed, case in sorted(searches, key=lambda pair: pair[1].is_slow):
         for strategy in options.strategies:
             if (case.what, strategy, seed) in known or options.only not in case.what:
                 continue
@@ -322,7 +331,7 @@ def main() -> None:
                 file.write(json.dumps(row) + "\n")
             print(row, flush=True)
             rows.append(row)
-    now = [one for one in rows if options.only in one["what"]]
+    now = [present for present in rows if options.only in present["what"]]
     figure("runs until found", map(_runs, now))
 
 

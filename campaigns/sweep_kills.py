@@ -38,8 +38,8 @@ def is_equal(number: int, count: int, most_kills: int) -> bool:
         rows = sweep.run(victims)
         plan = SweepPlan(load_base(mission, BaseChanges()), seeds=range(count))
         with ScenarioWorker(plan.base.bundle, ScenarioProcess().run) as alone:
-            serial = [alone.carry_out(one) for one in plan.scenarios()]
-    both = [[(one.id, one.trace_sha256) for one in some] for some in (rows, serial)]
+            serial = [alone.carry_out(scenario) for scenario in plan.scenarios()]
+    both = [[(row.id, row.trace_sha256) for row in some] for some in (rows, serial)]
     same = both[0] == both[1]
     print(f"round {number}: killed {', '.join(sweep.killed)}: {'equal' if same else 'WRONG'}")
     return same
@@ -53,7 +53,9 @@ def main() -> None:
     parser.add_argument("--most-kills", type=int, default=4, help="in a round")
     options = parser.parse_args()
     prepare_process()
-    rounds = [is_equal(one, options.count, options.most_kills) for one in range(options.rounds)]
+    rounds = [
+        is_equal(number, options.count, options.most_kills) for number in range(options.rounds)
+    ]
     figure("rounds with lost, doubled or different rows", rounds.count(False))
 
 

@@ -71,20 +71,20 @@ def _changed(node: ast.AST) -> Iterator[tuple[ast.expr, str | None, ast.expr | N
         if isinstance(target, ast.Tuple):
             values = value.elts if isinstance(value, ast.Tuple) else [None] * len(target.elts)
             pairs = list(zip(target.elts, values, strict=False))
-        for one, its in pairs:
-            if isinstance(one, ast.Attribute):
-                yield one.value, one.attr, its
+        for first, its in pairs:
+            if isinstance(first, ast.Attribute):
+                yield first.value, first.attr, its
 
 
 def patches(text: str) -> Iterator[str]:
     """What text does to live objects that their classes do not provide for."""
     tree = ast.parse(text)
     functions = {
-        one.name
+        child_node.name
         for scope in ast.walk(tree)
         if not isinstance(scope, ast.ClassDef)
-        for one in ast.iter_child_nodes(scope)
-        if isinstance(one, ast.FunctionDef)
+        for child_node in ast.iter_child_nodes(scope)
+        if isinstance(child_node, ast.FunctionDef)
     }
     for node in ast.walk(tree):
         for target, attribute, value in _changed(node):
@@ -113,30 +113,32 @@ def shallow(text: str) -> Iterator[str]:
         if not isinstance(node, ast.Call):
             continue
         is_made = any(
-            isinstance(one, ast.Attribute) and one.attr in ("create_client", "create_service")
-            for one in (node.func, *node.args[:1])
+            isinstance(part, ast.Attribute) and part.attr in ("create_client", "create_service")
+            for part in (node.func, *node.args[:1])
         )
-        if is_made and "qos_profile" not in [one.arg for one in node.keywords]:
+        if is_made and "qos_profile" not in [keyword.arg for keyword in node.keywords]:
             yield f"line {node.lineno}: a service with no depth; pass qos_profile"
 
 
 def faults(name: str, text: str) -> list[str]:
     """What breaks the rules in the module of this name, one line each."""
-    found = []
+    results = []
     if text.count("\n") > MAX_LINES:
-        found.append(f"{name}: {text.count(chr(10))} lines, at most {MAX_LINES}")
+        results.append(f"{name}: {text.count(chr(10))} lines, at most {MAX_LINES}")
     imports = check_layers.imports_of(name, text, {**KNOWN, name: Path()})
-    found += check_layers.upward(imports)
+    results += check_layers.upward(imports)
     if not any(is_in(name, package) for package in SPEAKS_ROS):
-        found += [
-            f"{name}: imports {one}: it is not among SPEAKS_ROS of tools/check_layers.py"
-            for one in _imports(text)
-            if any(fnmatch.fnmatchcase(one.partition(".")[0], pattern) for pattern in ROS_NAMES)
+        results += [
+            f"{name}: imports {imported}: it is not among SPEAKS_ROS of tools/check_layers.py"
+            for imported in _imports(text)
+            if any(
+                fnmatch.fnmatchcase(imported.partition(".")[0], pattern) for pattern in ROS_NAMES
+            )
         ]
-    found += [f"{name}: {one}" for one in patches(text)]
+    results += [f"{name}: {patch}" for patch in patches(text)]
     if name != IN_ONE_PROCESS:
-        found += [f"{name}: {one}" for one in shallow(text)]
-    return found
+        results += [f"{name}: {fault}" for fault in shallow(text)]
+    return results
 
 
 @pytest.mark.parametrize("name", KNOWN)
@@ -174,10 +176,10 @@ def test_what_may_speak_ros_is_there(name):
 def test_the_tool_says_what_it_found(capsys):
     """The tool prints layers, cycles and upward imports, and ends with 0 where all is well."""
     assert check_layers.main() == 0
-    said = capsys.readouterr().out
-    assert "layer 0: bt_mission.core" in said
-    assert "0 cycles" in said
-    assert "0 upward imports" in said
+    output = capsys.readouterr().out
+    assert "layer 0: bt_mission.core" in output
+    assert "0 cycles" in output
+    assert "0 upward imports" in output
 
 
 @pytest.mark.parametrize(
@@ -221,10 +223,10 @@ def test_the_tool_says_what_it_found(capsys):
 )
 def test_a_violation_is_found(name, text, expected):
     """Each rule, broken by a small invented module, is reported with its place and its reason."""
-    found = faults(name, text)
-    assert found, "nothing was found"
-    assert all(line.startswith(name) for line in found)
-    assert any(expected in line for line in found)
+    results = faults(name, text)
+    assert results, "nothing was found"
+    assert all(line.startswith(name) for line in results)
+    assert any(expected in line for line in results)
 
 
 @pytest.mark.parametrize(
@@ -275,15 +277,19 @@ WRITERS = {
 def test_files_are_written_in_one_place():
     """An old file is replaced only once the new one is whole, whoever writes it."""
     opens = {"write_text", "write_bytes", "copyfile"}
-    found = set()
+    results = set()
     for top in ("bt_mission", "action_servers", "sim"):
         for path in (ROOT / top).rglob("*.py"):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
                 if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
-                    modes = [one.value for one in node.args if isinstance(one, ast.Constant)]
+                    modes = [
+                        argument.value
+                        for argument in node.args
+                        if isinstance(argument, ast.Constant)
+                    ]
                     is_open = node.func.attr == "open" and any(
-                        isinstance(one, str) and set(one) & set("wax") for one in modes
+                        isinstance(mode, str) and set(mode) & set("wax") for mode in modes
                     )
                     if node.func.attr in opens or is_open:
-                        found.add(path.relative_to(ROOT).as_posix())
-    assert found == set(WRITERS)
+                        results.add(path.relative_to(ROOT).as_posix())
+    assert results == set(WRITERS)

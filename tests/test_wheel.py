@@ -140,14 +140,14 @@ def test_what_is_installed_works_in_an_empty_folder(installed: Path, tmp_path: P
     """The shipped files are those below the prefix of the package, wherever Python's own is."""
     share = installed / "share" / "bt_mission"
     script = "from bt_mission.core.files import find; print(find('robots', 'burger'))"
-    found = called(installed, tmp_path, script)
-    assert found == f"{share / 'robots' / 'burger.yaml'}\n"
+    result = called(installed, tmp_path, script)
+    assert result == f"{share / 'robots' / 'burger.yaml'}\n"
     script = (
         "sys.argv[1:] = ['check', 'missions/square.yaml']; "
         "runpy.run_module('bt_mission', run_name='__main__')"
     )
-    said = called(installed, tmp_path, script)
-    assert said == f"{share / 'missions' / 'square.yaml'}: mission 'square' is valid (4 nodes)\n"
+    output = called(installed, tmp_path, script)
+    assert output == f"{share / 'missions' / 'square.yaml'}: mission 'square' is valid (4 nodes)\n"
     assert list(tmp_path.iterdir()) == []
 
 

@@ -52,8 +52,8 @@ def build(source: Path, into: Path, *, is_strict: bool) -> None:
 def commit_of(reference: str) -> str:
     """Return the commit that a reference of git names, whatever sign it begins with."""
     named = f"{reference}^{{commit}}"
-    found = run("git", "-C", ROOT, "rev-parse", "--verify", "--end-of-options", named)
-    return found.decode().split()[-1]
+    output = run("git", "-C", ROOT, "rev-parse", "--verify", "--end-of-options", named)
+    return output.decode().split()[-1]
 
 
 def export(reference: str, into: Path) -> None:

@@ -47,7 +47,7 @@ def capture_sweep(page: Page, results: Path | None, folder: Path) -> None:
     """Capture the page of a sweep."""
     if results is None:
         results = folder / "results"
-        vary = [word for one in VARIED for word in ("--vary", one)]
+        vary = [word for range_ in VARIED for word in ("--vary", range_)]
         command("sweep", "explore", *vary, "--seeds", "10", "-o", str(results))
     with ResultStore.read(results) as store:
         file = write_sweep_page(store, folder / "sweep.html")

@@ -115,12 +115,12 @@ class Import:
 
 def modules(root: Path = ROOT) -> dict[str, Path]:
     """Return the file of each module of the three packages, by its dotted name."""
-    found = {}
+    modules_by_name = {}
     for top in TOPS:
         for path in sorted((root / top).rglob("*.py")):
             name = ".".join(path.relative_to(root).with_suffix("").parts)
-            found[name.removesuffix(".__init__")] = path
-    return found
+            modules_by_name[name.removesuffix(".__init__")] = path
+    return modules_by_name
 
 
 def imported_names(tree: ast.Module) -> Iterator[tuple[str, int]]:
@@ -139,12 +139,12 @@ def imported_names(tree: ast.Module) -> Iterator[tuple[str, int]]:
 
 def imports_of(name: str, text: str, known: Mapping[str, object]) -> list[Import]:
     """Return the imports of ours that a module has, each resolved to a module."""
-    found = []
+    imports = []
     for full, line in imported_names(ast.parse(text)):
         module = full if full in known else full.rpartition(".")[0]
         if module in known and module != name:
-            found.append(Import(name, module, line))
-    return found
+            imports.append(Import(name, module, line))
+    return imports
 
 
 def is_in(name: str, package: str) -> bool:
@@ -195,9 +195,9 @@ def _between_parts(importer: str, imported: str) -> str | None:
     return None
 
 
-def fault_of(one: Import) -> str | None:
+def fault_of(edge: Import) -> str | None:
     """Return why an import is against the layers, or None when it is not."""
-    importer, imported = one.importer, one.imported
+    importer, imported = edge.importer, edge.imported
     if importer in TOPS or importer == "bt_mission.__main__":
         return None
     if importer.partition(".")[0] != imported.partition(".")[0]:
@@ -210,12 +210,12 @@ def fault_of(one: Import) -> str | None:
 def cycles(imports: list[Import]) -> list[list[str]]:
     """Return the groups of modules that import each other, by Tarjan's algorithm."""
     graph: dict[str, list[str]] = {}
-    for one in imports:
-        graph.setdefault(one.importer, []).append(one.imported)
+    for edge in imports:
+        graph.setdefault(edge.importer, []).append(edge.imported)
     index: dict[str, int] = {}
     low: dict[str, int] = {}
     stack: list[str] = []
-    found: list[list[str]] = []
+    groups: list[list[str]] = []
 
     def visit(name: str) -> None:
         index[name] = low[name] = len(index)
@@ -231,30 +231,30 @@ def cycles(imports: list[Import]) -> list[list[str]]:
             group = stack[at:]
             del stack[at:]
             if len(group) > 1:
-                found.append(sorted(group))
+                groups.append(sorted(group))
 
     for name in graph:
         if name not in index:
             visit(name)
-    return sorted(found)
+    return sorted(groups)
 
 
 def all_imports() -> list[Import]:
     """Return every import between modules of ours."""
     known = modules()
     return [
-        one
+        edge
         for name, path in known.items()
-        for one in imports_of(name, path.read_text(encoding="utf-8"), known)
+        for edge in imports_of(name, path.read_text(encoding="utf-8"), known)
     ]
 
 
 def upward(imports: list[Import]) -> list[str]:
     """Return a line for each import that is against the layers."""
     return [
-        f"{one.importer}:{one.line}: imports {one.imported}: {why}"
-        for one in imports
-        if (why := fault_of(one)) is not None
+        f"{edge.importer}:{edge.line}: imports {edge.imported}: {why}"
+        for edge in imports
+        if (why := fault_of(edge)) is not None
     ]
 
 
@@ -263,19 +263,22 @@ def main() -> int:
     sys.setrecursionlimit(10_000)
     known, imports = modules(), all_imports()
     for rank, packages in enumerate(LAYERS):
-        counted = (f"{one} ({sum(is_in(name, one) for name in known)})" for one in packages)
+        counted = (
+            f"{package_name} ({sum(is_in(name, package_name) for name in known)})"
+            for package_name in packages
+        )
         print(f"layer {rank}: {', '.join(counted)}")
     for package, parts in PARTS.items():
         print(f"{package}: {' < '.join(', '.join(part) for part in parts)}")
-    found, against = cycles(imports), upward(imports)
+    found_cycles, against = cycles(imports), upward(imports)
     print(f"{len(known)} modules, {len(imports)} imports between them")
-    print(f"{len(found)} cycles")
-    for group in found:
+    print(f"{len(found_cycles)} cycles")
+    for group in found_cycles:
         print(f"  {', '.join(group)}")
     print(f"{len(against)} upward imports")
     for line in against:
         print(f"  {line}")
-    return 1 if found or against else 0
+    return 1 if found_cycles or against else 0
 
 
 if __name__ == "__main__":

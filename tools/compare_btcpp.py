@@ -101,7 +101,7 @@ class Play:
         return [*self.lines, f"tree {self.tree.status.name}"]
 
     def _stub(self, node: Any, values: Evaluator) -> Behaviour:
-        line, column = (int(one) for one in values.place.rsplit(":", 2)[1:])
+        line, column = (int(number) for number in values.place.rsplit(":", 2)[1:])
         document = values.mission.document
         tag = re.split(r"[\s/>]", document.lines[line - 1][column - 1 :], maxsplit=1)[0]
         if leaf_row(tag):
@@ -160,8 +160,8 @@ def model_of(xml: str) -> tuple[str, dict[tuple[str, str], str]]:
         if model.tag == "SubTree":
             for port in model.iterfind("input_port"):
                 if name == root.get("main_tree_to_execute"):
-                    said = port.attrib["name"], port.attrib["type"], port.attrib["default"]
-                    lines.append("\t".join(("input", *said)))
+                    columns = port.attrib["name"], port.attrib["type"], port.attrib["default"]
+                    lines.append("\t".join(("input", *columns)))
             continue
         lines.append(f"leaf\t{name}")
         for port in model:

@@ -20,18 +20,20 @@ ROW_SCALE = {"action_servers": (0.9, 1), "sim": (0.62, 0.6)}
 
 def packages() -> dict[str, tuple[str, float]]:
     """Return each package that is drawn, with its top-level folder and its row from below."""
-    found = {one: ("bt_mission", float(row)) for row, layer in enumerate(LAYERS) for one in layer}
+    heights = {
+        name: ("bt_mission", float(row)) for row, layer in enumerate(LAYERS) for name in layer
+    }
     for top, (scale, lowest) in ROW_SCALE.items():
         for row, parts in enumerate(PARTS[top]):
-            found |= {f"{top}.{part}": (top, lowest + row * scale) for part in parts}
-    return found
+            heights |= {f"{top}.{part}": (top, lowest + row * scale) for part in parts}
+    return heights
 
 
 def edges(known: dict[str, tuple[str, float]]) -> set[tuple[str, str]]:
     """Return who imports whom, without what follows from the others."""
     direct = set()
-    for one in all_imports():
-        pair = [next((p for p in known if is_in(m, p)), "") for m in (one.importer, one.imported)]
+    for edge in all_imports():
+        pair = [next((p for p in known if is_in(m, p)), "") for m in (edge.importer, edge.imported)]
         if all(pair) and pair[0] != pair[1]:
             direct.add((pair[0], pair[1]))
     below: dict[str, set[str]] = {}

@@ -56,24 +56,24 @@ class Hunt:
     inputs: int = 0
     """Files and messages in these cases."""
     accepted: int = 0
-    found: dict[str, int] = field(default_factory=dict)
+    findings: dict[str, int] = field(default_factory=dict)
 
     def hear(self, worker: Worker) -> bool:
         """Take in what a process says; false once it has no more cases."""
         try:
-            what, one, two = worker.heard.recv()
+            what, kind, two = worker.receiver.recv()
         except (EOFError, OSError):
             self.mourn(worker)
             worker.start()
             return True
         worker.asleep = 0
         if what == "begun":
-            worker.number, worker.name, worker.began = one, two, True
+            worker.number, worker.name, worker.began = kind, two, True
         elif what == "found":
-            self.note(worker, *one, two)
+            self.note(worker, *kind, two)
         elif what == "done":
             self.tried += 1
-            self.inputs += one
+            self.inputs += kind
             self.accepted += two
         return bool(what != "finished")
 
@@ -91,8 +91,8 @@ class Hunt:
 
     def note(self, worker: Worker, kind: str, text: str, contents: bytes) -> None:
         """Count a finding, and save the first of its kind."""
-        self.found[kind] = self.found.get(kind, 0) + 1
-        if self.found[kind] > 1 and not self.options.replay:
+        self.findings[kind] = self.findings.get(kind, 0) + 1
+        if self.findings[kind] > 1 and not self.options.replay:
             return
         print(f"\nFOUND: {kind}\n{text}", flush=True)
         if self.options.replay:
@@ -109,7 +109,7 @@ class Hunt:
         """Return how far it is."""
         share = 100 * self.accepted / max(self.tried, 1)
         rate = (self.tried - self.before) / max(seconds, 1)
-        kinds = f"{_counted(len(self.found), 'kind')} of findings"
+        kinds = f"{_counted(len(self.findings), 'kind')} of findings"
         many = "" if self.inputs == self.tried else f" of {self.inputs} inputs"
         what = f"{self.options.target}, {seconds} s: {self.tried} cases{many}, {rate:.0f}/s"
         return f"{what}, {share:.0f} % sound, {kinds}"
@@ -128,7 +128,7 @@ class Hunt:
             "cases": self.tried,
             "inputs": self.inputs,
             "sound": self.accepted,
-            "findings": self.found,
+            "findings": self.findings,
         }
         temporary = self.options.state.with_suffix(".new")
         temporary.write_text(json.dumps(state), encoding="utf-8")
@@ -142,7 +142,7 @@ class Hunt:
         state = json.loads(options.state.read_text(encoding="utf-8"))
         if (state["target"], state["seed"]) != (options.target, options.seed):
             raise CannotJudgeError(f"{options.state} is of another target or another seed")
-        options.first, self.found = state["first"], state["findings"]
+        options.first, self.findings = state["first"], state["findings"]
         options.end = options.first + options.count
         self.tried = self.before = state["cases"]
         self.inputs, self.accepted = state["inputs"], state["sound"]
@@ -150,8 +150,8 @@ class Hunt:
 
 def hunt(options: argparse.Namespace, folder: Path) -> Hunt:
     """Run the processes until the time is over or no case is left."""
-    found = Hunt(options)
-    found.go_on()
+    search = Hunt(options)
+    search.go_on()
     workers = []
     for index in range(options.processes):
         cases: Any = Mutants(options.seed, options.first + index, options.processes, options.end)
@@ -164,17 +164,17 @@ def hunt(options: argparse.Namespace, folder: Path) -> Hunt:
     ticker, tick = _every_second()
     try:
         while workers and (options.seconds is None or seconds < options.seconds):
-            there = wait([ticker, *(worker.heard for worker in workers)])
+            there = wait([ticker, *(worker.receiver for worker in workers)])
             if ticker in there:
                 ticker.recv()
                 is_judging = any(worker.began or worker.starts > 1 for worker in everyone)
                 seconds += is_judging
                 if is_judging and seconds % options.every == 0:
-                    print(found.line(seconds), flush=True)
-                    found.keep(workers)
+                    print(search.line(seconds), flush=True)
+                    search.keep(workers)
                 for worker in workers:
                     worker.look(options.patience)
-            workers = [one for one in workers if one.heard not in there or found.hear(one)]
+            workers = [kept for kept in workers if kept.receiver not in there or search.hear(kept)]
     except KeyboardInterrupt:
         print("interrupted", flush=True)
     finally:
@@ -182,24 +182,24 @@ def hunt(options: argparse.Namespace, folder: Path) -> Hunt:
         for worker in workers:
             worker.process.kill()  # it may be in a case that hears nothing
             worker.process.join()
-    found.keep(list(everyone))
-    print(found.line(seconds), flush=True)
-    return found
+    search.keep(list(everyone))
+    print(search.line(seconds), flush=True)
+    return search
 
 
 def _every_second() -> tuple[Connection, Any]:
     """Return what says something each second, and its process."""
     context = multiprocessing.get_context("spawn")
-    heard, told = context.Pipe(duplex=False)
-    process = context.Process(target=_tick, args=(told,), daemon=True)
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(target=_tick, args=(sender,), daemon=True)
     process.start()
-    told.close()
-    return heard, process
+    sender.close()
+    return receiver, process
 
 
-def _tick(told: Connection) -> None:
+def _tick(sender: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGALRM, lambda *_: told.send(1))
+    signal.signal(signal.SIGALRM, lambda *_: sender.send(1))
     signal.setitimer(signal.ITIMER_REAL, 1, 1)
     while True:
         signal.pause()
@@ -282,7 +282,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         {**vars(options), "target": name, "seconds": max(seconds, 1)}
         for name, seconds in shares.items()
     )
-    return max([_judge(argparse.Namespace(**one)) for one in chosen])
+    return max([_judge(argparse.Namespace(**choice)) for choice in chosen])
 
 
 def _judge(options: argparse.Namespace) -> int:
@@ -290,18 +290,18 @@ def _judge(options: argparse.Namespace) -> int:
     print(_says_what_it_does(options), flush=True)
     try:
         with tempfile.TemporaryDirectory(prefix="fuzz_") as name:
-            found = hunt(options, Path(name))
+            search = hunt(options, Path(name))
     except CannotJudgeError as error:
         print(f"fuzz.py: {error}", file=sys.stderr)
         return 2
-    if not found.tried and not found.found:
+    if not search.tried and not search.findings:
         print("fuzz.py: no case was judged in this time; give it more", file=sys.stderr)
         return 2
-    kinds = _counted(len(found.found), "kind")
-    print(f"Found {kinds} of faults in the project." if found.found else "Found nothing.")
-    came = {"cases": found.tried, "inputs": found.inputs, "sound": found.accepted}
-    print(json.dumps({**came, "findings": found.found}))
-    return 1 if found.found else 0
+    kinds = _counted(len(search.findings), "kind")
+    print(f"Found {kinds} of faults in the project." if search.findings else "Found nothing.")
+    came = {"cases": search.tried, "inputs": search.inputs, "sound": search.accepted}
+    print(json.dumps({**came, "findings": search.findings}))
+    return 1 if search.findings else 0
 
 
 if __name__ == "__main__":

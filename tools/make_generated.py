@@ -48,11 +48,11 @@ DOCS = ROOT / "docs"
 def fault_table() -> str:
     """Return a table for each area of faults."""
     tables = []
-    for area in dict.fromkeys(one.area for one in FAULTS.values()):
+    for area in dict.fromkeys(known.area for known in FAULTS.values()):
         rows = [
-            f"| {_code(one.usage)} | {_effect(one)} |"
-            for one in FAULTS.values()
-            if one.area == area
+            f"| {_code(known.usage)} | {_effect(known)} |"
+            for known in FAULTS.values()
+            if known.area == area
         ]
         tables.append(
             "\n".join([f"**{area}**", "", "| fault | what happens |", "|---|---|", *rows])
@@ -72,9 +72,9 @@ def _code(usage: str) -> str:
 
 def _effect(kind: FaultKind) -> str:
     arguments = [
-        f"`{one.name}`: {one.text[:1].lower()}{one.text[1:]}"
-        for one in kind.parameters.values()
-        if one.text
+        f"`{parameter.name}`: {parameter.text[:1].lower()}{parameter.text[1:]}"
+        for parameter in kind.parameters.values()
+        if parameter.text
     ]
     return " ".join([kind.text, *arguments]).replace("|", "\\|")
 
@@ -85,9 +85,16 @@ def nature_table() -> str:
     return "\n".join([head, "|---" * 8 + "|", *map(_quantity, QUANTITIES)])
 
 
-def _quantity(one: Quantity) -> str:
-    values = " | ".join(f"{value:g}" for value in (one.mild, one.usual, one.harsh))
-    cells = (f"`{one.name}`", one.unit, values, one.shape, one.text, one.source)
+def _quantity(quantity: Quantity) -> str:
+    values = " | ".join(f"{value:g}" for value in (quantity.mild, quantity.usual, quantity.harsh))
+    cells = (
+        f"`{quantity.name}`",
+        quantity.unit,
+        values,
+        quantity.shape,
+        quantity.text,
+        quantity.source,
+    )
     return f"| {' | '.join(cells)} |"
 
 
@@ -107,9 +114,9 @@ def action_examples() -> str:
     """Return a node for each action with a short name, with the example of its declaration."""
     in_a_line = partial(yaml.safe_dump, default_flow_style=True, sort_keys=False)
     nodes = [
-        f"- {kind}: {in_a_line(dict(one.example)).strip()}\n  timeout: 300"
-        for kind, one in ACTION_NAMES.items()
-        if one.example
+        f"- {kind}: {in_a_line(dict(action_name.example)).strip()}\n  timeout: 300"
+        for kind, action_name in ACTION_NAMES.items()
+        if action_name.example
     ]
     return "\n".join(["```yaml", *nodes, "```"])
 
@@ -138,8 +145,8 @@ def between(name: str, table: str, page: str) -> str:
     """Return a page with a table between the comments ``begin NAME`` and ``end NAME``."""
     begin, end = f"<!-- begin {name} -->", f"<!-- end {name} -->"
     before, _, rest = page.partition(begin)
-    _, found, after = rest.partition(end)
-    if not found:
+    _, mark, after = rest.partition(end)
+    if not mark:
         raise SystemExit(f"expected '{begin}' and '{end}' in the page")
     return f"{before}{begin}\n\n{table}\n\n{end}{after}"
 
@@ -211,16 +218,16 @@ def _value(value: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
         return _link(name) if "properties" in part else _value(part, definitions)
     if "enum" in value or "const" in value:
         choices = value.get("enum", [value.get("const")])
-        return ", ".join(f"`{one}`" for one in choices)
+        return ", ".join(f"`{choice}`" for choice in choices)
     several = value.get("anyOf") or value.get("oneOf")
     if several:
-        words = (_value(one, definitions) for one in several if one.get("type") != "null")
+        words = (_value(schema, definitions) for schema in several if schema.get("type") != "null")
         return " or ".join(dict.fromkeys(words))
     if "x-fault" in value or "x-obstacle" in value:
         return "list ([scenarios](scenarios.md))"
     kind = value.get("type", "anything")
     if isinstance(kind, list):
-        return " or ".join(_KINDS.get(one, one) for one in kind)
+        return " or ".join(_KINDS.get(type_, type_) for type_ in kind)
     if kind == "array":
         return _array(value, definitions)
     inner = value.get("additionalProperties")
@@ -266,7 +273,9 @@ def _link(name: str) -> str:
 def _words(name: str) -> str:
     """Return the name of a model in words: `FleetRobotForm` is a fleet robot."""
     short = name.removesuffix("Form").removesuffix("Model")
-    words = "".join(f" {one.lower()}" if one.isupper() else one for one in short).strip()
+    words = "".join(
+        f" {letter.lower()}" if letter.isupper() else letter for letter in short
+    ).strip()
     return words[:1].upper() + words[1:]
 
 

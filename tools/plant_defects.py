@@ -85,7 +85,11 @@ def draw(candidates: Iterable[Place], room: str, seed: int) -> list[Place]:
     for kind, count in KINDS.items():
         for _ in range(count):
             functions = {place.function for place in drawn}
-            free = (one for one in ranked if one.kind == kind and one.function not in functions)
+            free = (
+                candidate
+                for candidate in ranked
+                if candidate.kind == kind and candidate.function not in functions
+            )
             drawn.append(next(free))
     return drawn
 
@@ -191,15 +195,15 @@ def campaign(output: Path, rooms: Iterable[str]) -> None:
         folder = Path(scratch).resolve() / "clone"
         clone(folder)
         for room in rooms:
-            found = located(stored[room], places(folder, ROOMS[room]))
+            defects = located(stored[room], places(folder, ROOMS[room]))
             if (room, 0) not in done:
-                tests = tests_of(folder, room, [place.file for place, _ in found])
+                tests = tests_of(folder, room, [place.file for place, _ in defects])
                 done[room, 0] = {"room": room, "number": 0} | timed(folder, tests, None, 1000)
                 if done[room, 0]["verdict"] != "survived":
                     raise SystemExit(f"the tests fail without a defect: {done[room, 0]}")
                 append(output, done[room, 0])
             limit_s = LIMIT_S + int(done[room, 0]["seconds"])
-            for number, (place, is_nearest) in enumerate(found, 1):
+            for number, (place, is_nearest) in enumerate(defects, 1):
                 if (room, number) not in done:
                     row = {"room": room, "number": number, "nearest": is_nearest}
                     row |= place.stored() | {"line": place.line}

@@ -65,7 +65,9 @@ class Benchmark:
 
     def target(self, figure: str) -> Target | None:
         """Return the target of a figure; the first where several patterns match its name."""
-        return next((one for name, one in self.targets.items() if fnmatchcase(figure, name)), None)
+        return next(
+            (target for name, target in self.targets.items() if fnmatchcase(figure, name)), None
+        )
 
 
 def _benchmark(name: str, entry: dict[str, Any]) -> Benchmark:

@@ -96,9 +96,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def listing() -> str:
     """Return all benchmarks, with one line each."""
-    names = max(len(one.name) for one in CATALOGUE)
-    times = max(len(one.takes) for one in CATALOGUE)
-    lines = [f"  {one.name:{names}}  {one.takes:{times}}  {one.line}" for one in CATALOGUE]
+    names = max(len(benchmark.name) for benchmark in CATALOGUE)
+    times = max(len(benchmark.takes) for benchmark in CATALOGUE)
+    lines = [
+        f"  {benchmark.name:{names}}  {benchmark.takes:{times}}  {benchmark.line}"
+        for benchmark in CATALOGUE
+    ]
     return "\n".join([*lines, "", "python -m benchmarks NAME ... runs some; --help says more"])
 
 
@@ -108,7 +111,7 @@ def choose(names: Sequence[str]) -> list[Benchmark]:
     Raises:
         UsageError: Where a name is unknown; with names that are similar.
     """
-    known = {one.name: one for one in CATALOGUE}
+    known = {benchmark.name: benchmark for benchmark in CATALOGUE}
     words = [*known, ALL, TABLE]
     for name in names:
         if name not in words:
@@ -119,7 +122,7 @@ def choose(names: Sequence[str]) -> list[Benchmark]:
     if TABLE in names and len(names) > 1:
         raise UsageError(f"'{TABLE}' chooses its benchmarks: leave the other names out")
     if TABLE in names:
-        return [one for one in CATALOGUE if one.in_table]
+        return [benchmark for benchmark in CATALOGUE if benchmark.in_table]
     return list(CATALOGUE) if ALL in names else [known[name] for name in dict.fromkeys(names)]
 
 
@@ -142,8 +145,8 @@ def run(options: argparse.Namespace, chosen: Sequence[Benchmark]) -> int:
         except KeyboardInterrupt:
             code = INTERRUPTED
             print(f"interrupted after {len(runner.done)} of {len(chosen)}", file=sys.stderr)
-        done = sorted(runner.done, key=lambda one: CATALOGUE.index(one.benchmark))
+        done = sorted(runner.done, key=lambda measurement: CATALOGUE.index(measurement.benchmark))
         machine = machine_line(plan, load_before, options.busy)
         if done and not plan.smoke:
             print("\n" + markdown(done, plan, machine, with_target=TABLE in options.names))
-    return code or (FAILED if any(one.failures for one in done) else DONE)
+    return code or (FAILED if any(measurement.failures for measurement in done) else DONE)

@@ -45,19 +45,22 @@ def markdown(
     rows: list[Sequence[str]] = [("benchmark", "figure", *commits, "target", "reached")]
     rows.append(["---"] * len(rows[0]))
     remarks = []
-    for one in measurements:
-        for name, figure in one.figures.items():
-            target = one.benchmark.target(name)
+    for measurement in measurements:
+        for name, figure in measurement.figures.items():
+            target = measurement.benchmark.target(name)
             if target is None and with_target:
                 continue
             values = [spread(figure.new, figure.unit)]
             if plan.old:
                 values = [spread(figure.old, figure.unit), *values, spread(figure.ratios)]
             reached = {True: "yes", False: "**no**", None: ""}[is_reached(figure, target)]
-            rows.append((one.benchmark.name, name, *values, str(target or ""), reached))
-        remarks += [f"- {one.benchmark.name}: {one.remark}"] if one.remark else []
+            rows.append((measurement.benchmark.name, name, *values, str(target or ""), reached))
+        remarks += (
+            [f"- {measurement.benchmark.name}: {measurement.remark}"] if measurement.remark else []
+        )
         remarks += [
-            f"- {one.benchmark.name} FAILED: {text.splitlines()[0]}" for text in one.failures
+            f"- {measurement.benchmark.name} FAILED: {text.splitlines()[0]}"
+            for text in measurement.failures
         ]
     table = [f"| {' | '.join(row)} |" for row in rows]
     return "\n".join([machine, "", *table, "", *remarks]).rstrip("\n") + "\n"

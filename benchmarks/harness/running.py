@@ -98,19 +98,19 @@ class Runner:
         """Run all; a failure is noted in its measurement, and the others run."""
         free = asyncio.Semaphore(self._plan.jobs)
 
-        async def one(benchmark: Benchmark) -> None:
+        async def run_in_slot(benchmark: Benchmark) -> None:
             async with free:
                 slot = self._slots.pop(0)
                 try:
-                    await self._run_one(benchmark, slot)
+                    await self._run_benchmark(benchmark, slot)
                 finally:
                     self._slots.append(slot)
 
         async with asyncio.TaskGroup() as group:
             for each in self._benchmarks:
-                group.create_task(one(each))
+                group.create_task(run_in_slot(each))
 
-    async def _run_one(self, benchmark: Benchmark, slot: int) -> None:
+    async def _run_benchmark(self, benchmark: Benchmark, slot: int) -> None:
         measurement, watch = Measurement(benchmark), Stopwatch()
         if self._plan.jobs == 1:
             both = " of both commits" if self._plan.old else ""
@@ -129,7 +129,7 @@ class Runner:
                 self.done.append(measurement)
             raise
         self.done.append(measurement)
-        failed = "".join(f"\n    {one}" for one in measurement.failures)
+        failed = "".join(f"\n    {failure}" for failure in measurement.failures)
         state = "FAILED" if failed else "done"
         self._report(f"{benchmark.name}: {state} in {watch.elapsed_s:.1f} s{failed}")
 

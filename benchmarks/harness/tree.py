@@ -47,7 +47,7 @@ class Tree:
     def environment(self) -> dict[str, str]:
         """The variables with which a process imports this copy."""
         already = os.environ.get("PYTHONPATH", "").split(os.pathsep)
-        kept = [one for one in already if one and Path(one).resolve() != ROOT]
+        kept = [folder for folder in already if folder and Path(folder).resolve() != ROOT]
         paths = [*map(str, self.path), *kept]
         return os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
 
@@ -85,7 +85,8 @@ def checked_out(revision: str) -> Iterator[Tree]:
         finally:
             # A second Ctrl-C must not leave half of it.
             ignored = {
-                one: signal.signal(one, signal.SIG_IGN) for one in (signal.SIGINT, signal.SIGTERM)
+                number: signal.signal(number, signal.SIG_IGN)
+                for number in (signal.SIGINT, signal.SIGTERM)
             }
             command = [
                 "git",
@@ -98,8 +99,8 @@ def checked_out(revision: str) -> Iterator[Tree]:
                 str(root),
             ]
             subprocess.run(command, capture_output=True, check=False, start_new_session=True)  # noqa: S603 - git with our own folder
-            for one, handler in ignored.items():
-                signal.signal(one, handler)
+            for number, handler in ignored.items():
+                signal.signal(number, handler)
 
 
 def _git(*arguments: str) -> str:

@@ -190,7 +190,7 @@ def test_the_import_loads_no_ros():
     program = (
         "import sys, action_servers; print([n for n in ('rclpy', 'numpy') if n in sys.modules])"
     )
-    said = subprocess.run(
+    output = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     ).stdout
-    assert said == "[]\n"
+    assert output == "[]\n"

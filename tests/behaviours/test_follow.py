@@ -19,9 +19,9 @@ def head(**keys: Any) -> str:
     return f"mission: m\nfollow: {follow}"
 
 
-def heard(story: Any, value: Any) -> None:
+def receive(run: Any, value: Any) -> None:
     """Publish a charge."""
-    story.topics["/battery"].publish(percentage=value)
+    run.topics["/battery"].publish(percentage=value)
 
 
 LOW = "  guard: battery > 20\n  do: {wait: 100}\n  name: charged"
@@ -29,74 +29,74 @@ LOW = "  guard: battery > 20\n  do: {wait: 100}\n  name: charged"
 
 def test_a_variable_holds_the_newest_value_of_its_topic(play: Any) -> None:
     """Of several messages between two ticks the last one counts."""
-    story = play("  repeat: {count: 3}\n  do: {log: $battery %}", head())
+    run = play("  repeat: {count: 3}\n  do: {log: $battery %}", head())
     for values in ((80.0,), (79.0, 78.0, 77.5), ()):
         for value in values:
-            heard(story, value)
-        story.tick()
-    assert story.said == ["80 %", "77.5 %", "77.5 %"]
-    assert story.status == "success"
+            receive(run, value)
+        run.tick()
+    assert run.logged == ["80 %", "77.5 %", "77.5 %"]
+    assert run.status == "success"
 
 
 def test_a_value_is_the_same_throughout_a_tick(play: Any) -> None:
     """A message that comes in the middle of a tick counts from the next one on."""
     leaves = "    - log: $battery\n" * 2
-    story = play(f"  repeat: {{count: 2}}\n  do:\n   sequence:\n{leaves}", head())
-    say = story.log
+    run = play(f"  repeat: {{count: 2}}\n  do:\n   sequence:\n{leaves}", head())
+    say = run.log
 
     def log(text: str) -> None:
         say(text)
-        heard(story, 50.0)
+        receive(run, 50.0)
 
-    story.log = log
-    heard(story, 80.0)
-    story.tick(2)
-    assert story.said == ["80", "80", "50", "50"]
+    run.log = log
+    receive(run, 80.0)
+    run.tick(2)
+    assert run.logged == ["80", "80", "50", "50"]
 
 
 def test_a_guard_ends_its_node_at_the_next_tick(play: Any) -> None:
     """The reason shows the value."""
-    story = play(LOW, head())
-    heard(story, 21.0)
-    assert story.tick(2) == "RR"
-    heard(story, 20.0)
-    assert story.tick() == "FI"
-    assert story.executive.reason == "'charged' does not hold (battery = 20)"
+    run = play(LOW, head())
+    receive(run, 21.0)
+    assert run.tick(2) == "RR"
+    receive(run, 20.0)
+    assert run.tick() == "FI"
+    assert run.executive.reason == "'charged' does not hold (battery = 20)"
 
 
 @pytest.mark.parametrize("condition", ["$battery < 20", "battery < 20", "x > 9 or battery < 20"])
 def test_a_goal_is_cancelled_by_its_condition_without_feedback(play: Any, condition: str) -> None:
     """With `$` or without it; beside a field of the feedback once there is feedback."""
-    story = play(f"  turn: {{angle: 90}}\n  cancel_when: {condition}", head())
-    heard(story, 21.0)
-    story.tick()
-    story.turn.accept()
-    story.turn.feed(message(x=1.0))
-    story.tick(2)
-    assert story.turn.cancels == []
-    heard(story, 19.0)
-    story.tick()
-    assert len(story.turn.cancels) == 1
+    run = play(f"  turn: {{angle: 90}}\n  cancel_when: {condition}", head())
+    receive(run, 21.0)
+    run.tick()
+    run.turn.accept()
+    run.turn.feed(message(x=1.0))
+    run.tick(2)
+    assert run.turn.cancels == []
+    receive(run, 19.0)
+    run.tick()
+    assert len(run.turn.cancels) == 1
 
 
 def test_every_place_of_the_language_reads_it(play: Any) -> None:
     """Conditions, `set`, goals, limits, messages that are waited for, and texts."""
-    story = play(
+    run = play(
         "  sequence:\n    - check: battery > 20\n    - set: {twice: battery * 2}\n"
         "    - wait_for: {topic: /at, type: a/msg/B, until: x > $battery}\n"
         "    - log: ${battery:.1f} $twice\n    - turn: {angle: battery}\n      timeout: battery",
         head(),
     )
-    heard(story, 40.0)
-    story.tick()
-    heard(story, 41.0)
-    story.tick()
-    story.topics["/at"].publish(x=40.5)
-    assert story.tick()[:4] == "RSSR"
-    story.topics["/at"].publish(x=41.5)
-    story.tick(2)
-    assert story.said == ["41.0 80"]
-    assert story.turn.requests[0]["angle"].as_value() == 41.0
+    receive(run, 40.0)
+    run.tick()
+    receive(run, 41.0)
+    run.tick()
+    run.topics["/at"].publish(x=40.5)
+    assert run.tick()[:4] == "RSSR"
+    run.topics["/at"].publish(x=41.5)
+    run.tick(2)
+    assert run.logged == ["41.0 80"]
+    assert run.turn.requests[0]["angle"].as_value() == 41.0
 
 
 def test_a_python_leaf_takes_it_as_an_input(
@@ -112,24 +112,24 @@ def test_a_python_leaf_takes_it_as_an_input(
     monkeypatch.chdir(tmp_path)
     leaf = "{python: 'level.py:Level', inputs: {level: $battery}, outputs: {half: half}}"
     tree = f"  repeat: {{count: 2}}\n  do: {{sequence: [{leaf}, {{log: $half}}]}}"
-    story = play(tree, head())
+    run = play(tree, head())
     for value in (80.0, 60.0):
-        heard(story, value)
-        story.tick()
-    assert story.said == ["40", "30"]
+        receive(run, value)
+        run.tick()
+    assert run.logged == ["40", "30"]
 
 
 def test_a_list_is_read_by_index(play: Any) -> None:
     """Arrays come as lists; each message makes conditions be asked again."""
     keys = "topic: /scan, type: a/msg/B, field: ranges, as: ranges"
-    story = play(
+    run = play(
         "  guard: min(ranges[0], ranges[-1]) > 1\n  do: {wait: 9}",
         f"mission: m\nfollow: {{{keys}}}",
     )
-    story.topics["/scan"].publish(ranges=[2.0, 0.1, 3.0])
-    assert story.tick(2) == "RR"
-    story.topics["/scan"].publish(ranges=[2.0, 0.1, 0.9])
-    assert story.tick() == "FI"
+    run.topics["/scan"].publish(ranges=[2.0, 0.1, 3.0])
+    assert run.tick(2) == "RR"
+    run.topics["/scan"].publish(ranges=[2.0, 0.1, 0.9])
+    assert run.tick() == "FI"
 
 
 # ---- before the first message ------------------------------------------------------------------
@@ -137,29 +137,29 @@ def test_a_list_is_read_by_index(play: Any) -> None:
 
 def test_a_mission_begins_with_the_first_value(play: Any) -> None:
     """Until then no node is ticked; after a second it says what it waits for."""
-    story = play(LOW, head())
-    assert story.tick(20) == "II"
-    assert story.said == []
-    story.tick()
-    assert story.said == [
+    run = play(LOW, head())
+    assert run.tick(20) == "II"
+    assert run.logged == []
+    run.tick()
+    assert run.logged == [
         "the mission waits to begin: no message of /battery yet, nobody publishes it"
     ]
-    story.tick(20)
-    assert len(story.said) == 1
-    assert story.executive.ticks == 0
-    heard(story, 80.0)
-    assert story.tick() == "RR"
-    assert story.executive.ticks == 1
+    run.tick(20)
+    assert len(run.logged) == 1
+    assert run.executive.ticks == 0
+    receive(run, 80.0)
+    assert run.tick() == "RR"
+    assert run.executive.ticks == 1
 
 
 def test_a_topic_that_is_never_published_fails_the_mission(play: Any) -> None:
     """After five seconds, with the place, the reason, and what to do."""
-    story = play(LOW, head())
-    story.tick(100)
-    assert story.status == "running"
-    story.tick()
-    assert story.status == "failure"
-    assert story.executive.reason == (
+    run = play(LOW, head())
+    run.tick(100)
+    assert run.status == "running"
+    run.tick()
+    assert run.status == "failure"
+    assert run.executive.reason == (
         "<text>:2:9: 'battery' has no value after 5 s: no message of /battery yet, nobody "
         "publishes it; start what publishes it, or give it an 'initial' value"
     )
@@ -167,41 +167,41 @@ def test_a_topic_that_is_never_published_fails_the_mission(play: Any) -> None:
 
 def test_a_longer_timeout_is_also_the_time_for_the_first_message(play: Any) -> None:
     """A shorter one is not: a graph takes its time to be found."""
-    story = play(LOW, head(timeout=8))
-    story.tick(160)
-    assert story.status == "running"
-    story.tick()
-    assert "'battery' has no value after 8 s" in story.executive.reason
-    story = play(LOW, head(timeout=0.5))
-    assert story.tick(100) == "II"
-    heard(story, 90.0)
-    assert story.tick() == "RR"
+    run = play(LOW, head(timeout=8))
+    run.tick(160)
+    assert run.status == "running"
+    run.tick()
+    assert "'battery' has no value after 8 s" in run.executive.reason
+    run = play(LOW, head(timeout=0.5))
+    assert run.tick(100) == "II"
+    receive(run, 90.0)
+    assert run.tick() == "RR"
 
 
 def test_with_an_initial_value_a_mission_begins_at_once(play: Any) -> None:
     """It is the value until the first message, however long that takes."""
-    story = play("  repeat: {count: 31}\n  do: {log: $battery}", head(initial=100, timeout=1))
-    story.tick(30)
-    heard(story, 80.0)
-    story.tick()
-    assert story.said == 30 * ["100"] + ["80"]
+    run = play("  repeat: {count: 31}\n  do: {log: $battery}", head(initial=100, timeout=1))
+    run.tick(30)
+    receive(run, 80.0)
+    run.tick()
+    assert run.logged == 30 * ["100"] + ["80"]
 
 
 def test_a_default_is_for_later(play: Any) -> None:
     """The mission waits for the first message all the same: `0` would end it at once."""
-    story = play(LOW, head(default=0))
-    assert story.tick(2) == "II"
-    heard(story, 80.0)
-    assert story.tick() == "RR"
+    run = play(LOW, head(default=0))
+    assert run.tick(2) == "II"
+    receive(run, 80.0)
+    assert run.tick() == "RR"
 
 
 def test_an_interrupted_wait_ends_the_mission(play: Any) -> None:
     """As any other does."""
-    story = play(LOW, head())
-    story.tick(10)
-    story.executive.interrupt("Ctrl-C")
-    story.tick()
-    assert story.status == "interrupted"
+    run = play(LOW, head())
+    run.tick(10)
+    run.executive.interrupt("Ctrl-C")
+    run.tick()
+    assert run.status == "interrupted"
 
 
 # ---- without a value ---------------------------------------------------------------------------
@@ -209,12 +209,12 @@ def test_an_interrupted_wait_ends_the_mission(play: Any) -> None:
 
 def test_an_old_value_is_none(play: Any) -> None:
     """From the tick on at which it is as old as the timeout; who reads it fails the mission."""
-    story = play(LOW, head(timeout=1))
-    heard(story, 80.0)
-    assert story.tick(19) == "RR"
-    story.tick()
-    assert story.status == "failure"
-    assert story.executive.reason == (
+    run = play(LOW, head(timeout=1))
+    receive(run, 80.0)
+    assert run.tick(19) == "RR"
+    run.tick()
+    assert run.status == "failure"
+    assert run.executive.reason == (
         "<text>:4:3: 'charged' cannot start: 'battery' has no value: no message of "
         "/battery for 1 s (column 1)"
     )
@@ -222,50 +222,50 @@ def test_an_old_value_is_none(play: Any) -> None:
 
 def test_an_old_value_ends_a_goal_whose_condition_reads_it(play: Any) -> None:
     """A condition that cannot be answered protects nobody."""
-    story = play("  turn: {angle: 90}\n  cancel_when: $battery < 20", head(timeout=1))
-    heard(story, 80.0)
-    story.tick()
-    story.turn.accept()
-    story.tick(20)
-    assert "'$battery' has no value: no message of /battery for 1 s" in story.executive.reason
-    assert len(story.turn.cancels) == 1
+    run = play("  turn: {angle: 90}\n  cancel_when: $battery < 20", head(timeout=1))
+    receive(run, 80.0)
+    run.tick()
+    run.turn.accept()
+    run.tick(20)
+    assert "'$battery' has no value: no message of /battery for 1 s" in run.executive.reason
+    assert len(run.turn.cancels) == 1
 
 
 def test_an_old_value_that_nobody_reads_does_no_harm(play: Any) -> None:
     """And the next message ends its absence."""
-    story = play("  sequence:\n    - wait: 3\n    - log: $battery", head(timeout=1))
-    heard(story, 80.0)
-    story.tick(50)
-    heard(story, 60.0)
-    story.tick(12)
-    assert story.said == ["60"]
+    run = play("  sequence:\n    - wait: 3\n    - log: $battery", head(timeout=1))
+    receive(run, 80.0)
+    run.tick(50)
+    receive(run, 60.0)
+    run.tick(12)
+    assert run.logged == ["60"]
 
 
 def test_an_old_value_gives_way_to_the_default(play: Any) -> None:
     """So that the tree decides what follows from it."""
-    story = play(LOW, head(timeout=1, default=0))
-    heard(story, 80.0)
-    story.tick(20)
-    assert story.executive.reason == "'charged' does not hold (battery = 0)"
+    run = play(LOW, head(timeout=1, default=0))
+    receive(run, 80.0)
+    run.tick(20)
+    assert run.executive.reason == "'charged' does not hold (battery = 0)"
 
 
 def test_what_is_not_a_number_is_no_value(play: Any) -> None:
     """No comparison with it would hold, whatever is asked."""
-    story = play(LOW, head())
-    heard(story, NAN)
-    assert story.tick() == "II"
-    heard(story, 80.0)
-    assert story.tick() == "RR"
-    heard(story, NAN)
-    story.tick()
+    run = play(LOW, head())
+    receive(run, NAN)
+    assert run.tick() == "II"
+    receive(run, 80.0)
+    assert run.tick() == "RR"
+    receive(run, NAN)
+    run.tick()
     assert "'battery' has no value: 'percentage' of /battery is not a number" in (
-        story.executive.reason
+        run.executive.reason
     )
 
 
 def test_a_message_without_the_field_is_no_value(play: Any) -> None:
     """Where nothing had checked the mission against its types."""
-    story = play(LOW, head())
-    story.topics["/battery"].publish(charge=1.0)
-    story.tick(101)
-    assert "messages of /battery have no field 'percentage'; give" in story.executive.reason
+    run = play(LOW, head())
+    run.topics["/battery"].publish(charge=1.0)
+    run.tick(101)
+    assert "messages of /battery have no field 'percentage'; give" in run.executive.reason

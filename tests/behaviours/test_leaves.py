@@ -97,7 +97,7 @@ def test_the_same_calls_of_a_decorator(halted_after: int | None, child: Status) 
         node = kind(decorated)
         node.tell(answers)
         for number in range(1, 4):
-            node.calls += [(one.name, one.status) for one in node.tick()]
+            node.calls += [(visited.name, visited.status) for visited in node.tick()]
             if number == halted_after:
                 node.stop(Status.INVALID)
             node.calls.append(node.status)

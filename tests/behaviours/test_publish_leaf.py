@@ -10,32 +10,32 @@ HEAD = "mission: t\ninputs: {legs: 3}"
 
 def test_it_publishes_once_somebody_listens(play: Any) -> None:
     """With the values of that moment, and only once."""
-    story = play(LAMP, HEAD)
-    lamp = story.speeches["lamp"]
+    run = play(LAMP, HEAD)
+    lamp = run.speeches["lamp"]
     lamp.readers = 0
-    assert story.tick() == "R"
-    assert story.root.feedback_message == "nobody listens to lamp"
+    assert run.tick() == "R"
+    assert run.root.feedback_message == "nobody listens to lamp"
     assert lamp.published == []
     lamp.readers = 1
-    assert story.tick() == "S"
+    assert run.tick() == "S"
     (message,) = lamp.published
     assert message["data"].as_value() is True
-    assert story.root.feedback_message == "published to 1"
+    assert run.root.feedback_message == "published to 1"
 
 
 def test_it_fails_when_nobody_comes(play: Any) -> None:
     """After the server_timeout, exactly."""
-    story = play(f"{LAMP}\n  readers: 2\n  server_timeout: 1", HEAD)
-    assert story.tick(20) == "R"
-    assert story.tick() == "F"
-    assert story.executive.reason == "'publish lamp' 1 of 2 listen to lamp after 1 s"
-    assert story.speeches["lamp"].published == []
+    run = play(f"{LAMP}\n  readers: 2\n  server_timeout: 1", HEAD)
+    assert run.tick(20) == "R"
+    assert run.tick() == "F"
+    assert run.executive.reason == "'publish lamp' 1 of 2 listen to lamp after 1 s"
+    assert run.speeches["lamp"].published == []
 
 
 def test_without_readers_it_does_not_wait(play: Any) -> None:
     """``readers: 0``."""
-    story = play(f"{LAMP}\n  readers: 0", HEAD)
-    story.speeches["lamp"].readers = 0
-    assert story.tick() == "S"
-    assert len(story.speeches["lamp"].published) == 1
-    assert story.root.feedback_message == "published to nobody"
+    run = play(f"{LAMP}\n  readers: 0", HEAD)
+    run.speeches["lamp"].readers = 0
+    assert run.tick() == "S"
+    assert len(run.speeches["lamp"].published) == 1
+    assert run.root.feedback_message == "published to nobody"

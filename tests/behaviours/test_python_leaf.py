@@ -23,26 +23,26 @@ def beside_the_code(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_inputs_are_set_at_each_entry_and_outputs_read_at_the_end(play: Any) -> None:
     """The loop hands another number over each time."""
-    story = play(
+    run = play(
         "  for_each: {n: [1, 2]}\n  do:\n    sequence:\n"
         "      - python: own_leaves.py:Countdown\n"
         "        inputs: {ticks: $n}\n        outputs: {said: last}\n"
         "      - log: $last"
     )
-    assert story.tick() == "RSSS"
-    assert story.tick() == "RRRI"
-    assert story.tick() == "SSSS"
-    assert story.said == ["0 to go", "0 to go"]
+    assert run.tick() == "RSSS"
+    assert run.tick() == "RRRI"
+    assert run.tick() == "SSSS"
+    assert run.logged == ["0 to go", "0 to go"]
 
 
 def test_it_is_given_the_runtime(play: Any) -> None:
     """It reads the mission's clock, and keeps its own state from one entry to the next."""
-    story = play(
+    run = play(
         "  repeat: {count: 2}\n  do: {python: 'own_leaves.py:Slower', inputs: {seconds: 0.1}}"
     )
-    assert story.tick(3) == "RS"
-    assert story.tick(5) == "SS"
-    assert story.said == ["waited for 0.10 s", "waited for 0.20 s"]
+    assert run.tick(3) == "RS"
+    assert run.tick(5) == "SS"
+    assert run.logged == ["waited for 0.10 s", "waited for 0.20 s"]
 
 
 def test_an_exception_halts_the_tree_and_cancels_every_goal(
@@ -54,19 +54,19 @@ def test_an_exception_halts_the_tree_and_cancels_every_goal(
         "class Bad(Behaviour):\n    def update(self):\n        raise ValueError('no')\n"
     )
     monkeypatch.chdir(tmp_path)
-    story = play(
+    run = play(
         "  parallel:\n    - {turn: {angle: 90}, timeout: 9}\n"
         "    - sequence: [{wait: 0.05}, {python: 'bad.py:Bad'}]"
     )
-    story.tick()
-    story.turn.accept()
-    story.tick()
-    assert story.executive.reason == "<text>:5:32: 'Bad': ValueError: no (bad.py:5)"
-    assert story.turn.cancels == [story.turn.goal]
-    story.turn.cancel(None)
-    story.tick()
-    assert story.status == "failure"
-    assert story.executive.goals_left_behind == ()
+    run.tick()
+    run.turn.accept()
+    run.tick()
+    assert run.executive.reason == "<text>:5:32: 'Bad': ValueError: no (bad.py:5)"
+    assert run.turn.cancels == [run.turn.goal]
+    run.turn.cancel(None)
+    run.tick()
+    assert run.status == "failure"
+    assert run.executive.goals_left_behind == ()
 
 
 PAIR = """
@@ -96,7 +96,7 @@ def test_a_behaviour_with_children_has_them_in_the_tree(
     assert run.executive.paused == "breakpoint at 'Pair'"
     run.executive.resume()
     assert run.tick() == "SSSSS"
-    assert run.said == ["both"]
+    assert run.logged == ["both"]
     assert sum('"path": "0.0.1"' in line for line in run.trace.newest) == 1
 
 
@@ -130,14 +130,14 @@ def test_a_halt_reaches_its_terminate(
         "    def terminate(self, new_status):\n        type(self).seen = new_status.value\n"
     )
     monkeypatch.chdir(tmp_path)
-    story = play(
+    run = play(
         "  parallel:\n    - {python: 'halted.py:Halted', outputs: {seen: s}}\n    - wait: 0.05\n"
         "  succeed_when: any"
     )
-    story.tick(2)
-    (module,) = [one for name, one in sys.modules.items() if name.endswith("_halted")]
+    run.tick(2)
+    (module,) = [first for name, first in sys.modules.items() if name.endswith("_halted")]
     assert module.Halted.seen == "INVALID"
-    assert "s" not in story.scope.values
+    assert "s" not in run.scope.values
 
 
 @pytest.mark.parametrize(
@@ -158,9 +158,9 @@ def test_what_is_no_status_is_reported_with_its_file_and_line(
         f"class Words(Behaviour):\n    def update(self):\n        return {returned}\n"
     )
     monkeypatch.chdir(tmp_path)
-    story = play("  python: 'words.py:Words'")
-    story.tick()
-    reason = story.executive.reason
+    run = play("  python: 'words.py:Words'")
+    run.tick()
+    reason = run.executive.reason
     assert "Words.update() (words.py:6)" in reason
     assert message in reason
     assert reason.endswith("; write Status.SUCCESS") is (returned == "'SUCCESS'")
@@ -175,15 +175,15 @@ def test_a_leaf_that_blocks_is_named_once_and_not_in_the_trace(
         elapsed_s = 2.4
 
     monkeypatch.setattr(python_leaf, "Stopwatch", SlowWall)
-    story = play("  python: own_leaves.py:Countdown\n  inputs: {ticks: 3}")
-    story.tick(3)
-    (warning,) = story.warned
+    run = play("  python: own_leaves.py:Countdown\n  inputs: {ticks: 3}")
+    run.tick(3)
+    (warning,) = run.warned
     assert "(own_leaves.py:Countdown) blocked a tick for 2.4 s of wall time" in warning
-    assert story.said == []
+    assert run.logged == []
 
 
 def test_a_leaf_that_does_not_block_is_not_named(play: Any) -> None:
     """As most do not."""
-    story = play("  python: own_leaves.py:Countdown\n  inputs: {ticks: 3}")
-    story.tick(3)
-    assert story.warned == []
+    run = play("  python: own_leaves.py:Countdown\n  inputs: {ticks: 3}")
+    run.tick(3)
+    assert run.warned == []

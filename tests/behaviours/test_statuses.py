@@ -36,8 +36,8 @@ class Theatre:
 
     def __init__(self, play: Callable[..., Play], case: Case) -> None:
         tree = re.sub(r"<(\w)>", LEAF, case.tree)
-        self.story = play(f"  {tree}", HEAD)
-        self.story.scope.values.update(case.first)
+        self.played = play(f"  {tree}", HEAD)
+        self.played.scope.values.update(case.first)
         self.cancelled: list[str] = []
 
     def tick(self, moves: str) -> str:
@@ -45,12 +45,12 @@ class Theatre:
         for move in moves.split():
             if "=" in move:
                 name, _, value = move.partition("=")
-                self.story.scope.values[name] = int(value)
+                self.played.scope.values[name] = int(value)
                 continue
-            server = self.story.servers[f"/{move[0]}"]
+            server = self.played.servers[f"/{move[0]}"]
             server.goal.on_result({"+": 4, "-": 6}[move[1]], None)
-        letters = self.story.tick()
-        for name, server in sorted(self.story.servers.items()):
+        letters = self.played.tick()
+        for name, server in sorted(self.played.servers.items()):
             if server.goals and server.goal.phase == "sent":
                 server.accept()
             new = server.cancels[self.cancelled.count(name[1:]) :]
@@ -310,11 +310,11 @@ def test_statuses(play: Callable[..., Play], case: Case) -> None:
     theatre = Theatre(play, case)
     assert [theatre.tick(moves) for moves, _ in case.rows] == [row for _, row in case.rows]
     assert "".join(theatre.cancelled) == case.cancels
-    theatre.story.executive.interrupt("the end of the test")
+    theatre.played.executive.interrupt("the end of the test")
     for _ in range(3):
         theatre.tick("")
-    assert theatre.story.executive.goals_left_behind == ()
-    assert theatre.story.executive.is_done
+    assert theatre.played.executive.goals_left_behind == ()
+    assert theatre.played.executive.is_done
 
 
 def test_the_tables_are_in_whole_ticks() -> None:

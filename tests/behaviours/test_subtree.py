@@ -32,35 +32,35 @@ def result(angle: float) -> Any:
 
 def test_inputs_go_in_and_outputs_come_out(play: Any) -> None:
     """The tree sees its own variables, the caller what it asked for."""
-    story = play(
+    run = play(
         "  sequence:\n"
         "    - tree: {name: visit, inputs: {place: far * 2}}\n"
         "      outputs: {turned: t, note: n}\n"
         "    - log: $t, $n",
         HEAD,
     )
-    assert story.tick() == "RRRRII" + "I"
-    (request,) = story.turn.requests
+    assert run.tick() == "RRRRII" + "I"
+    (request,) = run.turn.requests
     assert request["angle"].as_value() == 10
-    story.turn.accept()
-    story.turn.succeed(result(9.5))
-    assert story.tick() == "SSSSSSS"
-    assert story.said == ["at 10 with 0.5, turned 9.5", "9.5, been there"]
-    assert story.scope.values == {"far": 5, "t": 9.5, "n": "been there"}
+    run.turn.accept()
+    run.turn.succeed(result(9.5))
+    assert run.tick() == "SSSSSSS"
+    assert run.logged == ["at 10 with 0.5, turned 9.5", "9.5, been there"]
+    assert run.scope.values == {"far": 5, "t": 9.5, "n": "been there"}
 
 
 def test_a_tree_is_given_what_it_wants_or_the_mission_ends(play: Any) -> None:
     """What only the run can tell is compared with its type where it goes in."""
     head = HEAD.replace("{far: 5}", "{places: [1, true]}")
-    story = play(
+    run = play(
         "  for_each: {one: $places}\n  do: {tree: {name: visit, inputs: {place: $one}}}", head
     )
-    story.tick()
-    story.turn.accept()
-    story.turn.succeed(result(1.0))
-    story.tick(2)
-    assert story.status == "failure"
-    assert story.executive.reason == (
+    run.tick()
+    run.turn.accept()
+    run.turn.succeed(result(1.0))
+    run.tick(2)
+    assert run.status == "failure"
+    assert run.executive.reason == (
         "<text>:19:7: 'visit' cannot start: 'place': expected a number, got true"
     )
 
@@ -71,15 +71,15 @@ def test_each_use_begins_afresh(play: Any) -> None:
         "mission: t\ntrees:\n  count:\n    inputs: {n: 1}\n    outputs: {m: integer}\n"
         "    do:\n      sequence: [{set: {m: n + 1}}, {log: $m}]\n"
     )
-    story = play(
+    run = play(
         "  repeat: {count: 2}\n  do:\n    sequence:\n"
         "      - {tree: count, outputs: {m: a}}\n"
         "      - {tree: {name: count, inputs: {n: $a}}, outputs: {m: b}}\n",
         head,
     )
-    story.tick(2)
-    assert story.said == ["2", "3", "2", "3"]
-    assert story.status == "success"
+    run.tick(2)
+    assert run.logged == ["2", "3", "2", "3"]
+    assert run.status == "success"
 
 
 def test_a_failed_tree_hands_out_what_it_wrote(play: Any) -> None:
@@ -88,26 +88,26 @@ def test_a_failed_tree_hands_out_what_it_wrote(play: Any) -> None:
         "mission: t\ntrees:\n  half:\n    outputs: {m: integer, k: integer}\n"
         "    do:\n      sequence: [{set: {m: 1}}, {check: m > 1}, {set: {k: 2}}]\n"
     )
-    story = play("  fallback:\n    - {tree: half, outputs: {m: a, k: b}}\n    - log: $a\n", head)
-    story.tick()
-    assert story.said == ["1"]
-    assert story.scope.values == {"a": 1}
+    run = play("  fallback:\n    - {tree: half, outputs: {m: a, k: b}}\n    - log: $a\n", head)
+    run.tick()
+    assert run.logged == ["1"]
+    assert run.scope.values == {"a": 1}
 
 
 def test_a_halted_tree_hands_out_nothing_and_its_goals_are_cancelled(play: Any) -> None:
     """Halting goes through it as through any node."""
-    story = play(
+    run = play(
         "  parallel:\n"
         "    - {tree: {name: visit, inputs: {place: 1}}, outputs: {turned: t}}\n"
         "    - wait: 0.1\n"
         "  succeed_when: any",
         HEAD,
     )
-    story.tick()
-    story.turn.accept()
-    assert story.tick(2)[0] == "S"
-    assert story.turn.cancels == [story.turn.goal]
-    assert "t" not in story.scope.values
+    run.tick()
+    run.turn.accept()
+    assert run.tick(2)[0] == "S"
+    assert run.turn.cancels == [run.turn.goal]
+    assert "t" not in run.scope.values
 
 
 def test_two_uses_draw_from_generators_of_their_own(play: Any) -> None:
@@ -116,9 +116,9 @@ def test_two_uses_draw_from_generators_of_their_own(play: Any) -> None:
     tree = "  sequence: [{tree: lot}, {tree: lot}]"
     runs = []
     for _ in range(2):
-        story = play(tree, head)
-        story.tick()
-        runs.append(story.said)
+        run = play(tree, head)
+        run.tick()
+        runs.append(run.logged)
     assert runs[0] == runs[1]
     assert len(set(runs[0])) == 2
 
@@ -131,6 +131,6 @@ def test_trees_may_use_trees(play: Any) -> None:
         "  outer:\n    inputs: {x: 1}\n    outputs: {z: number}\n    do:\n      sequence:\n"
         "        - {tree: {name: inner, inputs: {x: x + 1}}, outputs: {y: z}}\n"
     )
-    story = play("  sequence:\n    - {tree: outer, outputs: {z: w}}\n    - log: $w", head)
-    assert story.tick() == "SSSSSS"
-    assert story.said == ["4"]
+    run = play("  sequence:\n    - {tree: outer, outputs: {z: w}}\n    - log: $w", head)
+    assert run.tick() == "SSSSSS"
+    assert run.logged == ["4"]

@@ -28,17 +28,17 @@ def test_every_script_is_listed():
         for path in (ROOT / folder).glob("*.py")
         if '__name__ == "__main__"' in path.read_text(encoding="utf-8")
     }
-    assert scripts - NOT_LISTED == {name for one in CATALOGUE for name in scripts_of(one)}
+    assert scripts - NOT_LISTED == {name for known in CATALOGUE for name in scripts_of(known)}
 
 
-@pytest.mark.parametrize("benchmark", CATALOGUE, ids=lambda one: one.name)
+@pytest.mark.parametrize("benchmark", CATALOGUE, ids=lambda known: known.name)
 def test_an_entry_is_whole(benchmark):
     """It has a line and a smoke, which writes no results beside the sources and onto no page."""
     assert benchmark.name not in ("all", "table")
     assert benchmark.line
     assert benchmark.smoke
     assert benchmark.rounds == 1 or "{rounds}" in "".join(benchmark.run)
-    assert all(str(one) for one in benchmark.targets.values())
+    assert all(str(target) for target in benchmark.targets.values())
     for text in benchmark.smoke:
         words = shlex.split(text)
         assert all(word.startswith("{folder}/") for word in words if word.endswith(".jsonl"))

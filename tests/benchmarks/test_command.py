@@ -16,7 +16,7 @@ def test_without_a_name_all_are_listed(capsys):
     """One line each, and what to do next."""
     assert main([]) == 0
     *lines, empty, hint = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines] == [one.name for one in CATALOGUE]
+    assert [line.split()[0] for line in lines] == [benchmark.name for benchmark in CATALOGUE]
     assert (empty, hint) == ("", "python -m benchmarks NAME ... runs some; --help says more")
 
 
@@ -54,9 +54,12 @@ def test_an_option_without_a_name_is_refused(capsys):
 
 def test_names_are_run_in_their_order_and_once():
     """`all` is each of them, `table` those of the table of targets."""
-    assert [one.name for one in choose(["goals", "speed", "goals"])] == ["goals", "speed"]
+    assert [benchmark.name for benchmark in choose(["goals", "speed", "goals"])] == [
+        "goals",
+        "speed",
+    ]
     assert choose(["goals", "all"]) == CATALOGUE
-    assert {"speed", "calls", "recording"} <= {one.name for one in choose(["table"])}
+    assert {"speed", "calls", "recording"} <= {benchmark.name for benchmark in choose(["table"])}
 
 
 @pytest.mark.process

@@ -106,7 +106,7 @@ def test_a_failure_has_the_end_of_the_output(tree, cost, script, failure):
     (new.root / "benchmarks" / "sound.py").write_text("raise SystemExit(3)", encoding="utf-8")
     sound = replace(cost, name="sound", smoke=("benchmarks/sound.py",))
     first, second = sorted(
-        run(Plan(new, smoke=True), cost, sound), key=lambda one: one.benchmark.name
+        run(Plan(new, smoke=True), cost, sound), key=lambda measurement: measurement.benchmark.name
     )
     assert first.failures == [failure.format(new.root / "bt_mission")]
     assert second.failures == []
@@ -131,10 +131,10 @@ def test_a_process_ends_when_the_run_is_interrupted(tree, cost):
 
     async def interrupt() -> int:
         read = os.open(new.root / "told", os.O_RDONLY | os.O_NONBLOCK)
-        loop, told = asyncio.get_running_loop(), asyncio.Event()
-        loop.add_reader(read, told.set)
+        loop, reported = asyncio.get_running_loop(), asyncio.Event()
+        loop.add_reader(read, reported.set)
         task = asyncio.ensure_future(Runner(Plan(new), [cost]).run())
-        await told.wait()
+        await reported.wait()
         loop.remove_reader(read)
         pid = int(os.read(read, 20))
         os.close(read)

@@ -23,7 +23,10 @@ def faults_of(text):
     with pytest.raises(InputError) as caught:
         document_of(text, "m.xml")
     assert all(fault.source for fault in caught.value.faults)
-    return [(one.line, one.column, one.message, one.hint) for one in caught.value.faults]
+    return [
+        (diagnostic.line, diagnostic.column, diagnostic.message, diagnostic.hint)
+        for diagnostic in caught.value.faults
+    ]
 
 
 def test_every_element_has_its_counterpart():

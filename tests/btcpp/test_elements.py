@@ -25,9 +25,9 @@ def test_names_and_values_know_their_places():
     (child,) = root.children
     assert (root.tag, root.at, root.text) == ("root", (1, 2), "é")
     assert (child.tag, child.at) == ("a", (3, 6))
-    one, two = child.attributes.values()
-    assert (one.value, one.at, one.value_at) == ("é", (3, 8), (3, 14))
-    assert (two.value, two.at, two.value_at) == ("<x>", (4, 6), (4, 10))
+    first, second = child.attributes.values()
+    assert (first.value, first.at, first.value_at) == ("é", (3, 8), (3, 14))
+    assert (second.value, second.at, second.value_at) == ("<x>", (4, 6), (4, 10))
 
 
 def test_a_document_type_is_refused_before_any_entity_is_read():

@@ -49,18 +49,21 @@ def main(tmp_path: Path) -> Path:
 
 def faults_of(path: Path) -> list[tuple[str, int, int, str]]:
     """The faults of a file, each with the name of its file."""
-    _, found = examine(path)
-    return [(Path(one.file).name, one.line, one.column, one.message) for one in found]
+    _, diagnostics = examine(path)
+    return [
+        (Path(diagnostic.file).name, diagnostic.line, diagnostic.column, diagnostic.message)
+        for diagnostic in diagnostics
+    ]
 
 
 def test_the_trees_of_all_files_are_one_mission(main: Path) -> None:
     """Whichever way they use each other; a port without a type is a string."""
-    mission, found = examine(main)
+    mission, diagnostics = examine(main)
     assert mission is not None
-    assert found == ()
+    assert diagnostics == ()
     assert set(mission.trees) == {"say", "far", "own"}
     assert mission.trees["say"].types == {"what": "text"}
-    names = [Path(one.file).name for one in mission.documents]
+    names = [Path(document.file).name for document in mission.documents]
     assert names == ["m.xml", "parts.xml", "far.xml"]
     assert meaning(load(mission_yaml(main))) == meaning(mission)
 
@@ -75,7 +78,7 @@ def test_a_fault_is_in_the_file_that_has_it(main: Path) -> None:
     assert [fault[0] for fault in faults_of(main)][:1] == ["far.xml"]
     (main.parent / "trees" / "deep" / "far.xml").write_text(FAR.replace('"far"', '"own"'))
     messages = [message for *_, message in faults_of(main)]
-    assert any(one.startswith("there is a tree 'own' already, in ") for one in messages)
+    assert any(text.startswith("there is a tree 'own' already, in ") for text in messages)
 
 
 @pytest.mark.parametrize(
@@ -97,8 +100,8 @@ def test_files_that_may_not_be_included(main: Path, path: str, message: str) -> 
     (main.parent / "trees").rename(folder / "trees")
     (folder / "link.xml").symlink_to(main.parent / "out.xml")
     (folder / "m.xml").write_text(MAIN.format(path=path, more=""))
-    file, line, column, said = faults_of(folder / "m.xml")[0]
-    assert (file, line, column, said) == ("m.xml", 2, 15, message)
+    file, line, column, output = faults_of(folder / "m.xml")[0]
+    assert (file, line, column, output) == ("m.xml", 2, 15, message)
 
 
 def test_a_package_is_looked_for_where_ros_is(
@@ -118,7 +121,7 @@ def test_a_package_is_looked_for_where_ros_is(
     main.write_text(MAIN.format(path="parts.xml", more=' ros_pkg="my_trees"'))
     assert set(load(main).trees) == {"say", "far", "own"}
     _, faults = examine(main, permissions=Permissions(folders=(served,)))
-    assert any("no such file 'parts.xml'" in one.message for one in faults)
+    assert any("no such file 'parts.xml'" in fault.message for fault in faults)
     main.write_text(MAIN.format(path="../x.xml", more=' ros_pkg="my_trees"'))
     assert faults_of(main)[0][3] == "no such file '../x.xml' in the package"
 
@@ -126,7 +129,10 @@ def test_a_package_is_looked_for_where_ros_is(
 def test_a_recording_has_the_files(main: Path) -> None:
     """They are read from there, whatever is on the disk."""
     mission = load(main)
-    texts = {mission.portable_name(one.file): one.text for one in mission.documents}
+    texts = {
+        mission.portable_name(read_document.file): read_document.text
+        for read_document in mission.documents
+    }
     assert list(texts) == ["m.xml", "trees/parts.xml", "trees/deep/far.xml"]
     document = document_of(texts["m.xml"], "m.xml", texts)
     again, _ = examine(document, permissions=Permissions(texts=texts))
@@ -175,7 +181,7 @@ def test_where_all_are_skipped_there_is_no_counterpart(nodes: str) -> None:
 
 def test_try_catch_fails_after_its_last_child() -> None:
     """What is tried is a sequence."""
-    logs = "".join(f'<log message="{one}"/>' for one in "abc")
+    logs = "".join(f'<log message="{letter}"/>' for letter in "abc")
     assert tree_of(f"<TryCatch>{logs}</TryCatch>") == {
         "fallback": [
             {"sequence": [{"log": "a"}, {"log": "b"}]},

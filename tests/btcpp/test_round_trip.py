@@ -30,11 +30,11 @@ def test_a_shipped_mission_comes_back_as_it_was(path):
     here = load(read(ROOT / path))
     assert meaning(there) == meaning(here)
     assert meaning(back(xml)) == meaning(here)
-    said = [
-        [fault.message for fault in examine(one)[1]]
-        for one in (document_of(xml, "m.xml"), read(ROOT / path))
+    lines = [
+        [fault.message for fault in examine(document)[1]]
+        for document in (document_of(xml, "m.xml"), read(ROOT / path))
     ]
-    assert said[0] == said[1]
+    assert lines[0] == lines[1]
 
 
 # ---- generated trees ---------------------------------------------------------------------
@@ -229,8 +229,10 @@ def unname(part, names):
             del part["name"]
         elif "tree" in part and "name" in part:
             names.add(part["name"])
-    for one in part.values() if isinstance(part, dict) else part if isinstance(part, list) else ():
-        unname(one, names)
+    for child in (
+        part.values() if isinstance(part, dict) else part if isinstance(part, list) else ()
+    ):
+        unname(child, names)
 
 
 NODES = st.recursive(LEAVES, above, max_leaves=8)

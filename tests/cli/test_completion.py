@@ -56,7 +56,7 @@ def bash(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         (["ru"], ["run"]),
         (["run", "explore_f"], ["explore_fixed", "explore_frontiers"]),
-        (["run", "scen"], sorted(one for one in known("runs") if one.startswith("scen"))),
+        (["run", "scen"], sorted(name for name in known("runs") if name.startswith("scen"))),
         (["run", "patrol", "--world", "nav"], ["nav_arena"]),
         (["sim", "--robot", "b"], ["burger"]),
         (["actions", "se"], ["send"]),
@@ -138,8 +138,8 @@ def test_fish_completes(tmp_path: Path) -> None:
         "bt-mission run square --set s": "side=",
     }
     for line, expected in lines.items():
-        found = asked(["fish", "--no-config", "-c", f"source {path}; complete -C '{line}'"])
-        assert expected in [one.partition("\t")[0] for one in found]
+        results = asked(["fish", "--no-config", "-c", f"source {path}; complete -C '{line}'"])
+        assert expected in [result.partition("\t")[0] for result in results]
 
 
 @pytest.mark.process
@@ -155,7 +155,9 @@ def test_zsh_reads_its_script(tmp_path: Path) -> None:
 def test_every_command_is_in_every_script(shell: str) -> None:
     """Those below others, too."""
     text = script(make_parser(), shell)
-    (commands,) = (one.choices for one in make_parser()._actions if isinstance(one.choices, dict))
+    (commands,) = (
+        action.choices for action in make_parser()._actions if isinstance(action.choices, dict)
+    )
     for command in (*commands, "send", "echo", "call"):
         assert command in text
     for kind in KINDS:

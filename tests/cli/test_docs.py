@@ -128,8 +128,8 @@ def test_a_search_shows_the_best_section_and_names_others(docs: CommandLine) -> 
 
 def test_a_name_of_two_pages_finds_both_first(docs: CommandLine) -> None:
     """Each can be shown by the name with its folder."""
-    found = docs("docs rules").partition("Found here and in:\n")[2].splitlines()
-    assert {line.split()[2] for line in found[:2]} == {"reference/rules", "tutorials/rules"}
+    result = docs("docs rules").partition("Found here and in:\n")[2].splitlines()
+    assert {line.split()[2] for line in result[:2]} == {"reference/rules", "tutorials/rules"}
 
 
 def test_a_word_may_be_the_beginning_of_one(docs: CommandLine) -> None:

@@ -19,8 +19,8 @@ def _report(*checks):
     return code, printed.getvalue()
 
 
-def _finds(state, found, remedy=""):
-    return lambda: CheckResult(state, found, remedy)
+def _finds(state, result, remedy=""):
+    return lambda: CheckResult(state, result, remedy)
 
 
 @pytest.mark.parametrize(
@@ -169,6 +169,6 @@ def test_this_machine_has_what_the_tests_need():
 def test_it_says_who_finds_our_processes(reach, state, words):
     """What is not this machine alone, or nobody, is a warning."""
     environment = {"ROS_DOMAIN_ID": "3", "ROS_AUTOMATIC_DISCOVERY_RANGE": reach}
-    found = doctor.discovery(environment)
-    assert found.state == state
-    assert words in found.found
+    result = doctor.discovery(environment)
+    assert result.state == state
+    assert words in result.found

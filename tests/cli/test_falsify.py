@@ -61,27 +61,27 @@ CAREFUL = DEFECT.replace("gap: 0.2", "gap: 0.5")
 def test_a_counterexample_fails_until_the_mission_is_fixed(search: CommandLine) -> None:
     """A scenario, a test, a recording, a report and a sentence; the run repeats exactly."""
     result = search.json(f"{SEARCH} --budget 40 --simplify 40", 1)
-    (found,) = result["found"]
-    assert (found["kind"], found["what"]) == ("violated", "keeps its distance")
+    (results,) = result["found"]
+    assert (results["kind"], results["what"]) == ("violated", "keeps its distance")
     sentence = r"requirement 'keeps its distance' is (violated by 0\.\d+ m at \d\.\d\d s) when a "
-    matched = re.match(sentence + r"(box|cylinder) appears \S+ m ahead", found["sentence"])
+    matched = re.match(sentence + r"(box|cylinder) appears \S+ m ahead", results["sentence"])
     assert matched is not None
     outcome = matched.group(1)
-    assert len(found["faults"]) == 1
-    assert found["repeats"] is True
+    assert len(results["faults"]) == 1
+    assert results["repeats"] is True
     assert result["runs"] <= 40
-    assert found["scenario"] == "found/careless/keeps_its_distance.scenario.yaml"
-    scenario = Path(found["scenario"])
+    assert results["scenario"] == "found/careless/keeps_its_distance.scenario.yaml"
+    scenario = Path(results["scenario"])
     data = read(scenario).data
     assert data["mission"] == "../../careless.yaml"
     assert data["expect"] == {"outcome": "any"}
-    assert read_verified_run(Path(found["recording"])).summary is not None
-    messages = data_of(Path(found["report"]))[""]["messages"]
+    assert read_verified_run(Path(results["recording"])).summary is not None
+    messages = data_of(Path(results["report"]))[""]["messages"]
     assert "keeps its distance" in json.dumps(messages)
     assert outcome in " ".join(scenario.read_text("utf-8").replace("#", "").split())
-    assert f"keeps its distance: {outcome}" in search(f"verify {found['recording']}", 1)
-    assert search.json(f"run {scenario}", 1)["trace_sha256"] == found["trace_sha256"]
-    test = runpy.run_path(found["test"])["test_keeps_its_distance"]
+    assert f"keeps its distance: {outcome}" in search(f"verify {results['recording']}", 1)
+    assert search.json(f"run {scenario}", 1)["trace_sha256"] == results["trace_sha256"]
+    test = runpy.run_path(results["test"])["test_keeps_its_distance"]
     with pytest.raises(AssertionError, match=f"requirement keeps its distance: {outcome}"):
         test()
     search.write("careless.yaml", CAREFUL)
@@ -119,12 +119,12 @@ def test_a_search_that_continues(search: CommandLine) -> None:
     boxes = BOXES.replace("{most: 0}", "{kinds: [lidar_dead], lasting: 1..2, times: 0.5..2}")
     search.write("ranges.yaml", boxes)
     command = f"{SEARCH} --keep-going 2 --simplify 10 --budget 30"
-    found = search.json(command, 1)["found"]
-    assert {each["what"] for each in found} == {"keeps its distance", "sees"}
-    assert all(each["runs"] >= 1 and each["repeats"] for each in found)
-    sizes = [len(each["faults"]) for each in found]
+    results = search.json(command, 1)["found"]
+    assert {each["what"] for each in results} == {"keeps its distance", "sees"}
+    assert all(each["runs"] >= 1 and each["repeats"] for each in results)
+    sizes = [len(each["faults"]) for each in results]
     assert sizes == sorted(sizes)
-    for each in found:
+    for each in results:
         search(f"run {each['scenario']}", 1)
     out = search(command, 1)
     assert re.match(r"careless: 2 causes found after \d+ runs, minimized in \d+", out)

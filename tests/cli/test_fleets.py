@@ -72,12 +72,12 @@ def test_programs_get_an_object_for_each_robot_and_a_sum(fleet: CommandLine) -> 
     assert (report["fleet"], report["status"], report["succeeded"]) == ("two", "success", 2)
     assert (report["world"], report["seed"], report["virtual_s"]) == ("dqn_stage1", 3, 2.05)
     assert (report["collisions_with_world"], report["collisions_among_robots"]) == (0, 0)
-    one, two = report["robots"]
-    assert (one["name"], one["mission"], one["virtual_s"]) == ("one", "turns", 1.95)
-    assert [each["verdict"] for each in one["requirements"]] == ["holds"]
-    assert (two["name"], two["robot"], two["seed"]) == ("two", "burger", 4)
-    assert (two["collisions_with_world"], two["collisions_with_robots"]) == (0, {})
-    assert two["leaves"][0]["name"] == "a while"
+    first, second = report["robots"]
+    assert (first["name"], first["mission"], first["virtual_s"]) == ("one", "turns", 1.95)
+    assert [each["verdict"] for each in first["requirements"]] == ["holds"]
+    assert (second["name"], second["robot"], second["seed"]) == ("two", "burger", 4)
+    assert (second["collisions_with_world"], second["collisions_with_robots"]) == (0, {})
+    assert second["leaves"][0]["name"] == "a while"
 
 
 def test_one_mission_that_fails_fails_the_fleet(fleet: CommandLine) -> None:
@@ -163,8 +163,8 @@ def test_faults_are_in_the_report_and_the_trace_of_their_robots(fleet: CommandLi
 def test_a_fault_of_the_world_is_in_the_report_of_its_robot(fleet: CommandLine) -> None:
     """The box stands before the robot that the fault names."""
     fault = "two: at 0.5: spawn_box ahead 0.5 lasting 1"
-    one, two = fleet.json(f"run two.yaml --fault '{fault}'")["robots"]
-    assert (one["faults"], two["faults"][0]["ended"]) == ([], 1.5)
+    first, second = fleet.json(f"run two.yaml --fault '{fault}'")["robots"]
+    assert (first["faults"], second["faults"][0]["ended"]) == ([], 1.5)
 
 
 def test_names_of_fleets_and_their_inputs_are_completed(cli: CommandLine) -> None:

@@ -38,10 +38,10 @@ def mission(tmp_path: Path) -> str:
 
 def link_in(text: str) -> str:
     """The address that a command has printed."""
-    found = re.search(r"in Foxglove: (ws://127\.0\.0\.1:\d+), layout (\S+)", text)
-    assert found, text
-    assert Path(found[2]) == LAYOUT
-    return found[1]
+    match = re.search(r"in Foxglove: (ws://127\.0\.0\.1:\d+), layout (\S+)", text)
+    assert match, text
+    assert Path(match[2]) == LAYOUT
+    return match[1]
 
 
 def test_without_the_extra_it_says_what_to_install(
@@ -50,8 +50,8 @@ def test_without_the_extra_it_says_what_to_install(
     """Before anything moves."""
     monkeypatch.setattr(web, "find_spec", lambda name: None)
     assert main(["run", mission, "--foxglove"]) == 2
-    said = "--foxglove needs starlette and uvicorn and websockets: pip install 'bt-mission[web]'"
-    assert said in capsys.readouterr().err
+    output = "--foxglove needs starlette and uvicorn and websockets: pip install 'bt-mission[web]'"
+    assert output in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("port", ["x", "-1", "65536"])
@@ -74,8 +74,8 @@ def test_a_port_that_is_taken_ends_it_before_anything_moves(words: tuple[str, ..
         with started(*arguments, "--foxglove", f"--foxglove-port={port}") as process:
             out, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 2
-    said = f"--foxglove-port {port}: another program listens there; --foxglove-port "
-    assert said in out
+    output = f"--foxglove-port {port}: another program listens there; --foxglove-port "
+    assert output in out
     assert "Traceback" not in out
 
 
@@ -91,7 +91,7 @@ def test_a_run_is_served_until_it_ends(mission: str, file: str, topic: str):
         with FoxgloveClient(link) as client:
             client.wait_for(lambda: topic in client.channels)
             client.subscribe(topic)
-            client.wait_for(lambda: client.heard[topic])
+            client.wait_for(lambda: client.received[topic])
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
@@ -113,8 +113,8 @@ def test_a_graph_is_served_with_its_own_time(mission: str):
         with FoxgloveClient(link) as client:
             client.wait_for(lambda: client.channels.keys() >= {"/odom", "/bt_mission/tree"})
             client.subscribe("/odom", "/bt_mission/tree")
-            client.wait_for(lambda: client.heard["/bt_mission/tree"])
-            client.wait_for(lambda: any(t < SINCE_1970_NS for t, _ in client.heard["/odom"]))
+            client.wait_for(lambda: client.received["/bt_mission/tree"])
+            client.wait_for(lambda: any(t < SINCE_1970_NS for t, _ in client.received["/odom"]))
             client.wait_for(lambda: any(t < SINCE_1970_NS for t in client.times))
         process.send_signal(signal.SIGINT)
         out, _ = process.communicate(timeout=PATIENCE_S)

@@ -34,9 +34,9 @@ MISSION = "mission: short\nworld: empty_arena\ntree: {wait: 0.1}\n"
 
 def loaded(folder: Path, before: str, *words: str) -> list[str]:
     """What a command tells of the modules that are loaded; `before` runs before it."""
-    told = folder / "told.json"
+    reported = folder / "told.json"
     program = (
-        f"import json, os, sys; sys.path[:0] = {sys.path!r}; told = open({str(told)!r}, 'w')\n"
+        f"import json, os, sys; sys.path[:0] = {sys.path!r}; told = open({str(reported)!r}, 'w')\n"
         f"sys.argv = {['bt-mission', *words]!r}\n{before}"
         "from bt_mission.cli import main\nsys.exit(main())\n"
     )
@@ -49,8 +49,8 @@ def loaded(folder: Path, before: str, *words: str) -> list[str]:
         env=os.environ | {"PYTHONHASHSEED": "0"},
     )
     assert (done.returncode, done.stderr) == (0, "")
-    found: list[str] = json.loads(told.read_text())
-    return found
+    data: list[str] = json.loads(reported.read_text())
+    return data
 
 
 def of_packages(modules: list[str]) -> set[str]:
@@ -90,8 +90,8 @@ def test_the_script_for_a_shell_knows_every_command() -> None:
     """Each has a parser of its own then, in the order in which they are listed."""
     commands = load_commands(make_parser())
     assert list(commands.choices or ()) == list(COMMANDS)
-    for name, one in commands.choices.items():
-        assert one.prog == f"bt-mission {name}"
+    for name, first in commands.choices.items():
+        assert first.prog == f"bt-mission {name}"
 
 
 @pytest.mark.parametrize(

@@ -57,8 +57,8 @@ def test_ctrl_c_before_and_after_is_no_traceback(happens: str, code: int) -> Non
     assert (done.returncode, done.stderr) == (code, "")
 
 
-@pytest.mark.parametrize(("discovery", "said"), [(PROCESS, "last\n"), (MACHINE, "last\nfirst\n")])
-def test_a_process_that_nobody_saw_leaves_at_its_last_word(discovery: str, said: str) -> None:
+@pytest.mark.parametrize(("discovery", "output"), [(PROCESS, "last\n"), (MACHINE, "last\nfirst\n")])
+def test_a_process_that_nobody_saw_leaves_at_its_last_word(discovery: str, output: str) -> None:
     """What was registered since its start is called; libraries are taken down only by others."""
     program = (
         "import atexit, runpy, sys\n"
@@ -79,5 +79,5 @@ def test_a_process_that_nobody_saw_leaves_at_its_last_word(discovery: str, said:
         timeout=PATIENCE_S,
         env=os.environ | {RANGE: discovery},
     )
-    assert (done.returncode, done.stderr) == (0, said)
+    assert (done.returncode, done.stderr) == (0, output)
     assert done.stdout.endswith("}\n")

@@ -221,22 +221,22 @@ def test_nobody_hears_a_simulated_run_unless_asked(drive: str) -> None:
     bystander = rclpy.create_node("bystander", context=context, enable_rosout=False)
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(bystander)
-    heard: list[TwistStamped] = []
-    bystander.create_subscription(TwistStamped, "cmd_vel", heard.append, 10)
-    found = []
+    messages: list[TwistStamped] = []
+    bystander.create_subscription(TwistStamped, "cmd_vel", messages.append, 10)
+    results = []
     for options in ([], ["--visible"]):
         with started("run", drive, "--speed", "1", *options) as process:
             read_until(process, "▶ drive")
             for _ in range(60):
                 executor.spin_once(timeout_sec=0.1)
-                if heard:
+                if messages:
                     break
             process.send_signal(signal.SIGINT)
             process.communicate(timeout=PATIENCE_S)
-        found.append(bool(heard))
+        results.append(bool(messages))
     bystander.destroy_node()
     context.shutdown()
-    assert found == [False, True]
+    assert results == [False, True]
 
 
 def test_goals_are_compared_with_the_limits_of_servers_that_run(tmp_path: Path) -> None:
@@ -254,15 +254,15 @@ def test_goals_are_compared_with_the_limits_of_servers_that_run(tmp_path: Path) 
         servers = stack.enter_context(started("servers", *options, **LOCAL))
         read_until(servers, "waiting for scan")
         checking = stack.enter_context(started("check", str(mission), "--against", **LOCAL))
-        said, _ = checking.communicate(timeout=PATIENCE_S)
+        output, _ = checking.communicate(timeout=PATIENCE_S)
     assert checking.returncode == 2
-    assert "1 of 1 are in the graph" in said
-    assert f"{mission}:5:22: error: angle must be from -45 to 45 deg, got 50" in said
-    assert "angular_velocity" not in said
+    assert "1 of 1 are in the graph" in output
+    assert f"{mission}:5:22: error: angle must be from -45 to 45 deg, got 50" in output
+    assert "angular_velocity" not in output
     with started("check", str(mission), **LOCAL) as checking:
-        said, _ = checking.communicate(timeout=PATIENCE_S)
+        output, _ = checking.communicate(timeout=PATIENCE_S)
     assert checking.returncode == 2
-    assert "angular_velocity must be from 0.05 to 1.82 rad/s, got 2.5" in said
+    assert "angular_velocity must be from 0.05 to 1.82 rad/s, got 2.5" in output
 
 
 REMAPPED = """\
@@ -328,13 +328,13 @@ def test_a_simulation_beside_another_is_not_driven_with_it(tmp_path: Path, drive
 
 def test_processes_say_that_they_are_heard_on_this_machine_only(drive: str) -> None:
     """In their first line, where the environment does not decide it."""
-    said = []
+    lines = []
     for arguments in (("sim", "--no-camera"), ("servers",), ("run", drive, "--visible")):
         with started(*arguments, ROS_AUTOMATIC_DISCOVERY_RANGE="") as process:
             assert process.stdout is not None
-            said.append(process.stdout.readline())
+            lines.append(process.stdout.readline())
     words = " on this machine only; --network opens it to others"
-    assert [words in line for line in said] == [True] * 3
+    assert [words in line for line in lines] == [True] * 3
 
 
 def test_other_machines_cannot_reach_a_process_of_this_machine() -> None:
@@ -343,7 +343,7 @@ def test_other_machines_cannot_reach_a_process_of_this_machine() -> None:
     with started("sim", "--no-camera", ROS_AUTOMATIC_DISCOVERY_RANGE="") as process:
         read_until(process, "speed 1")
         proc = Path(f"/proc/{process.pid}")
-        links = [str(one.readlink()) for one in (proc / "fd").iterdir()]
+        links = [str(link.readlink()) for link in (proc / "fd").iterdir()]
         rows = [line.split() for line in (proc / "net/udp").read_text().splitlines()[1:]]
     mine = [row[1].split(":") for row in rows if f"socket:[{row[9]}]" in links]
     listening = [address for address, port in mine if first <= int(port, 16) < first + 250]

@@ -14,7 +14,7 @@ from bt_mission.recording.reader import read_run
 from bt_mission.testing.live_graph import LOCAL
 from tests.support.command_line import CommandLine
 from tests.support.processes import PATIENCE_S, read_until, started
-from tests.support.recorded_runs import heard_by_others
+from tests.support.recorded_runs import messages_for_others
 
 WAIT = "mission: short\ntree: {wait: 0.5}\n"
 LONG = "mission: long\nworld: empty_arena\ntree: {wait: 60}\n"
@@ -108,8 +108,8 @@ def test_an_attached_run_records_the_whole_graph(tmp_path: Path) -> None:
         )
         out, _ = run.communicate(timeout=PATIENCE_S)
     assert run.returncode == 0, out
-    heard = heard_by_others(path)
-    topics = {one.topic for one in heard}
+    messages = messages_for_others(path)
+    topics = {message.topic for message in messages}
     assert {"/odom", "/scan", "/tf", "/tf_static", "/map", "/turn/_action/feedback"} <= topics
     assert {"/bt_mission/tree", "/bt_mission/changes", "/rosout"} <= topics
     known = read_run(path)

@@ -32,19 +32,19 @@ def test_a_misspelt_parameter_ends_before_anything_starts(command: str, tmp_path
     path = tmp_path / "mine.yaml"
     path.write_text("/**:\n  ros__parameters:\n    topics: {cmd_val: x}\n", encoding="utf-8")
     with started(command, "--wall-clock", "--params", str(path), **LOCAL) as process:
-        said, _ = process.communicate(timeout=PATIENCE_S)
+        output, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 2
-    assert "mine.yaml:3:14: error: no such parameter 'topics.cmd_val'" in said
-    assert "did you mean 'topics.cmd_vel'?" in said
-    assert "Traceback" not in said
+    assert "mine.yaml:3:14: error: no such parameter 'topics.cmd_val'" in output
+    assert "did you mean 'topics.cmd_vel'?" in output
+    assert "Traceback" not in output
 
 
 def test_servers_of_a_real_robot_say_that_nobody_listens() -> None:
     """As an error, within a second; the arbiter does the same."""
     for command, topic in (("servers", "/cmd_vel_mission"), ("arbiter", "/cmd_vel")):
         with started(command, "--real", "--params", "waffle", **LOCAL) as process:
-            said = read_until(process, "nobody listens on")
-            assert f"nobody listens on {topic}; is the robot's bringup running?" in said
+            output = read_until(process, "nobody listens on")
+            assert f"nobody listens on {topic}; is the robot's bringup running?" in output
             process.send_signal(signal.SIGINT)
             rest, _ = process.communicate(timeout=PATIENCE_S)
             assert "Traceback" not in rest

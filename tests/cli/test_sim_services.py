@@ -130,7 +130,7 @@ def test_a_reset_in_the_middle_of_a_mission_and_between_two(live_graph, tool):
     for process, code in ((servers, 0), (watch, 130)):
         process.interrupt()
         assert process.wait(within=60) == code
-    assert not [one.name for one in live_graph.processes if "Traceback" in one.output]
+    assert not [started.name for started in live_graph.processes if "Traceback" in started.output]
 
 
 def test_a_mission_waits_while_the_simulation_is_paused(live_graph, tool):

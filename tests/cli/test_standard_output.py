@@ -48,9 +48,9 @@ def test_a_full_disk_is_named(
     with _stream("/dev/full", is_buffered=is_buffered) as full:
         monkeypatch.setattr(sys, "stdout", full)
         assert main(words.split()) == 2
-    said = capsys.readouterr().err
-    assert said.splitlines()[-1] == "cannot write standard output: No space left on device"
-    assert "doctor" not in said
+    output = capsys.readouterr().err
+    assert output.splitlines()[-1] == "cannot write standard output: No space left on device"
+    assert "doctor" not in output
 
 
 @pytest.mark.parametrize("words", ["schema", "--help"])

@@ -76,13 +76,13 @@ def test_a_sweep_from_its_start_to_its_end(tmp_path: Path) -> None:
     """Counts, rows, recordings of the worst with their pages; again, nothing is left to do."""
     (tmp_path / "turns.yaml").write_text(TURNS)
     words = ("turns.yaml", "--vary", "angle=30,60,90", "--seeds", "2")
-    code, told, error = sweep(tmp_path, *words)
+    code, reported, error = sweep(tmp_path, *words)
     assert code == 0, error
     keys = ("scenarios", "succeeded", "failed", "errors", "orphaned_goals", "collisions", "of")
-    assert [told[key] for key in keys] == [6, 2, 4, 0, 0, 0, 6]
-    assert told["success_rate"] == pytest.approx(1 / 3)
-    assert told["interval"] == pytest.approx([0.0968, 0.7], abs=1e-4)
-    reasons = {one["reason"]: one["count"] for one in told["failures"]}
+    assert [reported[key] for key in keys] == [6, 2, 4, 0, 0, 0, 6]
+    assert reported["success_rate"] == pytest.approx(1 / 3)
+    assert reported["interval"] == pytest.approx([0.0968, 0.7], abs=1e-4)
+    reasons = {failure["reason"]: failure["count"] for failure in reported["failures"]}
     assert reasons == {
         "requirement violated: turns little": 2,
         "'small' does not hold (angle = 90)": 2,
@@ -93,8 +93,8 @@ def test_a_sweep_from_its_start_to_its_end(tmp_path: Path) -> None:
     assert [row.number for row in rows] == list(range(6))
     assert {row.parameters["angle"]: row.passed for row in rows} == {30: True, 60: False, 90: False}
     failed = {row.id for row in rows if not row.passed}
-    assert {one.stem for one in (folder / "recordings").glob("*.mcap")} == failed
-    assert {one.stem for one in (folder / "recordings").glob("*.html")} == failed
+    assert {path.stem for path in (folder / "recordings").glob("*.mcap")} == failed
+    assert {path.stem for path in (folder / "recordings").glob("*.html")} == failed
     page = (folder / "sweep.html").read_text(encoding="utf-8")
     assert set(re.findall(r'href="recordings/(.*?)\.html"', page)) == failed
     lines = re.sub("<.*?>", "", page)
@@ -102,7 +102,7 @@ def test_a_sweep_from_its_start_to_its_end(tmp_path: Path) -> None:
     assert "bt-mission sweep turns.yaml --vary angle=30,60,90 --seeds 2" in lines
     code, again, error = sweep(tmp_path, *words, "--resume", "--fail-below", "0.2")
     assert code == 1
-    assert again["failures"] == told["failures"]
+    assert again["failures"] == reported["failures"]
     assert "not surely 0.2 or above: its interval begins at 0.0968" in error
 
 
@@ -115,10 +115,10 @@ def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(
     # A worker that has died stays away for longer than Dask would wait for it.
     monkeypatch.setenv("DASK_DISTRIBUTED__DEPLOY__LOST_WORKER_TIMEOUT", "0s")
     words = ("poison.yaml", "--vary", "bad=0,-1,-2,1", "--record-worst", "0")
-    code, told, error = sweep(tmp_path, *words)
+    code, reported, error = sweep(tmp_path, *words)
     assert code == 1
-    assert (told["succeeded"], told["errors"]) == (3, 1), error
-    assert [one["reason"] for one in told["failures"]] == [
+    assert (reported["succeeded"], reported["errors"]) == (3, 1), error
+    assert [failure["reason"] for failure in reported["failures"]] == [
         "it has killed its worker 3 times, alone there"
     ]
     assert "1 scenario could not run" in error

@@ -42,8 +42,10 @@ def test_without_dask_it_says_what_to_install(
 def test_results_of_another_sweep_are_kept(cli: CommandLine) -> None:
     """The error says what differs."""
     cli.write("turns.yaml", MISSION)
-    with ResultStore.create(Path("turns_sweep"), SweepAbout(mission="turns", seeds="0..4")) as one:
-        one.add(row(0))
+    with ResultStore.create(
+        Path("turns_sweep"), SweepAbout(mission="turns", seeds="0..4")
+    ) as store:
+        store.add(row(0))
     assert "add --resume to go on with it" in cli.refused("sweep turns.yaml --seeds 3")
     error = cli.refused("sweep turns.yaml --seeds 3 --resume")
     assert 'seeds was "0..4", is "0..2"' in error

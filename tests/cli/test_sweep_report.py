@@ -89,12 +89,12 @@ def test_csv_and_page_in_files(folder, tmp_path, capsys):
 def test_json_is_one_object(folder, capsys):
     """With what the sweep itself prints at its end, and the worst."""
     assert report(folder, "--json", "--worst", 3) == 0
-    told = json.loads(capsys.readouterr().out)
+    data = json.loads(capsys.readouterr().out)
     keys = ("scenarios", "succeeded", "failed", "errors", "orphaned_goals", "collisions")
-    assert [told[key] for key in keys] == [80, 58, 22, 0, 0, 0]
-    assert told["success_rate"] == 58 / 80
-    assert told["interval"][0] < 58 / 80 < told["interval"][1]
-    assert len(told["worst"]) == 3
+    assert [data[key] for key in keys] == [80, 58, 22, 0, 0, 0]
+    assert data["success_rate"] == 58 / 80
+    assert data["interval"][0] < 58 / 80 < data["interval"][1]
+    assert len(data["worst"]) == 3
     assert not (folder / "sweep.html").exists()
 
 
@@ -132,9 +132,9 @@ def test_without_plotly_the_tables_are_there(folder, capsys, monkeypatch):
     monkeypatch.undo()
     monkeypatch.setitem(sys.modules, "plotly", None)
     assert report(folder) == 0
-    told = capsys.readouterr()
-    assert "58 of 80 succeeded" in told.out
-    assert INSTALL in told.err
+    reported = capsys.readouterr()
+    assert "58 of 80 succeeded" in reported.out
+    assert INSTALL in reported.err
     assert report(folder, "--html", folder / "x.html") == 2
 
 

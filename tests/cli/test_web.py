@@ -47,9 +47,9 @@ def options(*words: str) -> argparse.Namespace:
 
 def link_in(text: str) -> str:
     """The link that a command has printed."""
-    found = re.search(r"in a browser: (http://127\.0\.0\.1:\d+/[\w-]{22}/)", text)
-    assert found, text
-    return found[1]
+    match = re.search(r"in a browser: (http://127\.0\.0\.1:\d+/[\w-]{22}/)", text)
+    assert match, text
+    return match[1]
 
 
 def test_without_the_extra_it_says_what_to_install(
@@ -58,8 +58,8 @@ def test_without_the_extra_it_says_what_to_install(
     """Before anything moves."""
     monkeypatch.setattr(web, "find_spec", lambda name: None)
     assert main(["replay", "x.mcap", "--web"]) == 2
-    said = "--web needs starlette and uvicorn and websockets: pip install 'bt-mission[web]'"
-    assert said in capsys.readouterr().err
+    output = "--web needs starlette and uvicorn and websockets: pip install 'bt-mission[web]'"
+    assert output in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("port", ["-1", "65536", "http", "8080.0"])
@@ -91,10 +91,10 @@ def test_a_page_for_other_machines_is_warned_of(capsys: pytest.CaptureFixture[st
 
     shown = LiveMission(ScriptedGraph())
     with web.web_server(options("--web", "--port", "0", "--host", EVERYWHERE), shown) as server:
-        told = capsys.readouterr().err
-        assert "--host 0.0.0.0: other machines reach the page." in told
-        assert "watch and stop the mission" in told
-        assert f"ssh -L {server.port}:127.0.0.1:{server.port}" in told
+        reported = capsys.readouterr().err
+        assert "--host 0.0.0.0: other machines reach the page." in reported
+        assert "watch and stop the mission" in reported
+        assert f"ssh -L {server.port}:127.0.0.1:{server.port}" in reported
     with web.web_server(options("--web", "--port", "0"), shown):
         assert "other machines" not in capsys.readouterr().err
 

@@ -19,8 +19,8 @@ def test_feedback_comes_only_when_something_changed(bench, name):
     bench.steps(60)
     assert 0 < len(sent.feedback) <= 60
     if name not in SIGN_OF_LIFE | EACH_IS_NEWS:
-        for one, next_one in pairwise(sent.feedback):
-            assert one != next_one
+        for first, next_one in pairwise(sent.feedback):
+            assert first != next_one
 
 
 def test_feedback_stays_within_the_declared_ranges(bench, name):
@@ -30,7 +30,7 @@ def test_feedback_stays_within_the_declared_ranges(bench, name):
     ranges = SERVED[name].action.feedback(goal(name))
     assert sent.feedback
     for field, (low, high) in ranges.items():
-        values = [getattr(one, field) for one in sent.feedback]
+        values = [getattr(message, field) for message in sent.feedback]
         assert low <= min(values), field
         assert max(values) <= high, field
 

@@ -24,7 +24,7 @@ def test_goals_beyond_the_limit_are_rejected_at_once(bench: Any, name: str) -> N
     for _ in range(MOST_GOALS // 10 + 2):
         sent += [bench.send(name) for _ in range(10)]
         bench.steps(1)
-    assert [one.accepted for one in sent] == [True] * MOST_GOALS + [False] * 20
+    assert [goal.accepted for goal in sent] == [True] * MOST_GOALS + [False] * 20
     assert "within 10 s, which is the limit" in bench.servers.why_rejected(f"/{name}")
     assert len(bench.commands) >= MOST_GOALS // 10
     bench.steps(200)
@@ -38,7 +38,7 @@ def test_each_of_many_goals_that_cannot_be_is_rejected(bench: Any) -> None:
     wrong = [bench.send("turn", Turn.Goal(angle=float("nan"))) for _ in range(MANY)]
     sound = bench.send("turn")
     bench.steps(1)
-    assert [one.accepted for one in wrong] == [False] * MANY
+    assert [goal.accepted for goal in wrong] == [False] * MANY
     assert sound.accepted is True
 
 

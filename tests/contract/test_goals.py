@@ -35,7 +35,7 @@ def test_every_number_of_a_goal_has_a_limit(name):
     assert limited == fields.keys() - SERVED[name].poses.keys() - harmless
 
 
-@pytest.mark.parametrize("action", [name for name, one in SERVED.items() if one.poses])
+@pytest.mark.parametrize("action", [name for name, first in SERVED.items() if first.poses])
 def test_bad_poses_are_rejected_and_nothing_moves(bench, action):
     """Wherever in the message the number stands, and whatever the frame."""
 

@@ -68,7 +68,7 @@ def test_goals_that_do_not_drive_are_limited_in_number(make_bench, beside):
     bench.steps(2)
     sent = [bench.send(beside) for _ in range(4)]
     bench.steps(3)
-    assert [one.accepted for one in sent] == [True, True, True, False]
+    assert [goal.accepted for goal in sent] == [True, True, True, False]
     bench.cancel(beside, sent[0].id)
     bench.steps(2)
     following = bench.send(beside)
@@ -85,16 +85,16 @@ def test_goals_in_a_burst_end_each_exactly_once(bench, name):
     count = 200 if SERVED[name].drives and name != "turn" else 1000
     sent = [bench.send(name, client=number % 2) for number in range(count)]
     bench.steps(5)
-    heard = [one for one in sent if one.accepted is not None]
-    refused = [one for one in heard if not one.accepted]
-    running = [one for one in heard if one.accepted and one.status is None]
+    messages = [goal for goal in sent if goal.accepted is not None]
+    refused = [message for message in messages if not message.accepted]
+    running = [message for message in messages if message.accepted and message.status is None]
     most = 1 if SERVED[name].drives else 8
     accepted = min(count, MOST_GOALS) if SERVED[name].drives else most
-    assert len(heard) == count
+    assert len(messages) == count
     assert len(running) == most
     assert len(refused) == count - accepted
     ends = [event for event in bench.events if isinstance(event, tuple)]
-    assert len(ends) == len(set(ends)) == len(heard) - len(refused) - len(running)
+    assert len(ends) == len(set(ends)) == len(messages) - len(refused) - len(running)
     bench.cancel(name)
     bench.steps(200)
     following = bench.send(name)
@@ -106,7 +106,7 @@ def test_feedback_belongs_to_its_goal(bench, name):
     """Two clients hear each of their own goal alone, and none after its end."""
     first = bench.send(name, client=0)
     bench.steps(25)
-    heard = len(first.feedback)
+    received = len(first.feedback)
     second = bench.send(name, client=1)
     if name in BESIDE:
         bench.steps(1)
@@ -114,7 +114,7 @@ def test_feedback_belongs_to_its_goal(bench, name):
     bench.until(lambda: first.status is not None, limit=3)
     at_the_end = len(first.feedback)
     bench.steps(25)
-    assert heard > 0
+    assert received > 0
     assert len(first.feedback) == at_the_end
     assert len(second.feedback) > 0
 

@@ -33,12 +33,12 @@ def test_the_stop_service_ends_the_goal_within_the_instant(bench, name):
 
 def test_a_second_stop_and_a_second_release_change_nothing(bench):
     """Both succeed; they say what they found. A stop publishes zero each time."""
-    told = []
+    reports = []
     for service in ("stop", "stop", "release", "release"):
         answer = bench.trigger(service)
         bench.steps(1)
-        told.append((answer.result().success, answer.result().message))
-    assert told == [
+        reports.append((answer.result().success, answer.result().message))
+    assert reports == [
         (True, "stopped; goals are refused until release"),
         (True, "stopped already"),
         (True, "released"),

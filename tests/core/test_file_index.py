@@ -31,11 +31,13 @@ def write(path: str, text: str) -> Path:
 @pytest.mark.parametrize("kind", LISTED)
 def test_every_shipped_file_is_listed_with_a_line(kind: Kind) -> None:
     """By the name that commands take."""
-    found = list_files(kind)
-    assert all(one.is_shipped and one.description and "\n" not in one.description for one in found)
-    listed = {one.name for one in found}
+    files = list_files(kind)
+    assert all(
+        file.is_shipped and file.description and "\n" not in file.description for file in files
+    )
+    listed = {file.name for file in files}
     assert {*names(kind), *([*scenarios(), *fleets()] if kind == "missions" else ())} <= listed
-    assert all(find_listed(kind, one.name) == one for one in found)
+    assert all(find_listed(kind, file.name) == file for file in files)
 
 
 def test_files_of_the_working_folder_come_first() -> None:
@@ -50,21 +52,21 @@ def test_files_of_the_working_folder_come_first() -> None:
     write("library.yaml", "trees: {}\n")
     write("notes.yaml", "a: b\n")
     write("hall.yaml", "name: hall\nspawn: {x: 0, y: 0}\n")
-    own = [one for one in list_files("missions") if not one.is_shipped]
-    assert [(one.name, one.what, one.description) for one in own] == [
+    own = [file for file in list_files("missions") if not file.is_shipped]
+    assert [(listed.name, listed.what, listed.description) for listed in own] == [
         ("near.scenario.yaml", "scenario", "Near."),
         ("near.yaml", "mission", ""),
         ("square", "mission", "Mine."),
         ("more/turns.yaml", "mission", "Turns."),
     ]
-    assert [one.name for one in list_files("missions")].count("square") == 1
-    assert [one.name for one in list_files("worlds") if not one.is_shipped] == ["hall.yaml"]
+    assert [file.name for file in list_files("missions")].count("square") == 1
+    assert [file.name for file in list_files("worlds") if not file.is_shipped] == ["hall.yaml"]
 
 
 def test_a_file_that_cannot_be_read_is_listed_as_such() -> None:
     """With the first fault in it, on one line."""
     write("missions/torn.yaml", "mission: torn\ntree: {wait: [\n")
-    (torn,) = (one for one in list_files("missions") if one.name == "torn")
+    (torn,) = (file for file in list_files("missions") if file.name == "torn")
     assert torn.description.startswith("cannot be read: line ")
 
 
@@ -94,9 +96,9 @@ def test_a_file_brings_those_that_it_names_by_path() -> None:
     write("own/t.yaml", "include: [t.yaml]\ntrees: {t: {python: 'leaves/own.py:Count'}}\n")
     write("own/leaves/own.py", "class Count: ...\n")
     write("own/hall.yaml", "name: hall\n")
-    found = {path.resolve() for path in files_of(main)}
+    files = {path.resolve() for path in files_of(main)}
     names = ("s/a.scenario.yaml", "m.yaml", "t.yaml", "leaves/own.py", "hall.yaml")
-    assert found == {(Path("own") / name).resolve() for name in names}
+    assert files == {(Path("own") / name).resolve() for name in names}
 
 
 def test_a_file_that_is_no_yaml_has_no_others() -> None:

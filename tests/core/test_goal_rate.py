@@ -17,9 +17,9 @@ def test_so_many_goals_are_accepted_in_the_window() -> None:
     """The next is refused with the reason, until one has left."""
     rate = GoalRate(10, most=3)
     assert [accepts(rate, second) for second in (0, 1, 2, 3, 9)] == [True] * 3 + [False] * 2
-    said = rate.refusal(9 * NS)
-    assert said is not None
-    assert said.startswith("3 goals were accepted within 10 s, which is the limit")
+    output = rate.refusal(9 * NS)
+    assert output is not None
+    assert output.startswith("3 goals were accepted within 10 s, which is the limit")
     assert [accepts(rate, second) for second in (10, 10, 11)] == [True, False, True]
 
 

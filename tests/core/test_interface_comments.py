@@ -40,14 +40,14 @@ def test_units_are_found_where_authors_write_them(comment: str, unit: str, text:
 
 def test_headings_do_not_belong_to_the_first_field() -> None:
     """A comment behind a field is about it; else the one above, and indented ones below."""
-    found = read_interface(
+    interface = read_interface(
         "# Turn on the spot,\n# by an angle.\n\n# Goal\nfloat32 angle  # deg, how far\n"
         "# which way\nint8 way 3\n"
         "float32 speed      # how fast,\n                   # at most\n"
         "---\n# about nothing\n\nstring said\nstring mark='#'  # a sign\n"
     )
-    assert found.text == "Turn on the spot, by an angle."
-    goal, result = found.sections
+    assert interface.text == "Turn on the spot, by an angle."
+    goal, result = interface.sections
     assert goal.remarks == {
         "angle": FieldComment("deg", "how far"),
         "way": FieldComment("", "which way"),
@@ -55,7 +55,7 @@ def test_headings_do_not_belong_to_the_first_field() -> None:
     }
     assert result.remarks == {"said": FieldComment()}
     assert result.constants == [NamedValue("string", "mark", "'#'", "a sign")]
-    assert found.section(7).remarks == {}
+    assert interface.section(7).remarks == {}
 
 
 def test_a_code_is_named_where_only_one_constant_can_be_meant() -> None:
@@ -73,10 +73,10 @@ def test_a_code_is_named_where_only_one_constant_can_be_meant() -> None:
 @pytest.mark.parametrize("path", sorted(ROOT.glob("interfaces/*/action/*.action")))
 def test_every_field_of_our_actions_has_a_remark(path: Path) -> None:
     """What is not read, nobody is shown."""
-    found = read_interface(path.read_text(encoding="utf-8"))
-    assert found.text
-    assert len(found.sections) == 3
-    for section in found.sections:
+    interface = read_interface(path.read_text(encoding="utf-8"))
+    assert interface.text
+    assert len(interface.sections) == 3
+    for section in interface.sections:
         assert section.remarks.keys() == section.types.keys()
         assert all(remark.text for remark in section.remarks.values())
 
@@ -89,6 +89,6 @@ def test_no_text_is_too_odd(text: str) -> None:
 
 def test_a_title_says_nothing() -> None:
     """Many files begin with one."""
-    found = read_interface("#goal definition\nint32 order\n---\n#result definition\nint32 x\n")
-    assert found.text == ""
-    assert found.sections[0].remarks == {"order": FieldComment()}
+    interface = read_interface("#goal definition\nint32 order\n---\n#result definition\nint32 x\n")
+    assert interface.text == ""
+    assert interface.sections[0].remarks == {"order": FieldComment()}

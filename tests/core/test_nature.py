@@ -27,28 +27,28 @@ def test_a_draw_follows_from_seed_and_name_alone():
     assert USUAL.drawn(3, "robot1")["start_x"] != drawn["start_x"]
 
 
-@pytest.mark.parametrize("one", QUANTITIES, ids=lambda one: one.name)
-def test_draws_have_the_shape_that_is_declared(one):
+@pytest.mark.parametrize("quantity", QUANTITIES, ids=lambda quantity: quantity.name)
+def test_draws_have_the_shape_that_is_declared(quantity):
     """A normal one has its standard deviation, another its ends; each fits its limits."""
-    values = [USUAL.drawn(seed)[one.name] for seed in range(300)]
-    assert all(one.least <= value <= one.most for value in values)
+    values = [USUAL.drawn(seed)[quantity.name] for seed in range(300)]
+    assert all(quantity.least <= value <= quantity.most for value in values)
     low, high = min(values), max(values)
-    match one.shape:
+    match quantity.shape:
         case "normal":
-            assert (low, high) == (-2 * one.usual, 2 * one.usual)
-            assert statistics.stdev(values) == pytest.approx(one.usual, rel=0.15)
+            assert (low, high) == (-2 * quantity.usual, 2 * quantity.usual)
+            assert statistics.stdev(values) == pytest.approx(quantity.usual, rel=0.15)
         case "up to":
-            assert 0 <= low < 0.1 * one.usual
-            assert 0.9 * one.usual < high <= one.usual
+            assert 0 <= low < 0.1 * quantity.usual
+            assert 0.9 * quantity.usual < high <= quantity.usual
         case "down to":
-            assert one.usual <= low < high <= 1
+            assert quantity.usual <= low < high <= 1
 
 
 def test_profiles_grow():
     """Harsh is at least as much as usual, usual as mild."""
-    for one in QUANTITIES:
-        order = [one.mild, one.usual, one.harsh]
-        assert order == sorted(order, reverse=one.shape == "down to")
+    for quantity in QUANTITIES:
+        order = [quantity.mild, quantity.usual, quantity.harsh]
+        assert order == sorted(order, reverse=quantity.shape == "down to")
 
 
 @pytest.mark.parametrize(

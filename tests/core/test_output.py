@@ -39,7 +39,7 @@ def full_after(size: int) -> Iterator[None]:
 
 def names_in(folder: Path) -> list[str]:
     """Everything in a folder, hidden files too."""
-    return sorted(one.name for one in folder.iterdir())
+    return sorted(path.name for path in folder.iterdir())
 
 
 def test_a_file_is_written_with_the_permissions_of_any_new_one(tmp_path: Path) -> None:

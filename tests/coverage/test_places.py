@@ -64,14 +64,14 @@ def test_a_leaf_is_halted_where_something_above_can_halt_it(tree, halted):
 
 def test_a_named_tree_is_halted_where_one_of_its_uses_is():
     """Through other trees, too; the place is in the tree, not at the use."""
-    found = there(
+    result = there(
         "  timeout: 5\n  do: {tree: outer}",
         "trees:\n  inner: {do: {turn: {angle: 1}}}\n  outer: {do: {tree: inner}}\n"
         "  other: {do: {spin: {target_yaw: 1}}}",
     )
-    assert "canceled by halt" in found["turn"].outcomes
-    assert found["turn"].tree == "inner"
-    assert "canceled by halt" not in found["spin"].outcomes
+    assert "canceled by halt" in result["turn"].outcomes
+    assert result["turn"].tree == "inner"
+    assert "canceled by halt" not in result["spin"].outcomes
 
 
 @pytest.mark.parametrize(
@@ -104,5 +104,5 @@ def test_only_what_can_happen_is_asked_for(tree, name, outcomes, branches):
 @pytest.mark.parametrize("path", MISSIONS, ids=lambda path: path.name)
 def test_no_two_nodes_stand_in_one_place(path):
     """So the place in the file can stand for the node; in XML, together with its kind."""
-    found = [(document.file, place.key) for document, _, place in places(load(path))]
-    assert len(set(found)) == len(found)
+    results = [(document.file, place.key) for document, _, place in places(load(path))]
+    assert len(set(results)) == len(results)

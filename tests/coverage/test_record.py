@@ -111,7 +111,9 @@ def place(line: int, runs: int = 0, **marks: int) -> CoveragePlace:
 
 def covered(*places: CoveragePlace, label: str = "a.yaml", mission: str = "a") -> CoveredFile:
     """A file with these nodes."""
-    return CoveredFile(label, {mission}, ("mission: a",), {one.key: one for one in places})
+    return CoveredFile(
+        label, {mission}, ("mission: a",), {covered.key: covered for covered in places}
+    )
 
 
 def test_what_several_have_seen_adds_up_by_place():
@@ -120,17 +122,17 @@ def test_what_several_have_seen_adds_up_by_place():
     tally.add("a", covered(place(3, 1, outcome_success=1, outcome_failure=0)))
     more = covered(place(3, 2, outcome_success=0, outcome_failure=2), place(4), mission="b")
     tally.add("a", more)
-    (found,) = tally.in_order()
-    assert found.missions == {"a", "b"}
-    assert [(one.line, one.runs) for one in found.in_order()] == [(3, 3), (4, 0)]
-    assert found.in_order()[0].outcomes == {"success": 1, "failure": 2}
+    (result,) = tally.in_order()
+    assert result.missions == {"a", "b"}
+    assert [(item.line, item.runs) for item in result.in_order()] == [(3, 3), (4, 0)]
+    assert result.in_order()[0].outcomes == {"success": 1, "failure": 2}
 
 
 def test_what_a_use_makes_possible_is_asked_for_everywhere():
     """A tree that can be halted in one mission only."""
-    found = covered(place(3, 1, outcome_succeeded=1))
-    found.add(covered(place(3, 0, **{"outcome_succeeded": 0, "outcome_canceled by halt": 0})))
-    assert found.in_order()[0].missing == ["canceled by halt"]
+    result = covered(place(3, 1, outcome_succeeded=1))
+    result.add(covered(place(3, 0, **{"outcome_succeeded": 0, "outcome_canceled by halt": 0})))
+    assert result.in_order()[0].missing == ["canceled by halt"]
 
 
 def test_the_score_counts_nodes_outcomes_and_branches():
@@ -161,8 +163,8 @@ def test_texts_of_one_name_are_numbered():
     tally.add("t 9", covered(place(3), label="t"))
     tally.add("t 1", covered(place(4), label="t"))
     tally.add("b", covered(label="b"))
-    assert [one.label for one in tally.in_order()] == ["b", "t (1)", "t (2)"]
-    assert [one.label for one in tally.in_order()] == ["b", "t (1)", "t (2)"]
+    assert [item.label for item in tally.in_order()] == ["b", "t (1)", "t (2)"]
+    assert [item.label for item in tally.in_order()] == ["b", "t (1)", "t (2)"]
 
 
 def test_the_report_for_programs():

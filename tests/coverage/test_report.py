@@ -11,7 +11,7 @@ MANY = {"succeeded": 1, "aborted": 0, "rejected": 0, "server lost": 0, "no answe
 
 def place(line: int, depth: int, name: str, runs: int, tree: str = "", **marks) -> CoveragePlace:
     """A node in a line of its own; outcomes and branches by name."""
-    counts = {f"{what} {one}": n for what, part in marks.items() for one, n in part.items()}
+    counts = {f"{what} {first}": n for what, part in marks.items() for first, n in part.items()}
     path = ".".join("0" * (depth + 1))
     return CoveragePlace(tree, path, name, "x", line, 1, {"reached": runs, **counts})
 
@@ -30,7 +30,12 @@ def tally() -> CoverageTally:
     ]
     source = tuple(f"- line {number} <&>" for number in range(1, 12))
     made = CoverageTally()
-    made.add("a", CoveredFile("a.yaml", {"a"}, source, {one.key: one for one in places}))
+    made.add(
+        "a",
+        CoveredFile(
+            "a.yaml", {"a"}, source, {covered_place.key: covered_place for covered_place in places}
+        ),
+    )
     return made
 
 

@@ -24,11 +24,11 @@ class Seen:
     @property
     def reached(self) -> list[str]:
         """Names of the nodes, in the order of the file."""
-        return [one.name for one in self._places.values() if one.runs]
+        return [place.name for place in self._places.values() if place.runs]
 
     def of(self, name: str) -> set[str]:
         """What came of a node, and which way it went."""
-        (place,) = (one for one in self._places.values() if one.name == name)
+        (place,) = (known for known in self._places.values() if known.name == name)
         return {which for which, runs in (place.outcomes | place.branches).items() if runs}
 
 

@@ -32,13 +32,13 @@ def test_the_page_names_the_public_packages():
 
 def imports(text: str) -> list[str]:
     """The names of ours that a piece of Python imports."""
-    found = []
+    results = []
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
-            found += [alias.name for alias in node.names]
+            results += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
-            found += [f"{node.module}.{alias.name}" for alias in node.names]
-    return [name for name in found if name.partition(".")[0] in OURS]
+            results += [f"{node.module}.{alias.name}" for alias in node.names]
+    return [name for name in results if name.partition(".")[0] in OURS]
 
 
 @pytest.mark.parametrize(

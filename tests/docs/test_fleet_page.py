@@ -20,8 +20,8 @@ FLEET = "fleets/two_wanderers.fleet.yaml"
 
 def blocks(language: str) -> list[str]:
     """The blocks of the page in a language."""
-    found = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
-    return [text for name, text in found if name == language]
+    matches = re.findall(r"^```(\w*)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+    return [text for name, text in matches if name == language]
 
 
 def test_the_file_is_the_shipped_one() -> None:
@@ -32,7 +32,7 @@ def test_the_file_is_the_shipped_one() -> None:
 
 def test_the_output_is_that_of_a_run(capsys: pytest.CaptureFixture[str]) -> None:
     """Apart from wall time."""
-    shown = next(one for one in blocks("") if one.startswith("two wanderers in"))
+    shown = next(block for block in blocks("") if block.startswith("two wanderers in"))
     first, last = shown.split("...\n")
     assert main(["run", FLEET, "--plain"]) == 0
     out = re.sub(r"in [\d.]+ s of wall time \([\d.]+ x", "in W (F x", capsys.readouterr().out)
@@ -46,7 +46,7 @@ def test_the_code_works(tmp_path: Path) -> None:
     test, steps = blocks("python")
     names: dict[str, Any] = {
         "tmp_path": tmp_path,
-        "distance": lambda one, other: math.dist(one[:2], other[:2]),
+        "distance": lambda pose, other: math.dist(pose[:2], other[:2]),
     }
     exec(compile(test + "\ntest_they_keep_apart()\n", "fleet.md", "exec"), names)  # noqa: S102 - the page's own code
     exec(compile(steps, "fleet.md", "exec"), names)  # noqa: S102 - the page's own code

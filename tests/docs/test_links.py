@@ -25,10 +25,10 @@ def test_every_link_leads_somewhere(page):
         if "://" in target:
             continue
         file = (page.parent / path).resolve() if path else page
-        found = file.exists() and (
+        result = file.exists() and (
             not anchor or file.suffix != ".md" or anchor in anchors(file.read_text("utf-8"))
         )
-        if not found:
+        if not result:
             lost.append(target)
     assert lost == []
 

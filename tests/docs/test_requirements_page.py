@@ -34,7 +34,7 @@ def test_a_file_of_its_own_is_added(tmp_path: Path) -> None:
     file = tmp_path / "slow.yaml"
     file.write_text(_blocks("yaml-file")[0])
     mission = with_requirements(load(MISSION), [file])
-    assert [one.name for one in mission.requirements][-1] == "is slow"
+    assert [requirement.name for requirement in mission.requirements][-1] == "is slow"
     assert len(mission.requirements) == 6
 
 
@@ -43,11 +43,11 @@ def test_a_requirement_in_parts_is_one(form: str) -> None:
     """A mapping below a name, put into the mission of the page."""
     indented = "".join(f"  {line}\n" for line in form.splitlines())
     mission = load(re.sub(r"  keeps .*?(?=tree:)", lambda _: indented, MISSION, flags=re.DOTALL))
-    assert [one.on_violation for one in mission.requirements] != ["report"]
+    assert [requirement.on_violation for requirement in mission.requirements] != ["report"]
 
 
 @pytest.mark.parametrize(
-    "text", [line for one in _blocks("requirements") for line in one.splitlines()]
+    "text", [line for block in _blocks("requirements") for line in block.splitlines()]
 )
 def test_an_example_is_a_requirement(text: str) -> None:
     """It is parsed, and its types, units and windows fit."""

@@ -21,6 +21,6 @@ def test_the_examples_are_read(text: str) -> None:
 
 def test_faults_of_the_command_line_are_read() -> None:
     """Those behind `--fault`."""
-    found = re.findall(r"--fault '([^']*)'", TEXT)
-    assert len(found) >= 2
-    assert all(parse_fault(text) for text in found)
+    matches = re.findall(r"--fault '([^']*)'", TEXT)
+    assert len(matches) >= 2
+    assert all(parse_fault(text) for text in matches)

@@ -31,8 +31,8 @@ def test_the_right_page_is_among_the_first_three(
     manual: Manual, index: PageIndex, words: str
 ) -> None:
     """Of `bt-mission docs WORDS`."""
-    found = [manual.names[section.page].path for section in index.search(words.split())]
-    assert {*found[:3]} & {*QUESTIONS[words]}, found[:10]
+    results = [manual.names[section.page].path for section in index.search(words.split())]
+    assert {*results[:3]} & {*QUESTIONS[words]}, results[:10]
 
 
 def test_the_pages_of_all_questions_exist(manual: Manual) -> None:

@@ -93,7 +93,7 @@ def test_what_leads_nowhere_fails_the_build(source, tmp_path, capfd):
     (source / "docs" / "orphan.md").write_text("# Orphan\n\nNobody leads here.\n", encoding="utf-8")
     with pytest.raises(subprocess.CalledProcessError):
         build_site.build(source, tmp_path / "site" / "x", is_strict=True)
-    said = capfd.readouterr().err
+    output = capfd.readouterr().err
     for warning in (
         "docs/one.md:3: WARNING: 'myst' cross-reference target not found: 'two.md'",
         "docs/one.md:3: WARNING: local id not found in doc 'README': 'gone'",
@@ -101,7 +101,7 @@ def test_what_leads_nowhere_fails_the_build(source, tmp_path, capfd):
         "docs/one.md:3: WARNING: image file not readable: docs/gone.png",
         "docs/orphan.md: WARNING: document isn't included in any toctree",
     ):
-        assert warning in said
+        assert warning in output
 
 
 def test_every_page_is_in_the_navigation():

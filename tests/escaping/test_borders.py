@@ -57,7 +57,10 @@ def dotted_names(text: str) -> Iterator[str]:
         if isinstance(node, ast.Import):
             bound |= {alias.asname: alias.name for alias in node.names if alias.asname}
         elif isinstance(node, ast.ImportFrom) and node.module:
-            bound |= {one.asname or one.name: f"{node.module}.{one.name}" for one in node.names}
+            bound |= {
+                imported.asname or imported.name: f"{node.module}.{imported.name}"
+                for imported in node.names
+            }
     for node in ast.walk(tree):
         if isinstance(node, ast.Attribute):
             first, dot, rest = ast.unparse(node).partition(".")
@@ -67,13 +70,13 @@ def dotted_names(text: str) -> Iterator[str]:
 
 def strays(module: str, text: str) -> list[str]:
     """Name what a module uses past the borders."""
-    found = []
+    results = []
     for name in set(dotted_names(text)):
         for border, owner in BORDERS.items():
             is_it = name.endswith(border[1:]) if border[0] == "*" else name.startswith(border)
             if is_it and module != owner and not (border in name and module in TYPES_ONLY):
-                found.append(f"{module}: {name}; use {owner or 'print'}")
-    return found
+                results.append(f"{module}: {name}; use {owner or 'print'}")
+    return results
 
 
 def test_text_goes_out_through_the_borders_only():

@@ -105,7 +105,7 @@ def shown_events(type_name: str, view: str) -> str:
         fill(about.part(part).cls()) for part in ("goal", "result", "feedback")
     )
     shower = goal_view_for(stream, about, goal, json=view == "json", plain=False)
-    shower_events = [one for one in events(goal, result, feedback) if _is_whole(one)]
+    shower_events = [shown for shown in events(goal, result, feedback) if _is_whole(shown)]
     for event in shower_events:
         shower.show(event)
     shower.close()
@@ -162,8 +162,8 @@ def hostile_interface() -> InterfaceDescription:
     known = describe_interface("bt_mission_interfaces/action/Turn")
     comment = HOSTILE.replace("\n", " ").replace("\r", " ")
     text = f"# {comment}\nfloat32 angle # {comment}\nuint16 A=1 # {comment}\nstring B={comment}\n"
-    said = read_interface(text)
-    parts = tuple(InterfacePart(one.name, one.cls, said.section(0)) for one in known.parts)
+    interface = read_interface(text)
+    parts = tuple(InterfacePart(part.name, part.cls, interface.section(0)) for part in known.parts)
     return InterfaceDescription(HOSTILE, HOSTILE, parts)
 
 
@@ -203,7 +203,7 @@ def form_of(text: str) -> str:
                 if _is_whole(event) and not isinstance(event, goal_events.FeedbackReceived):
                     form.show(event)
                     await pilot.pause()
-                    rows += [one.text for one in form.screen._compositor.render_strips()]
+                    rows += [strip.text for strip in form.screen._compositor.render_strips()]
         return rows
 
     return "\n".join(asyncio.run(scene()))

@@ -77,7 +77,7 @@ def heads() -> Iterator[dict[str, Any]]:
 
 
 WITHOUT_HOLES = HOSTILE.replace("$", "")
-FOR_XML = "".join(one for one in HOSTILE if one >= " " or one in "\t\r\n")
+FOR_XML = "".join(character for character in HOSTILE if character >= " " or character in "\t\r\n")
 """Inputs with the rest have no counterpart in XML."""
 
 SOUND = {
@@ -132,10 +132,10 @@ def said_of(mission: dict[str, Any]) -> str:
     """What `check` says of a mission, and, where it is sound, all that is made of it."""
     path = Path("m.yaml")
     path.write_text(yaml_of(mission), encoding="utf-8")
-    found, faults = examine(path)
-    if found is None:
+    diagnostics, faults = examine(path)
+    if diagnostics is None:
         return str(InputError(faults))
-    root, title = drawn(found), heading(found)
+    root, title = drawn(diagnostics), heading(diagnostics)
     written = [*map(str, faults), title, *map(str, outline(root)), dot(root, title)]
     written += [svg(scene(root, title))]
     return "\n".join(written)
@@ -145,17 +145,17 @@ def said_of(mission: dict[str, Any]) -> str:
 def test_nodes(kind, tmp_path, monkeypatch):
     """What is said of each key of each kind of node; what is accepted is drawn, too."""
     monkeypatch.chdir(tmp_path)
-    said = [said_of({"mission": "m", "tree": node}) for node in holders(kind)]
-    assert any(MARK in one for one in said)
-    assert leaks("\n".join(said)) == []
+    lines = [said_of({"mission": "m", "tree": node}) for node in holders(kind)]
+    assert any(MARK in line for line in lines)
+    assert leaks("\n".join(lines)) == []
 
 
 def test_keys_beside_the_tree(tmp_path, monkeypatch):
     """Name, description, inputs, trees, includes, world and robot."""
     monkeypatch.chdir(tmp_path)
-    said = [said_of(mission) for mission in heads()]
-    assert sum(MARK in one for one in said) > 20
-    assert leaks("\n".join(said)) == []
+    lines = [said_of(mission) for mission in heads()]
+    assert sum(MARK in line for line in lines) > 20
+    assert leaks("\n".join(lines)) == []
 
 
 @pytest.mark.parametrize("attack", ATTACKS.values(), ids=ATTACKS)
@@ -214,11 +214,11 @@ def test_the_way_to_xml_and_back(run):
 
 def test_the_picture(run, monkeypatch):
     """What is drawn as letters is escaped."""
-    found: list[str] = []
-    monkeypatch.setattr(ImageDraw.ImageDraw, "text", lambda *given, **_: found.append(given[2]))
+    results: list[str] = []
+    monkeypatch.setattr(ImageDraw.ImageDraw, "text", lambda *given, **_: results.append(given[2]))
     run("tree", "-o", "tree.png")
-    assert any(MARK in text for text in found)
-    assert leaks("".join(found)) == []
+    assert any(MARK in text for text in results)
+    assert leaks("".join(results)) == []
 
 
 @pytest.mark.parametrize("form", [form for form in FORMS if "check" not in form])

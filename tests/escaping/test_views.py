@@ -73,7 +73,7 @@ def told(text: str = HOSTILE) -> Iterator[Any]:
 def watched(text: str = HOSTILE) -> tuple[MissionState, list[Any]]:
     """A mission that was told of, and what has happened in it."""
     feed = MissionFeed(MissionState())
-    return feed.mission, [one for batch in told(text) for one in feed.take(batch)]
+    return feed.mission, [happened for batch in told(text) for happened in feed.take(batch)]
 
 
 @pytest.mark.parametrize("marks", [SIGNS, ASCII_SIGNS], ids=["utf-8", "ascii"])
@@ -82,7 +82,7 @@ def test_a_watched_mission_in_lines(marks, width):
     """The tree once, and a line for each thing that happens."""
     mission, events = watched()
     lines = list(whole_tree(mission, marks, width))
-    lines += [log_line(entry, 0, marks) for one in events if (entry := mission.entry_of(one))]
+    lines += [log_line(entry, 0, marks) for event in events if (entry := mission.entry_of(event))]
     assert len(lines) > 4
     assert all(MARK in line for line in lines if line != "requirements")
     assert leaks("\n".join(lines)) == []
@@ -92,7 +92,7 @@ def test_a_watched_mission_in_json():
     """Plain ASCII, with every text as it came."""
     mission, events = watched()
     assert mission.tree is not None
-    lines = [json_line(one, mission.tree.nodes) for one in events]
+    lines = [json_line(event, mission.tree.nodes) for event in events]
     assert leaks("\n".join(lines)) == []
     assert HOSTILE in {json.loads(line).get("text") for line in lines}
 
@@ -134,8 +134,8 @@ def screens() -> str:
 def test_a_watched_mission_on_a_full_screen():
     """The tree and every panel, and the dialog of executives."""
     shown = screens()
-    for said in ("MARK", "[reverse]m[/]", "x1b]52;c;A", "executives"):
-        assert said in shown
+    for output in ("MARK", "[reverse]m[/]", "x1b]52;c;A", "executives"):
+        assert output in shown
     assert leaks(shown) == []
 
 
@@ -146,22 +146,22 @@ class Runs:
     """A mission that runs, whose every name and message is hostile."""
 
     def __init__(self, play: Any) -> None:
-        self.story = play("  sequence: [{log: a}, {check: 1 > 2}, {wait: 1}]\n")
-        for node in self.story.root.iterate():
+        self.played = play("  sequence: [{log: a}, {check: 1 > 2}, {wait: 1}]\n")
+        for node in self.played.root.iterate():
             node.name = HOSTILE
-        self.story.tick(2)
-        for node in self.story.root.iterate():
+        self.played.tick(2)
+        for node in self.played.root.iterate():
             node.feedback_message = HOSTILE
         about = dict.fromkeys(("name", "world", "robot", "seed"), HOSTILE)
-        self.session = PlayedSession(self.story.executive, now_ns=1, **about)
+        self.session = PlayedSession(self.played.executive, now_ns=1, **about)
         self.session.world = HOSTILE
 
     def plain(self) -> str:
         stream = io.StringIO()
         view = PlainView(stream)
         view.open(self.session)
-        lines = PlainLines(stream, self.story.executive, lambda: 0, lambda: 0)
-        for index in range(len(self.story.executive.nodes)):
+        lines = PlainLines(stream, self.played.executive, lambda: 0, lambda: 0)
+        for index in range(len(self.played.executive.nodes)):
             lines.on_change(NodeChanged(1, index, Status.FAILURE, HOSTILE))
         self.session.say(view, HOSTILE)
         return stream.getvalue()
@@ -175,7 +175,7 @@ class Runs:
         self.session.say(view, HOSTILE)
         view.refresh()
         view.close()
-        console.print(LiveTree(console, self.story.executive, lambda: HOSTILE).render())
+        console.print(LiveTree(console, self.played.executive, lambda: HOSTILE).render())
         console.print(coloured(HOSTILE))
         return stream.getvalue()
 
@@ -203,9 +203,9 @@ def hostile_run() -> RecordedRun:
     """A recorded run whose every text is hostile."""
     run = filled(RecordedRun)
     grid = replace(run.grid, cells=np.zeros((1, 1), np.int8))
-    scans = tuple(replace(one, points=np.zeros((1, 2))) for one in run.scans)
-    goals = tuple(replace(one, status="aborted") for one in run.goals)  # one of a closed list
-    spans = tuple(tuple(replace(one, status="failure") for one in each) for each in run.spans)
+    scans = tuple(replace(scan, points=np.zeros((1, 2))) for scan in run.scans)
+    goals = tuple(replace(goal, status="aborted") for goal in run.goals)  # one of a closed list
+    spans = tuple(tuple(replace(span, status="failure") for span in each) for each in run.spans)
     return replace(run, grid=grid, scans=scans, goals=goals, spans=spans)
 
 
@@ -253,15 +253,15 @@ def test_the_page_of_coverage():
 @pytest.fixture
 def drawn_texts(monkeypatch) -> list[str]:
     """Every text that is drawn into a picture."""
-    found: list[str] = []
+    results: list[str] = []
     draw = ImageDraw.ImageDraw.text
 
     def kept(self: Any, at: Any, text: str, *rest: Any, **options: Any) -> None:
-        found.append(text)
+        results.append(text)
         draw(self, at, text, *rest, **options)
 
     monkeypatch.setattr(ImageDraw.ImageDraw, "text", kept)
-    return found
+    return results
 
 
 def test_the_panel_of_a_film(drawn_texts):
@@ -289,7 +289,7 @@ def traces(folder: Any) -> tuple[str, str]:
     for name in ("a", "b"):
         path = folder / name
         lines = [{"trace_version": VERSION}, *events]
-        path.write_text("".join(f"{json.dumps(one)}\n" for one in lines), encoding="utf-8")
+        path.write_text("".join(f"{json.dumps(line)}\n" for line in lines), encoding="utf-8")
         paths.append(str(path))
         events[0] = {**events[0], "mission": "other" + HOSTILE}
         events[4] = {**events[4], "text": "other" + HOSTILE}

@@ -20,38 +20,40 @@ ONE, TWO = ListedExecutive("/robot1/bt_mission"), ListedExecutive("/robot2/bt_mi
 
 def test_the_only_one_is_taken_when_it_comes():
     """And kept when another one comes."""
-    one, two = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
-    one.is_there = two.is_there = False
-    attachment = Attachment(ScriptedGraph(one, two), None)
+    first, second = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
+    first.is_there = second.is_there = False
+    attachment = Attachment(ScriptedGraph(first, second), None)
     assert attachment.look() == AttachmentChange(nobody(None, (), "a test"), is_nobody=True)
-    one.is_there = True
+    first.is_there = True
     assert attachment.look() == AttachmentChange(is_new=True)
-    two.is_there = True
+    second.is_there = True
     assert attachment.look() == AttachmentChange()
-    assert attachment.source is one
+    assert attachment.source is first
 
 
 def test_of_several_the_user_chooses():
     """A name decides without a question."""
-    one, two = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
-    attachment = Attachment(ScriptedGraph(one, two), None)
+    first, second = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
+    attachment = Attachment(ScriptedGraph(first, second), None)
     assert attachment.look() == AttachmentChange(is_choice=True)
-    attachment.attach(two.name)
-    assert attachment.source is two
-    named = Attachment(ScriptedGraph(one, two), one.name)
+    attachment.attach(second.name)
+    assert attachment.source is second
+    named = Attachment(ScriptedGraph(first, second), first.name)
     assert named.look().is_new
-    assert named.source is one
+    assert named.source is first
 
 
 def test_another_version_is_left_and_waited_for():
     """Until the one that is installed here is back."""
-    one = ScriptedExecutive()
-    graph = ScriptedGraph(one)
+    executive = ScriptedExecutive()
+    graph = ScriptedGraph(executive)
     attachment = Attachment(graph, None)
     attachment.look()
-    graph.faults[one.name] = ListedExecutive(one.name, "of another version", is_foreign=True)
+    graph.faults[executive.name] = ListedExecutive(
+        executive.name, "of another version", is_foreign=True
+    )
     attachment.look()
-    assert (one.closed, attachment.source) == (True, None)
+    assert (executive.closed, attachment.source) == (True, None)
     assert attachment.look() == AttachmentChange("/bt_mission: of another version")
     graph.faults.clear()
     assert attachment.look() == AttachmentChange(is_new=True)
@@ -59,9 +61,9 @@ def test_another_version_is_left_and_waited_for():
 
 def test_two_of_one_name_are_taken_with_a_word():
     """Nothing better can be done from here."""
-    one = ScriptedExecutive()
-    graph = ScriptedGraph(one)
-    graph.faults[one.name] = ListedExecutive(one.name, "2 executives share this name")
+    executive = ScriptedExecutive()
+    graph = ScriptedGraph(executive)
+    graph.faults[executive.name] = ListedExecutive(executive.name, "2 executives share this name")
     assert Attachment(graph, None).look() == AttachmentChange(
         "2 executives share this name", is_new=True
     )

@@ -21,9 +21,9 @@ def lines() -> Any:
 
     def read(executive: ScriptedExecutive) -> list[dict[str, Any]]:
         return [
-            json.loads(json_line(one, mission.tree.nodes if mission.tree else ()))
+            json.loads(json_line(event, mission.tree.nodes if mission.tree else ()))
             for batch in executive.take(needs_statuses=feed.needs_statuses).messages
-            for one in feed.take(batch)
+            for event in feed.take(batch)
         ]
 
     return read
@@ -36,8 +36,8 @@ def test_each_object_says_what_it_is_and_when(lines: Any):
     executive.change(0.5, go="running")
     executive.say("here we go")
     executive.stand("paused", "paused on request")
-    found = lines(executive)
-    assert found[0] == {
+    result = lines(executive)
+    assert result[0] == {
         "event": "start",
         "t": S,
         "run": "run",
@@ -50,7 +50,7 @@ def test_each_object_says_what_it_is_and_when(lines: Any):
             {"name": "go", "kind": "ActionLeaf", "path": "0.0", "parent": 0},
         ],
     }
-    assert found[2:] == [
+    assert result[2:] == [
         {
             "event": "status",
             "t": 1_500_000_000,

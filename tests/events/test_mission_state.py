@@ -44,11 +44,11 @@ def test_changes_from_the_first_on_need_no_question():
     executive.change(explore="running", look_around="running")
     executive.change(2.5, look_around="success: canceled by condition")
     happened = [
-        one
+        event
         for message in executive.take(needs_statuses=False).messages
-        for one in feed.take(message)
+        for event in feed.take(message)
     ]
-    assert [type(one) for one in happened] == [
+    assert [type(event) for event in happened] == [
         RunStarted,
         StateChanged,
         NodeChanged,
@@ -65,10 +65,10 @@ def test_who_comes_late_asks_once_and_goes_on_from_there():
     """What the answer has taken into account is not applied a second time."""
     executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
     mission = feed.mission
-    found = executive.begin()
+    result = executive.begin()
     executive.change(explore="running", look_around="running")
     executive.forget()
-    feed.take(found)
+    feed.take(result)
     assert feed.sequence is None
     before = executive.statuses
     late = executive.change(1.0, look_around="success")
@@ -100,7 +100,9 @@ def test_a_gap_is_noticed_and_closed():
     executive.change(1.0, look_around="failure: aborted")
     happened = take_all(feed, executive)
     assert executive.asked == 1
-    assert [one.status for one in happened if isinstance(one, NodeChanged)] == [Status.FAILURE]
+    assert [event.status for event in happened if isinstance(event, NodeChanged)] == [
+        Status.FAILURE
+    ]
     assert mission.messages[1] == "aborted"
 
 
@@ -108,10 +110,10 @@ def test_the_tree_may_come_after_its_first_changes():
     """Topics have no order among each other."""
     executive, feed = ScriptedExecutive(), MissionFeed(MissionState())
     mission = feed.mission
-    found = executive.begin()
+    result = executive.begin()
     change = executive.change(explore="running")
     assert feed.take(change) == []
-    feed.take(found)
+    feed.take(result)
     assert named(mission)["explore"] == "running"
 
 
@@ -181,7 +183,7 @@ def test_goals_and_variables_happen_when_they_change():
     executive.detail(goals=(sent,), variables=(("legs", "6"),), goals_sent=1)
     executive.detail(goals=(sent,), variables=(("legs", "6"),), goals_sent=1)
     happened = take_all(feed, executive)
-    assert [one for one in happened if isinstance(one, GoalChanged | VariableChanged)] == [
+    assert [event for event in happened if isinstance(event, GoalChanged | VariableChanged)] == [
         sent,
         VariableChanged(S, "legs", "6"),
     ]
@@ -208,7 +210,7 @@ def test_requirements_may_come_before_the_tree():
     take_all(feed, executive)
     executive.begin("second")
     happened = take_all(feed, executive)
-    assert [one.name for one in happened if isinstance(one, RequirementChanged)] == [
+    assert [event.name for event in happened if isinstance(event, RequirementChanged)] == [
         "is slow",
         "keeps away",
     ]
@@ -216,7 +218,7 @@ def test_requirements_may_come_before_the_tree():
     (changed,) = take_all(feed, executive)
     assert isinstance(changed, RequirementChanged)
     assert (changed.name, changed.verdict, changed.margin) == ("is slow", "violated", -0.1)
-    assert [one.name for one in mission.violated] == ["is slow"]
+    assert [requirement.name for requirement in mission.violated] == ["is slow"]
 
 
 def test_a_reset_takes_back_how_a_node_has_ended_but_for_the_round():

@@ -32,7 +32,7 @@ def test_a_parent_that_comes_later_is_taken_for_the_root():
     nodes = [TreeNode(name="a", parent=0), TreeNode(name="b", parent=2), TreeNode(name="c")]
     (tree,) = reader.tree(Tree(nodes=nodes)).events
     assert isinstance(tree, events.RunStarted)
-    assert [one.parent for one in tree.nodes] == [0, 0, 0]
+    assert [node.parent for node in tree.nodes] == [0, 0, 0]
 
 
 def test_the_codes_of_statuses_are_those_of_the_interface():
@@ -40,7 +40,7 @@ def test_the_codes_of_statuses_are_those_of_the_interface():
     codes = [NodeStatus.INVALID, NodeStatus.RUNNING, NodeStatus.SUCCESS, NodeStatus.FAILURE, 77]
     message = StatusChanges(changes=[NodeStatus(node=i, status=c) for i, c in enumerate(codes)])
     changes = reader.changes(message).events
-    assert [one.status for one in changes if isinstance(one, events.NodeChanged)] == [
+    assert [change.status for change in changes if isinstance(change, events.NodeChanged)] == [
         Status.INVALID,
         Status.RUNNING,
         Status.SUCCESS,
@@ -84,13 +84,18 @@ def test_a_reset_follows_the_changes_of_its_tick():
 
 def test_frames_are_seen_from_above():
     """A quarter turn about the vertical axis; leading slashes of old names go."""
-    one = TransformStamped()
-    one.header.frame_id, one.child_frame_id = "/odom", "base_footprint"
-    one.transform.translation.x = 1.5
-    one.transform.rotation.z = one.transform.rotation.w = math.sqrt(0.5)
-    (found,) = reader.transforms(TFMessage(transforms=[one]))
-    assert (found.parent, found.child, found.x, found.y) == ("odom", "base_footprint", 1.5, 0.0)
-    assert math.isclose(found.yaw, math.pi / 2)
+    message = TransformStamped()
+    message.header.frame_id, message.child_frame_id = "/odom", "base_footprint"
+    message.transform.translation.x = 1.5
+    message.transform.rotation.z = message.transform.rotation.w = math.sqrt(0.5)
+    (transform,) = reader.transforms(TFMessage(transforms=[message]))
+    assert (transform.parent, transform.child, transform.x, transform.y) == (
+        "odom",
+        "base_footprint",
+        1.5,
+        0.0,
+    )
+    assert math.isclose(transform.yaw, math.pi / 2)
 
 
 def test_cells_of_a_map_are_signed_bytes():
@@ -111,11 +116,11 @@ def test_zones_are_discs_with_the_text_of_their_number():
     """What is no disc, or has no size or place, is left out; a colour that is none is black."""
 
     def marker(number: int, kind: int, x: float, diameter: float = 1.0, **more: str) -> Marker:
-        one = Marker(id=number, type=kind, color=ColorRGBA(r=1.0, g=0.5, b=math.nan), **more)
-        one.pose.position.x, one.scale.x = x, diameter
-        return one
+        made = Marker(id=number, type=kind, color=ColorRGBA(r=1.0, g=0.5, b=math.nan), **more)
+        made.pose.position.x, made.scale.x = x, diameter
+        return made
 
-    found = reader.zones(
+    result = reader.zones(
         MarkerArray(
             markers=[
                 marker(0, Marker.CYLINDER, 1.5),
@@ -127,7 +132,7 @@ def test_zones_are_discs_with_the_text_of_their_number():
             ]
         )
     )
-    assert found == messages.Zones(
+    assert result == messages.Zones(
         (
             messages.ZoneDisc("dock", 1.5, 0.0, 0.5, "#ff8000"),
             messages.ZoneDisc("", 2.0, 0.0, 1.5, "#ff8000"),
@@ -137,7 +142,7 @@ def test_zones_are_discs_with_the_text_of_their_number():
 
 def test_not_more_zones_are_kept_than_a_map_can_show():
     """Whatever a publisher sends."""
-    discs = [Marker(id=one, type=Marker.CYLINDER) for one in range(reader.MOST_ZONES + 1)]
-    for one in discs:
-        one.scale.x = 1.0
+    discs = [Marker(id=number, type=Marker.CYLINDER) for number in range(reader.MOST_ZONES + 1)]
+    for disc in discs:
+        disc.scale.x = 1.0
     assert len(reader.zones(MarkerArray(markers=discs)).zones) == reader.MOST_ZONES

@@ -19,19 +19,19 @@ TREE = """\
 """
 
 
-def report_of(story: Any, virtual_s: float) -> Any:
+def report_of(run: Any, virtual_s: float) -> Any:
     """The report of a mission that has ended after so many seconds."""
     mission = load(f"mission: test\ntree:\n{TREE}")
-    return report_on(mission, story.executive, Trace(), virtual_s, 1.0)
+    return report_on(mission, run.executive, Trace(), virtual_s, 1.0)
 
 
 def test_a_failure_is_named_by_the_path_to_it(play: Any) -> None:
     """In the report for programs and in the summary for people."""
-    story = play(TREE)
-    while not story.executive.is_done:
-        story.tick()
-        story.turn.reject()
-    report = report_of(story, 1.0)
+    run = play(TREE)
+    while not run.executive.is_done:
+        run.tick()
+        run.turn.reject()
+    report = report_of(run, 1.0)
     assert report.failure == FailurePath(
         nodes=("test", "retry", "fallback", "second way"),
         path="0.1.0.1",
@@ -47,38 +47,38 @@ def test_a_failure_is_named_by_the_path_to_it(play: Any) -> None:
 
 def test_the_summary_counts_in_words_that_fit(play: Any) -> None:
     """One goal is no goals."""
-    story = play("  turn: {angle: 90}\n")
-    story.tick()
-    story.turn.reject()
-    story.tick(2)
-    assert report_of(story, 1.0).as_text().splitlines()[-1] == "  1 goal sent, 0 orphaned"
+    run = play("  turn: {angle: 90}\n")
+    run.tick()
+    run.turn.reject()
+    run.tick(2)
+    assert report_of(run, 1.0).as_text().splitlines()[-1] == "  1 goal sent, 0 orphaned"
 
 
 def test_what_has_not_failed_has_no_path(play: Any) -> None:
     """Neither a success nor what was interrupted before any node had failed."""
-    story = play("  wait: 0.1\n")
-    story.tick(9)
-    assert report_of(story, 1.0).failure is None
-    story = play(TREE)
-    story.tick()
-    story.executive.interrupt("interrupted by Ctrl-C")
-    story.turn.reject()
-    story.tick(2)
-    report = report_of(story, 1.0)
+    run = play("  wait: 0.1\n")
+    run.tick(9)
+    assert report_of(run, 1.0).failure is None
+    run = play(TREE)
+    run.tick()
+    run.executive.interrupt("interrupted by Ctrl-C")
+    run.turn.reject()
+    run.tick(2)
+    report = report_of(run, 1.0)
     assert (report.status, report.failure) == ("interrupted", None)
     assert report.as_text().splitlines()[0] == "test: interrupted by Ctrl-C"
 
 
 def test_a_failure_that_was_caught_before_is_not_on_the_path(play: Any) -> None:
     """The first fallback went on, the second did not."""
-    story = play(
+    run = play(
         "  sequence:\n"
         "    - fallback:\n"
         "        - {turn: {angle: 90}, name: caught, timeout: 30}\n"
         "        - {log: went on}\n"
         "    - {turn: {angle: 90}, name: fatal, timeout: 30}\n"
     )
-    while not story.executive.is_done:
-        story.tick()
-        story.turn.reject()
-    assert report_of(story, 1.0).failure.nodes == ("test", "fatal")
+    while not run.executive.is_done:
+        run.tick()
+        run.turn.reject()
+    assert report_of(run, 1.0).failure.nodes == ("test", "fatal")

@@ -43,8 +43,8 @@ class Counted:
 
     @property
     def one(self) -> LeafSummary:
-        (one,) = self.tally.summaries()
-        return one
+        (summary,) = self.tally.summaries()
+        return summary
 
 
 def test_runs_are_added_up() -> None:
@@ -119,15 +119,15 @@ def test_a_run_tells_of_its_leaves(tmp_path: Path, capsys: pytest.CaptureFixture
     path.write_text(MISSION, encoding="utf-8")
     assert main(["run", str(path), "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
-    found: dict[str, Any] = {one["name"]: one for one in report["leaves"]}
-    assert list(found) == ["look left", "drive", "wait"]
-    assert found["look left"]["outcomes"] == {"succeeded": 1}
-    assert found["look left"]["distance_m"] < 0.02
-    assert found["drive"]["outcomes"] == {"canceled by halt": 1}
-    assert found["drive"]["running_s"] == 2.0
-    assert 0.2 < found["drive"]["distance_m"] < 0.4
-    assert found["wait"]["outcomes"] == {"success": 1}
-    assert found["wait"]["path"] == "0.1.1"
+    result: dict[str, Any] = {leaf["name"]: leaf for leaf in report["leaves"]}
+    assert list(result) == ["look left", "drive", "wait"]
+    assert result["look left"]["outcomes"] == {"succeeded": 1}
+    assert result["look left"]["distance_m"] < 0.02
+    assert result["drive"]["outcomes"] == {"canceled by halt": 1}
+    assert result["drive"]["running_s"] == 2.0
+    assert 0.2 < result["drive"]["distance_m"] < 0.4
+    assert result["wait"]["outcomes"] == {"success": 1}
+    assert result["wait"]["path"] == "0.1.1"
 
 
 def test_a_pipe_gets_the_short_summary(

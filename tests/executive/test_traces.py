@@ -170,11 +170,11 @@ def test_a_trace_that_ends_earlier_differs_there(path: Path, tmp_path: Path) -> 
     """Its end is told as one."""
     short = tmp_path / "b.jsonl"
     short.write_text("".join(path.read_text().splitlines(keepends=True)[:-1]))
-    found = first_difference(read_trace(path), read_trace(short))
-    assert found is not None
-    assert (found.number, found.second) == (5, None)
-    assert found.first == "    3.00 s  mission ended: success"
-    assert "> " + " " * 10 + "(the end)" in str(found)
+    difference = first_difference(read_trace(path), read_trace(short))
+    assert difference is not None
+    assert (difference.number, difference.second) == (5, None)
+    assert difference.first == "    3.00 s  mission ended: success"
+    assert "> " + " " * 10 + "(the end)" in str(difference)
 
 
 def test_runs_of_two_seeds_are_compared_in_what_followed(path: Path, tmp_path: Path) -> None:
@@ -185,9 +185,9 @@ def test_runs_of_two_seeds_are_compared_in_what_followed(path: Path, tmp_path: P
         "set up differently: seed: 1 in the first, 2 in the second\nall other 5 events are the same"
     )
     write(other, seed=2, goal="bb" * 16, x=9.0)
-    found = first_difference(read_trace(path), read_trace(other))
-    assert found is not None
-    assert (found.number, found.time_s) == (2, 2.0)
+    difference = first_difference(read_trace(path), read_trace(other))
+    assert difference is not None
+    assert (difference.number, difference.time_s) == (2, 2.0)
 
 
 def test_diff_on_the_command_line(path: Path, tmp_path: Path, capsys: Any) -> None:

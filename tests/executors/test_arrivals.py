@@ -32,16 +32,16 @@ def test_messages_are_counted_until_they_are_taken(rig: Any, arrivals: Arrivals)
     """Also those from before it was watched."""
     node = rig.node("a")
     publisher = node.create_publisher(Int64, "count", 10)
-    heard = node.create_subscription(Int64, "count", lambda _: None, 10)
+    subscription = node.create_subscription(Int64, "count", lambda _: None, 10)
     rig.clock.remove_node(node)
     publisher.publish(Int64(data=1))
-    assert arrivals.watch([heard]) == []
+    assert arrivals.watch([subscription]) == []
     publisher.publish(Int64(data=2))
-    (one,) = arrivals.waiting()
-    assert (one.entity, one.count) == (heard, 2)
-    one.count -= 1
-    assert [one.count for one in arrivals.waiting()] == [1]
-    one.count -= 1
+    (arrived,) = arrivals.waiting()
+    assert (arrived.entity, arrived.count) == (subscription, 2)
+    arrived.count -= 1
+    assert [arrived.count for arrived in arrivals.waiting()] == [1]
+    arrived.count -= 1
     assert arrivals.waiting() == []
 
 
@@ -53,23 +53,27 @@ def test_what_a_queue_has_dropped_is_not_waited_for(rig: Any) -> None:
     rig.clock.run_until_quiet()
     for number in range(3):
         publisher.publish(Int64(data=number))
-    (one,) = rig.clock.arrivals.waiting()
-    assert one.count == 3
+    (arrived,) = rig.clock.arrivals.waiting()
+    assert arrived.count == 3
     rig.clock.run_until_quiet()
-    assert one.count == 0
+    assert arrived.count == 0
     assert rig.clock.arrivals.waiting() == []
 
 
 def test_they_come_in_the_order_in_which_they_are_watched(rig: Any, arrivals: Arrivals) -> None:
     """Whatever arrived first."""
     node = rig.node("a")
-    heard = [node.create_subscription(Int64, name, lambda _: None, 10) for name in "xyz"]
+    messages = [node.create_subscription(Int64, name, lambda _: None, 10) for name in "xyz"]
     sent = [node.create_publisher(Int64, name, 10) for name in "xyz"]
     rig.clock.remove_node(node)
-    arrivals.watch([heard[2], heard[0], heard[1]])
+    arrivals.watch([messages[2], messages[0], messages[1]])
     for publisher in sent:
         publisher.publish(Int64())
-    assert [one.entity for one in arrivals.waiting()] == [heard[2], heard[0], heard[1]]
+    assert [arrived.entity for arrived in arrivals.waiting()] == [
+        messages[2],
+        messages[0],
+        messages[1],
+    ]
 
 
 @pytest.mark.parametrize("how", ["watched no more", "destroyed", "closed", "forgotten"])
@@ -81,12 +85,12 @@ def test_no_file_stays_open(rig: Any, how: str) -> None:
     before = open_files()
     arrivals: Arrivals | None = Arrivals()
     assert arrivals is not None
-    heard = node.create_subscription(Int64, "count", lambda _: None, 10)
+    subscription = node.create_subscription(Int64, "count", lambda _: None, 10)
     service = node.create_service(Trigger, "ask", lambda _, response: response)
-    arrivals.watch([heard, service])
+    arrivals.watch([subscription, service])
     assert open_files() == before + 3  # one more that asks them
     if how == "destroyed":
-        node.destroy_subscription(heard)
+        node.destroy_subscription(subscription)
     if how in ("watched no more", "destroyed"):
         arrivals.watch([service])
         assert open_files() == before + 2
@@ -109,9 +113,9 @@ def test_without_the_middlewares_help_a_wait_set_is_asked(
 ) -> None:
     """As where rcl has no such function."""
     monkeypatch.setattr(module, "_setter", lambda *_: None)
-    heard: list[int] = []
+    messages: list[int] = []
     a, b = rig.node("a"), rig.node("b")
-    b.create_subscription(Int64, "count", lambda message: heard.append(message.data), 10)
+    b.create_subscription(Int64, "count", lambda message: messages.append(message.data), 10)
     publisher = a.create_publisher(Int64, "count", 10)
 
     def answer(_: Any, response: Any) -> Any:
@@ -124,5 +128,5 @@ def test_without_the_middlewares_help_a_wait_set_is_asked(
     publisher.publish(Int64(data=7))
     answered = client.call_async(Trigger.Request())
     rig.clock.run_until_quiet()
-    assert heard == [7]
+    assert messages == [7]
     assert answered.done()

@@ -33,18 +33,18 @@ def test_nothing_to_serve_is_told_after_the_time_that_was_given(live: Live) -> N
 def test_a_message_from_another_context_ends_the_sleep(monkeypatch: pytest.MonkeyPatch) -> None:
     """As one from another process does: a thread of the middleware tells of it."""
     monkeypatch.setenv(RANGE, MACHINE)
-    heard: list[int] = []
+    messages: list[int] = []
     with ExitStack() as stack:
-        one, other = stack.enter_context(closing(Live())), stack.enter_context(closing(Live()))
-        one.node("a").create_subscription(
-            Int64, "count", lambda message: heard.append(value_of(message)), 10
+        first, other = stack.enter_context(closing(Live())), stack.enter_context(closing(Live()))
+        first.node("a").create_subscription(
+            Int64, "count", lambda message: messages.append(value_of(message)), 10
         )
         publisher = other.node("b").create_publisher(Int64, "count", 10)
         while not publisher.get_subscription_count():
-            one.executor.serve(0.01)
+            first.executor.serve(0.01)
         publisher.publish(Int64(data=3))
-        one.until(lambda: heard)
-    assert heard == [3]
+        first.until(lambda: messages)
+    assert messages == [3]
 
 
 def test_timers_of_the_wall_end_the_sleep(live: Live) -> None:
@@ -96,11 +96,13 @@ def test_a_flood_on_one_topic_holds_nobody_up(live: Live) -> None:
 
 def test_what_a_queue_has_dropped_is_not_looked_for(live: Live) -> None:
     """A thousand came, one is there: two rounds, and the executor sleeps again."""
-    heard: list[int] = []
+    messages: list[int] = []
     node = live.node("a")
     publisher = node.create_publisher(Int64, "count", 10)
     keep_one = QoSProfile(depth=1)
-    node.create_subscription(Int64, "count", lambda one: heard.append(value_of(one)), keep_one)
+    node.create_subscription(
+        Int64, "count", lambda message: messages.append(value_of(message)), keep_one
+    )
     while live.executor.serve(0.0):
         pass
     for number in range(1000):
@@ -108,7 +110,7 @@ def test_what_a_queue_has_dropped_is_not_looked_for(live: Live) -> None:
     rounds = 0
     while live.executor.serve(0.0):
         rounds += 1
-    assert (heard, rounds) == ([999], 2)
+    assert (messages, rounds) == ([999], 2)
 
 
 def test_a_future_ends_the_spin(live: Live) -> None:
@@ -124,7 +126,7 @@ def test_a_future_ends_the_spin(live: Live) -> None:
 
 def test_what_a_callback_raises_comes_out(live: Live) -> None:
     """And what came after it is served next."""
-    heard: list[int] = []
+    messages: list[int] = []
     node = live.node("a")
     publisher = node.create_publisher(Int64, "count", 10)
 
@@ -132,26 +134,28 @@ def test_what_a_callback_raises_comes_out(live: Live) -> None:
         raise ValueError("no")
 
     node.create_subscription(Int64, "count", fail, 10)
-    node.create_subscription(Int64, "count", lambda one: heard.append(value_of(one)), 10)
+    node.create_subscription(Int64, "count", lambda message: messages.append(value_of(message)), 10)
     publisher.publish(Int64(data=4))
     with pytest.raises(ValueError, match="no"):
-        live.until(lambda: heard)
-    live.until(lambda: heard)
-    assert heard == [4]
+        live.until(lambda: messages)
+    live.until(lambda: messages)
+    assert messages == [4]
 
 
 def test_events_of_discovery_are_served(live: Live) -> None:
     """Once each: a publisher whose messages cannot be taken is told of."""
-    told: list[int] = []
-    events = SubscriptionEventCallbacks(incompatible_qos=lambda one: told.append(count_of(one)))
+    reports: list[int] = []
+    events = SubscriptionEventCallbacks(
+        incompatible_qos=lambda event: reports.append(count_of(event))
+    )
     node = live.node("a")
     node.create_subscription(Int64, "count", lambda _: None, 10, event_callbacks=events)
     best = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
     node.create_publisher(Int64, "count", best)
-    live.until(lambda: told)
+    live.until(lambda: reports)
     while live.executor.serve(0.01):
         pass
-    assert told == [1]
+    assert reports == [1]
 
 
 def test_what_the_middleware_does_not_tell_of_is_asked_for(
@@ -159,42 +163,42 @@ def test_what_the_middleware_does_not_tell_of_is_asked_for(
 ) -> None:
     """Under one that has no such functions, all is."""
     monkeypatch.setattr(Arrivals, "_link", lambda *_: None)
-    heard: list[int] = []
+    messages: list[int] = []
     node = live.node("a")
     publisher = node.create_publisher(Int64, "count", 10)
-    node.create_subscription(Int64, "count", lambda one: heard.append(value_of(one)), 10)
+    node.create_subscription(Int64, "count", lambda message: messages.append(value_of(message)), 10)
     assert not live.executor.serve(0.0)
     publisher.publish(Int64(data=2))
-    live.until(lambda: heard)
-    assert heard == [2]
+    live.until(lambda: messages)
+    assert messages == [2]
 
 
 def test_files_that_others_need_are_left_to_them(
     live: Live, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whoever gets none is asked, and those that have one go on to be told of."""
-    heard: list[str] = []
+    messages: list[str] = []
     node = live.node("a")
     publisher = node.create_publisher(Int64, "count", 10)
-    node.create_subscription(Int64, "count", lambda _: heard.append("told"), 10)
+    node.create_subscription(Int64, "count", lambda _: messages.append("told"), 10)
     live.executor.serve(0.0)
     monkeypatch.setattr(module, "_most_files", lambda: 0)
-    node.create_subscription(Int64, "count", lambda _: heard.append("asked"), 10)
+    node.create_subscription(Int64, "count", lambda _: messages.append("asked"), 10)
     live.executor.serve(0.0)
     publisher.publish(Int64())
-    live.until(lambda: len(heard) == 2)
-    assert heard == ["told", "asked"]
+    live.until(lambda: len(messages) == 2)
+    assert messages == ["told", "asked"]
 
 
 def test_a_guard_condition_is_asked_for(live: Live) -> None:
     """Nothing tells of it."""
-    told: list[int] = []
+    reports: list[int] = []
     node = live.node("a")
-    guard = node.create_guard_condition(lambda: told.append(1))
+    guard = node.create_guard_condition(lambda: reports.append(1))
     assert not live.executor.serve(0.0)
     guard.trigger()
-    live.until(lambda: told)
-    assert told == [1]
+    live.until(lambda: reports)
+    assert reports == [1]
 
 
 def test_a_context_that_is_shut_down_ends_it(live: Live) -> None:

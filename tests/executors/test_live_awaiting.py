@@ -16,10 +16,10 @@ from tests.support.two_executors import loose
 def test_a_callback_that_awaits_costs_nothing(live: Live) -> None:
     """It has no turn before what it awaits is there, which ends the sleep."""
     gate: Future = Future()
-    told: list[int] = []
+    reports: list[int] = []
 
     async def wait() -> None:
-        told.append(await gate)
+        reports.append(await gate)
 
     live.executor.create_task(wait)
     assert not live.executor.serve(0.01)
@@ -27,8 +27,8 @@ def test_a_callback_that_awaits_costs_nothing(live: Live) -> None:
     assert not live.executor.serve(0.01)
     assert live.executor.callbacks_served == turns
     gate.set_result(7)
-    live.until(lambda: told)
-    assert told == [7]
+    live.until(lambda: reports)
+    assert reports == [7]
 
 
 def test_what_waits_for_a_held_group_keeps_nobody_up(
@@ -36,17 +36,17 @@ def test_what_waits_for_a_held_group_keeps_nobody_up(
 ) -> None:
     """A message and a timer of a node whose callback awaits are served when it has ended."""
     gate: Future = Future()
-    told: list[str] = []
+    reports: list[str] = []
     looks: list[None] = []
     node = live.node("a")
     publisher = node.create_publisher(Int64, "count", 10)
 
     async def wait(_: Int64) -> None:
         await gate
-        told.append("awaited")
+        reports.append("awaited")
 
     node.create_subscription(Int64, "count", loose(wait), 10)
-    node.create_subscription(Int64, "count", lambda _: told.append("message"), 10)
+    node.create_subscription(Int64, "count", lambda _: reports.append("message"), 10)
     is_well = live.context.ok
 
     def look() -> bool:
@@ -55,19 +55,19 @@ def test_what_waits_for_a_held_group_keeps_nobody_up(
 
     publisher.publish(Int64())
     assert live.executor.serve(LONG_S)
-    node.create_timer(0.001, lambda: told.append("timer"))
+    node.create_timer(0.001, lambda: reports.append("timer"))
     live.executor.serve(0.01)
     monkeypatch.setattr(live.context, "ok", look)
     assert not live.executor.serve(0.05)
-    assert (told, len(looks) < 10) == ([], True)
+    assert (reports, len(looks) < 10) == ([], True)
     gate.set_result(None)
-    live.until(lambda: len(set(told)) == 3)
-    assert told[0] == "awaited"
+    live.until(lambda: len(set(reports)) == 3)
+    assert reports[0] == "awaited"
 
 
 def test_a_callback_that_awaits_something_else_gets_its_turns(live: Live) -> None:
     """Nothing tells when it can go on."""
-    told: list[int] = []
+    reports: list[int] = []
 
     @coroutine
     def turn() -> Iterator[None]:
@@ -76,20 +76,20 @@ def test_a_callback_that_awaits_something_else_gets_its_turns(live: Live) -> Non
     async def take_turns() -> None:
         for number in range(3):
             await turn()
-            told.append(number)
+            reports.append(number)
 
     live.executor.create_task(take_turns)
-    live.until(lambda: len(told) == 3)
+    live.until(lambda: len(reports) == 3)
 
 
 def test_a_node_that_has_left_is_not_served(live: Live) -> None:
     """Nor waited for: a callback of it that awaits stays where it is, without keeping anyone up."""
     gate: Future = Future()
-    told: list[str] = []
+    reports: list[str] = []
 
     async def wait(_: Int64) -> None:
         await gate
-        told.append("went on")
+        reports.append("went on")
 
     node = live.node("a")
     publisher = live.node("b").create_publisher(Int64, "count", 10)
@@ -101,7 +101,7 @@ def test_a_node_that_has_left_is_not_served(live: Live) -> None:
     gate.set_result(1)
     while live.executor.serve(0.01):
         pass
-    assert told == []
+    assert reports == []
     live.executor.add_node(node)
-    live.until(lambda: told)
-    assert told == ["went on"]
+    live.until(lambda: reports)
+    assert reports == ["went on"]

@@ -22,16 +22,16 @@ S = 1_000_000_000
 @pytest.fixture
 def numbers(rig: Any) -> Any:
     """One node says 0, 1, 2, ... once a second from 2 s on; two hear it, and note when."""
-    rig.heard = {"a": [], "b": []}
+    rig.received = {"a": [], "b": []}
     sender = rig.node("sender")
     publisher = sender.create_publisher(Int32, "numbers", 10)
     count = iter(range(1000))
     sender.create_timer(1.0, lambda: publisher.publish(Int32(data=next(count))))
-    for name, heard in rig.heard.items():
+    for name, received in rig.received.items():
         node = rig.node(name)
 
-        def hear(message: Int32, node: Any = node, heard: list[Any] = heard) -> None:
-            heard.append((rig.now(node) / S, message.data))
+        def hear(message: Int32, node: Any = node, messages: list[Any] = received) -> None:
+            messages.append((rig.now(node) / S, message.data))
 
         node.create_subscription(Int32, "numbers", hear, 10)
     return rig
@@ -40,7 +40,7 @@ def numbers(rig: Any) -> Any:
 def test_without_a_tap_everything_arrives_at_once(numbers: Any) -> None:
     """The state that taps change."""
     numbers.steps_until(4 * S)
-    assert numbers.heard == {"a": [(2, 0), (3, 1), (4, 2)], "b": [(2, 0), (3, 1), (4, 2)]}
+    assert numbers.received == {"a": [(2, 0), (3, 1), (4, 2)], "b": [(2, 0), (3, 1), (4, 2)]}
 
 
 def test_a_tap_drops_delays_repeats_and_changes_for_one_receiver(numbers: Any) -> None:
@@ -59,8 +59,8 @@ def test_a_tap_drops_delays_repeats_and_changes_for_one_receiver(numbers: Any) -
 
     numbers.clock.taps.add("/numbers", Side.MESSAGE, tap)
     numbers.steps_until(5 * S)
-    assert numbers.heard["a"] == [(4, 2), (4, 2), (4.25, 1), (5, 99)]
-    assert numbers.heard["b"] == [(2, 0), (3, 1), (4, 2), (5, 3)]
+    assert numbers.received["a"] == [(4, 2), (4, 2), (4.25, 1), (5, 99)]
+    assert numbers.received["b"] == [(2, 0), (3, 1), (4, 2), (5, 3)]
 
 
 def test_taps_of_one_name_follow_each_other(numbers: Any) -> None:
@@ -80,7 +80,7 @@ def test_taps_of_one_name_follow_each_other(numbers: Any) -> None:
     remove()
     remove()
     numbers.steps_until(3 * S)
-    assert numbers.heard["a"] == [(2.5, 10), (3, 11)]
+    assert numbers.received["a"] == [(2.5, 10), (3, 11)]
     assert seen == [2.5, 2.5, 3, 3]
 
 
@@ -93,7 +93,7 @@ def test_what_is_delayed_beyond_the_life_of_its_receiver_is_lost(numbers: Any) -
     node = numbers.nodes[1]
     numbers.clock.remove_node(node)
     numbers.steps_until(4 * S)
-    assert numbers.heard == {"a": [], "b": [(3.5, 0)]}
+    assert numbers.received == {"a": [], "b": [(3.5, 0)]}
 
 
 def test_raw_subscriptions_are_tapped_too(numbers: Any) -> None:
@@ -110,7 +110,7 @@ def test_raw_subscriptions_are_tapped_too(numbers: Any) -> None:
     numbers.clock.taps.add("/numbers", Side.MESSAGE, tap)
     numbers.steps_until(4 * S)
     assert raw == [10, 20]
-    assert numbers.heard["a"] == [(3, 10), (4, 20)]
+    assert numbers.received["a"] == [(3, 10), (4, 20)]
 
 
 def test_a_gate_holds_back_until_it_is_opened(numbers: Any) -> None:
@@ -127,7 +127,7 @@ def test_a_gate_holds_back_until_it_is_opened(numbers: Any) -> None:
     numbers.clock.call_at(7 * S // 2, lambda: gate.open(15 * S // 4))
     numbers.clock.call_at(4 * S, lambda: gate.open(9 * S))
     numbers.steps_until(4 * S)
-    assert numbers.heard["a"] == [(3.75, 0), (3.75, 1), (4, 2)]
+    assert numbers.received["a"] == [(3.75, 0), (3.75, 1), (4, 2)]
     assert seen == [3.75] * 4 + [4] * 2
 
 
@@ -211,9 +211,9 @@ def test_feedback_of_an_action_is_tapped(rig: Any) -> None:
     """Lost, and of another goal: rclpy tells the goal's own callback."""
     server = ScriptedServer(rig.node("server"), "bt_mission_interfaces/action/Turn", "turn")
     client = ActionClient(rig.node("client"), Turn, "turn")
-    heard: list[float] = []
+    messages: list[float] = []
     sent = client.send_goal_async(
-        Turn.Goal(angle=9.0), feedback_callback=lambda m: heard.append(m.feedback.current_angle)
+        Turn.Goal(angle=9.0), feedback_callback=lambda m: messages.append(m.feedback.current_angle)
     )
     rig.clock.run_until_quiet()
     assert sent.done()
@@ -225,7 +225,7 @@ def test_feedback_of_an_action_is_tapped(rig: Any) -> None:
     for angle in (1.0, 2.0):
         server.goal.feed(current_angle=angle)
         rig.clock.run_until_quiet()
-    assert heard == [2.0]
+    assert messages == [2.0]
 
 
 def test_an_action_server_is_answered_for(rig: Any) -> None:

@@ -13,8 +13,8 @@ from bt_mission.faults.errors import ScenarioError
 def outcome(run: Any) -> tuple[float, str]:
     """When the turn ended, and how."""
     run.until(lambda s: s.leaf("turn").failed or s.leaf("turn").succeeded)
-    found = run.leaf("turn")
-    return found.since, found.outcome or found.status
+    result = run.leaf("turn")
+    return result.since, result.outcome or result.status
 
 
 @pytest.mark.parametrize(

@@ -20,8 +20,8 @@ def lives(run: Any) -> list[str]:
 def ends(run: Any, leaf: str = "turn") -> tuple[float, str]:
     """When a leaf ended, and how."""
     run.until(lambda s: s.leaf(leaf).failed or s.leaf(leaf).succeeded)
-    found = run.leaf(leaf)
-    return found.since, found.outcome or found.status
+    result = run.leaf(leaf)
+    return result.since, result.outcome or result.status
 
 
 def test_without_a_fault(turn: Any) -> None:
@@ -36,7 +36,7 @@ def test_goals_are_rejected(stage: Any, turn: Any) -> None:
     run = turn(timeout=5)
     run.do(stage.faults.reject_goals("turn", 1))
     assert ends(run) == (0.1, "rejected: /turn: its server gave no reason")
-    assert [one.ended_ns for one in run.faults] == [1_050_000_000]
+    assert [fault.ended_ns for fault in run.faults] == [1_050_000_000]
     run.until_done()
     assert (run.succeeded, run.now.yaw) == (True, pytest.approx(0, abs=1e-6))
 
@@ -113,13 +113,13 @@ def test_an_answer_after_the_halt(stage: Any) -> None:
 
 def test_an_answer_is_held_for_so_long_at_most(stage: Any, turn: Any) -> None:
     """And to the end of the fault."""
-    for at_most, lasting, heard in ((0.7, None, 0.75), (None, 0.4, 0.4)):
+    for at_most, lasting, received in ((0.7, None, 0.75), (None, 0.4, 0.4)):
         run = turn(timeout=5)
         run.do(stage.faults.answer_after_halt("turn", at_most=at_most, lasting=lasting))
         answers: list[float] = []
         run.do(heard_at(answers))
         assert ends(run) == (1.95, "success")
-        assert answers == [heard]
+        assert answers == [received]
 
 
 @pytest.mark.parametrize("after", [0.0, 0.1, 5.0])

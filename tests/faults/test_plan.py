@@ -34,7 +34,7 @@ def test_a_planned_fault_is_that_of_a_test(stage: Any) -> None:
     other, plan = planned(stage, "at 0.5: drop odom share 0.5 lasting 1")
     other.until_done()
     assert other.report.trace_sha256 == run.report.trace_sha256
-    assert [str(one) for one in plan.outcomes()] == [
+    assert [str(outcome) for outcome in plan.outcomes()] == [
         "at 0.5: drop odom share 0.5 lasting 1: from 0.50 s to 1.50 s"
     ]
 
@@ -77,11 +77,11 @@ def test_what_never_happens_says_why(stage: Any) -> None:
     """Past the end, or on a condition that never came true."""
     run, plan = planned(stage, "at 60: imu_dead", "when collisions > 0: imu_dead")
     end = run.until_done().virtual_s
-    assert [one.why for one in plan.outcomes()] == [
+    assert [outcome.why for outcome in plan.outcomes()] == [
         f"the mission ended at {end:.2f} s",
         f"its condition was not true by the end at {end:.2f} s",
     ]
-    assert all(one.began is None for one in plan.outcomes())
+    assert all(outcome.began is None for outcome in plan.outcomes())
 
 
 def test_names_that_are_not_there_are_found_before_the_start(stage: Any) -> None:
@@ -97,7 +97,7 @@ def test_names_that_are_not_there_are_found_before_the_start(stage: Any) -> None
         "at 1: kill_server /turn",
     )
     problems = list(plan.problems())
-    assert [(one.number, one.part, one.offset) for one in problems] == [
+    assert [(problem.number, problem.part, problem.offset) for problem in problems] == [
         (0, "scna", 0),
         (1, "trun", 0),
         (2, "nobody", 0),

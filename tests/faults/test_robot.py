@@ -43,8 +43,8 @@ def recorded(stage: Any, topic: str, fault: Any) -> Any:
 def outcome(run: Any) -> tuple[float, str]:
     """When the drive ended, and how."""
     run.until(lambda s: s.leaf("drive").failed or s.leaf("drive").succeeded)
-    found = run.leaf("drive")
-    return found.since, found.outcome or found.status
+    result = run.leaf("drive")
+    return result.since, result.outcome or result.status
 
 
 # ---- what they do ------------------------------------------------------------------------
@@ -129,7 +129,7 @@ def test_two_faults_of_one_figure(stage: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("mission", "make", "ended", "said"),
+    ("mission", "make", "ended", "output"),
     [
         (DRIVE, lambda f: f.lidar_dead(), 2.05, "no scan for 1 s: the last is 1.05 s old"),
         (DRIVE, lambda f: f.odometry_dead(), 2.05, "no odometry for 1 s: the last is 1.05 s old"),
@@ -142,14 +142,14 @@ def test_two_faults_of_one_figure(stage: Any) -> None:
     ],
 )
 def test_a_drive_ends_and_the_robot_stands(
-    stage: Any, mission: str, make: Any, ended: float, said: str
+    stage: Any, mission: str, make: Any, ended: float, output: str
 ) -> None:
     """Aborted with the reason, at that time; nothing was hit, no goal is left."""
     run = stage.run(mission)
     run.at(0.05 if mission is SWEEP else 1.0, make(stage.faults))
-    found = outcome(run)
-    assert found[0] == ended
-    assert said in found[1]
+    result = outcome(run)
+    assert result[0] == ended
+    assert output in result[1]
     run.until_done()
     assert run.check(f"whenever time >= {ended + 0.6}: abs(speed) < 0.01 and abs(turn_rate) < 0.02")
     assert run.now.collisions == 0

@@ -23,8 +23,8 @@ tree:
 def outcome(run: Any, leaf: str = "turn") -> tuple[float, str]:
     """When a leaf ended, and how."""
     run.until(lambda s: s.leaf(leaf).failed or s.leaf(leaf).succeeded)
-    found = run.leaf(leaf)
-    return found.since, found.outcome or found.status
+    result = run.leaf(leaf)
+    return result.since, result.outcome or result.status
 
 
 # ---- aborted goals -----------------------------------------------------------------------
@@ -201,20 +201,20 @@ def test_a_fault_may_name_an_action_that_the_mission_does_not_use(stage: Any) ->
 
 
 @pytest.mark.parametrize(
-    ("make", "ended", "said"),
+    ("make", "ended", "output"),
     [
         (lambda f: f.delay_service("reset_odometry", 0.4), 0.45, "odometry is (0, 0, 0) here"),
         (lambda f: f.ignore_service("reset_odometry"), 2.05, "no answer"),
         (lambda f: f.fail_service("reset_odometry", success=False, message="worn"), 0.1, "worn"),
     ],
 )
-def test_a_service(stage: Any, make: Any, ended: float, said: str) -> None:
+def test_a_service(stage: Any, make: Any, ended: float, output: str) -> None:
     """Late, never, and with an answer in its place."""
     run = stage.run(SERVICE)
     run.do(make(stage.faults))
-    found = outcome(run, "call")
-    assert found[0] == ended
-    assert said in found[1]
+    result = outcome(run, "call")
+    assert result[0] == ended
+    assert output in result[1]
 
 
 def test_services_and_fields_that_are_not_there(stage: Any) -> None:

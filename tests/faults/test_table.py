@@ -23,10 +23,10 @@ def test_a_row_says_what_it_is(kind: FaultKind) -> None:
     relative = {"left_radius", "right_radius", "separation"}
     assert kind.text.endswith(".")
     assert kind.area
-    for one in kind.parameters.values():
-        assert one.unit in ("", *UNITS)
-        if one.form in ("number", "integer", "numbers") and not one.unit:
-            assert one.name in bare | relative or kind.name == "camera_noise", one
+    for parameter in kind.parameters.values():
+        assert parameter.unit in ("", *UNITS)
+        if parameter.form in ("number", "integer", "numbers") and not parameter.unit:
+            assert parameter.name in bare | relative or kind.name == "camera_noise", parameter
 
 
 @KINDS
@@ -35,7 +35,7 @@ def test_a_row_is_a_method_of_the_fixture(kind: FaultKind) -> None:
     method = getattr(Faults(), kind.name)
     assert kind.name in dir(Faults())
     assert list(inspect.signature(method).parameters)[: len(kind.declared)] == [
-        one.name for one in kind.declared
+        parameter.name for parameter in kind.declared
     ]
     assert method.__doc__ == kind.text
 

@@ -142,15 +142,15 @@ def test_a_word_before_another_name_is_a_value() -> None:
 )
 def test_what_is_wrong_has_its_place(text: str, column: int, message: str) -> None:
     """And tells what to write instead."""
-    found, said = refusal(text)
-    assert message in said
-    assert found == column
+    result, output = refusal(text)
+    assert message in output
+    assert result == column
 
 
 def test_a_fault_of_python_is_told_apart_from_an_unknown_one() -> None:
     """What only Python can give, such as an exception, is no argument here."""
-    _, said = refusal('at 5: raise_in_leaf drive error="worn out"')
-    assert said.startswith("raise_in_leaf has no argument 'error' (known: leaf, method, on")
+    _, output = refusal('at 5: raise_in_leaf drive error="worn out"')
+    assert output.startswith("raise_in_leaf has no argument 'error' (known: leaf, method, on")
 
 
 # ---- there and back ----------------------------------------------------------------------
@@ -161,15 +161,17 @@ _TEXTS = st.text(
 _NUMBERS = st.floats(0.05, 1.0) | st.integers(1, 9)
 
 
-def _values(one: Parameter) -> st.SearchStrategy[Any]:
+def _values(parameter: Parameter) -> st.SearchStrategy[Any]:
     values: dict[str, st.SearchStrategy[Any]] = {
         "number": _NUMBERS,
         "integer": st.integers(2, 9),
         "flag": st.booleans(),
-        "text": st.sampled_from(one.choices) if one.choices else _TEXTS | st.just(one.name),
-        "numbers": st.tuples(*[_NUMBERS] * one.count),
+        "text": st.sampled_from(parameter.choices)
+        if parameter.choices
+        else _TEXTS | st.just(parameter.name),
+        "numbers": st.tuples(*[_NUMBERS] * parameter.count),
     }
-    return values[one.form]
+    return values[parameter.form]
 
 
 @st.composite
@@ -177,11 +179,11 @@ def planned_faults(draw: st.DrawFn) -> PlannedFault:
     """Any fault with any of its arguments, those included that it refuses."""
     kind = FAULTS[draw(st.sampled_from(sorted(FAULTS)))]
     arguments: dict[str, Value] = {}
-    for one in kind.parameters.values():
-        if one.is_required or draw(st.booleans()):
-            values = _values(one)
-            arguments[one.name] = draw(
-                st.lists(values, min_size=1, max_size=2).map(tuple) if one.repeats else values
+    for parameter in kind.parameters.values():
+        if parameter.is_required or draw(st.booleans()):
+            values = _values(parameter)
+            arguments[parameter.name] = draw(
+                st.lists(values, min_size=1, max_size=2).map(tuple) if parameter.repeats else values
             )
     beginnings: tuple[Beginning, ...] = (
         AtTime(1.5),
@@ -218,6 +220,6 @@ def test_what_is_written_of_a_fault_is_read_as_the_same(fault: PlannedFault) -> 
 )
 def test_a_long_delay_without_a_unit_is_doubted(text, doubts):
     """It looks as if it was in milliseconds."""
-    found = list(fault_in_text(text).doubts())
-    assert [one.message for one in found] == doubts
-    assert all(one.severity == "warning" for one in found)
+    results = list(fault_in_text(text).doubts())
+    assert [result.message for result in results] == doubts
+    assert all(result.severity == "warning" for result in results)

@@ -157,7 +157,7 @@ def test_faults_end_at_a_time_or_all_at_once(stage: Any) -> None:
     run.until_done()
     assert numbers(run.topic("odom").times) == [*range(10), *range(20, 30), *range(34, 42)]
     assert [t for t in run.topic("scan").times if 1.0 <= t < 1.7] == []
-    assert [one.ended_ns for one in run.faults] == [2e9, 2.7e9, 2.7e9]
+    assert [fault.ended_ns for fault in run.faults] == [2e9, 2.7e9, 2.7e9]
     run.do(blind.end, stage.faults.clear)
     assert len(run.faults) == 3
 

@@ -130,7 +130,7 @@ def test_the_nearest_free_place(stage: Any) -> None:
     for at in ((1.0, 0.0), (0.0, 0.0), (1.99, 0.0), (1.0, 0.0)):
         run.do(stage.spawn_box(at=at, nearest_free=True))
     run.until(lambda s: s.t >= 0.1)
-    free, robot, wall, box = (one.position for one in props(run))
+    free, robot, wall, box = (prop.position for prop in props(run))
     assert free == (1.0, 0.0)
     assert 0.15 < math.hypot(*robot) < 0.5
     assert 1.7 < wall[0] < 1.9

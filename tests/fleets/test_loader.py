@@ -42,14 +42,14 @@ def fleet(tmp_path: Path) -> Write:
 
 def faults_of(path: Path) -> list[tuple[int, int, str]]:
     """Give line, column and message of everything that is wrong."""
-    found, faults = examine_fleet(path)
-    assert found is None
-    return [(one.line, one.column, one.headline) for one in faults]
+    result, faults = examine_fleet(path)
+    assert result is None
+    return [(fault.line, fault.column, fault.headline) for fault in faults]
 
 
 def test_a_fleet_has_what_its_file_says(fleet: Write) -> None:
     """Missions and models are looked for beside it; what is not said is the world's."""
-    found = load_fleet(
+    result = load_fleet(
         fleet(
             "world: dqn_stage1\n"
             "seed: 5\n"
@@ -58,11 +58,11 @@ def test_a_fleet_has_what_its_file_says(fleet: Write) -> None:
             "  two: {mission: turns.yaml, robot: burger, seed: 9}\n"
         )
     )
-    assert (found.name, found.world.name, found.seed) == ("it", "dqn_stage1", 5)
-    one, two = found.robots
-    assert (one.name, one.x, one.y, one.yaw) == ("one", 1.0, 0.0, 90.0)
-    assert (one.mission.robot, one.mission.inputs["angle"]) == ("waffle", 45)
-    assert (two.name, two.x, two.mission.robot) == ("two", 0.0, "burger")
+    assert (result.name, result.world.name, result.seed) == ("it", "dqn_stage1", 5)
+    first, second = result.robots
+    assert (first.name, first.x, first.y, first.yaw) == ("one", 1.0, 0.0, 90.0)
+    assert (first.mission.robot, first.mission.inputs["angle"]) == ("waffle", 45)
+    assert (second.name, second.x, second.mission.robot) == ("two", 0.0, "burger")
 
 
 def test_seeds_of_missions_count_up_from_that_of_the_fleet(fleet: Write) -> None:
@@ -73,9 +73,9 @@ def test_seeds_of_missions_count_up_from_that_of_the_fleet(fleet: Write) -> None
         "  two: {mission: turns.yaml, start: {x: 1}, seed: 3}\n"
         "  three: {mission: turns.yaml, start: {x: -1}}\n"
     )
-    assert [one.mission.seed for one in load_fleet(path).robots] == [5, 3, 7]
+    assert [robot.mission.seed for robot in load_fleet(path).robots] == [5, 3, 7]
     changed = load_fleet(path, FleetChanges(seed=20))
-    assert (changed.seed, [one.mission.seed for one in changed.robots]) == (20, [20, 21, 22])
+    assert (changed.seed, [robot.mission.seed for robot in changed.robots]) == (20, [20, 21, 22])
 
 
 def test_the_world_is_that_of_the_first_mission_unless_named(fleet: Write) -> None:
@@ -91,13 +91,13 @@ def test_mission_and_world_can_stand_in_the_file(fleet: Write) -> None:
         "world: {name: hall, size: [6, 3]}\n"
         "robots:\n  one:\n    mission: {mission: waits, tree: {wait: 1}}\n"
     )
-    found = load_fleet(path)
-    assert (found.world.name, found.robots[0].mission.name) == ("hall", "waits")
+    result = load_fleet(path)
+    assert (result.world.name, result.robots[0].mission.name) == ("hall", "waits")
 
 
 def test_everything_that_is_wrong_is_told_at_once_with_its_place(fleet: Write) -> None:
     """Names that are unknown have a suggestion."""
-    found = faults_of(
+    faults = faults_of(
         fleet(
             "world: empty_aren\n"
             "robots:\n"
@@ -107,7 +107,7 @@ def test_everything_that_is_wrong_is_told_at_once_with_its_place(fleet: Write) -
             "  four: {mission: it.yaml}\n"
         )
     )
-    assert [(line, column) for line, column, _ in found] == [
+    assert [(line, column) for line, column, _ in faults] == [
         (2, 8),
         (4, 18),
         (5, 3),
@@ -115,7 +115,7 @@ def test_everything_that_is_wrong_is_told_at_once_with_its_place(fleet: Write) -
         (6, 39),
         (7, 19),
     ]
-    texts = [text for *_, text in found]
+    texts = [text for *_, text in faults]
     assert "did you mean 'empty_arena'?" in texts[0]
     assert "did you mean 'square'?" in texts[1]
     assert "expected a name of small letters, digits and '_'" in texts[2]
@@ -128,7 +128,7 @@ def test_an_error_of_a_mission_has_the_place_in_its_own_file(fleet: Write, tmp_p
     """As `check` of that file has it."""
     (tmp_path / "broken.yaml").write_text("mission: broken\ntree:\n  trn: 1\n", encoding="utf-8")
     _, faults = examine_fleet(fleet("robots: {one: {mission: broken.yaml}}\n"))
-    assert [(Path(one.file).name, one.line) for one in faults] == [("broken.yaml", 3)]
+    assert [(Path(fault.file).name, fault.line) for fault in faults] == [("broken.yaml", 3)]
 
 
 @pytest.mark.parametrize(
@@ -184,9 +184,9 @@ def test_a_robot_in_a_wall_is_refused(fleet: Write) -> None:
 def test_shipped_fleets_are_valid_and_fit_the_schema() -> None:
     """All that are shipped; the schema refuses what is no fleet."""
     schema = fleet_schema()
-    found = files.fleets()
-    assert found
-    for name in found:
+    results = files.fleets()
+    assert results
+    for name in results:
         path = files.find("missions", name)
         plan, faults = examine_fleet(path)
         assert (plan is not None, faults) == (True, ())
@@ -204,7 +204,7 @@ def test_the_kind_of_a_file_is_told_by_its_key(fleet: Write, tmp_path: Path) -> 
 def test_of_too_many_robots_none_is_looked_at(fleet: Write) -> None:
     """Each has a mission, which would be read: thousands would take minutes."""
     robots = "".join(f"  r{number}: {{mission: none}}\n" for number in range(17))
-    found = faults_of(fleet(f"robots:\n{robots}"))
-    ((line, column, message),) = found
+    faults = faults_of(fleet(f"robots:\n{robots}"))
+    ((line, column, message),) = faults
     assert (line, column) == (3, 3)
     assert message.endswith("error: expected 1 to 16 robots, got 17")

@@ -18,13 +18,13 @@ def test_the_shipped_fleet_succeeds_and_touches_nothing() -> None:
     path = files.find("missions", "fleets/two_wanderers.fleet.yaml")
     report = bt_mission.run_fleet(path)
     assert (report.status, report.is_violated) == ("success", False)
-    assert [(one.robot, one.mission.virtual_s) for one in report.robots] == [
+    assert [(robot.robot, robot.mission.virtual_s) for robot in report.robots] == [
         ("waffle1", 39.55),
         ("burger1", 22.0),
     ]
     assert (report.collisions_with_world, report.collisions_among_robots) == (0, 0)
     other = run_fleet(bt_mission.load_fleet(path), seed=3)
-    assert [one.mission.seed for one in other.robots] == [3, 4]
+    assert [robot.mission.seed for robot in other.robots] == [3, 4]
     assert other.robots[0].mission.trace_sha256 != report.robots[0].mission.trace_sha256
 
 
@@ -34,16 +34,16 @@ def still() -> FleetReport:
     path = files.find("missions", "fleets/two_wanderers.fleet.yaml")
     plan = bt_mission.load_fleet(path)
     idle = bt_mission.load("mission: idle\ntree: {wait: 0.1}\n")
-    robots = tuple(dataclasses.replace(one, mission=idle) for one in plan.robots)
+    robots = tuple(dataclasses.replace(robot, mission=idle) for robot in plan.robots)
     return run_fleet(dataclasses.replace(plan, robots=robots))
 
 
 def test_a_contact_of_two_robots_counts_once_and_apart(still: FleetReport) -> None:
     """Each robot has counted it; those with the world are what is left of its collisions."""
 
-    def touching(one: RobotReport, collisions: int, others: dict[str, int]) -> RobotReport:
-        mission = dataclasses.replace(one.mission, collisions=collisions)
-        return dataclasses.replace(one, mission=mission, collisions_with=others)
+    def touching(robot_report: RobotReport, collisions: int, others: dict[str, int]) -> RobotReport:
+        mission = dataclasses.replace(robot_report.mission, collisions=collisions)
+        return dataclasses.replace(robot_report, mission=mission, collisions_with=others)
 
     first, second = still.robots
     report = dataclasses.replace(
@@ -55,10 +55,10 @@ def test_a_contact_of_two_robots_counts_once_and_apart(still: FleetReport) -> No
     )
     assert (report.collisions_with_world, report.collisions_among_robots) == (1, 2)
     assert "  collisions: 1 with the world, 2 among robots" in str(report).splitlines()
-    told: list[dict[str, Any]] = report.as_dict()["robots"]
-    assert [one["collisions"] for one in told] == [3, 2]
-    assert [one["collisions_with_world"] for one in told] == [1, 0]
-    assert told[0]["collisions_with_robots"] == {"burger1": 2}
+    reports: list[dict[str, Any]] = report.as_dict()["robots"]
+    assert [robot["collisions"] for robot in reports] == [3, 2]
+    assert [item["collisions_with_world"] for item in reports] == [1, 0]
+    assert reports[0]["collisions_with_robots"] == {"burger1": 2}
 
 
 @pytest.mark.parametrize(
@@ -74,8 +74,8 @@ def test_the_status_is_that_of_the_worst_mission(
 ) -> None:
     """Success only where all have succeeded."""
     robots = tuple(
-        dataclasses.replace(one, mission=dataclasses.replace(one.mission, status=end))
-        for one, end in zip(still.robots, ends, strict=True)
+        dataclasses.replace(first, mission=dataclasses.replace(first.mission, status=end))
+        for first, end in zip(still.robots, ends, strict=True)
     )
     assert dataclasses.replace(still, robots=robots).status == status
 
@@ -86,11 +86,11 @@ def test_the_real_time_factor_of_a_robot_is_that_of_its_own_mission() -> None:
     plan = bt_mission.load_fleet(path)
     robots = tuple(
         dataclasses.replace(
-            one, mission=bt_mission.load(f"mission: waits\ntree: {{wait: {wait_s}}}\n")
+            left, mission=bt_mission.load(f"mission: waits\ntree: {{wait: {wait_s}}}\n")
         )
-        for one, wait_s in zip(plan.robots, (0.1, 60), strict=True)
+        for left, wait_s in zip(plan.robots, (0.1, 60), strict=True)
     )
     report = run_fleet(dataclasses.replace(plan, robots=robots))
-    first, second = (one.mission for one in report.robots)
+    first, second = (robot.mission for robot in report.robots)
     assert first.wall_s < second.wall_s / 2
     assert second.wall_s <= report.wall_s

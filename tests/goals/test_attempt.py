@@ -16,7 +16,7 @@ S = 1_000_000_000
 TICK = S // 20
 
 
-class Story:
+class Run:
     """An attempt, its ledger and a clock that a test moves."""
 
     def __init__(self, server: Any, condition: Any = None, **limits: Any) -> None:
@@ -47,264 +47,260 @@ class Story:
 
 
 @pytest.fixture
-def story(server: Any) -> Story:
+def run(server: Any) -> Run:
     """An attempt with the default limits."""
-    return Story(server)
+    return Run(server)
 
 
-def accepted(story: Story, server: Any) -> None:
-    """Bring a story to where its goal is active."""
-    story.tick()
+def accepted(run: Run, server: Any) -> None:
+    """Bring a run to where its goal is active."""
+    run.tick()
     server.accept()
-    story.tick()
+    run.tick()
 
 
 def test_a_goal_under_way_is_quiet_but_for_news_and_limits(server: Any) -> None:
     """Nothing is to be done in four ticks of five; what comes, or is due, is seen at once."""
-    story = Story(server, goal=1.0)
-    accepted(story, server)
-    quiet = [story.attempt.is_quiet(story.now + number * TICK) for number in range(1, 21)]
+    run = Run(server, goal=1.0)
+    accepted(run, server)
+    quiet = [run.attempt.is_quiet(run.now + number * TICK) for number in range(1, 21)]
     assert quiet == [True] * 4 + [False] * 16, "the server is looked for after 0.25 s"
     server.feed("feedback")
-    assert not story.attempt.is_quiet(story.now + TICK)
-    story.tick()
+    assert not run.attempt.is_quiet(run.now + TICK)
+    run.tick()
     for _ in range(18):
-        story.tick()
-    assert not story.attempt.is_quiet(story.now + TICK), "its limit"
-    story.tick()
+        run.tick()
+    assert not run.attempt.is_quiet(run.now + TICK), "its limit"
+    run.tick()
     server.cancel()
-    assert story.tick() is Outcome.CANCELED_BY_TIMEOUT
-    assert not story.attempt.is_quiet(story.now)
+    assert run.tick() is Outcome.CANCELED_BY_TIMEOUT
+    assert not run.attempt.is_quiet(run.now)
 
 
-def test_success(story: Story, server: Any) -> None:
+def test_success(run: Run, server: Any) -> None:
     """Sent, accepted, succeeded: the result comes with the ending and the ledger is empty."""
-    accepted(story, server)
+    accepted(run, server)
     assert server.requests == [{"angle": 90}]
     server.succeed("turned")
-    assert story.tick() is Outcome.SUCCEEDED
-    assert story.attempt.ending is not None
-    assert story.attempt.ending.result == "turned"
-    assert story.ledger.open_goals == ()
+    assert run.tick() is Outcome.SUCCEEDED
+    assert run.attempt.ending is not None
+    assert run.attempt.ending.result == "turned"
+    assert run.ledger.open_goals == ()
 
 
-def test_rejected(story: Story, server: Any) -> None:
+def test_rejected(run: Run, server: Any) -> None:
     """A rejection names the server, and says so where that gave no reason."""
-    story.tick()
+    run.tick()
     server.reject()
-    assert story.tick() is Outcome.REJECTED
-    assert story.reason == "/turn: its server gave no reason"
+    assert run.tick() is Outcome.REJECTED
+    assert run.reason == "/turn: its server gave no reason"
 
 
-def test_aborted_with_the_servers_own_words(story: Story, server: Any) -> None:
+def test_aborted_with_the_servers_own_words(run: Run, server: Any) -> None:
     """Code and message of the server's result stand in the reason: its status is read."""
-    accepted(story, server)
+    accepted(run, server)
     server.abort(SimpleNamespace(error_code=906, error_msg="blocked"))
-    assert story.tick() is Outcome.ABORTED
-    assert story.reason == "/turn: blocked (code 906)"
+    assert run.tick() is Outcome.ABORTED
+    assert run.reason == "/turn: blocked (code 906)"
 
 
-def test_no_server(story: Story, server: Any) -> None:
+def test_no_server(run: Run, server: Any) -> None:
     """Without a server the attempt ends after the server limit, to the tick."""
     server.ready = False
-    assert story.tick(4.999999999) is None
-    assert story.tick(0.000000001) is Outcome.NO_SERVER
-    assert story.reason == "/turn: no server after 5 s"
+    assert run.tick(4.999999999) is None
+    assert run.tick(0.000000001) is Outcome.NO_SERVER
+    assert run.reason == "/turn: no server after 5 s"
     assert server.goals == []
 
 
-def test_a_server_that_comes_late_still_gets_the_goal(story: Story, server: Any) -> None:
+def test_a_server_that_comes_late_still_gets_the_goal(run: Run, server: Any) -> None:
     """The wait ends when the server appears."""
     server.ready = False
-    story.tick(3)
+    run.tick(3)
     server.ready = True
-    story.tick()
+    run.tick()
     assert len(server.goals) == 1
 
 
-def test_no_answer_is_an_outcome_and_a_late_acceptance_is_cancelled(
-    story: Story, server: Any
-) -> None:
+def test_no_answer_is_an_outcome_and_a_late_acceptance_is_cancelled(run: Run, server: Any) -> None:
     """After the answer limit the leaf gives up and cancels; accepted later, it cancels again."""
-    story.tick()
-    assert story.tick(1.999999999) is None
-    assert story.tick(0.000000001) is Outcome.NO_ANSWER
+    run.tick()
+    assert run.tick(1.999999999) is None
+    assert run.tick(0.000000001) is Outcome.NO_ANSWER
     assert server.cancels == [server.goal]
     server.accept()
     assert server.cancels == [server.goal] * 2
     server.cancel()
-    story.tick()
-    assert story.ledger.open_goals == ()
+    run.tick()
+    assert run.ledger.open_goals == ()
 
 
-def test_a_goal_accepted_after_the_ledger_gave_up_is_cancelled_too(
-    story: Story, server: Any
-) -> None:
+def test_a_goal_accepted_after_the_ledger_gave_up_is_cancelled_too(run: Run, server: Any) -> None:
     """Even a goal that counts as left behind does not drive the robot when it comes alive."""
-    story.tick()
-    story.tick(2)
-    story.tick(3)
+    run.tick()
+    run.tick(2)
+    run.tick(3)
     assert server.goal.phase is Phase.LOST
-    assert len(story.ledger.describe_left_behind()) == 1
+    assert len(run.ledger.describe_left_behind()) == 1
     asked = len(server.cancels)
     server.accept()
     assert len(server.cancels) == asked + 1
     server.cancel()
-    story.tick()
-    assert story.ledger.describe_left_behind() == ()
+    run.tick()
+    assert run.ledger.describe_left_behind() == ()
 
 
 def test_timeout(server: Any) -> None:
     """The goal limit counts from acceptance; the leaf stays until the cancel is confirmed."""
-    story = Story(server, goal=30)
-    accepted(story, server)
-    assert story.tick(29.999999999) is None
+    run = Run(server, goal=30)
+    accepted(run, server)
+    assert run.tick(29.999999999) is None
     assert server.cancels == []
-    assert story.tick(0.000000001) is None
+    assert run.tick(0.000000001) is None
     assert server.cancels == [server.goal]
     server.cancel("partial")
-    assert story.tick() is Outcome.CANCELED_BY_TIMEOUT
-    assert story.reason == "not done within 30 s"
-    assert story.attempt.ending is not None
-    assert story.attempt.ending.result == "partial"
+    assert run.tick() is Outcome.CANCELED_BY_TIMEOUT
+    assert run.reason == "not done within 30 s"
+    assert run.attempt.ending is not None
+    assert run.attempt.ending.result == "partial"
 
 
 def test_a_result_that_arrives_with_the_deadline_wins(server: Any) -> None:
     """Result first, then the condition, then the limits."""
-    story = Story(server, goal=30)
-    accepted(story, server)
+    run = Run(server, goal=30)
+    accepted(run, server)
     server.succeed()
-    assert story.tick(30) is Outcome.SUCCEEDED
+    assert run.tick(30) is Outcome.SUCCEEDED
     assert server.cancels == []
 
 
 def test_condition_on_feedback(server: Any) -> None:
     """The first feedback that meets the condition cancels, though a later one does not meet it."""
-    story = Story(server, condition=lambda f: "over 2 m" if f > 2 else None)
-    accepted(story, server)
+    run = Run(server, condition=lambda f: "over 2 m" if f > 2 else None)
+    accepted(run, server)
     server.feed(1.9)
-    story.tick()
+    run.tick()
     assert server.cancels == []
     server.feed(2.1)
     server.feed(0.0)
-    story.tick()
+    run.tick()
     assert server.cancels == [server.goal]
     server.feed(2.2)
-    story.tick()
+    run.tick()
     assert len(server.cancels) == 1
     server.cancel()
-    assert story.tick() is Outcome.CANCELED_BY_CONDITION
-    assert story.reason == "over 2 m"
+    assert run.tick() is Outcome.CANCELED_BY_CONDITION
+    assert run.reason == "over 2 m"
 
 
 def test_success_in_the_race_with_a_cancel_is_success(server: Any) -> None:
     """A server may finish while the cancel is on its way; its status is what counts."""
-    story = Story(server, condition=lambda f: "met")
-    accepted(story, server)
+    run = Run(server, condition=lambda f: "met")
+    accepted(run, server)
     server.feed(1)
-    story.tick()
+    run.tick()
     server.refuse_cancel()
     server.succeed()
-    assert story.tick() is Outcome.SUCCEEDED
+    assert run.tick() is Outcome.SUCCEEDED
 
 
 def test_cancel_refused(server: Any) -> None:
     """A refused cancel is an outcome; the ledger asks again and the goal is not forgotten."""
-    story = Story(server, condition=lambda f: "met")
-    accepted(story, server)
+    run = Run(server, condition=lambda f: "met")
+    accepted(run, server)
     server.feed(1)
-    story.tick()
+    run.tick()
     server.refuse_cancel()
-    assert story.tick() is Outcome.CANCEL_REFUSED
-    assert story.reason == "met, but /turn refused to cancel"
+    assert run.tick() is Outcome.CANCEL_REFUSED
+    assert run.reason == "met, but /turn refused to cancel"
     assert len(server.cancels) == 2
     server.cancel()
-    story.tick()
-    assert story.ledger.open_goals == ()
+    run.tick()
+    assert run.ledger.open_goals == ()
 
 
 def test_unconfirmed(server: Any) -> None:
     """A server that never confirms the cancel ends as unconfirmed, and is named at the end."""
-    story = Story(server, goal=1, cancel=3)
-    accepted(story, server)
-    story.tick(1)
-    assert story.tick(2.999999999) is None
-    assert story.tick(0.000000001) is Outcome.UNCONFIRMED
-    story.tick(3)
-    (line,) = story.ledger.describe_left_behind()
+    run = Run(server, goal=1, cancel=3)
+    accepted(run, server)
+    run.tick(1)
+    assert run.tick(2.999999999) is None
+    assert run.tick(0.000000001) is Outcome.UNCONFIRMED
+    run.tick(3)
+    (line,) = run.ledger.describe_left_behind()
     assert line == f"/turn goal {server.goal.short_id} of 'turn left' (lost)"
 
 
 def test_silence(server: Any) -> None:
     """Feedback that stops is noticed; each feedback starts the wait anew."""
-    story = Story(server, silence=2)
-    accepted(story, server)
-    story.tick(1.9)
+    run = Run(server, silence=2)
+    accepted(run, server)
+    run.tick(1.9)
     server.feed(1)
-    story.tick(0.05)
-    assert story.tick(1.999999999) is None
+    run.tick(0.05)
+    assert run.tick(1.999999999) is None
     assert server.cancels == []
-    story.tick(0.000000001)
+    run.tick(0.000000001)
     server.cancel()
-    assert story.tick() is Outcome.SILENT
+    assert run.tick() is Outcome.SILENT
 
 
-def test_server_lost(story: Story, server: Any) -> None:
+def test_server_lost(run: Run, server: Any) -> None:
     """A server that leaves the graph is noticed within a quarter of a second."""
-    accepted(story, server)
+    accepted(run, server)
     server.ready = False
-    assert story.tick(0.25) is Outcome.SERVER_LOST
+    assert run.tick(0.25) is Outcome.SERVER_LOST
 
 
-def test_a_server_that_forgot_the_goal_is_lost(story: Story, server: Any) -> None:
+def test_a_server_that_forgot_the_goal_is_lost(run: Run, server: Any) -> None:
     """A restarted server answers with status unknown: no success, and no wait for ever."""
-    accepted(story, server)
+    accepted(run, server)
     server.goal.on_result(0, None)
-    assert story.tick() is Outcome.SERVER_LOST
+    assert run.tick() is Outcome.SERVER_LOST
 
 
-def test_canceled_from_outside(story: Story, server: Any) -> None:
+def test_canceled_from_outside(run: Run, server: Any) -> None:
     """Somebody else's cancel is told apart from our own."""
-    accepted(story, server)
+    accepted(run, server)
     server.cancel()
-    assert story.tick() is Outcome.CANCELED_FROM_OUTSIDE
+    assert run.tick() is Outcome.CANCELED_FROM_OUTSIDE
 
 
-def test_halt_while_waiting_for_the_answer(story: Story, server: Any) -> None:
+def test_halt_while_waiting_for_the_answer(run: Run, server: Any) -> None:
     """The goal is asked to cancel at once, since the answer may be lost, and once accepted."""
-    story.tick()
-    story.attempt.halt(story.now)
-    assert story.attempt.ending is not None
-    assert story.attempt.ending.outcome is Outcome.CANCELED_BY_HALT
+    run.tick()
+    run.attempt.halt(run.now)
+    assert run.attempt.ending is not None
+    assert run.attempt.ending.outcome is Outcome.CANCELED_BY_HALT
     assert server.cancels == [server.goal]
     server.accept()
     assert server.cancels == [server.goal] * 2
 
 
-def test_halt_while_active_cancels_at_once(story: Story, server: Any) -> None:
+def test_halt_while_active_cancels_at_once(run: Run, server: Any) -> None:
     """The cancel request goes out within the halt itself, and the ledger sees the end."""
-    accepted(story, server)
-    story.attempt.halt(story.now)
+    accepted(run, server)
+    run.attempt.halt(run.now)
     assert server.cancels == [server.goal]
-    assert not story.ledger.is_settled
+    assert not run.ledger.is_settled
     server.cancel()
-    story.ledger.update(story.now)
-    assert story.ledger.is_settled
+    run.ledger.update(run.now)
+    assert run.ledger.is_settled
 
 
-def test_halt_after_the_end_changes_nothing(story: Story, server: Any) -> None:
+def test_halt_after_the_end_changes_nothing(run: Run, server: Any) -> None:
     """One ending, and only one."""
-    accepted(story, server)
+    accepted(run, server)
     server.succeed()
-    story.tick()
-    story.attempt.halt(story.now)
-    assert story.attempt.ending is not None
-    assert story.attempt.ending.outcome is Outcome.SUCCEEDED
+    run.tick()
+    run.attempt.halt(run.now)
+    assert run.attempt.ending is not None
+    assert run.attempt.ending.outcome is Outcome.SUCCEEDED
 
 
 def test_a_late_result_does_not_reach_the_next_attempt(server: Any) -> None:
     """The old goal's result lands in the old goal; the next waits until the server is free."""
-    first = Story(server)
+    first = Run(server)
     accepted(first, server)
     old = server.goal
     first.attempt.halt(first.now)

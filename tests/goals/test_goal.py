@@ -88,36 +88,36 @@ def test_what_holds_in_every_order_of_arrival() -> None:
     """Of up to six events, repeated and out of place ones too: the promises of a goal's life."""
     for events in itertools.product(Event, repeat=6):
         goal, requests = goal_in(Phase.SENT)
-        heard: list[Event] = []
+        messages: list[Event] = []
         for event in events:
             before, asked = goal.phase, len(requests.asked)
             goal.on(event)
-            heard.append(event)
+            messages.append(event)
             new = requests.asked[asked:]
             # What ended stays ended, and asks for nothing more.
             if before is Phase.ENDED:
-                assert goal.phase is Phase.ENDED, heard
-                assert not new, heard
+                assert goal.phase is Phase.ENDED, messages
+                assert not new, messages
             # It ends by an answer of the server, never by a wish of ours.
             if goal.phase is Phase.ENDED and before is not Phase.ENDED:
-                assert event in (Event.REJECTED, Event.RESULT), heard
+                assert event in (Event.REJECTED, Event.RESULT), messages
             # An acceptance is asked for its result at once, and once alone until it is given up.
-            assert requests.asked.count("result") <= 1 + heard.count(Event.GIVEN_UP), heard
+            assert requests.asked.count("result") <= 1 + messages.count(Event.GIVEN_UP), messages
             if goal.accepted:
-                assert "result" in requests.asked, heard
+                assert "result" in requests.asked, messages
             # Of a goal that was not accepted, nothing is asked but that it be cancelled.
             if not goal.accepted:
-                assert "result" not in requests.asked, heard
+                assert "result" not in requests.asked, messages
             # A goal that nobody wants is asked to cancel, whether or not it has been answered.
-            if Event.UNWANTED in heard and goal.phase is not Phase.ENDED:
-                assert "cancel" in requests.asked or Event.GIVEN_UP in heard, heard
+            if Event.UNWANTED in messages and goal.phase is not Phase.ENDED:
+                assert "cancel" in requests.asked or Event.GIVEN_UP in messages, messages
             # Only a wish, or an answer to one, cancels.
             if "cancel" in new:
-                assert goal.phase in (Phase.RECALLED, Phase.CANCELING), heard
-                assert event in (Event.UNWANTED, Event.ACCEPTED), heard
+                assert goal.phase in (Phase.RECALLED, Phase.CANCELING), messages
+                assert event in (Event.UNWANTED, Event.ACCEPTED), messages
             # To be lost is not to be forgotten.
             if before is Phase.LOST and event is Event.ACCEPTED:
-                assert new == ["result", "cancel"], heard
+                assert new == ["result", "cancel"], messages
 
 
 def test_a_goal_halted_before_its_answer_is_cancelled_at_once_and_on_acceptance() -> None:

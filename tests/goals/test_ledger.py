@@ -73,14 +73,14 @@ def test_a_goal_given_up_is_named_until_its_end_is_heard_after_all(server: Any) 
 
 def test_every_step_is_told(server: Any) -> None:
     """Sent, handed over, ended: for the trace and the report."""
-    told: list[str] = []
-    ledger = Ledger(1, 3 * S, lambda _, what, goal: told.append(what))
+    reports: list[str] = []
+    ledger = Ledger(1, 3 * S, lambda _, what, goal: reports.append(what))
     goal = ledger.send(server, "leaf", {}, S)
     server.accept()
     ledger.release_goal(goal, 0)
     server.cancel()
     ledger.update(0)
-    assert told == ["sent", "released", "ended"]
+    assert reports == ["sent", "released", "ended"]
 
 
 def test_a_goal_that_is_heard_of_after_it_was_given_up_has_its_time_again(server: Any) -> None:

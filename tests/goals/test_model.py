@@ -42,7 +42,7 @@ class Server:
         return fields
 
     def send(self, goal: Goal, request: Any) -> None:
-        unwanted = [one for one in self.sent if one.is_live and one.orphaned_ns is not None]
+        unwanted = [item for item in self.sent if item.is_live and item.orphaned_ns is not None]
         assert not unwanted, "a goal was sent while an earlier one may still run there"
         self.sent.append(goal)
 

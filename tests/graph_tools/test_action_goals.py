@@ -78,9 +78,9 @@ def robot(ros: Any, hand: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[Call
     monkeypatch.setattr(action_goals, "STATUS_WAIT_S", 60.0)
     hand.pauses = 1
     yield make
-    for one in made:
-        one.server.destroy()
-        one.client.destroy()
+    for goal in made:
+        goal.server.destroy()
+        goal.client.destroy()
 
 
 def test_all_goals_are_cancelled_and_waited_for(type_in: Any, robot: Callable[..., Robot]) -> None:
@@ -88,7 +88,7 @@ def test_all_goals_are_cancelled_and_waited_for(type_in: Any, robot: Callable[..
     ids = robot(2).ids
     done = type_in("actions", "cancel", "/turn")
     assert done.code == 0
-    assert sorted(done.lines) == sorted(f"goal {one[:8]} canceled" for one in ids)
+    assert sorted(done.lines) == sorted(f"goal {goal[:8]} canceled" for goal in ids)
     again = type_in("actions", "cancel", "/turn")
     assert (again.code, again.lines) == (0, ["no goal of /turn is under way"])
 
@@ -171,7 +171,7 @@ def test_goals_under_way_are_told_to_those_who_come_later(
     step()
     objects = [json.loads(line) for line in out.getvalue().splitlines()]
     assert objects == [
-        *({"goal": one, "state": "executing", "is_end": False} for one in turning.ids),
+        *({"goal": goal, "state": "executing", "is_end": False} for goal in turning.ids),
         {"goal": turning.ids[0], "feedback": {"current_angle": 4.0, "remaining_angle": 0.0}},
     ]
 

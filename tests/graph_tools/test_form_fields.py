@@ -27,13 +27,13 @@ def line(shape: Any, default: Any = 0) -> FormField:
 )
 def test_every_field_of_a_goal_has_one_line(type_name: str, names: list[str]) -> None:
     """A point, a duration and a list are one."""
-    assert [one.name for one in lines_of(describe_interface(type_name).part("goal"))] == names
+    assert [field.name for field in lines_of(describe_interface(type_name).part("goal"))] == names
 
 
 def test_messages_without_a_short_form_are_unfolded() -> None:
     """By dotted names, which come together again."""
     lines = lines_of(describe_interface("geometry_msgs/msg/TwistStamped").part("message"))
-    assert [one.name for one in lines] == [
+    assert [field.name for field in lines] == [
         "header.stamp.sec",
         "header.stamp.nanosec",
         "header.frame_id",
@@ -72,11 +72,11 @@ def test_what_is_typed_is_read_as_the_field_wants_it(
     shape: Any, text: str, value: Any, fault: str
 ) -> None:
     """A text as it stands, the rest as YAML; what is wrong is said in the words of faults."""
-    found, said = line(shape).read(text)
-    assert said.startswith(fault)
-    assert bool(said) == bool(fault)
+    result, output = line(shape).read(text)
+    assert output.startswith(fault)
+    assert bool(output) == bool(fault)
     if not fault:
-        assert found == value
+        assert result == value
 
 
 def test_notes_say_how_to_write_it_and_its_limits() -> None:
@@ -96,5 +96,5 @@ def test_a_goal_that_is_given_fills_the_lines() -> None:
     given = {"goal_index": 2, "poses": [{"header": {"frame_id": "it's"}}]}
     typed = texts(lines, given)
     assert typed == {"goal_index": "2", "poses": "[{header: {frame_id: 'it''s'}}]"}
-    read = {one.name: one.read(typed[one.name])[0] for one in lines if one.name in typed}
+    read = {field.name: field.read(typed[field.name])[0] for field in lines if field.name in typed}
     assert fill(part.cls(), nested(read)) == fill(part.cls(), given)

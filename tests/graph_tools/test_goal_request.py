@@ -25,22 +25,22 @@ class Record:
     """Keeps what is told, in words."""
 
     def __init__(self) -> None:
-        self.told: list[str] = []
+        self.reported: list[str] = []
 
     def tell(self, event: GoalEvent) -> None:
         match event:
             case ServerAwaited(action=action):
-                self.told.append(f"waiting {action}")
+                self.reported.append(f"waiting {action}")
             case GoalAccepted():
-                self.told.append("accepted")
+                self.reported.append("accepted")
             case FeedbackReceived(message=message, since_s=since_s):
-                self.told.append(f"{message} {since_s:g}")
+                self.reported.append(f"{message} {since_s:g}")
             case CancelRequested(why=why):
-                self.told.append(f"canceling {why}")
+                self.reported.append(f"canceling {why}")
             case CancelRefused():
-                self.told.append("refused")
+                self.reported.append("refused")
             case GoalEnded(end=end, since_s=since_s):
-                self.told.append(f"{end.how} {since_s:g}")
+                self.reported.append(f"{end.how} {since_s:g}")
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def test_a_server_that_comes_late_is_waited_for(server: Any, record: Record) -> 
     goal = opened(server, record)
     for now_s in (0.0, 0.9, 1.0, 1.1):
         assert goal.poll(round(now_s * S)) is None
-    assert record.told == ["waiting /turn"]
+    assert record.reported == ["waiting /turn"]
     server.ready = True
     goal.poll(2 * S)
     assert server.requests == [{"angle": 9}]
@@ -78,7 +78,7 @@ def test_feedback_that_overtakes_the_acceptance_is_told_after_it(
     server.feed("b")
     goal.poll(2 * S)
     goal.poll(3 * S)
-    assert record.told == ["accepted", "a 0", "b 0"]
+    assert record.reported == ["accepted", "a 0", "b 0"]
 
 
 def test_a_result_that_comes_with_feedback_ends_after_it(server: Any, record: Record) -> None:
@@ -92,7 +92,7 @@ def test_a_result_that_comes_with_feedback_ends_after_it(server: Any, record: Re
     end = goal.poll(3 * S)
     assert end is not None
     assert (end.how, end.result) == (GoalOutcome.SUCCEEDED, "result")
-    assert record.told == ["accepted", "last 2", "succeeded 2"]
+    assert record.reported == ["accepted", "last 2", "succeeded 2"]
     assert goal.poll(4 * S) is end
 
 
@@ -115,7 +115,7 @@ def test_a_refused_cancel_is_asked_again_each_second_until_the_grace_is_over(
     assert end is not None
     assert end.how is GoalOutcome.UNCONFIRMED
     assert end.reason.startswith("/turn refused to cancel within 10 s; orphaned goal: /turn goal ")
-    assert record.told == ["accepted", "canceling because", "refused", "unconfirmed 11"]
+    assert record.reported == ["accepted", "canceling because", "refused", "unconfirmed 11"]
     assert len(server.cancels) == 10
 
 
@@ -138,7 +138,7 @@ def test_a_server_that_never_answers(server: Any, record: Record) -> None:
     goal = opened(server, record)
     goal.poll(0)
     goal.poll(5 * S)
-    assert record.told == ["canceling no answer within 5 s"]
+    assert record.reported == ["canceling no answer within 5 s"]
     end = goal.poll(15 * S)
     assert end is not None
     assert end.how is GoalOutcome.NO_ANSWER
@@ -204,4 +204,4 @@ def test_a_muted_goal_tells_nobody(server: Any, record: Record) -> None:
     goal.cancel("nobody reads", S)
     server.goal.on_result(5, None)
     assert goal.poll(2 * S) is not None
-    assert record.told == []
+    assert record.reported == []

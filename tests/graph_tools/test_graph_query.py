@@ -50,9 +50,9 @@ def test_hidden_names_are_left_out_unless_asked_for(
     everything = type_in(kind, "list", "--all")
     part = "feedback" if kind == "topics" else "send_goal"
     assert f"/turn/_action/{part}" in everything.out
-    names = [one["name"] for one in json.loads(type_in(kind, "list", "--json").out)]
+    names = [entry["name"] for entry in json.loads(type_in(kind, "list", "--json").out)]
     assert name in names
-    assert not any("_action" in one for one in names)
+    assert not any("_action" in text for text in names)
 
 
 def test_an_empty_graph_is_said_to_be_empty(ros: Any, type_in: Any) -> None:
@@ -67,7 +67,7 @@ def test_what_only_we_take_part_in_is_no_topic(ros: Any, type_in: Any) -> None:
     """Every node has some of its own, ours too."""
     ros.drop(ros.client)
     ros.node("beat").create_timer(0.1, lambda: None)
-    names = [one["name"] for one in json.loads(type_in("topics", "list", "--json").out)]
+    names = [entry["name"] for entry in json.loads(type_in("topics", "list", "--json").out)]
     assert names == ["/parameter_events"], "of the node 'beat'"
 
 
@@ -101,15 +101,15 @@ def test_info_tells_of_fields_and_nodes(graph: Any, type_in: Any) -> None:
     assert "    BLOCKED      906  uint16  an obstacle, or something unseen, is in the way" in (
         done.lines
     )
-    found = json.loads(type_in("actions", "info", "/turn", "--json").out)
-    assert found["goal"][0] == {
+    data = json.loads(type_in("actions", "info", "/turn", "--json").out)
+    assert data["goal"][0] == {
         "name": "angle",
         "type": "float32",
         "unit": "deg",
         "default": 0.0,
         "text": "how far to turn; left (anticlockwise) is positive, no wrapping",
     }
-    assert found["constants"]["result"]["BLOCKED"] == "906"
+    assert data["constants"]["result"]["BLOCKED"] == "906"
 
 
 def test_info_unfolds_messages_within_messages(ros: Any, type_in: Any) -> None:

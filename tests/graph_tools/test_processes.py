@@ -44,7 +44,7 @@ def test_by_hand_against_servers_in_other_processes(robot: Any) -> None:
         assert process.returncode == 4
         assert "canceled: interrupted by Ctrl-C after" in rest
     listing = f"{sys.executable} -m bt_mission actions list | head -1"
-    found = subprocess.run(
+    result = subprocess.run(
         ["/bin/bash", "-o", "pipefail", "-c", listing],
         env=os.environ | LOCAL,
         capture_output=True,
@@ -52,8 +52,8 @@ def test_by_hand_against_servers_in_other_processes(robot: Any) -> None:
         timeout=PATIENCE_S,
         check=False,
     )
-    assert found.stdout.startswith("/backup ")
-    assert found.stderr == ""
+    assert result.stdout.startswith("/backup ")
+    assert result.stderr == ""
     with started(*send, **LOCAL) as process:
         seen += read_until(process, "time_left")
         robot.kill()

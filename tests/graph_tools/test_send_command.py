@@ -244,8 +244,8 @@ def test_programs_read_an_object_a_line(ros: Any, hand: Any, type_in: Any) -> No
     done = type_in("actions", "send", "/fibonacci", "order: 3", "--json")
     objects = [json.loads(line) for line in done.lines]
     assert done.code == 0
-    assert [one["event"] for one in objects] == ["accepted", "feedback", "ended"]
-    assert {one["goal"] for one in objects} == {server.goal.id.hex()}
+    assert [event["event"] for event in objects] == ["accepted", "feedback", "ended"]
+    assert {item["goal"] for item in objects} == {server.goal.id.hex()}
     assert objects[1]["feedback"] == {"sequence": [0, 1]}
     assert (objects[2]["status"], len(objects[2]["result"]["sequence"])) == ("succeeded", 100)
 

@@ -58,8 +58,8 @@ def test_what_was_said_before_of_a_latched_topic_is_asked_for(ros: Any) -> None:
     """Only if every publisher is latched: a volatile one would not match such a subscription."""
 
     def fitting(topic: str) -> QoSProfile:
-        found = ros.client.get_publishers_info_by_topic(topic)
-        return matching_qos([one.qos_profile for one in found], 1)
+        publishers_info = ros.client.get_publishers_info_by_topic(topic)
+        return matching_qos([publisher.qos_profile for publisher in publishers_info], 1)
 
     ros.node("one").create_publisher(String, "map", LATCHED)
     assert fitting("/map").durability is DurabilityPolicy.TRANSIENT_LOCAL
@@ -115,7 +115,7 @@ def test_rates_for_programs(ros: Any, type_in: Any) -> None:
     """An object a line, in ROS time if wanted."""
     talking(ros, "speech", String(data="x"), 0.1)
     done = type_in("topics", "hz", "/speech", "--count", "1", "--json", "--sim-time")
-    found = json.loads(done.out)
-    assert found["topic"] == "/speech"
-    assert found["hz"] == pytest.approx(10.0)
-    assert found["silent"] is False
+    data = json.loads(done.out)
+    assert data["topic"] == "/speech"
+    assert data["hz"] == pytest.approx(10.0)
+    assert data["silent"] is False

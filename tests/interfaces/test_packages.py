@@ -50,8 +50,8 @@ def test_package_and_project_have_one_version(package):
     """The same thing has the same number, whether pip or colcon builds it."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     manifest = (package / "package.xml").read_text(encoding="utf-8")
-    found = dict(re.findall(r"<(name|version|license)>(.*)</", manifest))
-    assert found == {
+    result = dict(re.findall(r"<(name|version|license)>(.*)</", manifest))
+    assert result == {
         "name": package.name,
         "version": project["version"],
         "license": project["license"],
@@ -99,6 +99,6 @@ def test_a_substitute_lies_where_python_looks_last(package):
     place = Path(importlib.import_module(package).__file__ or "").parents[1]
     real = Path(sysconfig.get_path("purelib"))
     assert place == Path(sys.prefix, "share/bt_mission/ros", real.relative_to(sys.prefix))
-    assert sys.path.index(str(real)) < [str(Path(one).resolve()) for one in sys.path].index(
+    assert sys.path.index(str(real)) < [str(Path(folder).resolve()) for folder in sys.path].index(
         str(place.resolve())
     )

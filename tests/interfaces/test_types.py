@@ -215,8 +215,8 @@ FIELDS = [
 )
 def test_fields_are_exactly_these(message, fields):
     """Name, type and order of each field: all three are part of the type's hash."""
-    found = message.get_fields_and_field_types().items()
-    assert ", ".join(f"{kind} {name}" for name, kind in found) == fields
+    results = message.get_fields_and_field_types().items()
+    assert ", ".join(f"{kind} {name}" for name, kind in results) == fields
 
 
 CODES = {
@@ -228,7 +228,7 @@ CODES = {
 }
 """The error codes that come with what an action needs."""
 
-OURS = [one.action for one in SERVED.values() if one.action.type.startswith("bt_mission_")]
+OURS = [served.action for served in SERVED.values() if served.action.type.startswith("bt_mission_")]
 
 
 @pytest.mark.parametrize("action", OURS, ids=lambda action: action.name)
@@ -283,7 +283,7 @@ def test_follow_waypoints_has_the_codes_of_nav2():
     assert FollowWaypoints.Goal().goal_index == 0
 
 
-@pytest.mark.parametrize("action", [*(one.type for one in SERVED.values()), Fibonacci])
+@pytest.mark.parametrize("action", [*(served.type for served in SERVED.values()), Fibonacci])
 def test_every_action_has_type_support(action):
     """The C libraries behind each action load: goals can be served and sent."""
     for part in (action.Goal, action.Result, action.Feedback, action.Impl.FeedbackMessage):

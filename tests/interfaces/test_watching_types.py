@@ -47,5 +47,5 @@ from bt_mission_interfaces.msg import (
 )
 def test_fields_are_exactly_these(message: Any, fields: str):
     """Name, type and order of each field: all three are part of the type's hash."""
-    found = message.get_fields_and_field_types().items()
-    assert ", ".join(f"{kind} {name}" for name, kind in found) == fields
+    results = message.get_fields_and_field_types().items()
+    assert ", ".join(f"{kind} {name}" for name, kind in results) == fields

@@ -39,13 +39,13 @@ numbers = st.one_of(
 
 def _arithmetic(inner):
     binary = st.tuples(inner, st.sampled_from(["+", "-", "*", "/", "//", "%", "**"]), inner)
-    one = st.tuples(st.sampled_from(["abs", "sqrt", "sin", "cos", "floor", "round"]), inner)
+    call = st.tuples(st.sampled_from(["abs", "sqrt", "sin", "cos", "floor", "round"]), inner)
     two = st.tuples(st.sampled_from(["min", "max", "atan2", "hypot", "copysign"]), inner, inner)
     return st.one_of(
         binary.map(" ".join),
         inner.map("-{}".format),
         inner.map("({})".format),
-        one.map(lambda part: f"{part[0]}({part[1]})"),
+        call.map(lambda part: f"{part[0]}({part[1]})"),
         two.map(lambda part: f"{part[0]}({part[1]}, {part[2]})"),
     )
 

@@ -42,7 +42,7 @@ def bomb():
 
 
 @pytest.mark.parametrize(
-    ("node", "said"),
+    ("node", "output"),
     [
         (f"wait: {'(' * DEEP}1{')' * DEEP}", "9: error: the expression has 20,001 characters"),
         (f"wait: '{'-' * DEEP}1'", "10: error: the expression has 10,001 characters"),
@@ -56,13 +56,13 @@ def bomb():
     ],
     ids=["parentheses", "signs", "calls", "nots", "powers", "300", "900", "template", "hole"],
 )
-def test_expressions_of_any_depth_are_refused(node, said):
+def test_expressions_of_any_depth_are_refused(node, output):
     """Too long to be read at all, or too deep where that begins."""
-    assert refusal(f"mission: m\ntree:\n  {node}\n").startswith(f"m.yaml:3:{said}")
+    assert refusal(f"mission: m\ntree:\n  {node}\n").startswith(f"m.yaml:3:{output}")
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "output"),
     [
         ("mission: m\ntree: {wait: NUMBER}", "2:14: error: the number '999"),
         ("mission: m\ntree: {wait: -NUMBER}", "2:14: error: the number '-999"),
@@ -79,17 +79,18 @@ def test_expressions_of_any_depth_are_refused(node, said):
         ("mission: NUMBER\ntree: {wait: 1}", "1:10: error: the number '999"),
     ],
 )
-def test_numbers_of_almost_a_million_digits_are_refused(text, said):
+def test_numbers_of_almost_a_million_digits_are_refused(text, output):
     """As many as a file can hold; Python itself gives up at 4,300."""
     digits = "9" * (DIGITS - len(text))
-    assert refusal(text.replace("NUMBER", digits)).startswith(f"m.yaml:{said}")
+    assert refusal(text.replace("NUMBER", digits)).startswith(f"m.yaml:{output}")
 
 
 def test_a_number_of_a_million_digits_makes_the_file_too_large():
     """It is refused unread, so that there is no line to tell."""
-    said = refusal(f"mission: m\ntree: {{wait: {'9' * DIGITS}}}")
+    output = refusal(f"mission: m\ntree: {{wait: {'9' * DIGITS}}}")
     assert (
-        said == "m.yaml: error: the file is too large: 1,000,025 bytes, at most 1,000,000 are read"
+        output
+        == "m.yaml: error: the file is too large: 1,000,025 bytes, at most 1,000,000 are read"
     )
 
 
@@ -106,7 +107,7 @@ def test_an_input_of_a_million_digits_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "output"),
     [
         (f"{bomb()}\nmission: m\ntree: {{wait: 1}}", "6:40: error: aliases blow the file up: "),
         ("mission: m\ntree: &a {sequence: [*a, *a]}", "2:22: error: the alias '*a' contains itse"),
@@ -122,9 +123,9 @@ def test_an_input_of_a_million_digits_is_refused():
     ],
     ids=["bomb", "ring", "texts", "levels"],
 )
-def test_files_that_grow_when_they_are_read_are_refused(text, said):
+def test_files_that_grow_when_they_are_read_are_refused(text, output):
     """Before they have grown."""
-    assert refusal(text).startswith(f"m.yaml:{said}")
+    assert refusal(text).startswith(f"m.yaml:{output}")
 
 
 def many(form, count):
@@ -177,7 +178,7 @@ def test_very_many_parts_take_no_more_than_a_mission_may(text, accepted):
 
 
 @pytest.mark.parametrize(
-    ("link", "target", "included", "said"),
+    ("link", "target", "included", "output"),
     [
         ("a.yaml", "a.yaml", "a.yaml", "the links of 'a.yaml' lead to no file"),
         ("a.yaml", "b.yaml", "a.yaml", "the links of 'a.yaml' lead to no file"),
@@ -190,13 +191,13 @@ def test_very_many_parts_take_no_more_than_a_mission_may(text, accepted):
         ("b.yaml", "a.yaml", "below", "no such file 'below'"),
     ],
 )
-def test_included_files_lead_nowhere_else(link, target, included, said):
+def test_included_files_lead_nowhere_else(link, target, included, output):
     """Neither round and round nor out of the folder, whichever way they are written."""
     Path(link).symlink_to(target)
     if target == "b.yaml":
         Path("b.yaml").symlink_to("a.yaml")
-    found = refusal(f"mission: m\ninclude: [{included}]\ntree: {{wait: 1}}\n")
-    assert found.startswith(f"m.yaml:2:11: error: {said}")
+    result = refusal(f"mission: m\ninclude: [{included}]\ntree: {{wait: 1}}\n")
+    assert result.startswith(f"m.yaml:2:11: error: {output}")
 
 
 def test_a_folder_that_contains_itself_is_no_way_out():

@@ -27,18 +27,18 @@ def test_an_example_is_a_sound_mission(example, monkeypatch):
     monkeypatch.chdir(ROOT / "docs" / "tutorials" / "code")  # where leaves of one's own are
     whole = example.startswith("mission:")
     indented = "".join(f"    {line}\n" for line in example.splitlines())
-    mission, found = examine(read_text(example if whole else HEAD + indented, "example.yaml"))
+    mission, diagnostics = examine(read_text(example if whole else HEAD + indented, "example.yaml"))
     assert mission is not None
-    unread = [fault for fault in found if fault.message.startswith("the input '")]
-    assert found == (() if whole else tuple(unread))
+    unread = [fault for fault in diagnostics if fault.message.startswith("the input '")]
+    assert diagnostics == (() if whole else tuple(unread))
 
 
 @pytest.mark.parametrize(("text", "value"), ROWS)
 def test_a_row_of_the_table_is_true(text, value):
     """The expression has that value, whole numbers told from others."""
     names: dict[str, Any] = {"places": ["A", "B", "C"]}
-    found = Expression(text).evaluate(names, random.Random(0))
-    assert (show(found) if isinstance(found, bool) else repr(found)) == value
+    result = Expression(text).evaluate(names, random.Random(0))
+    assert (show(result) if isinstance(result, bool) else repr(result)) == value
 
 
 def test_every_kind_modifier_and_word_is_described():

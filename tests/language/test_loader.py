@@ -49,28 +49,28 @@ def test_the_head_of_a_mission():
 @pytest.mark.parametrize(("kind", "step"), [("sequence", SequenceNode), ("fallback", FallbackNode)])
 def test_sequences_and_fallbacks(kind, step):
     """Children in order; memory unless said otherwise."""
-    found = tree(f"{kind}:\n  - wait: 1\n  - wait: 2\nmemory: false\nname: both")
-    assert isinstance(found, step)
-    assert [child.seconds for child in found.children] == [1, 2]
-    assert found.memory is False
-    assert found.name == "both"
+    result = tree(f"{kind}:\n  - wait: 1\n  - wait: 2\nmemory: false\nname: both")
+    assert isinstance(result, step)
+    assert [child.seconds for child in result.children] == [1, 2]
+    assert result.memory is False
+    assert result.name == "both"
     assert tree(f"{kind}: [{{wait: 1}}]").memory is True
 
 
 def test_parallel():
     """All must succeed, unless any will do."""
-    found = tree("parallel: [{wait: 1}, {wait: 2}]\nsucceed_when: any")
-    assert isinstance(found, ParallelNode)
-    assert (len(found.children), found.succeed_when) == (2, "any")
+    result = tree("parallel: [{wait: 1}, {wait: 2}]\nsucceed_when: any")
+    assert isinstance(result, ParallelNode)
+    assert (len(result.children), result.succeed_when) == (2, "any")
     assert tree("parallel: [{wait: 1}]").succeed_when == "all"
 
 
 def test_repeat_and_retry():
     """Numbers may be expressions; a retry pauses only when told to."""
-    found = tree("repeat: {count: $legs}\ndo: {wait: 1}")
-    assert isinstance(found, RepeatNode)
-    assert found.settings.count == Expression("$legs")
-    assert isinstance(found.child, WaitNode)
+    result = tree("repeat: {count: $legs}\ndo: {wait: 1}")
+    assert isinstance(result, RepeatNode)
+    assert result.settings.count == Expression("$legs")
+    assert isinstance(result.child, WaitNode)
     again = tree("retry: {attempts: 3, pause: 2.0}\ndo: {wait: 1}")
     assert isinstance(again, RetryNode)
     assert (again.settings.attempts, again.settings.pause) == (3, 2.0)
@@ -81,51 +81,59 @@ def test_wait_and_log():
     """Seconds, and a text with holes."""
     assert tree("wait: 0.5").seconds == 0.5
     assert tree("wait: 2 * speed").seconds == Expression("2 * speed")
-    found = tree("log: at $speed m/s")
-    assert isinstance(found, LogNode)
-    assert found.message == Template("at $speed m/s")
+    result = tree("log: at $speed m/s")
+    assert isinstance(result, LogNode)
+    assert result.message == Template("at $speed m/s")
 
 
 def test_an_action_by_its_short_name():
     """Name and type follow from the kind; texts in the goal wait for their fields."""
-    found = tree(
+    result = tree(
         "turn: {angle: $legs * 30}\nname: around\ntimeout: 30\ncancel_when: current_angle > 9\n"
         "on_cancel: success\noutputs: {angle_turned: turned}\nfeedback_timeout: 1"
     )
-    assert isinstance(found, GoalNode)
-    assert (found.kind, found.name, found.line, found.column) == ("action", "around", 4, 3)
-    assert (found.ros_name, found.type) == ("turn", "bt_mission_interfaces/action/Turn")
-    assert found.sent == {"angle": Text("$legs * 30")}
-    assert (found.timeout, found.feedback_timeout) == (30, 1)
-    assert (found.cancel_when, found.on_cancel) == (Expression("current_angle > 9"), "success")
-    assert found.outputs == {"angle_turned": "turned"}
-    assert (found.server_timeout, found.acceptance_timeout, found.cancel_timeout) == (5.0, 2.0, 3.0)
+    assert isinstance(result, GoalNode)
+    assert (result.kind, result.name, result.line, result.column) == ("action", "around", 4, 3)
+    assert (result.ros_name, result.type) == ("turn", "bt_mission_interfaces/action/Turn")
+    assert result.sent == {"angle": Text("$legs * 30")}
+    assert (result.timeout, result.feedback_timeout) == (30, 1)
+    assert (result.cancel_when, result.on_cancel) == (Expression("current_angle > 9"), "success")
+    assert result.outputs == {"angle_turned": "turned"}
+    assert (result.server_timeout, result.acceptance_timeout, result.cancel_timeout) == (
+        5.0,
+        2.0,
+        3.0,
+    )
 
 
 def test_limits_of_an_action_have_defaults():
     """5 s for the server, 2 s for its answer, 3 s for a cancel; the rest is open."""
-    found = tree("turn: {angle: 90}")
-    assert (found.server_timeout, found.acceptance_timeout, found.cancel_timeout) == (5.0, 2.0, 3.0)
-    assert (found.timeout, found.feedback_timeout, found.cancel_when) == (None, None, None)
-    assert (found.on_cancel, found.outputs) == ("failure", {})
+    result = tree("turn: {angle: 90}")
+    assert (result.server_timeout, result.acceptance_timeout, result.cancel_timeout) == (
+        5.0,
+        2.0,
+        3.0,
+    )
+    assert (result.timeout, result.feedback_timeout, result.cancel_when) == (None, None, None)
+    assert (result.on_cancel, result.outputs) == ("failure", {})
     assert tree("turn: {angle: 90}\nserver_timeout: 60").server_timeout == 60.0
 
 
 def test_an_action_by_name_and_type():
     """Any action of the graph; goals may nest."""
-    found = tree(
+    result = tree(
         "action:\n  name: dock/run\n  type: my_robot/action/Dock\n"
         "  goal: {pose: {x: 1, tags: [a, $speed]}}"
     )
-    assert (found.ros_name, found.type) == ("dock/run", "my_robot/action/Dock")
-    assert found.sent == {"pose": {"x": 1, "tags": (Text("a"), Text("$speed"))}}
+    assert (result.ros_name, result.type) == ("dock/run", "my_robot/action/Dock")
+    assert result.sent == {"pose": {"x": 1, "tags": (Text("a"), Text("$speed"))}}
     assert tree("action: {name: /go, type: my_robot/action/Go}").sent == {}
 
 
 def test_steps_know_where_they_stand():
     """Line and column of the node's first key; the walk follows the file."""
-    found = tree("sequence:\n  - wait: 1\n  - sequence:\n      - name: x\n        wait: 2")
-    assert [(step.kind, step.line, step.column) for step in found.walk()] == [
+    result = tree("sequence:\n  - wait: 1\n  - sequence:\n      - name: x\n        wait: 2")
+    assert [(step.kind, step.line, step.column) for step in result.walk()] == [
         ("sequence", 4, 3),
         ("wait", 5, 7),
         ("sequence", 6, 7),
@@ -135,8 +143,8 @@ def test_steps_know_where_they_stand():
 
 def test_aliases_are_a_way_to_say_the_same_twice():
     """Both uses become steps."""
-    found = tree("sequence:\n  - &once {turn: {angle: 90}, timeout: 9}\n  - *once")
-    first, second = found.children
+    result = tree("sequence:\n  - &once {turn: {angle: 90}, timeout: 9}\n  - *once")
+    first, second = result.children
     assert first.sent == second.sent == {"angle": 90}
 
 
@@ -171,23 +179,23 @@ def test_an_input_from_outside_is_checked_where_it_is_used():
 
 def test_faults_of_all_nodes_come_together():
     """A fault in one node hides none in another, above or below, before or behind it."""
-    found = messages(
+    results = messages(
         "mission: m\nseed: x\ntree:\n  sequence:\n    - repeat: {count: 0}\n      do: {wat: 1}\n"
         "    - turn: {angle: $angl}\n      timeout: 0\n  memroy: true\n"
     )
-    assert [line for line, _ in found] == [2, 5, 6, 7, 8, 9]
+    assert [line for line, _ in results] == [2, 5, 6, 7, 8, 9]
 
 
 def test_outputs_of_a_node_with_a_fault_still_have_a_writer():
     """One fault is told, and nothing that follows from it."""
-    found = messages(
+    results = messages(
         "mission: m\ntree:\n  sequence:\n"
         "    - trun: {}\n      outputs: {angle: a}\n"
         "    - turn: {}\n      timout: 1\n      outputs: {angle_turned: b}\n"
         "    - log: $a $b $c\n"
     )
-    assert [line for line, _ in found] == [4, 7, 9]
-    assert found[2][1].startswith("'$c' is an undefined variable (defined: a, b)")
+    assert [line for line, _ in results] == [4, 7, 9]
+    assert results[2][1].startswith("'$c' is an undefined variable (defined: a, b)")
 
 
 def test_after_many_faults_no_more_are_looked_for():

@@ -27,16 +27,16 @@ def pose(text: str) -> Any:
     """Return what a goal of `navigate_to_pose` sends as its pose."""
     mission = load(f"{HEAD}tree: {{navigate_to_pose: {{pose: {text}}}}}\n")
     node: Any = mission.tree
-    found = node.sent["pose"]
-    assert isinstance(found, Text)
-    assert found.text == text
-    return Late(found, mission.inputs, RNG).as_value()
+    result = node.sent["pose"]
+    assert isinstance(result, Text)
+    assert result.text == text
+    return Late(result, mission.inputs, RNG).as_value()
 
 
 def messages(text: str, head: str = HEAD) -> list[str]:
     """Return what is said of a mission."""
     _, faults = examine(f"{head}tree:\n  {text}\n")
-    return [f"{one.message}; {one.hint}" for one in faults if one.severity == "error"]
+    return [f"{fault.message}; {fault.hint}" for fault in faults if fault.severity == "error"]
 
 
 @pytest.mark.parametrize(
@@ -85,8 +85,8 @@ def test_a_name_that_no_place_has_is_an_error(text: str, message: str) -> None:
 
 def test_without_places_the_error_says_so() -> None:
     """The world may have no zones."""
-    found = messages("{navigate_to_pose: {pose: zone A}, timeout: 9}", "mission: m\n")
-    assert found == [
+    result = messages("{navigate_to_pose: {pose: zone A}, timeout: 9}", "mission: m\n")
+    assert result == [
         (
             "no place 'zone A': the mission has no 'places', its world no zones; "
             "write a pose: [x m, y m, yaw deg]"

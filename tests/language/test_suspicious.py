@@ -16,6 +16,6 @@ def test_a_suspicious_mission_runs_with_its_warnings(name, monkeypatch):
     monkeypatch.chdir(SUSPICIOUS)
     mission, faults = examine(f"{name}.yaml")
     assert mission is not None
-    said = "\n".join(str(fault) for fault in faults)
-    assert said + "\n" == (SUSPICIOUS / f"{name}.txt").read_text(encoding="utf-8")
+    output = "\n".join(str(fault) for fault in faults)
+    assert output + "\n" == (SUSPICIOUS / f"{name}.txt").read_text(encoding="utf-8")
     assert {fault.severity for fault in faults} == {"warning"}

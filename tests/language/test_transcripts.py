@@ -250,7 +250,7 @@ def test_an_unknown_type_has_the_place_of_the_type_and_hides_nothing_else():
         "    - turn: {angle: 9}\n"
         "    - action: {name: /b, type: a/action/B, goal: {what: 1}}\n"
     )
-    found = list(tree_faults(mission, find))
-    assert [(fault.line, fault.column) for fault in found] == [(4, 32), (5, 7), (6, 51)]
-    assert found[0].message == "the action type a/action/C is not installed"
-    assert found[0].hint == "did you mean 'x'?"
+    results = list(tree_faults(mission, find))
+    assert [(fault.line, fault.column) for fault in results] == [(4, 32), (5, 7), (6, 51)]
+    assert results[0].message == "the action type a/action/C is not installed"
+    assert results[0].hint == "did you mean 'x'?"

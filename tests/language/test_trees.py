@@ -152,9 +152,9 @@ def test_a_tree_that_nobody_uses_is_warned_of_in_the_mission_alone(tmp_path):
         lib=LIBRARY + "  more: {do: {turn: {}}}\n",
     )
     loaded = load(path)
-    assert [str(one).splitlines()[0].partition("warning: ")[2] for one in loaded.warnings] == [
-        "the tree 'idle' is never used"
-    ]
+    assert [
+        str(warning).splitlines()[0].partition("warning: ")[2] for warning in loaded.warnings
+    ] == ["the tree 'idle' is never used"]
     write(tmp_path, lib=LIBRARY + extra)
     assert "'$y' is an undefined variable" in refusal(path)
 
@@ -190,8 +190,8 @@ def test_an_output_that_a_goal_writes_must_have_its_type():
         "tree: {sequence: [{tree: look, outputs: {gap: far}}, {log: $far}]}\n"
     )
     assert examine(text % "number")[1] == ()
-    (found,) = examine(text % "text")[1]
-    assert (found.line, found.message) == (4, "'gap' is written as a number, not as a string")
+    (result,) = examine(text % "text")[1]
+    assert (result.line, result.message) == (4, "'gap' is written as a number, not as a string")
 
 
 def test_two_branches_that_move_the_base_are_seen_through_trees():
@@ -200,5 +200,5 @@ def test_two_branches_that_move_the_base_are_seen_through_trees():
         "mission: m\ntrees:\n  go: {do: {turn: {angle: 9}, timeout: 9}}\n"
         "tree:\n  parallel: [{tree: go}, {sequence: [{tree: go}]}]\n"
     )
-    (found,) = examine(text)[1]
-    assert found.message.startswith("two branches of a parallel move the base")
+    (result,) = examine(text)[1]
+    assert result.message.startswith("two branches of a parallel move the base")

@@ -67,9 +67,9 @@ def test_fields_of_goals_take_units_by_their_interface() -> None:
     assert value(node("spin: {target_yaw: 90 deg}").sent["target_yaw"]) == pytest.approx(1.5707963)
     assert value(node("spin: {time_allowance: 1 min}").sent["time_allowance"]) == 60.0
     pose = node("navigate_to_pose: {pose: [50 cm, 1 m, 1 rad]}").sent["pose"]
-    assert [value(one) for one in pose] == [0.5, 1.0, pytest.approx(57.29578)]
+    assert [value(number) for number in pose] == [0.5, 1.0, pytest.approx(57.29578)]
     poses = node("follow_waypoints: {poses: [[0, 10 cm, 90 deg]]}").sent["poses"]
-    assert [value(one) for one in poses[0][1:]] == [0.1, 90.0]
+    assert [value(number) for number in poses[0][1:]] == [0.1, 90.0]
     twist = "publish: {topic: t, type: geometry_msgs/msg/Twist, message: {angular: {z: 90 deg/s}}}"
     assert value(node(twist).sent["angular"]["z"]) == pytest.approx(1.5707963)
     # A text stays a text.
@@ -129,10 +129,10 @@ def test_an_input_in_degrees_is_not_for_a_field_in_radians() -> None:
     head = "inputs: {angle: 90 deg}\n"
     assert problems("{turn: {angle: $angle}, timeout: 9}", head) == []
     assert problems("{spin: {target_yaw: radians($angle)}, timeout: 9}", head) == []
-    said = problems("{spin: {target_yaw: -$angle}, timeout: 9}", head)
-    assert "4:24 '$angle' is in deg, the field is in rad; write 'radians($angle)'" in said
-    said = problems("{move: {secs: angle}, timeout: 9}", head)
-    assert "4:17 'angle' is in deg, the field is in s; None" in said
+    output = problems("{spin: {target_yaw: -$angle}, timeout: 9}", head)
+    assert "4:24 '$angle' is in deg, the field is in rad; write 'radians($angle)'" in output
+    output = problems("{move: {secs: angle}, timeout: 9}", head)
+    assert "4:17 'angle' is in deg, the field is in s; None" in output
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ def test_a_server_that_dies_is_noticed(ros: Any) -> None:
     ros.until(lambda: turn.goals)
     ros.run(0.2)
     died_s = ros.now_s
-    ros.drop(next(one for one in ros.clock.get_nodes() if one.get_name() == "turn_server"))
+    ros.drop(next(server for server in ros.clock.get_nodes() if server.get_name() == "turn_server"))
     ros.until(lambda: node.executive.root.status is Status.FAILURE)
     assert ros.now_s - died_s <= 0.3
     assert outcome(node.executive, "turn") == "server lost: /turn has gone from the graph"
@@ -208,7 +208,7 @@ def test_an_exception_in_one_leaf_ends_the_others(ros: Any) -> None:
         "mission: m\ntree:\n  parallel:\n    - turn: {angle: 90}\n      timeout: 60\n"
         "    - sequence: [{wait: 1}, {log: x}]\n"
     )
-    (log,) = (one for one in node.executive.nodes if one.name == "log")
+    (log,) = (behaviour for behaviour in node.executive.nodes if behaviour.name == "log")
 
     def broken() -> Status:
         raise ZeroDivisionError("oh")
@@ -217,7 +217,7 @@ def test_an_exception_in_one_leaf_ends_the_others(ros: Any) -> None:
     ros.until(lambda: node.executive.is_done)
     assert node.executive.reason.startswith("ZeroDivisionError: oh (test_their_bugs.py:")
     assert (turn.goal.cancels, node.executive.goals_left_behind) == (1, ())
-    assert all(one.status is not Status.RUNNING for one in node.executive.nodes)
+    assert all(behaviour.status is not Status.RUNNING for behaviour in node.executive.nodes)
 
 
 def test_a_stopped_mission_terminates_its_leaves(ros: Any) -> None:
@@ -229,7 +229,7 @@ def test_a_stopped_mission_terminates_its_leaves(ros: Any) -> None:
     )
     ros.until(lambda: turn.goals)
     node.executive.interrupt("enough")
-    assert {one.status for one in node.executive.nodes} == {Status.INVALID}
+    assert {behaviour.status for behaviour in node.executive.nodes} == {Status.INVALID}
 
 
 def test_timeouts_are_of_ros_time(ros: Any) -> None:
@@ -273,8 +273,8 @@ def test_a_reactive_fallback_cancels_what_it_interrupts(ros: Any) -> None:
     ros.run(1.5)
     assert len(turn.goals) == 1, "the wait has timed out, so the turn has its turn"
     ros.run(0.2)
-    halted = [one for one in ros.changes if one.status is Status.INVALID]
-    started = [one for one in halted if node.executive.nodes[one.node].name == "turn"]
+    halted = [change for change in ros.changes if change.status is Status.INVALID]
+    started = [event for event in halted if node.executive.nodes[event.node].name == "turn"]
     assert started, "the fallback looked at its first child again, which runs: the turn is halted"
     assert turn.goal.cancels == 1
     ros.run(1.2)
@@ -290,7 +290,7 @@ def test_a_sequence_goes_through_many_children_in_one_tick(ros: Any) -> None:
         "mission: m\ntree:\n  sequence:\n" + "    - sequence: [{log: a}, {log: b}]\n" * 50
     )
     ros.until(lambda: node.executive.is_done)
-    assert (node.executive.ticks, len(ros.said)) == (1, 100)
+    assert (node.executive.ticks, len(ros.logged)) == (1, 100)
 
 
 def test_a_parallel_says_what_becomes_of_the_rest(ros: Any) -> None:
@@ -302,7 +302,7 @@ def test_a_parallel_says_what_becomes_of_the_rest(ros: Any) -> None:
         "  succeed_when: [long enough]\n"
     )
     ros.until(lambda: node.executive.is_done)
-    assert (ros.said, turn.goal.cancels, node.executive.mission_state.status) == (
+    assert (ros.logged, turn.goal.cancels, node.executive.mission_state.status) == (
         ["once"],
         1,
         "success",

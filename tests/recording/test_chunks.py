@@ -17,11 +17,11 @@ def written() -> tuple[ChunkWriter, io.BytesIO]:
     writer = ChunkWriter(stream)
     writer.start("ros2", "test")
     schema = writer.add_schema("std_msgs/msg/String", "ros2msg", b"string data\n")
-    one = writer.add_channel("/one", "cdr", schema, {"a": "b"})
-    writer.write_messages([(one, 10, b"x"), (one, 30, b"yy")])
+    channel = writer.add_channel("/one", "cdr", schema, {"a": "b"})
+    writer.write_messages([(channel, 10, b"x"), (channel, 30, b"yy")])
     writer.write_attachment("m.yaml", "text/plain", b"mission: m\n", 35)
     two = writer.add_channel("/two", "cdr", schema, {})
-    writer.write_messages([(two, 20, b""), (one, 40, b"z")])
+    writer.write_messages([(two, 20, b""), (channel, 40, b"z")])
     writer.write_metadata("about", {"seed": "7"})
     writer.finish()
     return writer, stream
@@ -39,8 +39,10 @@ def test_the_library_reads_it_by_its_index_and_checks_the_sums() -> None:
     ]
     late = [m.log_time for _, _, m in reader.iter_messages(topics=["/one"], starting_at=25)]
     assert late == [30, 40]
-    assert [(one.name, one.log_time) for one in reader.iter_attachments()] == [("m.yaml", 35)]
-    assert [one.metadata for one in reader.iter_metadata()] == [{"seed": "7"}]
+    assert [(attachment.name, attachment.log_time) for attachment in reader.iter_attachments()] == [
+        ("m.yaml", 35)
+    ]
+    assert [record.metadata for record in reader.iter_metadata()] == [{"seed": "7"}]
 
 
 def test_the_summary_counts_what_is_there() -> None:
@@ -59,7 +61,7 @@ def test_the_summary_counts_what_is_there() -> None:
 def test_it_reads_from_front_to_back() -> None:
     """Each definition comes before what needs it, in the chunk that does."""
     records = list(StreamReader(io.BytesIO(written()[1].getvalue()), emit_chunks=True).records)
-    assert sum(isinstance(one, Chunk) for one in records) == 2
+    assert sum(isinstance(record, Chunk) for record in records) == 2
     stream = io.BytesIO(written()[1].getvalue())
     times = [
         r.log_time

@@ -118,7 +118,7 @@ def test_it_begins_at_the_time_of_the_clock(recorded: Path) -> None:
         assert summary is not None
         assert summary.statistics is not None
         assert summary.statistics.message_start_time == START_NS
-        assert {one.log_time for one in reader.iter_attachments()} == {START_NS}
+        assert {attachment.log_time for attachment in reader.iter_attachments()} == {START_NS}
     with AnyReader([recorded]) as bag:
         assert bag.start_time == START_NS
         assert bag.duration <= 1.01 * NS

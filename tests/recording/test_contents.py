@@ -8,7 +8,7 @@ from typing import Any
 
 from bt_mission.events.events import ClockJumped, StateChanged
 from bt_mission.events.log import INFO, WARN, rosout_line
-from tests.support.recorded_runs import Recorded, heard_by_others
+from tests.support.recorded_runs import Recorded, messages_for_others
 
 
 def test_what_happens_between_two_ticks_is_said() -> None:
@@ -22,41 +22,48 @@ def test_what_happens_between_two_ticks_is_said() -> None:
 
 def details(run: Recorded) -> list[Any]:
     """The messages, as another reader has them."""
-    return [one for one in heard_by_others(run.path) if one.topic == "/bt_mission/details"]
+    return [
+        messages_for_other
+        for messages_for_other in messages_for_others(run.path)
+        if messages_for_other.topic == "/bt_mission/details"
+    ]
 
 
 def test_progress_is_told_twice_a_second_and_when_something_happens(
     record: Callable[..., Recorded],
 ) -> None:
     """By the mission's clock."""
-    heard = details(record())
-    times = [one.time_ns for one in heard]
+    messages = details(record())
+    times = [message.time_ns for message in messages]
     assert all(0 <= after - before <= 550_000_000 for before, after in pairwise(times))
-    values = [node.value for one in heard for node in one.message.running if node.limit]
+    values = [node.value for message in messages for node in message.message.running if node.limit]
     assert len(values) > 5
 
 
 def test_the_first_message_has_everything(record: Callable[..., Recorded]) -> None:
     """Later ones have what has changed."""
-    heard = details(
+    messages = details(
         record(
             text="mission: m\nworld: empty_arena\ninputs: {a: 1, b: two}\n"
             "tree:\n  sequence: [{set: {c: 2}}, {wait: 3}]\n"
         )
     )
-    found = [[(one.name, one.value) for one in each.message.variables] for each in heard]
-    assert ("b", '"two"') in found[0]
-    assert sum(("b", '"two"') in one for one in found) == 1
+    results = [
+        [(variable.name, variable.value) for variable in each.message.variables]
+        for each in messages
+    ]
+    assert ("b", '"two"') in results[0]
+    assert sum(("b", '"two"') in result for result in results) == 1
 
 
 def test_goals_are_told_with_each_state(record: Callable[..., Recorded]) -> None:
     """Until they have ended."""
-    heard = details(record())
+    messages = details(record())
     states: dict[str, list[str]] = {}
-    for one in heard:
-        for goal in one.message.goals:
+    for message in messages:
+        for goal in message.message.goals:
             states.setdefault(goal.owner, []).append(goal.state)
-    assert [found[-1] for found in states.values()] == ["succeeded", "succeeded"]
+    assert [state[-1] for state in states.values()] == ["succeeded", "succeeded"]
     assert "active" in states["back"]
 
 

@@ -41,7 +41,7 @@ def edited(tmp_path: Path) -> Callable[[Edit], Path]:
 def damage(contents: bytes, opcode: Opcode, change: Callable[[bytearray, int, int], None]) -> bytes:
     """Return a file with its last record of a kind changed."""
     damaged = bytearray(contents)
-    at, length = [one for one in records(contents) if contents[one[0]] == opcode][-1]
+    at, length = [record for record in records(contents) if contents[record[0]] == opcode][-1]
     change(damaged, at, length)
     return bytes(damaged)
 
@@ -91,8 +91,8 @@ def test_any_damage_to_what_we_have_recorded_is_told(edited, tmp_path):
         (Opcode.CHUNK, remove),
         (Opcode.ATTACHMENT, flip),
     ):
-        found = why_cut(path, damage(contents, opcode, change))
-        assert found == "the file is damaged: its data has another checksum than when written"
+        result = why_cut(path, damage(contents, opcode, change))
+        assert result == "the file is damaged: its data has another checksum than when written"
 
 
 def test_a_lost_chunk_of_a_file_without_a_sum_is_told(edited, tmp_path):
@@ -101,9 +101,9 @@ def test_a_lost_chunk_of_a_file_without_a_sum_is_told(edited, tmp_path):
     path = tmp_path / "run.mcap"
     assert why_cut(path, contents) == ""
     wanted = len(load(SQUARE).messages)
-    found = why_cut(path, damage(contents, Opcode.CHUNK, unknown))
-    assert found.startswith("the file is damaged: it has ")
-    assert found.endswith(f" messages where {wanted:,} were recorded")
+    result = why_cut(path, damage(contents, Opcode.CHUNK, unknown))
+    assert result.startswith("the file is damaged: it has ")
+    assert result.endswith(f" messages where {wanted:,} were recorded")
 
 
 def test_data_without_an_end_is_not_whole(edited, tmp_path):
@@ -181,9 +181,9 @@ def test_a_message_of_a_time_that_cannot_be_is_left_out(edited):
 
     path = edited(misdate)
     whole = read_timeline(SQUARE)
-    found = read_timeline(path)
-    assert found.end_ns <= whole.end_ns
-    assert f"its time is {2**64 - 1} ns" in found.missing
+    timeline = read_timeline(path)
+    assert timeline.end_ns <= whole.end_ns
+    assert f"its time is {2**64 - 1} ns" in timeline.missing
 
 
 def test_what_a_trace_says_of_a_goal_need_not_be_text(edited, tmp_path):

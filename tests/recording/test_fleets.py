@@ -55,10 +55,10 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, 
     folder = tmp_path_factory.mktemp("fleet")
     (folder / "two.yaml").write_text(FLEET, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
-        said: list[str] = []
-        patch.setattr("builtins.print", lambda text="", **_: said.append(str(text)))
+        lines: list[str] = []
+        patch.setattr("builtins.print", lambda text="", **_: lines.append(str(text)))
         main(["run", str(folder / "two.yaml"), "--json", "--record", str(folder / "two.mcap")])
-    return folder / "two.mcap", json.loads(said[-1])
+    return folder / "two.mcap", json.loads(lines[-1])
 
 
 def test_the_robots_of_a_recording_are_known_at_its_beginning(recorded: Any) -> None:
@@ -81,12 +81,12 @@ def test_topics_of_all_robots_are_in_it(recorded: Any) -> None:
 @pytest.mark.parametrize("number", [0, 1])
 def test_a_run_is_that_of_its_robot(recorded: Any, number: int) -> None:
     """Tree, goals, log, trace, path and summary are; nothing of the other one is in it."""
-    path, said = recorded
+    path, output = recorded
     robot = ("one", "two")[number]
     run = read_run(path, robot)
-    assert run.mission == said["robots"][number]["mission"]
+    assert run.mission == output["robots"][number]["mission"]
     assert run.node == f"/{robot}/bt_mission"
-    assert run.summary["trace_sha256"] == said["robots"][number]["trace_sha256"]
+    assert run.summary["trace_sha256"] == output["robots"][number]["trace_sha256"]
     assert {goal.action.split("/")[1] for goal in run.goals} == {robot}
     assert [goal.status for goal in run.goals] == [("canceled", "succeeded")[number]]
     assert {line.name for line in run.log if "bt_mission" in line.name} == {f"{robot}.bt_mission"}
@@ -117,12 +117,12 @@ def test_a_replay_has_all_robots_on_the_map(recorded: Any) -> None:
 @pytest.mark.parametrize("number", [0, 1])
 def test_verdicts_and_margins_are_those_of_the_run(recorded: Any, number: int) -> None:
     """Instant by instant, from the signals of that robot."""
-    path, said = recorded
-    found = RecordedRequirements(path, robot=("one", "two")[number])
-    results = found.verify(found.own()).results
-    told = said["robots"][number]["requirements"]
-    assert [(one.name, one.verdict, one.margin, one.at) for one in results] == [
-        (one["name"], one["verdict"], one["margin"], one["at"]) for one in told
+    path, output = recorded
+    result = RecordedRequirements(path, robot=("one", "two")[number])
+    results = result.verify(result.own()).results
+    reports = output["robots"][number]["requirements"]
+    assert [(judged.name, judged.verdict, judged.margin, judged.at) for judged in results] == [
+        (report["name"], report["verdict"], report["margin"], report["at"]) for report in reports
     ]
 
 
@@ -138,7 +138,10 @@ def test_verify_tells_of_every_robot(recorded: Any, capsys: pytest.CaptureFixtur
     assert main(["verify", str(path), "--robot", "two", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["mission"] == "turns"
     assert main(["verify", str(path), "--json"]) == 1
-    assert [one["robot"] for one in json.loads(capsys.readouterr().out)["robots"]] == ["one", "two"]
+    assert [robot["robot"] for robot in json.loads(capsys.readouterr().out)["robots"]] == [
+        "one",
+        "two",
+    ]
 
 
 def test_a_report_is_one_page_of_all_robots(

@@ -57,19 +57,19 @@ def with_more(tmp_path: Path) -> Callable[[Iterable[Message]], Path]:
 def test_each_message_has_its_class() -> None:
     """In the order of the file; messages that nobody shows are plain ones."""
     file = RecordedFile(recording())
-    times, found = zip(*happenings(file), strict=True)
+    times, results = zip(*happenings(file), strict=True)
     assert list(times) == sorted(times)
-    assert len(found) == sum(1 for _ in RecordedFile(recording()).messages())
+    assert len(results) == sum(1 for _ in RecordedFile(recording()).messages())
     topics: dict[type, set[str]] = {}
-    for one in found:
-        topics.setdefault(type(one), set()).add(one.channel.topic)
+    for result in results:
+        topics.setdefault(type(result), set()).add(result.channel.topic)
     own = {"tree", "changes", "state", "details"}
     assert topics[ExecutiveMessage] == {f"/bt_mission/{name}" for name in own}
     assert topics[TraceLine] == {"/bt_mission/trace"}
     assert topics[SignalLine] == {"/bt_mission/signals"}
     assert topics[RosoutMessage] == {"/rosout"}
     assert {"/scan", "/odom", "/ground_truth/odom", "/tf", "/map"} <= topics[RobotMessage]
-    goals = {(one.action, one.part) for one in found if isinstance(one, GoalMessage)}
+    goals = {(result.action, result.part) for result in results if isinstance(result, GoalMessage)}
     assert ("/turn", "feedback") in goals
 
 
@@ -77,11 +77,11 @@ def test_a_line_of_a_trace_is_the_event_that_it_was_written_from() -> None:
     """Written again it is the same line, of each kind that the run has."""
     nodes: tuple[NodeInfo, ...] = ()
     lines: list[TraceLine] = []
-    for _, one in happenings(RecordedFile(recording())):
-        if isinstance(one, TraceLine):
-            lines.append(one)
-        elif isinstance(one, ExecutiveMessage):
-            nodes = next((e.nodes for e in one.batch.events if isinstance(e, RunStarted)), nodes)
+    for _, first in happenings(RecordedFile(recording())):
+        if isinstance(first, TraceLine):
+            lines.append(first)
+        elif isinstance(first, ExecutiveMessage):
+            nodes = next((e.nodes for e in first.batch.events if isinstance(e, RunStarted)), nodes)
     indices, names = {node.path: at for at, node in enumerate(nodes)}, node_names(nodes)
     assert lines[0].event(indices) is None
     kinds = Counter(line.name.partition(" ")[0] for line in lines[1:])

@@ -143,7 +143,7 @@ def test_what_it_saw(recorded: tuple[RecordedRun, Any]) -> None:
     """The points of a scan, put where the robot was, lie on the walls of the map."""
     run, _ = recorded
     assert run.grid is not None
-    scan = [one for one in run.scans if one.time_ns <= 4 * S][-1]
+    scan = [measured for measured in run.scans if measured.time_ns <= 4 * S][-1]
     pose = run.truth.at(4 * S)
     assert pose is not None
     cos, sin = np.cos(pose[2]), np.sin(pose[2])

@@ -44,7 +44,9 @@ def test_a_whole_file(ten_seconds: Path) -> None:
     assert len(times) == 100
     assert (bool(file.why_cut), file.why_cut, file.library) == (False, "", "test")
     assert file.notes == {"about": {"a": "b"}}
-    assert [(one.name, one.data) for one in file.attached] == [("m.yaml", b"mission: m\n")]
+    assert [(attached.name, attached.data) for attached in file.attached] == [
+        ("m.yaml", b"mission: m\n")
+    ]
 
 
 def test_a_file_cut_anywhere_gives_what_is_before_the_cut(ten_seconds: Path) -> None:
@@ -117,8 +119,8 @@ def test_files_of_other_recorders_are_read(tmp_path: Path, compression: Compress
             channel = writer.register_channel("/x", "json", 0)
             writer.add_message(channel, 5, b"{}", 5)
             writer.finish()
-        ((found, time_ns, data),) = RecordedFile(path).messages()
-        assert (found.topic, found.encoding, found.type_name) == ("/x", "json", "")
+        ((message, time_ns, data),) = RecordedFile(path).messages()
+        assert (message.topic, message.encoding, message.type_name) == ("/x", "json", "")
         assert (time_ns, data) == (5, b"{}")
 
 
@@ -142,7 +144,7 @@ def test_a_run_that_is_cut_anywhere_is_a_run_or_an_error(
             ended = tuple(span for span in spans if span.status != "running")
             assert ended == whole_spans[: len(ended)]
         lengths.append(len(run.truth))
-    for said in early:
-        assert said.startswith(f"{cut}: it ends before the mission began: the file was cut")
+    for output in early:
+        assert output.startswith(f"{cut}: it ends before the mission began: the file was cut")
     assert lengths == sorted(lengths)
     assert lengths[-1] > lengths[0] > 0

@@ -28,7 +28,7 @@ def bag(tmp_path: Path) -> RobotBag:
 
 def test_a_recording_of_another_robot(bag: RobotBag) -> None:
     """Its topics tell signals; of what only a simulation or a mission knows it is said so."""
-    found = verify(
+    result = verify(
         bag.close(),
         "always speed < 0.15",
         "always scan_clearance > 0.5",
@@ -40,7 +40,7 @@ def test_a_recording_of_another_robot(bag: RobotBag) -> None:
         "always battery > 20",
         "always topic('odom', 'nothing') < 1",
     )
-    speed, room, age, distance, field, clearance, node, battery, nothing = found.results
+    speed, room, age, distance, field, clearance, node, battery, nothing = result.results
     assert (speed.verdict, speed.margin, speed.violated_at, speed.at) == (
         *("violated", -0.05, 7.5, 10.0),
     )
@@ -49,8 +49,8 @@ def test_a_recording_of_another_robot(bag: RobotBag) -> None:
     assert (distance.verdict, field.verdict) == ("holds", "holds")
     assert distance.margin == pytest.approx(0.0, abs=1e-9)
     unknown = (clearance, node, battery, nothing)
-    assert {one.verdict for one in unknown} == {"unknown"}
-    assert [one.why for one in unknown] == [
+    assert {judged.verdict for judged in unknown} == {"unknown"}
+    assert [judged.why for judged in unknown] == [
         "clearance: only a simulation knows it",
         "running('drive'): the recording has no mission in it",
         "battery: the recording has no topic /battery_state",
@@ -65,8 +65,8 @@ def test_a_robot_in_a_namespace(tmp_path: Path) -> None:
     bag.odometry(0.0, x=0.0, speed=0.1)
     bag.odometry(1.0, x=0.0, speed=0.3)
     formula = Requirement("slow", "", Formula("always speed < 0.25").root)
-    (found,) = RecordedRequirements(bag.close()).verify((formula,)).results
-    assert found.why == "speed: the recording has no topic /odom"
+    (result,) = RecordedRequirements(bag.close()).verify((formula,)).results
+    assert result.why == "speed: the recording has no topic /odom"
     recorded = RecordedRequirements(tmp_path / "bag.mcap", "tb3_1")
     assert recorded.verify((formula,)).results[0].margin == -0.05
 
@@ -74,9 +74,9 @@ def test_a_robot_in_a_namespace(tmp_path: Path) -> None:
 def test_a_message_that_cannot_be_read_decides_nothing(bag: RobotBag) -> None:
     """Not even where others of its topic can: it might have been the one."""
     bag.raw(10.5, "/odom", b"\0\1\0\0too short")
-    found = verify(bag.close(), "always speed < 0.15", "always scan_clearance > 0.1")
-    assert [one.verdict for one in found.results] == ["unknown", "holds"]
-    assert found.results[0].why.startswith("speed: a message cannot be read: ")
+    result = verify(bag.close(), "always speed < 0.15", "always scan_clearance > 0.1")
+    assert [judged.verdict for judged in result.results] == ["unknown", "holds"]
+    assert result.results[0].why.startswith("speed: a message cannot be read: ")
 
 
 def test_clocks_that_do_not_agree_are_told(bag: RobotBag) -> None:
@@ -107,6 +107,6 @@ def test_a_message_of_ours_that_cannot_be_read_makes_all_unknown(tmp_path: Path)
         is_bad = channel.topic.endswith("/trace") and time_ns > 3_000_000_000
         copy.write(time_ns, [(numbers[channel], b"\0\1\0\0" if is_bad else data)])
     copy.close()
-    (found,) = verify(tmp_path / "joined.mcap", "always running('drive')").results
-    assert found.verdict == "unknown"
-    assert found.why.startswith("what the mission tells cannot be read: ")
+    (result,) = verify(tmp_path / "joined.mcap", "always running('drive')").results
+    assert result.verdict == "unknown"
+    assert result.why.startswith("what the mission tells cannot be read: ")

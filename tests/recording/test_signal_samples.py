@@ -25,8 +25,8 @@ class Mission:
         self.scope = SimpleNamespace(values={})
         self.ledger = SimpleNamespace(open_goals=())
         self.executive = SimpleNamespace(started_ns=5, cycles=1)
-        found = [Requirement(one, one, Formula(one).root) for one in formulas]
-        self.mission = SimpleNamespace(requirements=found)
+        results = [Requirement(formula, formula, Formula(formula).root) for formula in formulas]
+        self.mission = SimpleNamespace(requirements=results)
         self.signals = self
         self.requirements = self
         self.samples = SignalSamples(self, self._take, lambda call: call)  # type: ignore[arg-type]

@@ -126,7 +126,7 @@ def run(mission: Mission, path: Path) -> tuple[RequirementResult, ...]:
 
 def plain(results: tuple[RequirementResult, ...]) -> list[dict[str, Any]]:
     """Results as programs get them."""
-    return [asdict(one) for one in results]
+    return [asdict(result) for result in results]
 
 
 @pytest.mark.parametrize("name", NODES)
@@ -137,13 +137,13 @@ def test_a_recording_comes_to_what_the_run_did(name: str, tmp_path: Path) -> Non
     (tmp_path / "more.yaml").write_text(text)
     bare = load(find("missions", name))
     mission = with_requirements(bare, [tmp_path / "more.yaml"])
-    told = run(mission, tmp_path / "with.mcap")
-    assert {one.verdict for one in told} >= {"holds", "violated"}
-    assert plain(verify(tmp_path / "with.mcap").results) == plain(told)
+    reports = run(mission, tmp_path / "with.mcap")
+    assert {report.verdict for report in reports} >= {"holds", "violated"}
+    assert plain(verify(tmp_path / "with.mcap").results) == plain(reports)
     run(bare, tmp_path / "without.mcap")
-    found = verify(tmp_path / "without.mcap", requirements=mission.requirements)
-    assert plain(found.results) == plain(told)
-    assert (found.notes, found.why_cut, found.lacks) == ((), "", "")
+    result = verify(tmp_path / "without.mcap", requirements=mission.requirements)
+    assert plain(result.results) == plain(reports)
+    assert (result.notes, result.why_cut, result.lacks) == ((), "", "")
 
 
 def test_any_formula_comes_to_what_it_did_in_the_run(tmp_path: Path) -> None:
@@ -151,18 +151,18 @@ def test_any_formula_comes_to_what_it_did_in_the_run(tmp_path: Path) -> None:
     draw = random.Random(14)
     texts = [drawn_formula(draw, measures=draw.choice((0.0, 0.4))) for _ in range(200)]
     mission = load(THERE_AND_BACK)
-    found = []
+    results = []
     for text in texts:
         with suppress(ExpressionError):  # what can only come to one verdict
-            found.append(Requirement(text, text, Formula(text).root))
-    requirements = tuple({one.name: one for one in found}.values())
-    told = run(replace(mission, requirements=requirements), tmp_path / "with.mcap")
-    assert {one.verdict for one in told} >= {"holds", "violated", "open"}
-    assert len({one.margin for one in told}) > 20
-    assert plain(verify(tmp_path / "with.mcap").results) == plain(told)
+            results.append(Requirement(text, text, Formula(text).root))
+    requirements = tuple({result.name: result for result in results}.values())
+    reports = run(replace(mission, requirements=requirements), tmp_path / "with.mcap")
+    assert {report.verdict for report in reports} >= {"holds", "violated", "open"}
+    assert len({report.margin for report in reports}) > 20
+    assert plain(verify(tmp_path / "with.mcap").results) == plain(reports)
     run(mission, tmp_path / "without.mcap")
     again = verify(tmp_path / "without.mcap", requirements=requirements)
-    assert plain(again.results) == plain(told)
+    assert plain(again.results) == plain(reports)
 
 
 def test_what_becomes_of_goals_is_the_same_in_the_run_and_in_its_recording(
@@ -175,7 +175,7 @@ def test_what_becomes_of_goals_is_the_same_in_the_run_and_in_its_recording(
         for name in ("late", "refused", "halted", "done")
         for word in ("eventually", "never")
         for inner in (
-            *(f'outcome("{name}") = "{one}"' for one in OUTCOMES),
+            *(f'outcome("{name}") = "{outcome}"' for outcome in OUTCOMES),
             f'accepted("{name}")',
             f'count(starts(accepted("{name}"))) > 2',
             f'count(ends(outcome("{name}") = canceled)) > 1',
@@ -183,9 +183,13 @@ def test_what_becomes_of_goals_is_the_same_in_the_run_and_in_its_recording(
         )
     ]
     requirements = tuple(Requirement(text, text, Formula(text).root) for text in texts)
-    told = run(replace(mission, requirements=requirements), tmp_path / "with.mcap")
-    held = {one.name.removeprefix("eventually ") for one in told if one.verdict == "holds"}
-    assert {one for one in held if not one.startswith(("never", "starts", "count"))} == {
+    reports = run(replace(mission, requirements=requirements), tmp_path / "with.mcap")
+    held = {
+        report.name.removeprefix("eventually ") for report in reports if report.verdict == "holds"
+    }
+    assert {
+        formula for formula in held if not formula.startswith(("never", "starts", "count"))
+    } == {
         'outcome("late") = "canceled"',
         'outcome("late") = "canceled by timeout"',
         'accepted("late")',
@@ -200,7 +204,7 @@ def test_what_becomes_of_goals_is_the_same_in_the_run_and_in_its_recording(
     assert 'count(ends(outcome("late") = canceled)) > 1' in held
     run(mission, tmp_path / "without.mcap")
     again = verify(tmp_path / "without.mcap", requirements=requirements)
-    assert plain(again.results) == plain(told)
+    assert plain(again.results) == plain(reports)
 
 
 SLOW = {
@@ -219,9 +223,9 @@ def test_what_a_violation_does_comes_after_the_instant_for_all(action: str, tmp_
         "  ends: eventually succeeded('b')\n"
         "  one goal: 'whenever speed > 0.1: open_goals > 0'\ntree:",
     )
-    told = run(load(text), tmp_path / "run.mcap")
-    assert told[0].verdict == "violated"
-    assert plain(verify(tmp_path / "run.mcap").results) == plain(told)
+    reported = run(load(text), tmp_path / "run.mcap")
+    assert reported[0].verdict == "violated"
+    assert plain(verify(tmp_path / "run.mcap").results) == plain(reported)
 
 
 def test_what_a_fault_kept_from_the_mission_is_known(stage: Stages, tmp_path: Path) -> None:
@@ -248,10 +252,10 @@ def test_what_appears_while_the_run_goes_on_has_room_around_it(
     with RunRecorder(made.stage, tmp_path / "run.mcap") as recorder:
         recorder.finish(made.until_done().as_dict())
     least = min(moment.clearance for moment in made.moments)
-    found, nearest = verify(
+    result, nearest = verify(
         tmp_path / "run.mcap", "always clearance > 0", "always nearest != 'box'"
     ).results
-    assert found.margin == pytest.approx(least, abs=1e-8)
+    assert result.margin == pytest.approx(least, abs=1e-8)
     assert nearest.verdict == "violated"
 
 
@@ -265,9 +269,9 @@ def test_a_recording_that_begins_late_tells_nothing(tmp_path: Path) -> None:
             while not stage.is_done:
                 stage.step()
             recorder.finish(stage.report(1.0).as_dict())
-    (found,) = verify(tmp_path / "run.mcap", "always speed < 0.1").results
-    assert (found.verdict, found.margin) == ("unknown", None)
-    assert found.why == "the recording begins 1.05 s after the mission"
+    (result,) = verify(tmp_path / "run.mcap", "always speed < 0.1").results
+    assert (result.verdict, result.margin) == ("unknown", None)
+    assert result.why == "the recording begins 1.05 s after the mission"
 
 
 def test_a_cut_recording_never_lies(tmp_path: Path) -> None:
@@ -282,23 +286,23 @@ def test_a_cut_recording_never_lies(tmp_path: Path) -> None:
         "never open_goals > 1",
     )
     whole = recording().read_bytes()
-    told = {one.name: one for one in verify(recording(), *formulas).results}
-    assert {one.verdict for one in told.values()} >= {"holds", "violated"}
+    reported = {judged.name: judged for judged in verify(recording(), *formulas).results}
+    assert {judged.verdict for judged in reported.values()} >= {"holds", "violated"}
     draw, seen = random.Random(4), set()
     for size in (*(draw.randrange(len(whole)) for _ in range(60)), len(whole) - 20):
         path = tmp_path / "cut.mcap"
         path.write_bytes(whole[:size])
         try:
-            found = verify(path, *formulas)
+            result = verify(path, *formulas)
         except RecordingError:  # nothing of it can be read
             assert size < len(whole) / 20
             continue
-        for one in found.results:
-            seen.add(one.verdict)
-            if one.verdict in ("holds", "violated"):
-                assert one.verdict == told[one.name].verdict, (size, one)
+        for element in result.results:
+            seen.add(element.verdict)
+            if element.verdict in ("holds", "violated"):
+                assert element.verdict == reported[element.name].verdict, (size, element)
             else:
-                assert one.why, (size, one)
+                assert element.why, (size, element)
     assert seen >= {"holds", "violated", "open"}
 
 
@@ -326,9 +330,9 @@ def test_a_damaged_line_of_signals_makes_all_unknown(line: str, tmp_path: Path) 
         is_bad = channel.topic.endswith("/signals") and count > 1000
         copy.write(time_ns, [(numbers[channel], string_message(line) if is_bad else data)])
     copy.close()
-    (found,) = verify(path, "always running('drive')").results
-    assert found.verdict == "unknown"
-    assert found.why.startswith("what the mission tells cannot be read: ")
+    (result,) = verify(path, "always running('drive')").results
+    assert result.verdict == "unknown"
+    assert result.why.startswith("what the mission tells cannot be read: ")
 
 
 def test_margins_over_time(tmp_path: Path) -> None:
@@ -339,14 +343,14 @@ def test_margins_over_time(tmp_path: Path) -> None:
         "  calms down: 'whenever speed > 0.2: speed < 0.1 within 4 s'\n"
         "  done: eventually succeeded('b')\ntree:",
     )
-    (told, *_) = run(load(text), tmp_path / "run.mcap")
+    (reported, *_) = run(load(text), tmp_path / "run.mcap")
     slow, calms, done = recorded_requirements(tmp_path / "run.mcap")
     assert (slow.is_of_instants, calms.is_of_instants, done.is_of_instants) == (True, False, True)
-    assert slow.result == told
+    assert slow.result == reported
     worst = int(slow.margins.argmin())
-    assert (slow.times[worst], round(slow.margins[worst], 9)) == (told.at, told.margin)
-    assert slow.times[slow.margins < 0][0] == told.violated_at
-    known = [one for one in calms.margins if math.isfinite(one)]
+    assert (slow.times[worst], round(slow.margins[worst], 9)) == (reported.at, reported.margin)
+    assert slow.times[slow.margins < 0][0] == reported.violated_at
+    known = [margin for margin in calms.margins if math.isfinite(margin)]
     assert known == sorted(known, reverse=True)
     assert set(done.margins) == {-math.inf, math.inf}
-    assert read_verified_run(tmp_path / "run.mcap").requirements[0].result == told
+    assert read_verified_run(tmp_path / "run.mcap").requirements[0].result == reported

@@ -27,7 +27,7 @@ from bt_mission.recording.file import McapFile
 from bt_mission.sessions.load import load
 from bt_mission.sessions.stage import Stage
 from tests.recording.test_file import FullDisk
-from tests.support.recorded_runs import TWO_TURNS, heard_by_others
+from tests.support.recorded_runs import TWO_TURNS, messages_for_others
 
 S = 1_000_000_000
 
@@ -44,10 +44,10 @@ def bare_trace(text: str, folder: Path) -> str:
 def test_others_read_every_message_of_each_mission(record: Callable[..., Any], name: str) -> None:
     """All of them, to the last byte; and times that never go back."""
     run = record(name)
-    heard = heard_by_others(run.path)
-    assert len(heard) == run.recorder.file.messages
+    messages = messages_for_others(run.path)
+    assert len(messages) == run.recorder.file.messages
     assert run.recorder.missing == ""
-    times = [one.time_ns for one in heard]
+    times = [message.time_ns for message in messages]
     assert times == sorted(times)
     assert times[0] == S
 
@@ -57,17 +57,17 @@ def test_mcap_ros2_support_reads_every_message(record: Callable[..., Any]) -> No
     run = record("explore")
     with run.path.open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
-        heard = [
+        messages = [
             (schema.name, channel.topic)
             for schema, channel, _, _ in reader.iter_decoded_messages()
             if schema is not None
         ]
-    assert len(heard) == run.recorder.file.messages
+    assert len(messages) == run.recorder.file.messages
     assert {
         ("bt_mission_interfaces/msg/TurnFeedbackMessage", "/turn/_action/feedback"),
         ("bt_mission_interfaces/msg/TurnSendGoalEvent", "/turn/_action/send_goal/_service_event"),
         ("bt_mission_interfaces/msg/TurnGetResultEvent", "/turn/_action/get_result/_service_event"),
-    } < set(heard)
+    } < set(messages)
 
 
 def test_rosbags_converts_a_recording(record: Callable[..., Any], tmp_path: Path) -> None:
@@ -100,10 +100,10 @@ def test_raw_actions_keep_the_names_of_ros(record: Callable[..., Any]) -> None:
         with path.open("rb") as stream:
             summary = make_reader(stream).get_summary()
         assert summary is not None
-        schemas = {one.name for one in summary.schemas.values()}
+        schemas = {schema.name for schema in summary.schemas.values()}
         assert ("bt_mission_interfaces/action/Turn_SendGoal_Event" in schemas) is raw_actions
         lives = read_recording(path).goals
-        goals.append([(one.type_name, one.values["angle"], one.status) for one in lives])
+        goals.append([(goal.type_name, goal.values["angle"], goal.status) for goal in lives])
     assert goals[0] == goals[1]
     assert goals[0][0][0] == "bt_mission_interfaces/action/Turn"
 
@@ -128,7 +128,9 @@ def test_the_run_is_the_same_with_and_without(record: Callable[..., Any], tmp_pa
 def test_everything_is_there_at_its_rate(record: Callable[..., Any]) -> None:
     """What the robot says, what moves it, and what the mission does."""
     run = record()
-    counts = Counter(one.topic for one in heard_by_others(run.path))
+    counts = Counter(
+        messages_for_other.topic for messages_for_other in messages_for_others(run.path)
+    )
     seconds = (run.stage.now_ns - S) / S
     for topic in ("odom", "imu", "joint_states", "battery_state", "ground_truth/odom", "tf"):
         assert counts[f"/{topic}"] == pytest.approx(20 * seconds, abs=2), topic
@@ -145,9 +147,9 @@ def test_everything_is_there_at_its_rate(record: Callable[..., Any]) -> None:
 def test_each_message_has_the_time_of_its_instant(record: Callable[..., Any]) -> None:
     """That of its stamp, where a sensor has just made it."""
     stamped = [
-        (one.time_ns, one.message.header.stamp)
-        for one in heard_by_others(record().path)
-        if one.topic in ("/scan", "/odom", "/imu", "/ground_truth/odom", "/cmd_vel")
+        (messages_for_other.time_ns, messages_for_other.message.header.stamp)
+        for messages_for_other in messages_for_others(record().path)
+        if messages_for_other.topic in ("/scan", "/odom", "/imu", "/ground_truth/odom", "/cmd_vel")
     ]
     assert len(stamped) > 200
     assert all(time_ns == stamp.sec * S + stamp.nanosec for time_ns, stamp in stamped)
@@ -156,33 +158,49 @@ def test_each_message_has_the_time_of_its_instant(record: Callable[..., Any]) ->
 def test_the_trace_in_the_file_is_that_of_the_run(record: Callable[..., Any]) -> None:
     """So its hash can be computed from the file."""
     run = record()
-    lines = [one.message.data for one in heard_by_others(run.path) if one.topic.endswith("/trace")]
+    lines = [
+        messages_for_other.message.data
+        for messages_for_other in messages_for_others(run.path)
+        if messages_for_other.topic.endswith("/trace")
+    ]
     text = "".join(f"{line}\n" for line in lines)
     assert hashlib.sha256(text.encode()).hexdigest() == run.trace
 
 
 def test_goals_are_service_events(record: Callable[..., Any]) -> None:
     """Request and answer each, in the form of ROS's own service introspection."""
-    heard = heard_by_others(record().path)
-    sent = [one.message for one in heard if one.topic.endswith("/send_goal/_service_event")]
-    assert [(one.info.event_type, one.info.sequence_number) for one in sent] == [
+    messages = messages_for_others(record().path)
+    sent = [
+        message.message
+        for message in messages
+        if message.topic.endswith("/send_goal/_service_event")
+    ]
+    assert [(item.info.event_type, item.info.sequence_number) for item in sent] == [
         (0, 1),
         (3, 1),
         (0, 2),
         (3, 2),
     ]
-    assert [one.request[0].goal.angle for one in sent] == [90.0, 90.0, -45.0, -45.0]
-    assert [one.response[0].accepted for one in sent[1::2]] == [True, True]
-    results = [one.message for one in heard if one.topic.endswith("/get_result/_service_event")]
-    assert [one.response[0].status for one in results[1::2]] == [4, 4]
+    assert [item.request[0].goal.angle for item in sent] == [90.0, 90.0, -45.0, -45.0]
+    assert [item.response[0].accepted for item in sent[1::2]] == [True, True]
+    results = [
+        message.message
+        for message in messages
+        if message.topic.endswith("/get_result/_service_event")
+    ]
+    assert [result.response[0].status for result in results[1::2]] == [4, 4]
     assert results[1].response[0].result.angle_turned == pytest.approx(90, abs=1)
 
 
 def test_what_the_mission_says_is_a_log(record: Callable[..., Any]) -> None:
     """On the topic and in the form in which tools look for logs."""
-    said = [one.message for one in heard_by_others(record().path) if one.topic == "/rosout"]
-    assert (20, "off we go") in [(one.level, one.msg) for one in said]
-    assert said[-1].msg == "mission: success"
+    lines = [
+        messages_for_other.message
+        for messages_for_other in messages_for_others(record().path)
+        if messages_for_other.topic == "/rosout"
+    ]
+    assert (20, "off we go") in [(line.level, line.msg) for line in lines]
+    assert lines[-1].msg == "mission: success"
 
 
 def test_the_file_holds_the_mission_and_what_it_came_to(record: Callable[..., Any]) -> None:
@@ -190,8 +208,8 @@ def test_the_file_holds_the_mission_and_what_it_came_to(record: Callable[..., An
     run = record()
     with run.path.open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)
-        attached = {one.name: one.data for one in reader.iter_attachments()}
-        notes = {one.name: one.metadata for one in reader.iter_metadata()}
+        attached = {attachment.name: attachment.data for attachment in reader.iter_attachments()}
+        notes = {entry.name: entry.metadata for entry in reader.iter_metadata()}
     assert attached.pop("<text>").decode() == TWO_TURNS
     source = Path(__file__).parents[2]
     for name in ("worlds/empty_arena.yaml", "robots/waffle.yaml"):
@@ -224,7 +242,9 @@ def test_pictures_are_recorded_on_demand(
     run = record(camera=camera, steps=40)
     run.recorder.close()
     pictures = [
-        one.message for one in heard_by_others(run.path) if one.topic == f"/camera/image_raw{topic}"
+        messages_for_other.message
+        for messages_for_other in messages_for_others(run.path)
+        if messages_for_other.topic == f"/camera/image_raw{topic}"
     ]
     assert len(pictures) >= 15
     if camera == "compressed":
@@ -239,7 +259,10 @@ def test_saved_pictures_are_taken_in(record: Callable[..., Any]) -> None:
     """With the names that they have below the run's folder."""
     run = record("sweep")
     with run.path.open("rb") as stream:
-        attached = {one.name: one.data for one in make_reader(stream).iter_attachments()}
+        attached = {
+            attachment.name: attachment.data
+            for attachment in make_reader(stream).iter_attachments()
+        }
     pictures = {name: data for name, data in attached.items() if name.endswith(".png")}
     assert len(pictures) == 6
     folder = run.stage.image_folder
@@ -286,7 +309,9 @@ def test_a_topic_whose_type_is_not_installed_is_named(
     run = record()
     missing = "/scan (no definition of sensor_msgs/msg/LaserScan is installed)"
     assert run.recorder.missing == missing
-    counts = Counter(one.topic for one in heard_by_others(run.path))
+    counts = Counter(
+        messages_for_other.topic for messages_for_other in messages_for_others(run.path)
+    )
     assert counts["/scan"] == 0
     assert counts["/odom"] > 20
 
@@ -310,11 +335,15 @@ def test_a_topic_that_a_users_own_node_publishes_too(
         stage.clock.remove_node(node)
         node.destroy_node()
     values = [
-        one.message.data
-        for one in heard_by_others(tmp_path / "own.mcap")
-        if one.topic == f"/{topic}"
+        messages_for_other.message.data
+        for messages_for_other in messages_for_others(tmp_path / "own.mcap")
+        if messages_for_other.topic == f"/{topic}"
     ]
-    alone = [one.message.data for one in heard_by_others(record().path) if one.topic == f"/{topic}"]
+    alone = [
+        messages_for_other.message.data
+        for messages_for_other in messages_for_others(record().path)
+        if messages_for_other.topic == f"/{topic}"
+    ]
     assert [value for value in values if value >= 0] == alone
     assert values.count(-1.0) == sent > 10
 
@@ -344,4 +373,8 @@ def test_a_mission_that_waits_for_a_listener_waits_on(
     assert record(text=text.replace("{readers}", "1")).status == "failure"
     run = record(text=text.replace("{readers}", "0"))
     assert run.status == "success"
-    assert [one.message.data for one in heard_by_others(run.path) if one.topic == "/lamp"] == [True]
+    assert [
+        messages_for_other.message.data
+        for messages_for_other in messages_for_others(run.path)
+        if messages_for_other.topic == "/lamp"
+    ] == [True]

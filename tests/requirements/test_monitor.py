@@ -141,14 +141,14 @@ def test_memory_is_bounded_by_the_windows(text: str) -> None:
 
 def _samples_in(part: object) -> int:
     """Count what the queues of a formula hold."""
-    found = 0
+    result = 0
     for value in vars(part).values() if hasattr(part, "__dict__") else ():
-        for one in value if isinstance(value, list | tuple) else [value]:
-            if type(one).__name__ == "deque":
-                found += len(one)
-            elif type(one).__module__.startswith("bt_mission.requirements"):
-                found += _samples_in(one)
-    return found
+        for item in value if isinstance(value, list | tuple) else [value]:
+            if type(item).__name__ == "deque":
+                result += len(item)
+            elif type(item).__module__.startswith("bt_mission.requirements"):
+                result += _samples_in(item)
+    return result
 
 
 @pytest.mark.parametrize("text", ["eventually x >= 2", "eventually 2 <= x * 1"])
@@ -166,7 +166,9 @@ def test_all_requirements_see_the_same_instant() -> None:
         signals.values = {"speed": 0.5, "clearance": 0.0}
 
     texts = ("always speed < 0.1", "always clearance > 0.5")
-    monitors = Monitors([Requirement(one, one, Formula(one).root) for one in texts], signals, stop)
+    monitors = Monitors(
+        [Requirement(text, text, Formula(text).root) for text in texts], signals, stop
+    )
     monitors.step(0)
     assert monitors.results[1].margin == 0.5
 
@@ -181,7 +183,7 @@ def test_the_value_of_an_instant_by_itself() -> None:
     for step, signals.values in enumerate(rows):
         monitor.step(step * STEP_NS)
         alone.append(monitor.value_of_instant())
-    assert [round(one[0], 9) for one in alone if one] == [0.4, 0.2, 0.3]
+    assert [round(rated[0], 9) for rated in alone if rated] == [0.4, 0.2, 0.3]
     assert monitor.now is not None
     assert round(monitor.now[0], 9) == 0.2
 

@@ -33,9 +33,9 @@ def test_what_was_decided_before_stays(text: str, after: Verdict) -> None:
     """Whatever comes: a violation is not forgotten, nor is what was reached."""
     for verdict, margin in (("violated", -0.1), ("holds", 0.1)):
         before = result(text, verdict, margin)  # type: ignore[arg-type]  # both are verdicts
-        found = joined(requirement(text), before, result(text, after, 0.5))
-        assert (found.verdict, found.margin) == (verdict, margin)
-        assert str(found).endswith("at 2.00 s: before the mission was resumed")
+        results = joined(requirement(text), before, result(text, after, 0.5))
+        assert (results.verdict, results.margin) == (verdict, margin)
+        assert str(results).endswith("at 2.00 s: before the mission was resumed")
 
 
 @pytest.mark.parametrize(
@@ -58,10 +58,10 @@ def test_what_was_decided_before_stays(text: str, after: Verdict) -> None:
 )
 def test_what_spans_the_gap_is_open(text: str, after: Verdict, verdict: Verdict) -> None:
     """What speaks of each instant alone is judged by both parts."""
-    found = joined(requirement(text), result(text, "open"), result(text, after))
-    assert found.verdict == verdict
-    assert (found.violated_at is not None) == (verdict == "violated")
-    assert bool(found.why) == (verdict == "open")
+    results = joined(requirement(text), result(text, "open"), result(text, after))
+    assert results.verdict == verdict
+    assert (results.violated_at is not None) == (verdict == "violated")
+    assert bool(results.why) == (verdict == "open")
 
 
 def test_the_margin_is_the_worst_of_both_parts() -> None:
@@ -73,8 +73,8 @@ def test_the_margin_is_the_worst_of_both_parts() -> None:
         (SOME, -0.1, 0.2, 0.2),
     ):
         verdict: Verdict = "holds" if after > 0 else "violated"
-        found = joined(
+        results = joined(
             requirement(text), result(text, "open", before), result(text, verdict, after)
         )
-        assert found.margin == expected
-        assert ("its margin is from before" in str(found)) == (expected == before)
+        assert results.margin == expected
+        assert ("its margin is from before" in str(results)) == (expected == before)

@@ -79,8 +79,8 @@ def by_rtamt(root: SyntaxNode, columns: dict[str, list[float]]) -> float:
     spec.unit = "ms"
     spec.spec = translated(root)
     spec.parse()
-    found = spec.evaluate({"time": [STEP_MS * k for k in range(STEPS)], **columns})
-    return float(found[0][1])
+    result = spec.evaluate({"time": [STEP_MS * k for k in range(STEPS)], **columns})
+    return float(result[0][1])
 
 
 def by_us(formula: Formula, columns: dict[str, list[float]]) -> float | None:

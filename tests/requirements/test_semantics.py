@@ -58,7 +58,7 @@ def _atom(draw: random.Random) -> str:
 def _inner(draw: random.Random, depth: int, so_far: float, measures: float = 0.0) -> str:
     if not depth:
         return _measure(draw, so_far) if draw.random() < measures else _atom(draw)
-    one, other = (_inner(draw, depth - 1, so_far, measures) for _ in range(2))
+    first, other = (_inner(draw, depth - 1, so_far, measures) for _ in range(2))
 
     def back(window: str) -> str:
         """Have a window that looks back count before it is full, as often as that is wanted."""
@@ -66,14 +66,14 @@ def _inner(draw: random.Random, depth: int, so_far: float, measures: float = 0.0
 
     forms = (
         _atom(draw),
-        f"not ({one})",
-        f"({one}) {draw.choice(('and', 'or', 'implies'))} ({other})",
-        f"(always {_window(draw, 'for')}: {one})",
-        f"(eventually {_window(draw, 'within')}: {one})",
-        f"(previously {draw.choice(('', back(_window(draw, 'within'))))} {one})",
-        f"(historically {draw.choice(('', back(_window(draw, 'for'))))} {one})",
-        f"(({one}) until ({other}) within {_time(draw)})",
-        f"(({one}) since ({other}) {draw.choice(('', back(f'within {_time(draw)}')))})",
+        f"not ({first})",
+        f"({first}) {draw.choice(('and', 'or', 'implies'))} ({other})",
+        f"(always {_window(draw, 'for')}: {first})",
+        f"(eventually {_window(draw, 'within')}: {first})",
+        f"(previously {draw.choice(('', back(_window(draw, 'within'))))} {first})",
+        f"(historically {draw.choice(('', back(_window(draw, 'for'))))} {first})",
+        f"(({first}) until ({other}) within {_time(draw)})",
+        f"(({first}) since ({other}) {draw.choice(('', back(f'within {_time(draw)}')))})",
     )
     return draw.choice(forms)
 
@@ -87,19 +87,19 @@ def drawn_formula(
         so_far: How probably a window that looks back has a value before it is full.
         measures: How probably a condition is an edge, a count, a mean, a rate or an earlier value.
     """
-    one, other = (_inner(draw, one, so_far, measures) for one in (depth, depth - 1))
+    first, other = (_inner(draw, level, so_far, measures) for level in (depth, depth - 1))
     match draw.randrange(8):
         case 0 | 1 | 2:
-            return f"always {draw.choice(('', _window(draw, 'for')))} {one}"
+            return f"always {draw.choice(('', _window(draw, 'for')))} {first}"
         case 3:
-            return f"never {one}"
+            return f"never {first}"
         case 4:
-            return f"eventually {draw.choice(('', _window(draw, 'within')))} {one}"
+            return f"eventually {draw.choice(('', _window(draw, 'within')))} {first}"
         case 5:
-            return f"whenever {one}: {other} within {_time(draw)}"
+            return f"whenever {first}: {other} within {_time(draw)}"
         case 6:
-            return f"({one}) until ({other}) {draw.choice(('', f'within {_time(draw)}'))}"
-    return f"(always {one}) {draw.choice(('and', 'or'))} not (eventually {other})"
+            return f"({first}) until ({other}) {draw.choice(('', f'within {_time(draw)}'))}"
+    return f"(always {first}) {draw.choice(('and', 'or'))} not (eventually {other})"
 
 
 def drawn_run(draw: random.Random) -> Definition:
@@ -129,7 +129,7 @@ def checked_formula(text: str) -> Formula | None:
 def test_ten_thousand_formulas_come_to_what_their_definition_says(batch: int) -> None:
     """Verdict and margin are those of the definition, for complete runs and for cut ones."""
     draw = random.Random(batch)
-    told = set()
+    reports = set()
     for _ in range(FORMULAS):
         measures = draw.choice((0.0, 0.4))
         text, run = drawn_formula(draw, measures=measures), drawn_run(draw)
@@ -145,9 +145,9 @@ def test_ten_thousand_formulas_come_to_what_their_definition_says(batch: int) ->
         monitor.finish(is_complete=is_complete)
         result = monitor.result
         wanted, margin = verdict(formula.root, run, is_complete=is_complete)
-        told.add(wanted)
+        reports.add(wanted)
         assert result.verdict == wanted, (text, run, is_complete)
         if wanted in ("holds", "violated"):
             shown = float(f"{margin:.9g}") + 0.0 if math.isfinite(margin) else None
             assert result.margin == shown, (text, run, is_complete)
-    assert told >= {"holds", "violated", "open"}
+    assert reports >= {"holds", "violated", "open"}

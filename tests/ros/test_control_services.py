@@ -19,16 +19,16 @@ TWO = "mission: m\ntree:\n  sequence:\n    - turn: {angle: 90}\n      timeout: 6
 
 
 @pytest.fixture
-def heard(ros: Any) -> dict[str, list[Any]]:
+def received(ros: Any) -> dict[str, list[Any]]:
     """What the topics carry."""
-    heard: dict[str, list[Any]] = {"tree": [], "changes": [], "state": []}
+    received: dict[str, list[Any]] = {"tree": [], "changes": [], "state": []}
     for name, kind, qos in (
         ("tree", Tree, LATCHED),
         ("changes", StatusChanges, CHANGES),
         ("state", MissionState, LATCHED),
     ):
-        ros.client.create_subscription(kind, f"/bt_mission/{name}", heard[name].append, qos)
-    return heard
+        ros.client.create_subscription(kind, f"/bt_mission/{name}", received[name].append, qos)
+    return received
 
 
 def trigger(ros: Any, name: str) -> tuple[bool, str]:
@@ -70,7 +70,7 @@ def test_paused_goals_may_be_kept(ros: Any) -> None:
     assert took == pytest.approx(1.1, abs=0.2)
 
 
-def test_a_kept_goal_keeps_its_limits(ros: Any, heard: dict[str, list[Any]]) -> None:
+def test_a_kept_goal_keeps_its_limits(ros: Any, received: dict[str, list[Any]]) -> None:
     """The timeout of 60 s cancels it in the pause, and the state tells what is under way."""
     turn = ros.server(cancels=None)
     ros.mission(TWO, has_controls=True)
@@ -83,7 +83,7 @@ def test_a_kept_goal_keeps_its_limits(ros: Any, heard: dict[str, list[Any]]) -> 
     turn.goal.answer_cancel()
     turn.goal.cancel()
     ros.run(100.0)
-    assert [(one.status, one.reason) for one in heard["state"]] == [
+    assert [(state.status, state.reason) for state in received["state"]] == [
         ("running", ""),
         ("paused", "paused on request; still under way: 'turn'"),
         ("paused", "paused on request; still under way: 'turn' (canceling)"),
@@ -161,38 +161,40 @@ def test_a_stopped_mission_ends_its_goals(ros: Any) -> None:
     assert not ros.call(PauseMission, "/bt_mission/pause").success
 
 
-def test_changes_make_up_the_statuses(ros: Any, heard: dict[str, list[Any]]) -> None:
+def test_changes_make_up_the_statuses(ros: Any, received: dict[str, list[Any]]) -> None:
     """A tool that applies each change to the tree has what the service gives."""
     turn = ros.server()
     node = ros.mission(TWO, has_controls=True)
     ros.until(lambda: turn.goals)
     turn.goal.succeed()
     ros.until(lambda: node.executive.is_done)
-    (tree,) = heard["tree"]
-    assert [(one.name, one.kind, one.path, one.parent) for one in tree.nodes] == [
+    (tree,) = received["tree"]
+    assert [(info.name, info.kind, info.path, info.parent) for info in tree.nodes] == [
         ("m", "Sequence", "0", 0),
         ("turn", "ActionLeaf", "0.0", 0),
         ("wait", "Wait", "0.1", 0),
     ]
-    assert [one.sequence for one in heard["changes"]] == list(range(1, len(heard["changes"]) + 1))
+    assert [item.sequence for item in received["changes"]] == list(
+        range(1, len(received["changes"]) + 1)
+    )
     statuses = dict.fromkeys(range(3), (0, ""))
-    for message in heard["changes"]:
+    for message in received["changes"]:
         assert message.run == tree.run
-        statuses |= {one.node: (one.status, one.message) for one in message.changes}
+        statuses |= {change.node: (change.status, change.message) for change in message.changes}
     answer = ros.call(GetStatuses, "/bt_mission/statuses")
-    assert (answer.run, answer.sequence) == (tree.run, len(heard["changes"]))
-    assert {one.node: (one.status, one.message) for one in answer.statuses} == statuses
-    assert [one.status for one in heard["state"]] == ["running", "success"]
+    assert (answer.run, answer.sequence) == (tree.run, len(received["changes"]))
+    assert {status.node: (status.status, status.message) for status in answer.statuses} == statuses
+    assert [state.status for state in received["state"]] == ["running", "success"]
 
 
-def test_nothing_is_said_while_nothing_changes(ros: Any, heard: dict[str, list[Any]]) -> None:
+def test_nothing_is_said_while_nothing_changes(ros: Any, received: dict[str, list[Any]]) -> None:
     """A mission that waits for an hour is silent for an hour."""
     ros.mission("mission: m\ntree:\n  wait: 7200\n", has_controls=True)
     ros.run(1.0)
-    before = {name: len(messages) for name, messages in heard.items()}
+    before = {name: len(messages) for name, messages in received.items()}
     assert before == {"tree": 1, "changes": 1, "state": 1}
     ros.run(60.0)
-    assert {name: len(messages) for name, messages in heard.items()} == before
+    assert {name: len(messages) for name, messages in received.items()} == before
 
 
 def test_each_of_many_breakpoints_is_answered(ros: Any) -> None:
@@ -201,10 +203,10 @@ def test_each_of_many_breakpoints_is_answered(ros: Any) -> None:
     client = ros.client.create_client(SetBreakpoint, "/bt_mission/breakpoint")
     asked = [client.call_async(SetBreakpoint.Request(node=f"n{i}")) for i in range(300)]
     ros.until(lambda: all(answer.done() for answer in asked))
-    told = [answer.result() for answer in asked]
-    assert [one.success for one in told] == [i < MOST_BREAKPOINTS for i in range(300)]
-    assert told[-1].message == "100 breakpoints are set; remove one first"
-    assert max(len(one.breakpoints) for one in told) == MOST_BREAKPOINTS
+    reports = [answer.result() for answer in asked]
+    assert [report.success for report in reports] == [i < MOST_BREAKPOINTS for i in range(300)]
+    assert reports[-1].message == "100 breakpoints are set; remove one first"
+    assert max(len(report.breakpoints) for report in reports) == MOST_BREAKPOINTS
 
 
 @pytest.mark.parametrize("name", ["stop", "step", "resume"])

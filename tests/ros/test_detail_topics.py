@@ -28,37 +28,37 @@ tree:
 
 
 @pytest.fixture
-def heard(ros: Any, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+def messages(ros: Any, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """What the details carry: one message for each tick."""
     monkeypatch.setattr(status_publisher, "DETAILS_PERIOD_S", 0.0)
-    heard: list[Any] = []
-    ros.client.create_subscription(MissionDetails, "/bt_mission/details", heard.append, DETAILS)
-    return heard
+    messages: list[Any] = []
+    ros.client.create_subscription(MissionDetails, "/bt_mission/details", messages.append, DETAILS)
+    return messages
 
 
-def test_a_running_leaf_tells_how_far_it_is(ros: Any, heard: list[Any]):
+def test_a_running_leaf_tells_how_far_it_is(ros: Any, messages: list[Any]):
     """Towards the bound of its condition; with what it says, and since when."""
     turn = ros.server()
     ros.mission(TURN, has_controls=True)
     ros.until(lambda: turn.goals)
     turn.goal.feed(current_angle=30.0, remaining_angle=60.0)
     ros.run(0.2)
-    (leaf,) = (one for one in heard[-1].running if one.label)
+    (leaf,) = (running for running in messages[-1].running if running.label)
     assert (leaf.node, leaf.label, leaf.value, leaf.limit) == (2, "current_angle", 30.0, 45.0)
     assert leaf.message.startswith("current_angle 30.00")
     assert leaf.since.sec == 1
 
 
-def test_a_wait_tells_how_long_it_takes(ros: Any, heard: list[Any]):
+def test_a_wait_tells_how_long_it_takes(ros: Any, messages: list[Any]):
     """Its time towards its end, s."""
     ros.mission("mission: m\ntree:\n  wait: 30\n", has_controls=True)
     ros.run(3.0)
-    (leaf,) = heard[-1].running
+    (leaf,) = messages[-1].running
     assert (leaf.label, leaf.limit) == ("s", 30.0)
     assert leaf.value == pytest.approx(2.95)
 
 
-def test_a_goal_is_told_when_its_state_changes(ros: Any, heard: list[Any]):
+def test_a_goal_is_told_when_its_state_changes(ros: Any, messages: list[Any]):
     """Also when the server accepts it, which the ledger has no event for."""
     turn = ros.server()
     node = ros.mission(TURN, has_controls=True)
@@ -66,34 +66,37 @@ def test_a_goal_is_told_when_its_state_changes(ros: Any, heard: list[Any]):
     ros.run(0.2)
     turn.goal.succeed(angle_turned=90.0)
     ros.run(0.2)
-    states = [goal.state for message in heard for goal in message.goals]
+    states = [goal.state for message in messages for goal in message.goals]
     assert list(dict.fromkeys(states)) == ["sent", "active", "succeeded"]
-    (goal,) = {goal.goal_id: goal for one in heard for goal in one.goals}.values()
+    (goal,) = {goal.goal_id: goal for details in messages for goal in details.goals}.values()
     assert (goal.action, goal.owner, len(goal.goal_id)) == ("/turn", "turn", 32)
-    assert heard[-1].goals_sent == node.ledger.goals_sent == 1
+    assert messages[-1].goals_sent == node.ledger.goals_sent == 1
 
 
-def test_variables_are_told_once_and_again_for_latecomers(ros: Any, heard: list[Any]):
+def test_variables_are_told_once_and_again_for_latecomers(ros: Any, messages: list[Any]):
     """Inputs first, outputs when they are written; every tenth message has all."""
     turn = ros.server()
     ros.mission(TURN, has_controls=True)
     ros.until(lambda: turn.goals)
     turn.goal.succeed(angle_turned=90.0)
     ros.run(2.0)
-    told = [{one.name: json.loads(one.value) for one in message.variables} for message in heard]
-    assert [one for one in told if one][:2] == [{"angle": 90}, {"turned": 90.0}]
-    assert told[10] == told[20] == {"angle": 90, "turned": 90.0}
-    assert told[11] == {}
+    reports = [
+        {variable.name: json.loads(variable.value) for variable in message.variables}
+        for message in messages
+    ]
+    assert [report for report in reports if report][:2] == [{"angle": 90}, {"turned": 90.0}]
+    assert reports[10] == reports[20] == {"angle": 90, "turned": 90.0}
+    assert reports[11] == {}
 
 
-def test_places_of_a_goal_are_told(ros: Any, heard: list[Any]):
+def test_places_of_a_goal_are_told(ros: Any, messages: list[Any]):
     """Those of its poses, for maps."""
     ros.server("follow_waypoints", "nav2_msgs/action/FollowWaypoints")
     text = "mission: m\ntree:\n  follow_waypoints: {poses: [[1, 2, 90], [3, 4, 0]]}\n"
     ros.mission(text, has_controls=True)
     ros.run(1.0)
-    (goal,) = heard[-1].goals or next(one.goals for one in heard if one.goals)
-    assert [(one.x, one.y) for one in goal.targets] == [(1.0, 2.0), (3.0, 4.0)]
+    (goal,) = messages[-1].goals or next(message.goals for message in messages if message.goals)
+    assert [(target.x, target.y) for target in goal.targets] == [(1.0, 2.0), (3.0, 4.0)]
 
 
 def test_what_is_said_is_told(ros: Any):
@@ -102,15 +105,15 @@ def test_what_is_said_is_told(ros: Any):
     ros.client.create_subscription(MissionLog, "/bt_mission/log", lines.append, LOG)
     ros.mission("mission: m\ntree:\n  log: off we go\n", has_controls=True)
     ros.run(1.0)
-    assert [(one.text, one.stamp.sec) for one in lines] == [("off we go", 1)]
+    assert [(line.text, line.stamp.sec) for line in lines] == [("off we go", 1)]
 
 
-def test_breakpoints_are_told(ros: Any, heard: list[Any]):
+def test_breakpoints_are_told(ros: Any, messages: list[Any]):
     """As they were named."""
     node = ros.mission("mission: m\ntree:\n  wait: 30\n", has_controls=True)
     node.executive.breakpoints.add("0")
     ros.run(0.2)
-    assert heard[-1].breakpoints == ["0"]
+    assert messages[-1].breakpoints == ["0"]
 
 
 def test_nothing_is_made_up_for_nobody(ros: Any, monkeypatch: pytest.MonkeyPatch):
@@ -129,18 +132,20 @@ def test_nothing_is_made_up_for_nobody(ros: Any, monkeypatch: pytest.MonkeyPatch
     assert made == []
 
 
-def test_wall_time_paces_the_details(ros: Any, heard: list[Any], monkeypatch: pytest.MonkeyPatch):
+def test_wall_time_paces_the_details(
+    ros: Any, messages: list[Any], monkeypatch: pytest.MonkeyPatch
+):
     """However fast virtual time runs: only a new state of the mission does not wait."""
     monkeypatch.setattr(status_publisher, "DETAILS_PERIOD_S", 3600.0)
     node = ros.mission("mission: m\ntree:\n  wait: 60\n", has_controls=True)
     ros.run(30.0)
-    assert len(heard) == 1
+    assert len(messages) == 1
     node.executive.pause("by hand")
     ros.run(30.0)
-    assert len(heard) == 2
+    assert len(messages) == 2
 
 
-def test_old_goals_are_forgotten(ros: Any, heard: list[Any]):
+def test_old_goals_are_forgotten(ros: Any, messages: list[Any]):
     """A mission of a week does not grow."""
     turn = ros.server()
     text = "mission: m\ntree:\n  repeat: {count: 70}\n  do:\n    turn: {angle: 9}\n"
@@ -150,7 +155,7 @@ def test_old_goals_are_forgotten(ros: Any, heard: list[Any]):
         turn.goal.succeed()
     ros.until(lambda: node.executive.is_done)
     ros.run(1.0)
-    complete = max(len(message.goals) for message in heard)
+    complete = max(len(message.goals) for message in messages)
     assert KEPT_GOALS <= complete <= KEPT_GOALS + 1
 
 
@@ -166,6 +171,6 @@ def test_old_goals_are_forgotten(ros: Any, heard: list[Any]):
 )
 def test_values_are_short(value: Any, text: str | None):
     """A picture as a variable would be megabytes ten times a second."""
-    found = as_json(value)
-    assert len(found) <= 200
-    assert text is None or found == text
+    result = as_json(value)
+    assert len(result) <= 200
+    assert text is None or result == text

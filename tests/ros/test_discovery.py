@@ -36,11 +36,11 @@ class Watcher:
 
     def look(self) -> MissionState:
         """Take what has come."""
-        heard = self.link.take(needs_statuses=self.feed.needs_statuses)
-        for batch in heard.messages:
+        received = self.link.take(needs_statuses=self.feed.needs_statuses)
+        for batch in received.messages:
             self.feed.take(batch)
-        self.answers += heard.answers
-        self.robot += heard.robot
+        self.answers += received.answers
+        self.robot += received.robot
         return self.mission
 
     @property
@@ -73,7 +73,7 @@ def test_a_mission_is_followed_from_its_first_tick(ros: Any):
     assert [node.name for node in mission.tree.nodes] == ["m", "turn", "wait"]
     assert (mission.tip, mission.status) == (1, "running")
     turn.goal.succeed()
-    ros.until_heard(lambda: watcher.look().status == "success")
+    ros.spin_until(lambda: watcher.look().status == "success")
     assert mission.statuses == [Status.SUCCESS] * 3
     assert [goal.state for goal in mission.goals.values()] == ["succeeded"]
 
@@ -84,8 +84,8 @@ def test_who_comes_late_has_the_same_picture(ros: Any):
     ros.mission(TWO, has_controls=True)
     ros.until(lambda: turn.goals)
     watcher = Watcher(ros)
-    ros.until_heard(lambda: watcher.look().tree is not None)
-    ros.until_heard(lambda: watcher.is_complete)
+    ros.spin_until(lambda: watcher.look().tree is not None)
+    ros.spin_until(lambda: watcher.is_complete)
     assert watcher.mission.statuses == [Status.RUNNING, Status.RUNNING, Status.INVALID]
 
 
@@ -103,7 +103,7 @@ def test_wishes_are_passed_on(ros: Any, verb: Verb, state: str):
     node = ros.mission(TWO, has_controls=True)
     ros.until(lambda: turn.goals)
     watcher.link.send(ControlRequest(verb))
-    ros.until_heard(lambda: watcher.look().status == state)
+    ros.spin_until(lambda: watcher.look().status == state)
     assert [answer.is_done for answer in watcher.answers] == [True]
     assert (turn.goal.cancels > 0) is (verb is not Verb.PAUSE_KEEPING_GOALS)
     assert node.executive.mission_state.status == state
@@ -114,11 +114,11 @@ def test_a_breakpoint_is_set_and_removed_by_its_path(ros: Any):
     watcher = Watcher(ros)
     node = ros.mission(TWO, has_controls=True)
     watcher.link.send(ControlRequest(Verb.BREAK, "0.1"))
-    ros.until_heard(lambda: watcher.answered(1))
+    ros.spin_until(lambda: watcher.answered(1))
     assert node.executive.breakpoints.names == ("0.1",)
     watcher.link.send(ControlRequest(Verb.UNBREAK, "0.1"))
     watcher.link.send(ControlRequest(Verb.STEP))
-    ros.until_heard(lambda: watcher.answered(3))
+    ros.spin_until(lambda: watcher.answered(3))
     assert node.executive.breakpoints.names == ()
     assert watcher.answers[2] == ControlResponse(False, "the mission is not paused: pause it first")
 
@@ -149,8 +149,8 @@ def test_a_robot_is_heard_in_the_namespace_of_its_executive(ros: Any):
         battery.publish(BatteryState(percentage=percentage, voltage=11.5))
     ros.run(0.2)
     watcher.look()
-    told = {messages.Map, messages.Zones, messages.BatteryState}
-    assert {type(one) for one in watcher.robot} == told
+    reports = {messages.Map, messages.Zones, messages.BatteryState}
+    assert {type(message) for message in watcher.robot} == reports
     assert messages.BatteryState(79.0, 11.5) in watcher.robot
     watcher.look()
     assert len(watcher.robot) == 3
@@ -172,7 +172,7 @@ def test_executives_are_found_by_what_they_publish(monkeypatch: pytest.MonkeyPat
             observer._node.create_publisher(msg.MissionState, f"{name}/state", LATCHED)
 
         def find() -> dict[str, str]:
-            return {one.name: one.fault for one in observer.find()}
+            return {executive.name: executive.fault for executive in observer.find()}
 
         assert find() == {}
         publish("/robot2/bt_mission")
@@ -181,7 +181,7 @@ def test_executives_are_found_by_what_they_publish(monkeypatch: pytest.MonkeyPat
         publish("/robot1/bt_mission")
         assert find()["/robot1/bt_mission"].startswith("2 executives share this name")
         monkeypatch.setattr(observer, "_hashes", [TypeHash()] * 5)
-        assert [one.is_foreign for one in observer.find()] == [True, True]
+        assert [executive.is_foreign for executive in observer.find()] == [True, True]
         assert find()["/robot2/bt_mission"].startswith(
             "its MissionState messages are of another version"
         )

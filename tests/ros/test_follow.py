@@ -59,7 +59,7 @@ def test_an_array_comes_as_a_list(ros: Any) -> None:
     run = ros.mission(f"mission: m\nfollow: {follow}\ntree:\n  {tree}\n")
     ros.client.create_publisher(LaserScan, "scan", LATCHED).publish(LaserScan(ranges=[0.5, 2.0]))
     ros.until(lambda: run.is_done, 3.0)
-    assert ros.said == ["2 0.5 2"]
+    assert ros.logged == ["2 0.5 2"]
 
 
 def test_a_charge_that_was_not_measured_is_no_value(ros: Any) -> None:
@@ -93,7 +93,7 @@ def test_who_watches_sees_its_value(ros: Any, monkeypatch: pytest.MonkeyPatch) -
     seen: list[str] = []
 
     def hear(message: MissionDetails) -> None:
-        seen.extend(one.value for one in message.variables if one.name == "n")
+        seen.extend(variable.value for variable in message.variables if variable.name == "n")
 
     ros.client.create_subscription(MissionDetails, "/bt_mission/details", hear, DETAILS)
     numbers = ros.client.create_publisher(Int32, "n", 10)

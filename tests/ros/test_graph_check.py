@@ -55,14 +55,16 @@ def robot(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 def test_each_name_is_found_or_missing_or_of_another_type(monkeypatch: pytest.MonkeyPatch) -> None:
     """Once each, in the robot's namespace; trees that are not used ask for nothing."""
     monkeypatch.setattr(graph_check, "LOOK_S", 1.0)
-    found = graph_check.find_missing(MISSION, "robot1")
-    assert [(one.wanted.what, one.wanted.name, one.is_there) for one in found] == [
+    missing = graph_check.find_missing(MISSION, "robot1")
+    assert [
+        (finding.wanted.what, finding.wanted.name, finding.is_there) for finding in missing
+    ] == [
         ("action", "/robot1/turn", True),
         ("service", "/robot1/stop", False),
         ("service", "/spot", False),
         ("topic", "/robot1/speech", True),
     ]
-    assert [str(one.fault()) for one in found if not one.is_there] == [
+    assert [str(item.fault()) for item in missing if not item.is_there] == [
         (
             "m.yaml:9:7: error: /robot1/stop is a std_srvs/srv/SetBool in the graph, not a "
             "std_srvs/srv/Trigger"
@@ -85,13 +87,13 @@ def test_a_topic_that_is_followed_has_to_be_published(monkeypatch: pytest.Monkey
         )
     )
     text = f"mission: m\nfollow:\n{follow}tree: {{log: $a $b $c $d}}\n"
-    found = graph_check.find_missing(load(read_text(text, "m.yaml")), "robot1")
-    assert [(one.wanted.name, one.is_there) for one in found] == [
+    missing = graph_check.find_missing(load(read_text(text, "m.yaml")), "robot1")
+    assert [(finding.wanted.name, finding.is_there) for finding in missing] == [
         ("/robot1/speech", True),
         ("/robot1/heard", False),
         ("/robot1/speech2", False),
     ]
-    assert [str(one.fault()).partition("; ")[0] for one in found if not one.is_there] == [
+    assert [str(item.fault()).partition("; ")[0] for item in missing if not item.is_there] == [
         "m.yaml:5:5: error: no publisher of /robot1/heard in the graph",
         (
             "m.yaml:6:5: error: /robot1/speech2 is a std_msgs/msg/String in the graph, not a "

@@ -78,15 +78,15 @@ def test_services_and_messages_are_found_in_the_same_way():
 
 def test_shapes_of_every_kind_of_type():
     """A service has two messages, a topic one, everything else is an action."""
-    found = shapes("std_srvs/srv/SetBool")
-    assert found.sends.name == "the request of std_srvs/srv/SetBool"
-    assert list(found.keeps.fields) == ["success", "message"]
-    assert found.asks is None
+    result = shapes("std_srvs/srv/SetBool")
+    assert result.sends.name == "the request of std_srvs/srv/SetBool"
+    assert list(result.keeps.fields) == ["success", "message"]
+    assert result.asks is None
     message = shapes("std_msgs/msg/Bool")
     assert message.sends is message.keeps is message.asks
     turn = shapes("bt_mission_interfaces/action/Turn")
     assert turn.asks is not None
-    assert [one.name.split()[1] for one in (turn.sends, turn.keeps, turn.asks)] == [
+    assert [part.name.split()[1] for part in (turn.sends, turn.keeps, turn.asks)] == [
         *("goal", "result", "feedback")
     ]
     with pytest.raises(UnknownType, match="expected a type such as nav2_msgs/action/Spin"):

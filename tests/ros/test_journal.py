@@ -28,7 +28,7 @@ tree:
 
 def verdicts(runner: MissionRunner) -> dict[str, str]:
     """Of all requirements."""
-    return {one.name: one.verdict for one in runner.requirements.results()}
+    return {result.name: result.verdict for result in runner.requirements.results()}
 
 
 def resumed_after(ros: Any, path: Path, seconds: float) -> MissionRunner:
@@ -39,7 +39,7 @@ def resumed_after(ros: Any, path: Path, seconds: float) -> MissionRunner:
     ros.run(seconds)
     journal.close()  # nothing is written any more
     first.close()
-    ros.said.clear()
+    ros.logged.clear()
     second: MissionRunner = ros.mission(text)
     journal = open_journal(path, second.mission, second, resume=True)
     ros.until(lambda: second.executive.is_done)
@@ -57,7 +57,7 @@ def test_what_was_violated_stays_so(ros: Any, tmp_path: Path) -> None:
         "in time": "open",
         "in order": "open",
     }
-    assert not [line for line in ros.said if "is quick" in line]
+    assert not [line for line in ros.logged if "is quick" in line]
     quick, *_, order = second.report().requirements
     assert quick.violated_at == 1.25
     assert str(quick).endswith(": before the mission was resumed")
@@ -69,8 +69,8 @@ def test_what_was_open_is_judged_from_the_resumption_on(ros: Any, tmp_path: Path
     """The signal `time` begins anew, as the report does."""
     second = resumed_after(ros, tmp_path / "journal", 1.0)
     assert verdicts(second)["is quick"] == "violated"
-    (said,) = [line for line in ros.said if "is quick" in line]
-    assert said.startswith("requirement is quick: violated by 0.03 s at 1.25 s")
+    (lines,) = [line for line in ros.logged if "is quick" in line]
+    assert lines.startswith("requirement is quick: violated by 0.03 s at 1.25 s")
 
 
 def test_a_mission_that_was_observed_has_ended(ros: Any, tmp_path: Path) -> None:

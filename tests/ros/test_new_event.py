@@ -80,7 +80,7 @@ def test_a_watcher_gets_it_whole(ros: Any, batches: list[Batch]) -> None:
 def test_a_trace_has_it(ros: Any) -> None:
     """It reads back as the same object."""
     lines = [json.loads(line) for line in ros.runner.trace.newest]
-    (line,) = (one for one in lines if one.get("event") == "bumped")
+    (line,) = (element for element in lines if element.get("event") == "bumped")
     assert event_of(line, {}) == BUMP
 
 

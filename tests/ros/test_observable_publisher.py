@@ -28,7 +28,7 @@ def test_there_are_no_handlers_of_events(node):
 def test_handlers_that_are_asked_for_are_made(node):
     """Whoever wants to hear of events does."""
     lost = PublisherEventCallbacks(liveliness=lambda _: None, use_default_callbacks=False)
-    found = SubscriptionEventCallbacks(liveliness=lambda _: None, use_default_callbacks=False)
+    result = SubscriptionEventCallbacks(liveliness=lambda _: None, use_default_callbacks=False)
     assert len(node.create_publisher(String, "a", 10, event_callbacks=lost).event_handlers) == 1
-    subscription = node.create_subscription(String, "a", lambda _: None, 10, event_callbacks=found)
+    subscription = node.create_subscription(String, "a", lambda _: None, 10, event_callbacks=result)
     assert len(subscription.event_handlers) == 1

@@ -57,9 +57,9 @@ def test_a_goal_is_seen_to_its_end_after_ros_was_shut_down(
     program.until("the goal is accepted")
     os.kill(program.pid, signal.Signals[name])
     assert program.wait(within=60) == 0, program.output
-    said = program.output.splitlines()[-1]
-    assert said.startswith("interrupted; {'ended'}; its caller has left: "), program.output
-    assert "orphaned" not in said
+    output = program.output.splitlines()[-1]
+    assert output.startswith("interrupted; {'ended'}; its caller has left: "), program.output
+    assert "orphaned" not in output
 
 
 @pytest.mark.process
@@ -73,7 +73,7 @@ def test_a_goal_whose_server_does_not_answer_is_named(live_graph: LiveGraph) -> 
     os.kill(servers.pid, signal.SIGSTOP)
     os.kill(program.pid, signal.SIGINT)
     assert program.wait(within=60) == 0, program.output
-    said = program.output.splitlines()[-1]
-    assert said.startswith("interrupted; {'lost'}; its caller has left: "), program.output
-    assert "orphaned goals: /turn goal " in said
+    output = program.output.splitlines()[-1]
+    assert output.startswith("interrupted; {'lost'}; its caller has left: "), program.output
+    assert "orphaned goals: /turn goal " in output
     os.kill(servers.pid, signal.SIGCONT)

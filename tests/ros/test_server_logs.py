@@ -57,7 +57,7 @@ def test_words_of_before_the_goal_do_not_count(ros: Any, warn: Callable[[str, st
     warn("turn_server", "not today")
     server.goal.reject()
     ros.until(lambda: len(server.goals) == 2)
-    assert "rejected: /turn: not today" in [one.message for one in ros.changes]
+    assert "rejected: /turn: not today" in [change.message for change in ros.changes]
     server.goal.reject()
     ros.until(lambda: node.is_done)
     assert node.executive.reason == "'turn' rejected: /turn: its server gave no reason"

@@ -62,7 +62,7 @@ def test_the_watcher_finds_the_tree_and_draws_it(ros: Any):
     node = ros.mission(EVERYTHING, has_controls=True)
     watcher = TreeWatcher(ros)
     ros.until(lambda: turn.goals)
-    ros.until_heard(lambda: "first [*]" in "\n".join(watcher.drawn()))
+    ros.spin_until(lambda: "first [*]" in "\n".join(watcher.drawn()))
     assert watcher.drawn()[:5] == [
         "{-} all kinds [*]",
         "  --> set n [o] -- n = 3",
@@ -72,7 +72,7 @@ def test_the_watcher_finds_the_tree_and_draws_it(ros: Any):
     ]
     turn.goal.succeed()
     ros.until(lambda: node.is_done)
-    ros.until_heard(lambda: watcher.newest.behaviours[-1].status == Behaviour.SUCCESS)
+    ros.spin_until(lambda: watcher.newest.behaviours[-1].status == Behaviour.SUCCESS)
     assert "    {o} when n > 2" in [line.partition(" [")[0] for line in watcher.drawn()]
 
 
@@ -82,7 +82,7 @@ def test_a_node_is_described_in_py_trees_words(ros: Any):
     ros.mission(EVERYTHING, has_controls=True)
     ros.run(0.2)
     watcher = TreeWatcher(ros)
-    nodes = {one.name: one for one in watcher.newest.behaviours}
+    nodes = {behaviour.name: behaviour for behaviour in watcher.newest.behaviours}
     root, parallel = nodes["all kinds"], nodes["parallel"]
     assert root.class_name == "bt_mission.behaviours.control.Sequence"
     assert (root.additional_detail, parallel.additional_detail) == ("WithMemory", "OnOne")
@@ -90,7 +90,7 @@ def test_a_node_is_described_in_py_trees_words(ros: Any):
     assert root.tip_id == nodes["turn"].own_id
     assert not any(nodes["turn"].tip_id.uuid)
     assert root.blackbox_level == Behaviour.BLACKBOX_LEVEL_NOT_A_BLACKBOX
-    order = [one.name for one in watcher.newest.behaviours]
+    order = [behaviour.name for behaviour in watcher.newest.behaviours]
     assert (order[0], order[-1]) == ("set n", "all kinds")  # children before their parents
 
 
@@ -122,7 +122,7 @@ def test_a_stream_without_a_period_tells_of_changes_only(ros: Any):
     turn.goal.succeed()
     watcher.wait_for(2)
     ros.run(1.0)
-    assert [one.changed for one in watcher.snapshots] == [True, True]
+    assert [snapshot.changed for snapshot in watcher.snapshots] == [True, True]
     assert watcher.drawn()[0] == "{-} m [*]"
     assert watcher.drawn()[2] == "  --> wait [*] -- 1000000.0 s left"
 
@@ -133,7 +133,7 @@ def test_a_period_of_nothing_tells_of_every_tick(ros: Any):
     watcher = TreeWatcher(ros, 0.0)
     assert watcher.newest
     ros.run(2.0)
-    counts = [one.statistics.count for one in watcher.snapshots]
+    counts = [snapshot.statistics.count for snapshot in watcher.snapshots]
     assert counts[-20:] == list(range(counts[-1] - 19, counts[-1] + 1))
     ticks = watcher.newest.statistics
     assert ticks.tick_interval == pytest.approx(0.05)
@@ -151,8 +151,8 @@ def test_the_blackboard_is_the_variables(ros: Any):
     ros.mission(EVERYTHING, has_controls=True)
     ros.run(0.2)
     with_data = TreeWatcher(ros, blackboard_data=True, blackboard_activity=True)
-    found = with_data.newest.blackboard_on_visited_path
-    assert {one.key: one.value for one in found} == {"speed": "0.5", "n": "3"}
+    results = with_data.newest.blackboard_on_visited_path
+    assert {result.key: result.value for result in results} == {"speed": "0.5", "n": "3"}
     assert with_data.newest.blackboard_activity == []
     assert TreeWatcher(ros).newest.blackboard_on_visited_path == []
 
@@ -309,7 +309,7 @@ def test_a_python_leaf_is_shown_as_the_behaviour_that_it_is(
     watcher = TreeWatcher(ros)
     (look,) = watcher.newest.behaviours
     assert look.class_name.endswith(".Look")
-    assert [(one.key, one.value) for one in look.blackboard_access] == [
+    assert [(access.key, access.value) for access in look.blackboard_access] == [
         ("/goal", "r"),
         ("/seen", "w"),
     ]

@@ -58,10 +58,10 @@ def test_nothing_is_made_for_nobody(ros: Any) -> None:
 def test_times_are_the_mission_s(ros: Any) -> None:
     """The tree has the time of its first tick, the end that of the last."""
     node = ros.mission(ONE)
-    told: list[tuple[str, Any]] = []
-    node.status_publisher.add(lambda what, message: told.append((what, message)))
+    reports: list[tuple[str, Any]] = []
+    node.status_publisher.add(lambda what, message: reports.append((what, message)))
     ros.until(lambda: node.executive.is_done)
-    times = {what: message.stamp for what, message in told}
+    times = {what: message.stamp for what, message in reports}
     first, last = times["tree"], times["state"]
     assert first.sec * 10**9 + first.nanosec == node.executive.started_ns
     assert last.sec * 10**9 + last.nanosec == node.executive.ended_ns
@@ -72,14 +72,14 @@ def test_nothing_is_told_before_there_is_a_time(ros: Any) -> None:
     runner = ros.mission(ONE)
     publisher = StatusPublisher(runner.node, has_topics=False)
     publisher.begin(runner, runner.requirements)
-    told: list[tuple[str, Any]] = []
-    publisher.add(lambda what, message: told.append((what, message)))
+    reports: list[tuple[str, Any]] = []
+    publisher.add(lambda what, message: reports.append((what, message)))
     publisher.publish_if_changed()
-    assert not told, "the first tick has not been"
+    assert not reports, "the first tick has not been"
     ros.run(0.1)
     publisher.publish_if_changed()
-    assert told[0][0] == "tree"
-    assert to_ns(told[0][1].stamp) == runner.executive.started_ns > 0
+    assert reports[0][0] == "tree"
+    assert to_ns(reports[0][1].stamp) == runner.executive.started_ns > 0
 
 
 LOOP = """\
@@ -108,12 +108,12 @@ def test_a_new_round_begins_anew(ros: Any) -> None:
     at: dict[int, Any] = {}
     while not node.executive.is_done:
         ros.run(0.05)
-        assert mission.statuses == [one.status for one in node.executive.nodes]
+        assert mission.statuses == [behaviour.status for behaviour in node.executive.nodes]
         at[len(at)] = list(mission.statuses)
-    assert [one.value for one in at[50][2:5]] == ["RUNNING", "INVALID", "INVALID"]
-    said = [one for one in events if isinstance(one, NodeChanged) and one.node == 4]
-    assert [one.status.value for one in said] == ["SUCCESS", "SUCCESS"], "once in each round"
-    (reset,) = [one for one in events if isinstance(one, NodesReset)]
+    assert [status.value for status in at[50][2:5]] == ["RUNNING", "INVALID", "INVALID"]
+    lines = [event for event in events if isinstance(event, NodeChanged) and event.node == 4]
+    assert [line.status.value for line in lines] == ["SUCCESS", "SUCCESS"], "once in each round"
+    (reset,) = [event for event in events if isinstance(event, NodesReset)]
     assert reset.nodes == (3, 4), "the first of the new round runs already"
 
 
@@ -145,16 +145,16 @@ def test_nodes_are_told_with_what_they_are_asked_to_do(ros: Any) -> None:
     node.status_publisher.add(lambda what, message: feed.take(READERS[what](message)))
     ros.run(0.1)
     assert mission.tree is not None
-    told = {one.name: mission.details(at) for at, one in enumerate(mission.tree.nodes)}
-    assert told["about"] == ("by $angle",)
+    reported = {first.name: mission.details(at) for at, first in enumerate(mission.tree.nodes)}
+    assert reported["about"] == ("by $angle",)
     turn = (
         "angle $by",
         "failure when current_angle >= 45",
         "within 30 s",
         "turned := angle_turned",
     )
-    assert told["turn"][-4:] == turn
-    assert told["m"] == ()
+    assert reported["turn"][-4:] == turn
+    assert reported["m"] == ()
 
 
 JUDGED = """\
@@ -173,21 +173,21 @@ tree:
 def test_a_violation_is_told_in_the_step_in_which_it_is_seen(ros: Any) -> None:
     """Margins once a second, verdicts at the end; each message has all requirements."""
     node = ros.mission(JUDGED)
-    told: list[Any] = []
+    reports: list[Any] = []
     feed = MissionFeed(MissionState())
     mission = feed.mission
 
     def take(what: str, message: Any) -> None:
         feed.take(READERS[what](message))
         if what == "requirements":
-            told.append(message)
+            reports.append(message)
 
     node.status_publisher.add(take)
     ros.until(lambda: node.executive.is_done)
     start_ns = node.executive.started_ns
-    times = [(to_ns(one.stamp) - start_ns) / 1e9 for one in told]
+    times = [(to_ns(report.stamp) - start_ns) / 1e9 for report in reports]
     assert times == pytest.approx([0.0, 1.0, 1.25, 2.25, 3.0], abs=1e-9)
-    assert all([one.name for one in sent.requirements] == NAMES for sent in told)
+    assert all([requirement.name for requirement in sent.requirements] == NAMES for sent in reports)
     assert [mission.requirements[at].verdict for at in range(4)] == [
         "holds",
         "violated",
@@ -199,7 +199,7 @@ def test_a_violation_is_told_in_the_step_in_which_it_is_seen(ros: Any) -> None:
     assert (quick.violated_at, quick.unit, quick.on_violation) == (1.25, "s", "report")
     assert quick.at is not None
     assert quick.margin == pytest.approx(1.22 - quick.at)
-    assert told[-1].requirements[3].outcome == "unknown: x: only a simulation knows it"
+    assert reports[-1].requirements[3].outcome == "unknown: x: only a simulation knows it"
 
 
 NAMES = ["has time", "is quick", "ends", "sees"]
@@ -210,9 +210,9 @@ def test_who_comes_late_is_told_of_requirements(ros: Any) -> None:
     node = ros.mission(JUDGED)
     node.status_publisher.add(lambda *_: None)
     ros.run(2)
-    told: dict[str, Any] = {}
-    node.status_publisher.add(told.__setitem__)
-    assert [one.name for one in told["requirements"].requirements] == NAMES
+    reported: dict[str, Any] = {}
+    node.status_publisher.add(reported.__setitem__)
+    assert [requirement.name for requirement in reported["requirements"].requirements] == NAMES
 
 
 def test_a_requirement_reads_back_as_it_was_sent() -> None:

@@ -18,19 +18,19 @@ def test_a_message_reaches_whoever_listens(rig: Any) -> None:
     """Readers are counted, and each gets it once."""
     writer = TopicPublisher(rig.node("mission"), "lamp", "std_msgs/msg/Bool")
     assert (writer.name, writer.count_readers()) == ("/lamp", 0)
-    heard: list[Bool] = []
-    rig.node("lamp").create_subscription(Bool, "lamp", heard.append, 10)
+    messages: list[Bool] = []
+    rig.node("lamp").create_subscription(Bool, "lamp", messages.append, 10)
     rig.settle(lambda: writer.count_readers() == 1)
     writer.publish(writer.prepare({"data": True}))
-    rig.settle(lambda: bool(heard))
-    assert [message.data for message in heard] == [True]
+    rig.settle(lambda: bool(messages))
+    assert [message.data for message in messages] == [True]
 
 
 def test_a_recorder_does_not_count_as_a_reader(rig: Any) -> None:
     """A mission that waits for somebody to listen waits on while it is recorded."""
     node = rig.node("mission")
     writer = TopicPublisher(node, "lamp", "std_msgs/msg/Bool")
-    (publisher,) = (one for one in node.publishers if one.topic_name == writer.name)
+    (publisher,) = (known for known in node.publishers if known.topic_name == writer.name)
     rig.node(RECORDER).create_subscription(Bool, "lamp", lambda _: None, 10)
     rig.settle(lambda: publisher.get_subscription_count() == 1)
     assert writer.count_readers() == 0

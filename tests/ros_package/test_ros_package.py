@@ -48,7 +48,7 @@ def _arguments(path: Path) -> dict[str, str]:
 def _resolved(text: str, arguments: dict[str, str]) -> str:
     """The substitutions of the launch system that are used here, carried out."""
     for _ in range(3):  # a default may name another argument
-        text = re.sub(r"\$\(var (\w+)\)", lambda found: arguments[found[1]], text)
+        text = re.sub(r"\$\(var (\w+)\)", lambda result: arguments[result[1]], text)
         text = re.sub(r"\$\(env \w+ (\w+)\)", r"\1", text)
     return text.replace("$(find-pkg-share bt_mission)", str(ROOT))
 
@@ -105,9 +105,9 @@ def test_the_package_is_the_one_that_pip_installs() -> None:
     written = config["options.entry_points"]["pytest11"].split("=")
     assert {written[0].strip(): written[1].strip()} == project["entry-points"]["pytest11"]
     installed = (PACKAGE / "CMakeLists.txt").read_text(encoding="utf-8")
-    found = re.search(r"foreach\(folder ([\w ]+)\)", installed)
-    assert found is not None
-    assert set(found[1].split()) == set(get_args(Kind))
+    match = re.search(r"foreach\(folder ([\w ]+)\)", installed)
+    assert match is not None
+    assert set(match[1].split()) == set(get_args(Kind))
 
 
 @pytest.mark.parametrize("extra", [None, "dev"], ids=["run", "test"])

@@ -20,7 +20,11 @@ def test_a_trial_follows_from_its_number(benchmark: Any) -> None:
     """Everything is done to every process in one of the first 200."""
     plan = benchmark("attached_plan").plan
     assert plan(7) == plan(7)
-    done = {(one.process, one.what) for trial in range(200) for one in plan(trial).disturbances}
+    done = {
+        (disturbance.process, disturbance.what)
+        for trial in range(200)
+        for disturbance in plan(trial).disturbances
+    }
     processes = ("executive", "servers", "arbiter", "sim")
     assert done == set(product(processes, ("kill", "stop", "restart")))
 
@@ -32,7 +36,7 @@ def test_a_true_report_is_no_finding(benchmark: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("code", "said", "servers", "finding"),
+    ("code", "output", "servers", "finding"),
     [
         (0, NAMED, SERVERS, "exit code: 0 with failure"),
         (1, "", SERVERS, "orphans: 1 are not named"),
@@ -40,10 +44,10 @@ def test_a_true_report_is_no_finding(benchmark: Any) -> None:
     ],
 )
 def test_an_untrue_report_is_a_finding(
-    benchmark: Any, code: int, said: str, servers: str, finding: str
+    benchmark: Any, code: int, output: str, servers: str, finding: str
 ) -> None:
     """Each by its own."""
-    assert benchmark("attached_trial").check_report(REPORT, code, said, servers) == [finding]
+    assert benchmark("attached_trial").check_report(REPORT, code, output, servers) == [finding]
 
 
 @pytest.mark.process

@@ -29,8 +29,8 @@ def found_by(count: int) -> dict[str, Any]:
             text=True,
             check=True,
         )
-    told: dict[str, Any] = json.loads(done.stdout)
-    return told
+    data: dict[str, Any] = json.loads(done.stdout)
+    return data
 
 
 def test_no_simulation_finds_another_or_is_found(tmp_path):
@@ -39,18 +39,18 @@ def test_no_simulation_finds_another_or_is_found(tmp_path):
     None has a port of the domain, so any number of them leaves room for others. The trace of each
     is that of a run by itself: no message of another was taken for its own.
     """
-    found = found_by(COUNT)
-    assert len(found["stages"]) == COUNT
-    for one in found["stages"]:
-        assert one["found"] == one["own"]
-        assert one["counts"] == [[1, 1]] * len(side_by_side.TOPICS)
-    assert not found["port"]
-    for one in found["visible"]:
-        assert len(one["found"]) == 2
-        assert all(name.startswith("visible_") for name in one["found"])
-        assert one["topics"] == ["/parameter_events"]
+    result = found_by(COUNT)
+    assert len(result["stages"]) == COUNT
+    for stage in result["stages"]:
+        assert stage["found"] == stage["own"]
+        assert stage["counts"] == [[1, 1]] * len(side_by_side.TOPICS)
+    assert not result["port"]
+    for element in result["visible"]:
+        assert len(element["found"]) == 2
+        assert all(name.startswith("visible_") for name in element["found"])
+        assert element["topics"] == ["/parameter_events"]
     path = tmp_path / "it.scenario.yaml"
     mission = "".join(f"  {line}\n" for line in side_by_side.MISSION.splitlines())
     path.write_text(f"scenario: it\nmission:\n{mission}", encoding="utf-8")
     alone = run_scenario(path).report.trace_sha256
-    assert {one["trace"] for one in found["stages"]} == {alone}
+    assert {run["trace"] for run in result["stages"]} == {alone}

@@ -40,7 +40,7 @@ def scenario(tmp_path: Path) -> Any:
 
 def test_a_scenario_has_what_its_file_says(scenario: Any) -> None:
     """The mission is that of the file beside it."""
-    found = load_scenario(
+    result = load_scenario(
         scenario(
             "description: A turn.\n"
             "seed: 5\n"
@@ -56,16 +56,16 @@ def test_a_scenario_has_what_its_file_says(scenario: Any) -> None:
             "  violated: [turns], orphaned_goals: 1, collisions: 0}\n"
         )
     )
-    assert (found.name, found.description, found.limit) == ("it", "A turn.", 60)
-    assert (found.mission.seed, found.mission.robot) == (5, "burger")
-    assert found.mission.inputs["angle"] == 45
-    assert found.start == (1.0, 0.0, 90.0)
-    assert [one.planned.text for one in found.faults] == [
+    assert (result.name, result.description, result.limit) == ("it", "A turn.", 60)
+    assert (result.mission.seed, result.mission.robot) == (5, "burger")
+    assert result.mission.inputs["angle"] == 45
+    assert result.start == (1.0, 0.0, 90.0)
+    assert [fault.planned.text for fault in result.faults] == [
         "at 0.0: spawn_box at (0.5, 1) size (0.1, 0.2, 0.3)",
         "at 0.0: spawn_cylinder at (2, 2) radius 0.1",
     ]
-    assert [one.name for one in found.mission.requirements] == ["is slow", "turns"]
-    assert found.expect == Expectation(
+    assert [requirement.name for requirement in result.mission.requirements] == ["is slow", "turns"]
+    assert result.expect == Expectation(
         outcome="failure",
         reason="lost",
         failed="turn",
@@ -87,26 +87,26 @@ def test_faults_are_texts(scenario: Any) -> None:
         "  - 'when previously within 1 s: speed > 0.1 and running(\"turn\"): imu_dead'\n"
         "  - after 1: imu_dead\n"
     )
-    found = [one.planned for one in load_scenario(scenario(text)).faults]
-    assert {one.text for one in found[:3]} == {"at 5.0: drop scan lasting 2"}
-    assert [type(one.begins) for one in found] == [*[AtTime] * 3, WhenTrue, AfterStep]
+    faults = [fault.planned for fault in load_scenario(scenario(text)).faults]
+    assert {fault.text for fault in faults[:3]} == {"at 5.0: drop scan lasting 2"}
+    assert [type(fault.begins) for fault in faults] == [*[AtTime] * 3, WhenTrue, AfterStep]
 
 
 def test_mission_and_world_can_stand_in_the_file(scenario: Any) -> None:
     """As mappings."""
     inline = "mission:\n  mission: waits\n  tree: {wait: 1}\n"
-    found = load_scenario(scenario("world: {name: hall, size: [6, 3]}\n", mission=inline))
-    assert found.mission.name == "waits"
-    assert found.world is not None
-    assert found.world.size == (6, 3)
+    result = load_scenario(scenario("world: {name: hall, size: [6, 3]}\n", mission=inline))
+    assert result.mission.name == "waits"
+    assert result.world is not None
+    assert result.world.size == (6, 3)
 
 
 def test_what_is_said_outside_comes_first(scenario: Any) -> None:
     """As the options of a run."""
     path = scenario("seed: 5\ninputs: {angle: 45}\n")
-    found = load_scenario(path, ScenarioChanges(seed=6, set={"angle": "30"}, robot="burger"))
-    assert (found.mission.seed, found.mission.robot) == (6, "burger")
-    assert dict(found.mission.inputs) == {"angle": 30}
+    result = load_scenario(path, ScenarioChanges(seed=6, set={"angle": "30"}, robot="burger"))
+    assert (result.mission.seed, result.mission.robot) == (6, "burger")
+    assert dict(result.mission.inputs) == {"angle": 30}
 
 
 def test_paths_are_from_the_scenario(
@@ -120,10 +120,10 @@ def test_paths_are_from_the_scenario(
     (elsewhere / "turns.yaml").write_text("mission: other\ntree: {wait: 1}\n", encoding="utf-8")
     (elsewhere / "hall.yaml").write_text("name: other\nsize: [4, 4]\n", encoding="utf-8")
     monkeypatch.chdir(elsewhere)
-    found = load_scenario(path)
-    assert found.mission.name == "turns"
-    assert found.world is not None
-    assert found.world.name == "own"
+    result = load_scenario(path)
+    assert result.mission.name == "turns"
+    assert result.world is not None
+    assert result.world.name == "own"
 
 
 @pytest.mark.parametrize(
@@ -159,10 +159,10 @@ def test_paths_are_from_the_scenario(
 def test_what_is_wrong_has_its_place(scenario: Any, text: str, place: str, message: str) -> None:
     """In the scenario's file, with what to write instead."""
     path = scenario(text)
-    found, faults = examine_scenario(path)
-    assert found is None
-    errors = [str(one) for one in faults if one.severity == "error"]
-    assert any(message in one for one in errors), errors
+    result, faults = examine_scenario(path)
+    assert result is None
+    errors = [str(fault) for fault in faults if fault.severity == "error"]
+    assert any(message in error for error in errors), errors
     assert errors[0].startswith(f"{path}:{place}: error: "), errors
 
 
@@ -191,4 +191,4 @@ def test_several_errors_are_told_at_once(scenario: Any) -> None:
     _, faults = examine_scenario(
         scenario("seed: -1\nfaults:\n  - at 5: drp scan\nexpect: {outcome: fail}\n")
     )
-    assert [one.line for one in faults] == [3, 5, 6]
+    assert [fault.line for fault in faults] == [3, 5, 6]

@@ -17,14 +17,14 @@ from tests.support.planting import Defect
 SCENARIOS = Path("missions/scenarios")
 
 
-@pytest.mark.parametrize("name", sorted({one.scenario for one in DEFECTS}))
+@pytest.mark.parametrize("name", sorted({defect.scenario for defect in DEFECTS}))
 def test_without_a_defect(name: str) -> None:
     """Everything comes out as it must."""
     result = run_scenario(SCENARIOS / f"{name}.scenario.yaml")
     assert result.passed, str(result)
 
 
-@pytest.mark.parametrize("defect", DEFECTS, ids=lambda one: one.what)
+@pytest.mark.parametrize("defect", DEFECTS, ids=lambda planted: planted.what)
 def test_a_defect_is_caught(defect: Defect, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the requirement that the table names."""
     defect.plant(monkeypatch)
@@ -34,4 +34,4 @@ def test_a_defect_is_caught(defect: Defect, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_there_are_thirty() -> None:
     """And no two of one name."""
-    assert len({one.what for one in DEFECTS}) >= 30
+    assert len({defect.what for defect in DEFECTS}) >= 30

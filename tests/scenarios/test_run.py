@@ -52,7 +52,7 @@ def test_its_faults_happen_and_its_requirements_are_watched(scenario: Any) -> No
         )
     )
     assert result.passed, str(result)
-    assert [one.began for one in result.report.faults] == [0.5]
+    assert [fault.began for fault in result.report.faults] == [0.5]
     assert result.violated == ("never turns",)
     assert result.requirements["never turns"].verdict == "violated"
 
@@ -104,10 +104,10 @@ def test_what_comes_out_otherwise_has_its_place(
 def test_names_that_are_not_there_are_errors_before_the_start(scenario: Any) -> None:
     """At their places; also where nothing is to be run."""
     path = scenario("faults:\n  - at 1: drop scna\n  - at 1: kill_server trun\n")
-    for find in (run_scenario, lambda one: look_for_names(load_scenario(one))):
+    for find in (run_scenario, lambda file: look_for_names(load_scenario(file))):
         with pytest.raises(InputError) as caught:
             find(path)
-        assert [(one.line, one.column) for one in caught.value.faults] == [(7, 16), (8, 23)]
+        assert [(fault.line, fault.column) for fault in caught.value.faults] == [(7, 16), (8, 23)]
 
 
 @pytest.mark.parametrize(("text", "place"), [("start: {x: 2.0}\n", (6, 8)), ("", (9, 10))])
@@ -116,7 +116,7 @@ def test_a_start_without_room_is_an_error(scenario: Any, text: str, place: tuple
     spawn = "" if text else "  spawn: {x: 1.9}\n"
     walls = "  walls: [{name: w, from: [2, -1], to: [2, 1]}]\n"
     path = scenario(f"{text}world:\n  name: h\n  size: [6, 3]\n{spawn}{walls}")
-    for find in (run_scenario, lambda one: look_for_names(load_scenario(one))):
+    for find in (run_scenario, lambda file: look_for_names(load_scenario(file))):
         with pytest.raises(InputError) as caught:
             find(path)
         (fault,) = caught.value.faults
@@ -142,7 +142,7 @@ def test_an_obstacle_without_a_place_is_an_error_before_the_start(
     """Where nothing is to be run, too; the run takes no step."""
     path, steps = scenario(text), []
     run = partial(run_scenario, before_step=lambda: steps.append(1))
-    for find in (run, lambda one: look_for_names(load_scenario(one))):
+    for find in (run, lambda file: look_for_names(load_scenario(file))):
         with pytest.raises(InputError) as caught:
             find(path)
         (fault,) = caught.value.faults
@@ -156,7 +156,7 @@ def test_obstacles_of_the_start_are_tried_together(scenario: Any) -> None:
     box = "  - at 0: spawn_box at (1, 0)\n"
     with pytest.raises(InputError) as caught:
         look_for_names(load_scenario(scenario(f"faults:\n{box}{box}")))
-    assert [one.line for one in caught.value.faults] == [8]
+    assert [fault.line for fault in caught.value.faults] == [8]
     for other in (f"  - at 0: remove_box\n{box}", "  - at 1: move_box at (8, 0) nearest_free\n"):
         look_for_names(load_scenario(scenario(f"faults:\n{box}{other}")))
 

@@ -59,8 +59,8 @@ def by_itself(*arguments: object) -> str:
     done = subprocess.run(
         command("run", *map(str, arguments), "--json"), capture_output=True, text=True, check=True
     )
-    told: str = json.loads(done.stdout)["trace_sha256"]
-    return told
+    reported: str = json.loads(done.stdout)["trace_sha256"]
+    return reported
 
 
 def test_the_tenth_run_is_that_of_a_process_of_its_own(runner, written):
@@ -71,7 +71,9 @@ def test_the_tenth_run_is_that_of_a_process_of_its_own(runner, written):
         runner.run(turn, seed=seed)
     with pytest.raises(BtMissionError):
         runner.run(written("wrong", TURN + WRONG))
-    first = [runner.run(one, seed=3).report.trace_sha256 for one in (leg, faulty, leg, faulty)]
+    first = [
+        runner.run(scenario, seed=3).report.trace_sha256 for scenario in (leg, faulty, leg, faulty)
+    ]
     assert first[:2] == first[2:]
     assert first[0] == by_itself("explore", "--set", "legs=1", "--seed", 3)
     assert first[0] == by_itself(leg, "--seed", 3)
@@ -80,8 +82,8 @@ def test_the_tenth_run_is_that_of_a_process_of_its_own(runner, written):
 
 def in_use() -> tuple[int, int, int]:
     """Stages and models that Python has not freed; files that are open; threads."""
-    alive = [one for one in gc.get_objects() if type(one) in (Stage, Physics)]
-    files, threads = (len(list(Path("/proc/self", one).iterdir())) for one in ("fd", "task"))
+    alive = [value for value in gc.get_objects() if type(value) in (Stage, Physics)]
+    files, threads = (len(list(Path("/proc/self", folder).iterdir())) for folder in ("fd", "task"))
     return len(alive), files, threads
 
 

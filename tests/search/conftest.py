@@ -40,9 +40,9 @@ class MadeUpRunner:
     async def rows(
         self, scenarios: Iterable[ConcreteScenario]
     ) -> AsyncGenerator[ScenarioRow, None]:
-        for one in reversed(list(scenarios)):
+        for scenario in reversed(list(scenarios)):
             self.count += 1
-            yield row(one, self._judge(one))
+            yield row(scenario, self._judge(scenario))
 
 
 def row(scenario: ConcreteScenario, margin: float) -> ScenarioRow:

@@ -30,9 +30,9 @@ class CoveringRunner:
     async def rows(
         self, scenarios: Iterable[ConcreteScenario]
     ) -> AsyncGenerator[ScenarioRow, None]:
-        for one in scenarios:
-            bits = 1 | 1 << min(one.number, self._most)
-            yield replace(row(one, 0.5), coverage=f"{bits:0{self._digits}x}")
+        for scenario in scenarios:
+            bits = 1 | 1 << min(scenario.number, self._most)
+            yield replace(row(scenario, 0.5), coverage=f"{bits:0{self._digits}x}")
 
 
 def covered(base: BaseScenario, most: int, budget: int) -> CoverSession:
@@ -49,7 +49,7 @@ def test_it_ends_when_everything_is_reached(base: BaseScenario) -> None:
     count = len(CoverageRecord.of(base.mission).names)
     state = covered(base, count - 1, 100).state
     assert state.record.missing == ()
-    assert [new for _, _, new in state.first] == [(one,) for one in state.record.names]
+    assert [new for _, _, new in state.first] == [(name,) for name in state.record.names]
 
 
 def test_what_it_cannot_reach_is_listed(base: BaseScenario) -> None:
@@ -69,10 +69,10 @@ def test_on_the_command_line(
     monkeypatch.chdir(tmp_path)
     words = ["falsify", "short.yaml", "--cover", "--within", "ranges.yaml", "--workers", "1"]
     assert main([*words, "--budget", "20", "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["runs"] == 20
-    assert "0 drive: outcome succeeded" in told["reached"]
-    assert {"0 drive: outcome aborted", "0 drive: outcome server lost"} <= set(told["reached"])
-    assert "0 drive: outcome canceled by another client" in told["missing"]
-    assert told["scenarios"][0]["faults"] == []
-    assert len(told["reached"]) + len(told["missing"]) == told["places"]
+    data = json.loads(capsys.readouterr().out)
+    assert data["runs"] == 20
+    assert "0 drive: outcome succeeded" in data["reached"]
+    assert {"0 drive: outcome aborted", "0 drive: outcome server lost"} <= set(data["reached"])
+    assert "0 drive: outcome canceled by another client" in data["missing"]
+    assert data["scenarios"][0]["faults"] == []
+    assert len(data["reached"]) + len(data["missing"]) == data["places"]

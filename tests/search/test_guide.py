@@ -27,12 +27,12 @@ USUAL = ScenarioRow(
 
 def changed(**changes: RequirementMargin) -> ScenarioRow:
     """Return the usual run with other margins."""
-    named = {name.replace("_", " "): one for name, one in changes.items()}
+    named = {name.replace("_", " "): first for name, first in changes.items()}
     return replace(USUAL, requirements={**USUAL.requirements, **named})
 
 
 @pytest.mark.parametrize(
-    ("aim", "changes", "found"),
+    ("aim", "changes", "result"),
     [
         ("violated", {"outcome": "failure"}, ()),
         ("violated", {"collisions": 1}, ()),
@@ -53,9 +53,9 @@ def changed(**changes: RequirementMargin) -> ScenarioRow:
         ("anything", {"outcome": "error", "collisions": 1}, ()),
     ],
 )
-def test_what_is_found(aim: Aim, changes: dict[str, object], found: tuple[Failure, ...]) -> None:
+def test_what_is_found(aim: Aim, changes: dict[str, object], result: tuple[Failure, ...]) -> None:
     """Only what is searched for; a run that could not run shows nothing."""
-    assert Guide(aim, USUAL).failures(replace(USUAL, **changes)) == found  # type: ignore[arg-type]
+    assert Guide(aim, USUAL).failures(replace(USUAL, **changes)) == result  # type: ignore[arg-type]
 
 
 def test_the_worst_violation_comes_first() -> None:
@@ -64,7 +64,7 @@ def test_the_worst_violation_comes_first() -> None:
         far=RequirementMargin("violated", -0.25, "m", 1.0),
         slow=RequirementMargin("violated", -0.5, "m/s", 1.0),
     )
-    names = [one.what for one in Guide("violated", USUAL).failures(row)]
+    names = [failure.what for failure in Guide("violated", USUAL).failures(row)]
     assert names == ["far", "slow"]
     row = replace(row, requirements={**row.requirements, "in order": RequirementMargin("violated")})
     assert Guide("violated", USUAL).failures(row)[0].what == "in order"

@@ -70,11 +70,11 @@ def test_limits(mission: Mission) -> None:
 
 def test_values_beside_comparisons(mission: Mission) -> None:
     """Of feedback, results that variables come from, followed topics, and requirements."""
-    found = {(one.fault, one.field): one.values for one in material_of(mission).fields}
-    assert {0.79, 0.8, 0.81} <= set(found["set_feedback", "current_distance_travelled"])
-    assert {9.9, 10.0, 10.1} <= set(found["set_result", "closest_obstacle_angle"])
-    assert {19.8, 20.0, 20.2} <= set(found["set_fields", "percentage"])
-    assert {-5.05, -5.0, -4.95} <= set(found["set_feedback", "remaining_angle"])
+    result = {(field.fault, field.field): field.values for field in material_of(mission).fields}
+    assert {0.79, 0.8, 0.81} <= set(result["set_feedback", "current_distance_travelled"])
+    assert {9.9, 10.0, 10.1} <= set(result["set_result", "closest_obstacle_angle"])
+    assert {19.8, 20.0, 20.2} <= set(result["set_fields", "percentage"])
+    assert {-5.05, -5.0, -4.95} <= set(result["set_feedback", "remaining_angle"])
 
 
 def test_values_fit_their_fields(tmp_path: Path) -> None:
@@ -85,8 +85,8 @@ def test_values_fit_their_fields(tmp_path: Path) -> None:
         "    - {turn: {angle: 30}, timeout: 9, outputs: {error_code: code}}\n"
         "    - check: $code == 0\n"
     )
-    (found,) = material_of(load_base(path, BaseChanges()).mission).fields
-    assert found == FieldValues("set_result", "turn", "error_code", (0, 1))
+    (field,) = material_of(load_base(path, BaseChanges()).mission).fields
+    assert field == FieldValues("set_result", "turn", "error_code", (0, 1))
 
 
 def test_events(mission: Mission) -> None:
@@ -124,4 +124,4 @@ def test_what_is_not_there_is_not_drawn(tmp_path: Path) -> None:
     assert (given.services, there.services) == (("/nobody",), ())
     assert set(there.topics) == {"scan", "odom", "cmd_vel", "tf"}
     assert {"camera_dead", "camera_black"} <= there.lacking
-    assert not any(one.startswith("lidar") for one in there.lacking)
+    assert not any(fault.startswith("lidar") for fault in there.lacking)

@@ -36,20 +36,24 @@ def searched(base: BaseScenario, mission: Judge, good: Judge, budget: int = 60) 
 
 def has(name: str) -> Judge:
     """Return a judge for which a scenario with a fault of this name breaks."""
-    return lambda one: -0.1 if any(name in text for text in one.data.get("faults", ())) else 0.5
+    return lambda scenario: (
+        -0.1 if any(name in text for text in scenario.data.get("faults", ())) else 0.5
+    )
 
 
-def either(one: ConcreteScenario) -> float:
+def either(scenario: ConcreteScenario) -> float:
     """Break with a box, and with a cylinder."""
-    return min(has("at 0.0: spawn")(one), has("spawn_box")(one), has("spawn_cylinder")(one))
+    return min(
+        has("at 0.0: spawn")(scenario), has("spawn_box")(scenario), has("spawn_cylinder")(scenario)
+    )
 
 
 def test_what_breaks_the_reference_does_not_count(base: BaseScenario) -> None:
     """Not as a find, nor as a step that makes a find small."""
     state = searched(base, either, has("spawn_box")).state
     assert state.unfair > 0
-    (found,) = state.counterexamples
-    assert {one.name for one in found.candidate.faults} == {"spawn_cylinder"}
+    (counterexample,) = state.counterexamples
+    assert {fault.name for fault in counterexample.candidate.faults} == {"spawn_cylinder"}
 
 
 def test_a_search_whose_finds_are_all_unfair_finds_nothing(base: BaseScenario) -> None:
@@ -83,7 +87,7 @@ def test_it_runs_in_the_scenario_of_the_mission(tmp_path: Path) -> None:
     )
     assert data["faults"] == ["at 2.0: drop scan lasting 1"]
     assert set(data["requirements"]) == {"keeps its distance", "assumed: always speed < 0.3"}
-    assert [one.name for one in made.mission.requirements] == ["is slow"]
+    assert [requirement.name for requirement in made.mission.requirements] == ["is slow"]
 
 
 def test_a_reference_that_does_not_fit(tmp_path: Path, base: BaseScenario) -> None:

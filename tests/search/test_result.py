@@ -31,10 +31,10 @@ def found_in(base: BaseScenario, kind: Any, candidate: Candidate, **changes: Any
     return Counterexample(candidate, replace(of_it, **changes), Failure(kind, "drive"))
 
 
-def data_of(base: BaseScenario, found: Counterexample, folder: Path) -> dict[str, Any]:
+def data_of(base: BaseScenario, counterexample: Counterexample, folder: Path) -> dict[str, Any]:
     """Return what stands in the file, which can be loaded."""
     folder.mkdir()
-    data = scenario_data(base, found, folder)
+    data = scenario_data(base, counterexample, folder)
     file = folder / "it.scenario.yaml"
     file.write_text(to_yaml(data))
     load_scenario(file)
@@ -55,15 +55,15 @@ def test_it_expects_what_should_hold(
     base: BaseScenario, tmp_path: Path, kind: str, changes: Any, expected: dict[str, Any]
 ) -> None:
     """And nothing else, so that it passes once the mission is fixed."""
-    found = found_in(base, kind, Candidate(faults=(FAULT,)), **changes)
-    data = data_of(base, found, tmp_path / "out")
+    result = found_in(base, kind, Candidate(faults=(FAULT,)), **changes)
+    data = data_of(base, result, tmp_path / "out")
     assert data["expect"] == expected
 
 
 def test_what_is_as_in_the_mission_is_left_out(base: BaseScenario, tmp_path: Path) -> None:
     """The limit, too, where the run ends by itself."""
-    found = found_in(base, "violated", Candidate(faults=(FAULT,), limit=40.0))
-    assert data_of(base, found, tmp_path / "out") == {
+    result = found_in(base, "violated", Candidate(faults=(FAULT,), limit=40.0))
+    assert data_of(base, result, tmp_path / "out") == {
         "scenario": "short: violates 'drive'",
         "mission": "../short.yaml",
         "faults": ["at 3.0: spawn_box ahead 1.0"],
@@ -76,8 +76,8 @@ def test_what_differs_stands_there(base: BaseScenario, tmp_path: Path) -> None:
     """Seed, inputs, start; and the limit that ends the run."""
     values = {"speed": 0.15, "start.x": 0.5, "start.y": 0.0, "start.yaw": 90.0}
     candidate = Candidate(7, values, (), 9.0)
-    found = found_in(base, "violated", candidate, outcome="interrupted")
-    data = data_of(base, found, tmp_path / "out")
+    result = found_in(base, "violated", candidate, outcome="interrupted")
+    data = data_of(base, result, tmp_path / "out")
     assert data["inputs"] == {"speed": 0.15}
     assert data["start"] == {"x": 0.5, "y": 0.0, "yaw": 90.0}
     assert (data["seed"], data["limit"]) == (7, 9.0)
@@ -105,8 +105,8 @@ def test_a_scenario_keeps_what_it_says(tmp_path: Path) -> None:
     )
     changes = BaseChanges(requirements={CLEARANCE: CLEARANCE_FORMULA})
     base = load_search(path, changes, NO_RANGES, "collision")
-    found = found_in(base, "collision", Candidate(faults=(FAULT,)), collisions=1)
-    data = data_of(base, found, tmp_path / "out")
+    result = found_in(base, "collision", Candidate(faults=(FAULT,)), collisions=1)
+    data = data_of(base, result, tmp_path / "out")
     assert data["mission"]["mission"] == "short"
     assert data["obstacles"] == [{"at": [1, 1]}]
     assert data["faults"] == ["at 2.0: drop scan lasting 1", "at 3.0: spawn_box ahead 1.0"]

@@ -52,10 +52,10 @@ def test_the_budget_is_kept(search_by: MakeSearch) -> None:
 
 def test_the_first_in_the_order_of_asking_is_found(search_by: MakeSearch) -> None:
     """Whatever ends first: here every scenario from the sixth on is one."""
-    search = search_by(lambda one: -0.1 if one.number >= 5 else 0.5)
+    search = search_by(lambda scenario: -0.1 if scenario.number >= 5 else 0.5)
     carry_out(search, "random", 100)
-    (found,) = search.state.counterexamples
-    assert found.row.number == 5
+    (counterexample,) = search.state.counterexamples
+    assert counterexample.row.number == 5
     assert search.state.runs == 6
 
 
@@ -66,9 +66,9 @@ def test_a_search_repeats(search_by: MakeSearch, strategy: str) -> None:
     def asked(seed: int) -> list[str]:
         ids: list[str] = []
 
-        def judge(one: ConcreteScenario) -> float:
-            ids.append(one.id)
-            return 1 - one.data["seed"] / 1000
+        def judge(scenario: ConcreteScenario) -> float:
+            ids.append(scenario.id)
+            return 1 - scenario.data["seed"] / 1000
 
         carry_out(search_by(judge), strategy, 20, seed)
         return ids
@@ -83,9 +83,9 @@ def test_a_guided_search_comes_nearer(search_by: MakeSearch) -> None:
     """Where the margin falls with the seed, seeds grow."""
     seeds: list[int] = []
 
-    def judge(one: ConcreteScenario) -> float:
-        seeds.append(one.data["seed"])
-        return 1.001 - one.data["seed"] / 1000
+    def judge(scenario: ConcreteScenario) -> float:
+        seeds.append(scenario.data["seed"])
+        return 1.001 - scenario.data["seed"] / 1000
 
     search = search_by(judge)
     ranges = RangesFile(read_text("obstacles: {most: 0}\nfaults: {most: 0}")).ranges
@@ -116,25 +116,25 @@ def test_a_mission_that_breaks_as_it_is(base: BaseScenario) -> None:
     """One run is enough, and nothing of it is varied."""
     state = session(base, lambda _: -0.1).state
     assert state.runs == 1
-    (found,) = state.counterexamples
-    assert found.candidate.faults == ()
+    (counterexample,) = state.counterexamples
+    assert counterexample.candidate.faults == ()
 
 
 def test_what_is_found_is_made_small(base: BaseScenario) -> None:
     """Here it needs a box that appears at 4 s or later, and nothing else."""
 
-    def judge(one: ConcreteScenario) -> float:
+    def judge(scenario: ConcreteScenario) -> float:
         times = [
             float(text.split()[1][:-1])
-            for text in one.data.get("faults", ())
+            for text in scenario.data.get("faults", ())
             if re.match(r"at \S+: spawn_box", text)
         ]
         return -0.1 if max(times, default=0) >= 4 else 0.5
 
-    (found,) = session(base, judge).state.counterexamples
-    (fault,) = found.candidate.faults
+    (counterexample,) = session(base, judge).state.counterexamples
+    (fault,) = counterexample.candidate.faults
     assert fault.name == "spawn_box"
-    assert found.candidate.seed is None
+    assert counterexample.candidate.seed is None
     assert len(f"{fault.begins.time_s:g}".rstrip("0")) == 1  # type: ignore[union-attr]
 
 
@@ -143,8 +143,8 @@ def test_a_mission_that_cannot_run(base: BaseScenario) -> None:
 
     class Broken(MadeUpRunner):
         async def rows(self, scenarios: Any) -> Any:
-            for one in scenarios:
-                yield row_of_error(one, "the leaf is gone")
+            for scenario in scenarios:
+                yield row_of_error(scenario, "the leaf is gone")
 
     made = SearchSession(base, RangesFile(), SearchOptions(), lambda _: True)
     with pytest.raises(BtMissionError, match="cannot run as it is: the leaf is gone"):
@@ -155,7 +155,7 @@ def test_what_is_searched_for(base: BaseScenario) -> None:
     """A violated requirement where there are any that are not the search's own."""
     plain = replace(base, mission=replace(base.mission, requirements=()))
     assumed = replace(plain, data={**plain.data, "requirements": {"assumed: x": "always true"}})
-    assert [aim_of(one, None) for one in (base, plain, assumed)] == [
+    assert [aim_of(searched, None) for searched in (base, plain, assumed)] == [
         "violated",
         "anything",
         "anything",

@@ -44,8 +44,8 @@ def simplified(search: Search, texts: tuple[str, ...], most: int = 150) -> Candi
 def needs(*parts: str) -> Judge:
     """Return a judge for which a scenario breaks with faults that have these parts."""
 
-    def judge(one: ConcreteScenario) -> float:
-        faults = one.data.get("faults", ())
+    def judge(scenario: ConcreteScenario) -> float:
+        faults = scenario.data.get("faults", ())
         return -0.1 if all(any(part in text for text in faults) for part in parts) else 0.4
 
     return judge
@@ -54,7 +54,7 @@ def needs(*parts: str) -> Judge:
 def test_what_does_not_matter_goes(search_by: Callable[[Judge], Search]) -> None:
     """Faults, the seed, inputs, arguments; numbers are round; the run ends after the violation."""
     made = simplified(search_by(needs("spawn_box")), (*OTHERS, BOX))
-    assert [one.text for one in made.faults] == ["at 0.0: spawn_box ahead 0.8"]
+    assert [fault.text for fault in made.faults] == ["at 0.0: spawn_box ahead 0.8"]
     assert (made.seed, made.values) == (None, {})
     assert made.limit == 8.0
 
@@ -62,7 +62,7 @@ def test_what_does_not_matter_goes(search_by: Callable[[Judge], Search]) -> None
 def test_what_matters_stays(search_by: Callable[[Judge], Search]) -> None:
     """Two faults that break it together, with the numbers that they need."""
     made = simplified(search_by(needs("spawn_box", "0.35 jitter")), (*OTHERS, BOX))
-    assert [one.name for one in made.faults] == ["delay", "spawn_box"]
+    assert [fault.name for fault in made.faults] == ["delay", "spawn_box"]
     assert made.faults[0].arguments["by"] == 0.35
 
 
@@ -71,12 +71,12 @@ def test_an_obstacle_goes_with_its_way(search_by: Callable[[Judge], Search]) -> 
     texts = (BOX + " name one", "at 4.0: move_box one 1.0 0.0 speed 0.3", OTHERS[1])
     tried: list[list[str]] = []
 
-    def judge(one: ConcreteScenario) -> float:
-        tried.append(one.data.get("faults", []))
+    def judge(scenario: ConcreteScenario) -> float:
+        tried.append(scenario.data.get("faults", []))
         return -0.1 if any("lidar_dead" in text for text in tried[-1]) else 0.4
 
     made = simplified(search_by(judge), texts)
-    assert [one.name for one in made.faults] == ["lidar_dead"]
+    assert [fault.name for fault in made.faults] == ["lidar_dead"]
     for faults in tried:
         moves = any("move_box" in text for text in faults)
         assert not moves or any("spawn_box" in text for text in faults)
@@ -86,7 +86,7 @@ def test_what_moves_is_simplified(search_by: Callable[[Judge], Search]) -> None:
     """Its speed may be the fault's own; the obstacle stays."""
     texts = ("at 0.0: spawn_box 1.0 name one", "at 0.0: move_box one 1.25 0.35 speed 0.3")
     made = simplified(search_by(needs("spawn_box", "move_box")), texts)
-    assert [one.text for one in made.faults] == [
+    assert [fault.text for fault in made.faults] == [
         "at 0.0: spawn_box ahead 1.0 name one",
         "at 0.0: move_box box one ahead 0.0",
     ]
@@ -97,7 +97,7 @@ def test_an_event_is_simplified(search_by: Callable[[Judge], Search]) -> None:
     made = simplified(
         search_by(needs("lidar_dead")), ('when running("drive") for 1.75 s: lidar_dead lasting 1',)
     )
-    assert [one.text for one in made.faults] == ['when running("drive"): lidar_dead lasting 1']
+    assert [fault.text for fault in made.faults] == ['when running("drive"): lidar_dead lasting 1']
 
 
 def test_the_runs_are_bounded(search_by: Callable[[Judge], Search]) -> None:
@@ -112,7 +112,7 @@ def test_another_failure_does_not_count(search_by: Callable[[Judge], Search]) ->
     """Where nothing less fails, all stays as it was found."""
     search = search_by(lambda _: 0.4)
     made = simplified(search, (BOX,))
-    assert [one.text for one in made.faults] == [parse_fault(BOX).text]
+    assert [fault.text for fault in made.faults] == [parse_fault(BOX).text]
     assert (made.seed, made.values) == (99, {"speed": 0.237})
 
 
@@ -121,10 +121,10 @@ def test_another_failure_does_not_count(search_by: Callable[[Judge], Search]) ->
 )
 def test_rounder_numbers_have_fewer_digits(value: float, first: float) -> None:
     """The roundest comes first, and none is much larger."""
-    found = rounder_numbers(value)
-    assert found[0] == first
-    assert value not in found
-    assert all(abs(one) <= 1.25 * abs(value) for one in found)
+    results = rounder_numbers(value)
+    assert results[0] == first
+    assert value not in results
+    assert all(abs(result) <= 1.25 * abs(value) for result in results)
 
 
 def test_nothing_is_rounder_than_zero() -> None:

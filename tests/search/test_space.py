@@ -39,39 +39,49 @@ def test_everything_is_within_the_ranges(base: BaseScenario) -> None:
     """Also the actions of faults, which are those of the mission."""
     space = space_of(base, RANGES)
     drawn = RandomStrategy(space, 0).ask(200)
-    assert {one.seed for one in drawn} == {3, 4, 5}
-    assert {one.values["rounds"] for one in drawn} == {1, 2}
-    assert all(0.1 <= one.values["speed"] <= 0.2 for one in drawn)
-    assert all(abs(one.values["start.y"]) <= 0.5 for one in drawn)
-    faults = [fault for one in drawn for fault in one.faults]
-    assert {one.name for one in faults} == {"lidar_dead", "slow_server", "move_box", *OBSTACLES}
-    assert {one.arguments.get("action") for one in faults} == {None, "explore_forward"}
-    assert all(isinstance(one.begins, AtTime) for one in faults)
-    assert all(space.allows(one) for one in drawn)
+    assert {candidate.seed for candidate in drawn} == {3, 4, 5}
+    assert {candidate.values["rounds"] for candidate in drawn} == {1, 2}
+    assert all(0.1 <= candidate.values["speed"] <= 0.2 for candidate in drawn)
+    assert all(abs(candidate.values["start.y"]) <= 0.5 for candidate in drawn)
+    faults = [fault for candidate in drawn for fault in candidate.faults]
+    assert {planned.name for planned in faults} == {
+        "lidar_dead",
+        "slow_server",
+        "move_box",
+        *OBSTACLES,
+    }
+    assert {planned.arguments.get("action") for planned in faults} == {None, "explore_forward"}
+    assert all(isinstance(planned.begins, AtTime) for planned in faults)
+    assert all(space.allows(candidate) for candidate in drawn)
 
 
 def test_what_moves_is_there(base: BaseScenario) -> None:
     """One obstacle in three goes somewhere, from the instant at which it appears."""
     drawn = RandomStrategy(space_of(base, "faults: {most: 0}"), 0).ask(100)
-    moved = [(one, fault) for one in drawn for fault in one.faults if fault.name == "move_box"]
+    moved = [
+        (candidate, fault)
+        for candidate in drawn
+        for fault in candidate.faults
+        if fault.name == "move_box"
+    ]
     assert len(moved) > 20
-    for one, fault in moved:
+    for first, fault in moved:
         (spawned,) = (
-            other for other in one.faults if other.arguments.get("name") == fault.arguments["box"]
+            other for other in first.faults if other.arguments.get("name") == fault.arguments["box"]
         )
         assert spawned.begins == fault.begins
         assert 0.1 <= fault.arguments["speed"] <= 0.5  # type: ignore[operator]
     still = RandomStrategy(space_of(base, "obstacles: {speed: 0}"), 0).ask(50)
-    assert not any(fault.name == "move_box" for one in still for fault in one.faults)
+    assert not any(fault.name == "move_box" for candidate in still for fault in candidate.faults)
 
 
 def test_faults_begin_with_events_too(base: BaseScenario) -> None:
     """Where no times are given."""
     drawn = RandomStrategy(space_of(base, "obstacles: {most: 0}"), 0).ask(200)
-    begins = [fault.begins for one in drawn for fault in one.faults]
-    texts = {one.condition.text for one in begins if isinstance(one, WhenTrue)}
+    begins = [fault.begins for candidate in drawn for fault in candidate.faults]
+    texts = {beginning.condition.text for beginning in begins if isinstance(beginning, WhenTrue)}
     assert texts == {f'{word}("drive")' for word in ("running", "succeeded", "failed")}
-    assert sum(isinstance(one, AtTime) for one in begins) > len(begins) / 3
+    assert sum(isinstance(beginning, AtTime) for beginning in begins) > len(begins) / 3
 
 
 def test_there_are_no_more_obstacles_than_a_simulation_has(tmp_path: Path) -> None:
@@ -84,7 +94,7 @@ def test_there_are_no_more_obstacles_than_a_simulation_has(tmp_path: Path) -> No
     )
     space = space_of(load_base(path, BaseChanges()), "{}")
     drawn = RandomStrategy(space, 0).ask(50)
-    assert max(sum(f.name in OBSTACLES for f in one.faults) for one in drawn) == 1
+    assert max(sum(f.name in OBSTACLES for f in candidate.faults) for candidate in drawn) == 1
 
 
 def test_what_is_drawn_can_run(base: BaseScenario) -> None:
@@ -92,8 +102,8 @@ def test_what_is_drawn_can_run(base: BaseScenario) -> None:
     kinds = "[network, hardware, camera, messages, servers, code, battery, clock]"
     space = space_of(base, f"faults: {{most: 10, kinds: {kinds}}}")
     with ScenarioWorker(base.bundle) as worker:
-        for number, one in enumerate(RandomStrategy(space, 0).ask(30)):
-            worker.load(one.concrete(base, number))
+        for number, first in enumerate(RandomStrategy(space, 0).ask(30)):
+            worker.load(first.concrete(base, number))
 
 
 @pytest.mark.parametrize(
@@ -139,8 +149,8 @@ def test_any_place_of_a_world_with_pillars(tmp_path_factory: pytest.TempPathFact
     path.write_text("mission: short\nworld: turtlebot3_world\ntree: {wait: 1}\n")
     base = load_base(path, BaseChanges())
     space = space_of(base, "start: anywhere")
-    for one in RandomStrategy(space, 0).ask(50):
-        x, y = one.values["start.x"], one.values["start.y"]
+    for candidate in RandomStrategy(space, 0).ask(50):
+        x, y = candidate.values["start.x"], candidate.values["start.y"]
         assert min(math.dist((x, y), (a, b)) for a in PILLARS for b in PILLARS) > 0.3
 
 

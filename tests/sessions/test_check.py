@@ -34,25 +34,25 @@ def test_two_branches_that_move_the_base_are_warned_of():
     text = "mission: m\ntree:\n  parallel:\n    - {turn: {angle: 9}, timeout: 9}\n    - {wait: 1}\n"
     assert said(text) == []
     more = text + "    - sequence: [{camera_sweep: {sweep_angle: 9, image_count: 1}, timeout: 9}]\n"
-    (found,) = said(more)
-    assert found.startswith("m.yaml:6:7: warning: two branches of a parallel move the base; the ")
+    (result,) = said(more)
+    assert result.startswith("m.yaml:6:7: warning: two branches of a parallel move the base; the ")
 
 
 def test_without_ros_a_warning_says_what_was_not_checked(monkeypatch):
     """The rest is checked all the same."""
     monkeypatch.setitem(sys.modules, "bt_mission.ros.interface_types", None)
     monkeypatch.delattr("bt_mission.ros.interface_types", raising=False)
-    found = said("mission: m\nrobot: x\ntree: {turn: {angel: 9}, timeout: 9}")
-    assert len(found) == 2
-    assert found[0].startswith("m.yaml: warning: ROS 2 is not there (")
-    assert found[0].endswith("so types and fields were not checked; try 'bt-mission doctor'")
-    assert found[1].startswith("m.yaml:2:8: error: no robot 'x'")
+    result = said("mission: m\nrobot: x\ntree: {turn: {angel: 9}, timeout: 9}")
+    assert len(result) == 2
+    assert result[0].startswith("m.yaml: warning: ROS 2 is not there (")
+    assert result[0].endswith("so types and fields were not checked; try 'bt-mission doctor'")
+    assert result[1].startswith("m.yaml:2:8: error: no robot 'x'")
 
 
 def test_the_real_types_are_known():
     """A field of the real ExploreForward."""
-    (found,) = said("mission: m\ntree: {explore_forward: {velocity: 1}, timeout: 9}")
-    assert "(its fields: fwd_velocity, stopping_distance)" in found
+    (result,) = said("mission: m\ntree: {explore_forward: {velocity: 1}, timeout: 9}")
+    assert "(its fields: fwd_velocity, stopping_distance)" in result
 
 
 def test_a_file_is_examined_in_one_go(tmp_path):
@@ -122,8 +122,8 @@ def test_a_value_from_the_command_line_is_blamed_there(values, expected):
 
 def test_a_fault_of_the_file_stays_one_of_the_file():
     """Also where values are given."""
-    found = examined(LEGS.replace("$speed", "7"), set={"legs": "4"})
-    assert found[1][0].startswith("m.yaml:6:37: error: fwd_velocity must be from 0.01 to 0.26")
+    result = examined(LEGS.replace("$speed", "7"), set={"legs": "4"})
+    assert result[1][0].startswith("m.yaml:6:37: error: fwd_velocity must be from 0.01 to 0.26")
 
 
 def test_goals_for_the_servers_of_others_are_not_judged():
@@ -137,8 +137,8 @@ def test_the_parameters_of_servers_that_run_are_the_limits():
     """Also the actions that they offer; the robot is not named, as nobody knows which it is."""
     text = "mission: m\ntree: {turn: {angle: 90, angular_velocity: 1.5}, timeout: 9}"
     slow = {"max_angular_velocity": 0.5, "turn_limit": 45.0}
-    found = examined(text, servers=with_parameters(slow, frozenset({"turn"})))[1]
-    assert found == [
+    result = examined(text, servers=with_parameters(slow, frozenset({"turn"})))[1]
+    assert result == [
         (
             "m.yaml:2:22: error: angle must be from -45 to 45 deg, got 90: the server of turn "
             "refuses that (limit: parameter turn_limit of the servers)"
@@ -158,8 +158,8 @@ def test_a_value_that_only_the_run_can_tell_is_not_judged():
         "    - turn: {angle: 'uniform(4000, 5000)', angular_velocity: $speed}\n      timeout: 9\n"
     )
     assert examined(text) == (True, [])
-    found = examined(text.replace("'uniform(4000, 5000)'", "4000"))[1]
-    assert [line[:30] for line in found] == ["m.yaml:5:21: error: angle must"]
+    results = examined(text.replace("'uniform(4000, 5000)'", "4000"))[1]
+    assert [line[:30] for line in results] == ["m.yaml:5:21: error: angle must"]
 
 
 def test_a_pose_is_judged_only_where_the_map_is_known():

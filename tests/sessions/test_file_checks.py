@@ -147,7 +147,9 @@ def test_the_topics_are_those_of_a_stage(tmp_path: Path) -> None:
         for _ in range(40):
             stage.step()
         names = {name.strip("/") for name, _ in stage.sim.get_topic_names_and_types()}
-    public = {one for one in names if "/_action/" not in one and not one.startswith("mission")}
+    public = {
+        topic for topic in names if "/_action/" not in topic and not topic.startswith("mission")
+    }
     known = TOPICS | {kind.topic for kind in SENSORS}
     # Those of explorations, of viewers, and of faults are not there in this run.
     assert known - public <= {"coverage", "waypoints", "amcl_pose"}

@@ -50,7 +50,7 @@ def test_a_mission_runs_and_its_result_tells(ros: Any, send: Any) -> None:
     assert result.summary.startswith("m: success\n")
     first = mission.feedback[0]
     assert (first.status, first.tip, list(first.running)) == ("running", "turn", ["turn"])
-    assert [one.doing[0] for one in mission.feedback if one.doing][-1].startswith(
+    assert [feedback.doing[0] for feedback in mission.feedback if feedback.doing][-1].startswith(
         "current_angle 10.00"
     )
 
@@ -214,7 +214,7 @@ def test_by_parameter_a_newer_mission_is_refused(ros: Any, send: Any) -> None:
     first = send(text=TURN)
     ros.until(lambda: turn.goals)
     assert not send(text=TURN).accepted
-    assert ros.said[-1] == "mission refused: another mission runs (on_new_goal: refuse)"
+    assert ros.logged[-1] == "mission refused: another mission runs (on_new_goal: refuse)"
     turn.goal.succeed()
     assert first.end()[0] == "succeeded"
     assert send(text=TURN).accepted
@@ -229,7 +229,7 @@ def test_a_mission_cannot_wait_for_its_own_executive(ros: Any, send: Any) -> Non
         "    - log: went on\n"
     )
     assert mission.end()[0] == "succeeded"
-    assert "went on" in ros.said
+    assert "went on" in ros.logged
 
 
 def test_closing_ends_the_mission_and_refuses_others(ros: Any, send: Any) -> None:
@@ -283,4 +283,4 @@ def test_of_many_refused_missions_some_are_told(ros: Any) -> None:
     asked = [client.send_goal_async(ExecuteMission.Goal()) for _ in range(300)]
     ros.until(lambda: all(answer.done() for answer in asked))
     assert not any(answer.result().accepted for answer in asked)
-    assert 0 < ros.said.count("mission refused: closed") <= MOST_LINES
+    assert 0 < ros.logged.count("mission refused: closed") <= MOST_LINES

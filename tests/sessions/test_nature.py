@@ -41,7 +41,7 @@ def test_the_same_draw_gives_the_same_run(tmp_path):
     first = ran(tmp_path, usual)
     assert ran(tmp_path, usual).trace.sha256 == first.trace.sha256
     others = [ran(tmp_path, usual, seed=2), ran(tmp_path, Nature("mild")), ran(tmp_path, None)]
-    seedless = {one.trace.seedless_sha256 for one in (first, *others)}
+    seedless = {run.trace.seedless_sha256 for run in (first, *others)}
     assert len(seedless) == 4
 
 
@@ -120,10 +120,10 @@ def test_each_robot_of_a_fleet_has_its_own(tmp_path):
     robots = [FleetRobot(name, load(MISSION), x=x) for name, x in (("one", -1.0), ("two", 1.0))]
     options = StageOptions(nature=Nature("usual"))
     with Stage(robots=robots, image_folder=tmp_path, options=options) as stage:
-        one, two = stage.runs
-        assert one.nature["start_x"] != two.nature["start_x"]
-        assert one.robot.pose[0] == pytest.approx(-1 + one.nature["start_x"], abs=1e-3)
-        assert two.robot.pose[0] == pytest.approx(1 + two.nature["start_x"], abs=1e-3)
+        first, second = stage.runs
+        assert first.nature["start_x"] != second.nature["start_x"]
+        assert first.robot.pose[0] == pytest.approx(-1 + first.nature["start_x"], abs=1e-3)
+        assert second.robot.pose[0] == pytest.approx(1 + second.nature["start_x"], abs=1e-3)
 
 
 def test_a_fault_replaces_a_figure_while_it_lasts(tmp_path):

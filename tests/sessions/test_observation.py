@@ -52,7 +52,7 @@ def test_an_observation_decides_what_comes_after_the_end(stage: Stages) -> None:
     assert run.report.reason == ""
     assert run.stage.executive.ended_ns == run.stage.start_ns + round(end_s * 1e9)
     assert run.requirements["stands then"].verdict == "holds"
-    assert [one["seconds"] for one in run.events("observing")] == [3]
+    assert [event["seconds"] for event in run.events("observing")] == [3]
     assert len(run.events("mission")) == 1
 
 
@@ -96,7 +96,7 @@ def test_a_scenario_is_observed_beyond_its_limit(tmp_path: Path) -> None:
     file.write_text("scenario: it\nmission: it.yaml\nobserve: 3\nlimit: 2\n")
     result = run_scenario(file)
     assert result.passed
-    assert [one.verdict for one in result.report.requirements] == ["holds"]
+    assert [requirement.verdict for requirement in result.report.requirements] == ["holds"]
     assert result.report.virtual_s < 2
 
 
@@ -110,7 +110,9 @@ def test_each_mission_of_a_fleet_is_observed(tmp_path: Path) -> None:
     )
     file.write_text(f"fleet: it\nworld: empty_arena\nobserve: 3\nrobots:\n{robots}")
     report = run_fleet(file)
-    verdicts = [one.verdict for robot in report.robots for one in robot.mission.requirements]
+    verdicts = [
+        requirement.verdict for robot in report.robots for requirement in robot.mission.requirements
+    ]
     assert verdicts == ["holds", "holds"]
 
 
@@ -121,10 +123,10 @@ def test_the_command_line_asks_for_it_and_a_recording_holds_it(
     file, recording = tmp_path / "it.yaml", tmp_path / "it.mcap"
     file.write_text(MISSION)
     assert main(["run", str(file), "--observe", "3", "--record", str(recording), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert [one["verdict"] for one in told["requirements"]] == ["holds"]
-    (found,) = verify(recording).results
-    assert (found.verdict, found.margin) == ("holds", told["requirements"][0]["margin"])
+    data = json.loads(capsys.readouterr().out)
+    assert [requirement["verdict"] for requirement in data["requirements"]] == ["holds"]
+    (result,) = verify(recording).results
+    assert (result.verdict, result.margin) == ("holds", data["requirements"][0]["margin"])
 
 
 def test_an_observation_stands_in_the_mission(tmp_path: Path) -> None:

@@ -210,14 +210,14 @@ def test_served_missions_need_leave_for_them(tmp_path: Path) -> None:
     """The same as for Python leaves, and never a file from elsewhere."""
     path = written(tmp_path, "server.py:TurnServer", "raise RuntimeError('was run')\n")
     goal = ExecuteMission.Goal(path=str(path), seed=-1)
-    said = refused(lambda: ServedMissions((tmp_path,)).load(goal))
-    assert "turns.yaml:3:9: error: the Python node 'server.py:TurnServer' is refused" in said
-    assert "--allow-python" in said
+    output = refused(lambda: ServedMissions((tmp_path,)).load(goal))
+    assert "turns.yaml:3:9: error: the Python node 'server.py:TurnServer' is refused" in output
+    assert "--allow-python" in output
     # Served missions run on a graph, which has its own servers: nothing is imported.
     assert ServedMissions((tmp_path,), allow_python=True).load(goal).name == "turns"
     outside = ExecuteMission.Goal(path=str(written(tmp_path, "os:getcwd")), seed=-1)
-    said = refused(lambda: ServedMissions((tmp_path,), allow_python=True).load(outside))
-    assert "the module 'os' may not be imported here" in said
+    output = refused(lambda: ServedMissions((tmp_path,), allow_python=True).load(outside))
+    assert "the module 'os' may not be imported here" in output
 
 
 def test_check_only_names_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -261,10 +261,10 @@ def make(**options):
 )
 def test_factories_that_are_not_there(tmp_path: Path, target: str, words: str) -> None:
     """Found before anything moves, at their place."""
-    mission, found = examine(written(tmp_path, f"{target}"))
+    mission, diagnostics = examine(written(tmp_path, f"{target}"))
     assert mission is None
-    assert [(one.line, one.column) for one in found] == [(3, 9)]
-    assert words in found[0].message
+    assert [(diagnostic.line, diagnostic.column) for diagnostic in diagnostics] == [(3, 9)]
+    assert words in diagnostics[0].message
 
 
 @pytest.mark.parametrize(
@@ -305,8 +305,8 @@ def test_a_callable_that_makes_no_node(tmp_path: Path) -> None:
     def make(**_: Any) -> Any:
         return None
 
-    said = refused(lambda: ran(mission, tmp_path, nodes=[make]))
-    assert said.endswith("make returned NoneType; expected an rclpy Node")
+    output = refused(lambda: ran(mission, tmp_path, nodes=[make]))
+    assert output.endswith("make returned NoneType; expected an rclpy Node")
 
 
 def test_a_callback_that_raises_ends_the_mission(tmp_path: Path) -> None:

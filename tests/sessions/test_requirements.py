@@ -40,14 +40,14 @@ def test_what_holds_is_told_with_its_margin(stage: Stages) -> None:
     run = stage.run(MISSION.format(OTHER))
     run.until_done()
     assert run.succeeded
-    found = run.requirements
-    assert {name: one.verdict for name, one in found.items()} == dict.fromkeys(found, "holds")
+    result = run.requirements
+    assert {name: first.verdict for name, first in result.items()} == dict.fromkeys(result, "holds")
     least = min(moment.clearance for moment in run.moments)
-    assert found["keeps its distance"].margin == pytest.approx(least - 0.10, abs=1e-6)
-    assert found["gets on"].margin is None
-    told = json.loads(json.dumps(run.report.as_dict()))["requirements"]
-    assert [one["name"] for one in told] == list(found)
-    assert {"name", "verdict", "margin", "at"} <= told[0].keys()
+    assert result["keeps its distance"].margin == pytest.approx(least - 0.10, abs=1e-6)
+    assert result["gets on"].margin is None
+    reports = json.loads(json.dumps(run.report.as_dict()))["requirements"]
+    assert [report["name"] for report in reports] == list(result)
+    assert {"name", "verdict", "margin", "at"} <= reports[0].keys()
 
 
 def test_a_mission_without_requirements_is_told_as_before(stage: Stages) -> None:
@@ -212,16 +212,16 @@ def test_topics_tell_what_the_stage_tells_as_far_as_they_can(
     runner.executive.after_tick.append(look)
     run.until_done()
     monitors.finish()
-    by_topics = {one.name: one for one in monitors.results}
+    by_topics = {entry.name: entry for entry in monitors.results}
     for name, true in run.requirements.items():
-        found = by_topics[name]
+        result = by_topics[name]
         if re.search(r"\b(clearance|collisions)", true.requirement):
-            assert (found.verdict, true.verdict) == ("unknown", "holds")
-            assert found.why.endswith("only a simulation knows it")
+            assert (result.verdict, true.verdict) == ("unknown", "holds")
+            assert result.why.endswith("only a simulation knows it")
             continue
-        assert found.verdict == true.verdict, name
-        if true.margin is not None and found.margin is not None:
-            assert found.margin == pytest.approx(true.margin, abs=TOLERANCES.get(name, 1e-6)), name
+        assert result.verdict == true.verdict, name
+        if true.margin is not None and result.margin is not None:
+            assert result.margin == pytest.approx(true.margin, abs=TOLERANCES.get(name, 1e-6)), name
     assert by_topics["is slow"].sources == ("speed by odometry",)
     assert "(speed by odometry)" in str(by_topics["is too slow"])
     assert run.requirements["is slow"].sources == ()
@@ -246,8 +246,8 @@ def test_the_root_is_known_by_the_name_of_the_mission(stage: Stages) -> None:
     )
     good = stage.run(text.format("wait: 0.2"))
     good.until_done()
-    assert {one.verdict for one in good.requirements.values()} == {"holds"}
+    assert {requirement.verdict for requirement in good.requirements.values()} == {"holds"}
     bad = stage.run(text.format("check: 'false'"))
     bad.expect_violation("ends well", "never fails")
     bad.until_done()
-    assert {one.verdict for one in bad.requirements.values()} == {"violated"}
+    assert {requirement.verdict for requirement in bad.requirements.values()} == {"violated"}

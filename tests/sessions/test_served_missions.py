@@ -86,9 +86,9 @@ def test_nothing_else_is_found(inside: Path, path: str) -> None:
     (inside / "link.yaml").symlink_to(inside.parent / "secret.yaml")
     (inside / "linked").symlink_to(inside.parent / "outside")
     (inside / "ring.yaml").symlink_to(inside / "ring.yaml")
-    said = refused(ServedMissions((inside,)), path=path) if path else "no such mission"
-    assert "no such mission" in said
-    assert "swordfish" not in said
+    output = refused(ServedMissions((inside,)), path=path) if path else "no such mission"
+    assert "no such mission" in output
+    assert "swordfish" not in output
 
 
 @pytest.mark.parametrize("entry", ["../secret.yaml", "link.yaml", "/etc/passwd", "../nothing.yaml"])
@@ -96,9 +96,9 @@ def test_an_include_leads_nowhere_else(inside: Path, entry: str) -> None:
     """Links are followed before that is judged, and nothing of the file is told."""
     (inside / "link.yaml").symlink_to(inside.parent / "secret.yaml")
     path = write(inside, f"mission: m\ninclude: [{entry}]\ntree: {{log: x}}\n")
-    said = refused(ServedMissions((inside,)), path=path)
-    assert f"no such file '{entry}'" in said
-    assert "swordfish" not in said
+    output = refused(ServedMissions((inside,)), path=path)
+    assert f"no such file '{entry}'" in output
+    assert "swordfish" not in output
 
 
 def test_an_include_inside_is_read(inside: Path) -> None:
@@ -114,8 +114,8 @@ def test_worlds_and_robots_outside_are_not_there(inside: Path, key: str, value: 
     """Those that are known by name stay."""
     (inside / "link.yaml").symlink_to(inside.parent / "secret.yaml")
     path = write(inside, f"mission: m\n{key}: {value}\ntree: {{log: x}}\n")
-    said = refused(ServedMissions((inside,)), path=path)
-    assert f"no {key} '{value}'" in said
+    output = refused(ServedMissions((inside,)), path=path)
+    assert f"no {key} '{value}'" in output
     known = write(inside, "mission: m\nworld: empty_arena\nrobot: burger\ntree: {log: x}\n")
     assert ServedMissions((inside,)).load(ExecuteMission.Goal(path=known)).robot == "burger"
 
@@ -124,9 +124,9 @@ def test_python_leaves_need_leave(inside: Path) -> None:
     """Refused at its place, without an import; the option that opens it is named."""
     (inside / "leaf.py").write_text(LEAF)
     path = write(inside, "mission: m\ntree: {python: 'leaf.py:Leaf'}\n")
-    said = refused(ServedMissions((inside,)), path=path)
-    assert "m.yaml:2:16: error: the Python leaf 'leaf.py:Leaf' is refused" in said
-    assert "--allow-python" in said
+    output = refused(ServedMissions((inside,)), path=path)
+    assert "m.yaml:2:16: error: the Python leaf 'leaf.py:Leaf' is refused" in output
+    assert "--allow-python" in output
     assert not (inside / "leaf.ran").exists()
     served = ServedMissions((inside,), allow_python=True)
     assert served.load(ExecuteMission.Goal(path=path)).name == "m"
@@ -177,9 +177,9 @@ def test_a_leaf_of_a_linked_mission_folder_is_not_served(inside: Path) -> None:
 def test_a_text_brings_in_nothing(inside: Path, text: str, words: str) -> None:
     """Neither from the working folder nor with leave for the folders."""
     served = ServedMissions((inside, inside.parent), allow_python=True, allow_text=True)
-    said = refused(served, text=text)
-    assert words in said
-    assert "swordfish" not in said
+    output = refused(served, text=text)
+    assert words in output
+    assert "swordfish" not in output
     assert not (inside.parent / "leaf.ran").exists()
 
 

@@ -33,7 +33,7 @@ tree:
 @pytest.fixture
 def serve(ros: Any, tmp_path: Path) -> Any:
     """Serve missions that are recorded; gives what sends one of them, and the recordings."""
-    recordings = ServedRecordings(tmp_path / "runs", ros.said.append)
+    recordings = ServedRecordings(tmp_path / "runs", ros.logged.append)
     ros.serve(onlookers=lambda _: [recordings.onlooker()])
     client = ActionClient(ros.client, ExecuteMission, "execute_mission")
     return recordings, lambda **fields: Sent(ros, client, **fields)
@@ -52,18 +52,18 @@ def test_each_mission_has_a_file_that_is_read_as_any_other(
         turn.goals[-1].succeed()
         assert mission.end()[0] == "succeeded"
         path = tmp_path / "runs" / f"a_turn_{number:03d}.mcap"
-        assert f"  recorded to {path}" in ros.said
+        assert f"  recorded to {path}" in ros.logged
         run = read_run(path)
         assert (run.mission, run.node, run.status) == ("a turn", "/bt_mission", "success")
         assert (run.why_cut, run.inputs["angle"], run.facts["seed"]) == ("", angle, "7")
-        (goal,) = (one for one in run.goals if one.action == "/turn")
+        (goal,) = (recorded for recorded in run.goals if recorded.action == "/turn")
         assert (goal.status, goal.values["angle"]) == ("succeeded", angle)
         assert run.summary["goals_sent"] == 1
         spans = run.spans[0]
         assert (len(spans), spans[0].status) == (1, "success")
         assert (spans[0].end_ns - spans[0].start_ns) / 1e9 == pytest.approx(1.5, abs=0.11)
-        found = RecordedRequirements(path)
-        assert [one.verdict for one in found.verify(found.own()).results] == ["holds"]
+        result = RecordedRequirements(path)
+        assert [judged.verdict for judged in result.verify(result.own()).results] == ["holds"]
         timeline = read_timeline(path)
         player = Player(timeline, at_s=1.0)
         assert player.mission.status == "running"
@@ -114,7 +114,7 @@ def test_a_mission_that_cannot_be_recorded_is_carried_out(
     ros.until(lambda: turn.goals)
     turn.goal.succeed()
     assert mission.end()[0] == "succeeded"
-    assert any(line.startswith("not recorded: ") for line in ros.said)
+    assert any(line.startswith("not recorded: ") for line in ros.logged)
 
 
 def test_a_recording_that_was_deleted_is_not_said_to_be_there(
@@ -130,7 +130,7 @@ def test_a_recording_that_was_deleted_is_not_said_to_be_there(
     turn.goal.succeed()
     assert mission.end()[0] == "succeeded"
     lacks = "everything (the file was deleted while it was written)"
-    assert f"  recorded to {path}; it lacks {lacks}" in ros.said
+    assert f"  recorded to {path}; it lacks {lacks}" in ros.logged
 
 
 def test_a_name_of_a_mission_is_no_path(tmp_path: Path) -> None:

@@ -59,18 +59,18 @@ def test_the_requirements_of_the_next_mission_replace_those_of_the_last(
     ros: Any, send: Any
 ) -> None:
     """On the topic for tools, also where it has none."""
-    told: list[list[str]] = []
+    reports: list[list[str]] = []
     ros.serve()
     ros.client.create_subscription(
         Requirements,
         "/bt_mission/requirements",
-        lambda message: told.append([one.name for one in message.requirements]),
+        lambda message: reports.append([requirement.name for requirement in message.requirements]),
         LATCHED,
     )
     send(text=JUDGED.format(1)).end()
     send(text="mission: m\ntree: {wait: 1}\n").end()
-    assert told[0] == ["is quick", "ends"]
-    assert told[-1] == []
+    assert reports[0] == ["is quick", "ends"]
+    assert reports[-1] == []
 
 
 def test_the_code_of_a_violation_is_that_of_the_definition() -> None:

@@ -57,11 +57,14 @@ def ran(stage: Any) -> Any:
     """Run one to its end; it succeeds, touches nothing, and leaves no goal behind."""
 
     def run(name: str, **overrides: Any) -> Any:
-        story = stage.run(FOLDER / f"{name}.yaml", **overrides)
-        story.until_done()
-        assert (story.status, story.reason) == ("success", "")
-        assert (story.stage.runs[0].collisions, story.stage.executive.goals_left_behind) == (0, ())
-        return story
+        played = stage.run(FOLDER / f"{name}.yaml", **overrides)
+        played.until_done()
+        assert (played.status, played.reason) == ("success", "")
+        assert (played.stage.runs[0].collisions, played.stage.executive.goals_left_behind) == (
+            0,
+            (),
+        )
+        return played
 
     return run
 
@@ -82,8 +85,8 @@ def test_names_and_types_are_in_the_graph(tmp_path: Path, context: Any) -> None:
 
 def message(run: Any, node: str, status: str) -> str:
     """What a node said at its last change to a status."""
-    found = [e for e in run.events("status") if (e["node"], e["status"]) == (node, status)]
-    return str(found[-1]["message"])
+    events = [e for e in run.events("status") if (e["node"], e["status"]) == (node, status)]
+    return str(events[-1]["message"])
 
 
 def test_move_for_seconds(ran: Any) -> None:
@@ -106,8 +109,8 @@ def test_rejected_goal(ran: Any) -> None:
 def test_record_distance(ran: Any) -> None:
     """The distance is that of the true path."""
     run = ran("record_distance")
-    (said,) = run.log
-    assert float(said.split()[0]) == pytest.approx(run.stage.runs[0].distance_travelled_m, abs=0.1)
+    (log,) = run.log
+    assert float(log.split()[0]) == pytest.approx(run.stage.runs[0].distance_travelled_m, abs=0.1)
     assert run.t == pytest.approx(20.2, abs=0.3)
 
 
@@ -122,7 +125,7 @@ def test_bad_sweep(ran: Any, tmp_path: Any) -> None:
     """No folder is made for it."""
     run = ran("bad_sweep")
     assert run.log == ["a sweep of nothing was refused"]
-    assert [one for one in tmp_path.iterdir() if one.is_dir()] == []
+    assert [path for path in tmp_path.iterdir() if path.is_dir()] == []
 
 
 def test_two_metres(ran: Any) -> None:
@@ -135,13 +138,13 @@ def test_two_metres(ran: Any) -> None:
     ]
     assert len(legs) == 4
     assert max(legs) <= 2.0 + 0.2 * 0.05 + 0.2**2 / 2
-    assert all(said.count(" m") == 2 for said in run.log)
+    assert all(output.count(" m") == 2 for output in run.log)
 
 
 def test_informed_turn(ran: Any) -> None:
     """Each turn is away from the object that ended the drive before it."""
     run = ran("informed_turn")
-    angles = [int(said.split(", ")[-1].split()[0]) for said in run.log]
+    angles = [int(output.split(", ")[-1].split()[0]) for output in run.log]
     turns = [e for e in run.events("status") if e["node"] == "away"]
     poses = {p["t"]: p["yaw"] for p in run.events("pose")}
     for angle, start, end in zip(angles, turns[::2], turns[1::2], strict=True):
@@ -233,6 +236,10 @@ def test_recoveries(ran: Any) -> None:
 def test_drive_until_blue(ran: Any) -> None:
     """It ends in front of the blue pillar."""
     run = ran("drive_until_blue")
-    pillar = next(one for one in load_world("coloured_pillars").cylinders if one.colour == "blue")
+    pillar = next(
+        cylinder
+        for cylinder in load_world("coloured_pillars").cylinders
+        if cylinder.colour == "blue"
+    )
     x, y, _ = run.pose
     assert math.dist((x, y), (pillar.x, pillar.y)) < 0.3 + pillar.radius + 0.069 + 0.1

@@ -20,14 +20,14 @@ MEMBERS = [FleetRobot("", load("mission: m\ntree: {wait: 1}\n"))]
 def test_a_world_that_stands_in_no_file_is_read_back_as_it_was(name: str) -> None:
     """Such as one of a scenario: in the form of a file."""
     world = load_world(name)
-    found = StageFiles.find(MEMBERS, StageOptions(world=world))
-    assert found.world is world
-    (text,) = (one for file, one in found.texts.items() if file == f"worlds/{world.name}.yaml")
+    result = StageFiles.find(MEMBERS, StageOptions(world=world))
+    assert result.world is world
+    (text,) = (first for file, first in result.texts.items() if file == f"worlds/{world.name}.yaml")
     assert load_world(read_text(text, "copy")) == world
 
 
 def test_a_world_of_a_file_is_kept_with_its_comments() -> None:
     """As it stands there."""
     path = Path(__file__).parents[2] / "worlds" / "empty_arena.yaml"
-    found = StageFiles.find(MEMBERS, StageOptions(world=path))
-    assert found.texts["worlds/empty_arena.yaml"] == path.read_text(encoding="utf-8")
+    result = StageFiles.find(MEMBERS, StageOptions(world=path))
+    assert result.texts["worlds/empty_arena.yaml"] == path.read_text(encoding="utf-8")

@@ -57,12 +57,12 @@ def test_looking_on_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     feed = MissionFeed(mission)
     farthest = [0.0]
 
-    def look(stage: Stage, heard: Any) -> None:
-        for message in heard.messages:
+    def look(stage: Stage, received: Any) -> None:
+        for message in received.messages:
             feed.take(message)
-        for reading in heard.robot:
+        for reading in received.robot:
             robot.take(reading)
-        if heard.robot and robot.pose is not None:
+        if received.robot and robot.pose is not None:
             x, y, _ = stage.sim.robots[0].pose
             farthest[0] = max(farthest[0], abs(robot.pose.x - x), abs(robot.pose.y - y))
 

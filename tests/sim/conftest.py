@@ -94,7 +94,7 @@ class Stage(Rig):
         self.sim = self.add(SimNode(world, robots, SimOptions(context=self.context, **options)))
         self.clock.world = self.sim
         self.ear = self.add(Node("ear", context=self.context, namespace=options.get("namespace")))
-        self.heard: list[tuple[str, Any]] = []
+        self.received: list[tuple[str, Any]] = []
         for topic in topics:
             self.listen(topic)
         self._is_plain = options.get("command_type") == "plain"
@@ -115,7 +115,7 @@ class Stage(Rig):
             else DurabilityPolicy.VOLATILE,
         )
         self.ear.create_subscription(
-            TOPICS[topic], topic, lambda message: self.heard.append((topic, message)), qos
+            TOPICS[topic], topic, lambda message: self.received.append((topic, message)), qos
         )
 
     def command(self, linear: float, angular: float = 0.0) -> None:
@@ -128,7 +128,7 @@ class Stage(Rig):
 
     def messages(self, topic: str) -> list[Any]:
         """What has come on a topic."""
-        return [message for heard, message in self.heard if heard == topic]
+        return [message for received, message in self.received if received == topic]
 
 
 @pytest.fixture
@@ -147,5 +147,5 @@ def make_stage(waffle):
         return made[-1]
 
     yield make
-    for one in made:
-        one.close()
+    for node in made:
+        node.close()

@@ -21,7 +21,7 @@ def test_a_dead_sensor_is_silent_and_comes_back(make_stage, make_world, part, si
     """For a second; the others go on, and afterwards it goes on, too, with stamps of its time."""
     here = make_stage(make_world(walls=WALLS), *silent, *goes_on)
     here.run(2 * S)
-    here.heard.clear()
+    here.received.clear()
     here.sim.robots[0].faults.set(part, dead=True)
     here.run(3 * S)
     assert not any(here.messages(topic) for topic in silent)
@@ -40,7 +40,7 @@ def test_a_frozen_lidar_repeats_its_scan_with_fresh_stamps(make_stage, make_worl
     here.run(2 * S)
     here.sim.robots[0].faults.set("lidar", frozen=True)
     last = here.messages("scan")[-1].ranges.tobytes()
-    here.heard.clear()
+    here.received.clear()
     for tenth in range(20, 30):
         here.command(0.0, 1.0)
         here.run(tenth * S // 10)
@@ -62,7 +62,7 @@ def test_the_reset_service_mends_all_and_takes_props_away(make_stage, make_world
     here.clock.run_until_quiet()
     assert simulation.faults.present == {}
     assert not simulation.physics.props
-    here.heard.clear()
+    here.received.clear()
     here.run(3 * S)
     assert here.messages("scan")
 
@@ -82,7 +82,7 @@ def test_a_camera_shows_black_or_the_last_or_noise(make_stage, make_world, fault
     here = make_stage(make_world(boxes=boxes), "camera/image_raw")
     here.run(15 * S // 10)
     before = here.messages("camera/image_raw")[-1]
-    here.heard.clear()
+    here.received.clear()
     here.sim.robots[0].faults.set("camera", **faults)
     here.command(0.0, 1.0)
     here.run(17 * S // 10)

@@ -179,8 +179,8 @@ def test_a_command_reaches_the_robot_of_its_namespace(make_stage, make_world, wa
     """And its odometry comes back there, in frames without a prefix."""
     entrants = [RobotSpawn(waffle, "one", Spawn(x=-1)), RobotSpawn(waffle, "two", Spawn(x=1))]
     here = make_stage(make_world(), robots=entrants)
-    heard: list[Odometry] = []
-    here.ear.create_subscription(Odometry, "two/odom", heard.append, QoSProfile(depth=10))
+    messages: list[Odometry] = []
+    here.ear.create_subscription(Odometry, "two/odom", messages.append, QoSProfile(depth=10))
     commands = here.ear.create_publisher(TwistStamped, "two/cmd_vel", 10)
     here.run(1 * S)
     message = TwistStamped()
@@ -188,8 +188,8 @@ def test_a_command_reaches_the_robot_of_its_namespace(make_stage, make_world, wa
     commands.publish(message)
     here.clock.run_until_quiet()
     here.run(1 * S + 200 * MS)
-    assert heard[-1].pose.pose.position.x == pytest.approx(0.02, abs=0.01)
-    assert (heard[-1].header.frame_id, heard[-1].child_frame_id) == ("odom", "base_footprint")
-    one, two = here.sim.robots
-    assert math.dist(one.pose[:2], (-1, 0)) < 1e-4
-    assert two.pose[0] > 1.015
+    assert messages[-1].pose.pose.position.x == pytest.approx(0.02, abs=0.01)
+    assert (messages[-1].header.frame_id, messages[-1].child_frame_id) == ("odom", "base_footprint")
+    first, second = here.sim.robots
+    assert math.dist(first.pose[:2], (-1, 0)) < 1e-4
+    assert second.pose[0] > 1.015

@@ -106,10 +106,10 @@ def test_wheels_taken_to_be_farther_apart_make_it_turn_less(equipped, drive):
 
 def test_slip_makes_odometry_and_joints_run_ahead(equipped, drive):
     """5 % in the mean; the seed decides how much each time; the truth is as without."""
-    one, two = (equipped(seed=seed, odometry={"slip": 0.05}) for seed in (1, 2))
-    for simulation in (one, two):
+    first, second = (equipped(seed=seed, odometry={"slip": 0.05}) for seed in (1, 2))
+    for simulation in (first, second):
         drive(simulation, 5.0, linear=0.2)
-    assert one.odometry.x == pytest.approx(1.05 * one.pose[0], rel=0.01)
-    assert one.wheels[0][0] * 0.033 == pytest.approx(1.05 * one.pose[0], rel=0.02)
-    assert one.pose == two.pose
-    assert one.odometry.y != two.odometry.y
+    assert first.odometry.x == pytest.approx(1.05 * first.pose[0], rel=0.01)
+    assert first.wheels[0][0] * 0.033 == pytest.approx(1.05 * first.pose[0], rel=0.02)
+    assert first.pose == second.pose
+    assert first.odometry.y != second.odometry.y

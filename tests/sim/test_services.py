@@ -137,9 +137,9 @@ def test_after_reset_simulation_a_run_repeats(make_stage, waffle, call):
         here.run(from_ns)
         drive(here, from_ns, 4.0, 0.0, 0.35)
         drive(here, from_ns + 4 * S, 5.0, 0.26)
-        heard = [(topic, told(message)) for topic, message in here.heard if topic != "/clock"]
-        here.heard.clear()
-        return heard
+        messages = [(topic, told(message)) for topic, message in here.received if topic != "/clock"]
+        here.received.clear()
+        return messages
 
     first = run(1 * S)
     answer = call(here, Trigger, "reset_simulation")
@@ -176,11 +176,11 @@ def test_a_reset_in_company_is_one_for_all(make_stage, make_world, waffle, call)
     commands.publish(message)
     here.clock.run_until_quiet()
     here.run(2 * S)
-    one, two = here.sim.robots
-    assert one.pose[0] > -0.97
+    first, second = here.sim.robots
+    assert first.pose[0] > -0.97
     call(here, Trigger, "reset_simulation")
-    assert one.pose[0] == pytest.approx(-1, abs=1e-5)
-    assert two.pose[0] == pytest.approx(1, abs=1e-5)
+    assert first.pose[0] == pytest.approx(-1, abs=1e-5)
+    assert second.pose[0] == pytest.approx(1, abs=1e-5)
 
 
 @pytest.mark.parametrize(("sent_ms", "held_ms"), [(0, 200), (-50, 150), (-200, 0), (50_000, 200)])

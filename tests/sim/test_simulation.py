@@ -111,14 +111,14 @@ def test_time_moves_ahead_in_whole_steps(simulate, by):
 
 def test_one_long_advance_is_many_short_ones(simulate):
     """How time is cut into calls changes nothing."""
-    one, many = simulate(), simulate()
-    for simulation in (one, many):
+    first, many = simulate(), simulate()
+    for simulation in (first, many):
         simulation.command(0.2, 0.5)
-    one.physics.advance_to(2 * S)
+    first.physics.advance_to(2 * S)
     while many.physics.time_ns < 2 * S:
         many.physics.advance_to(many.physics.time_ns + STEP)
-    assert one.pose == many.pose
-    assert one.distance_travelled == many.distance_travelled
+    assert first.pose == many.pose
+    assert first.distance_travelled == many.distance_travelled
 
 
 @pytest.mark.parametrize("name", ["waffle", "burger"])
@@ -156,8 +156,8 @@ def test_the_same_seed_gives_the_same_run_and_another_seed_another():
 
 def test_the_seed_changes_the_noise_and_not_the_physics(simulate, drive):
     """Two seeds drive the same way and see it differently."""
-    one, two = simulate(seed=1), simulate(seed=2)
-    for simulation in (one, two):
+    first, second = simulate(seed=1), simulate(seed=2)
+    for simulation in (first, second):
         drive(simulation, 2.0, 0.2, 0.5)
-    assert one.pose == two.pose
-    assert one.sensor(Imu).measure(0) != two.sensor(Imu).measure(0)
+    assert first.pose == second.pose
+    assert first.sensor(Imu).measure(0) != second.sensor(Imu).measure(0)

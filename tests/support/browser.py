@@ -48,10 +48,10 @@ class Page:
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
         """Call a method of the protocol; gives its result."""
         self.send(method, **parameters)
-        while (told := self._next()).get("id") != self._number:
-            self._note(told)
-        assert "error" not in told, f"{method}: {told['error']}"
-        result: dict[str, Any] = told["result"]
+        while (message := self._next()).get("id") != self._number:
+            self._note(message)
+        assert "error" not in message, f"{method}: {message['error']}"
+        result: dict[str, Any] = message["result"]
         return result
 
     def open(self, path: Path, *, width: int, height: int, scripts: bool = True) -> None:
@@ -70,14 +70,14 @@ class Page:
         )
         self.call("Emulation.setScriptExecutionDisabled", value=not scripts)
         self.call("Page.navigate", url=url)
-        while (told := self._next()).get("method") != "Page.loadEventFired":
-            self._note(told)
+        while (message := self._next()).get("method") != "Page.loadEventFired":
+            self._note(message)
 
     def look(self, expression: str) -> Any:
         """The value of an expression of JavaScript."""
-        told = self.call("Runtime.evaluate", expression=expression, returnByValue=True)
-        assert "exceptionDetails" not in told, told
-        return told["result"].get("value")
+        answer = self.call("Runtime.evaluate", expression=expression, returnByValue=True)
+        assert "exceptionDetails" not in answer, answer
+        return answer["result"].get("value")
 
     def until(self, expression: str, seconds: float = 30) -> None:
         """Wait until an expression of JavaScript holds, for no longer than so many seconds."""
@@ -87,11 +87,11 @@ class Page:
             " : Date.now() > end ? done(false) : setTimeout(look, 10);"
             " look(); })"
         )
-        told = self.call(
+        answer = self.call(
             "Runtime.evaluate", expression=waiting, awaitPromise=True, returnByValue=True
         )
-        assert "exceptionDetails" not in told, told
-        assert told["result"]["value"], f"not within {seconds} s: {expression}"
+        assert "exceptionDetails" not in answer, answer
+        assert answer["result"]["value"], f"not within {seconds} s: {expression}"
 
     def prefer(self, scheme: str) -> None:
         """Prefer a ``light`` or a ``dark`` page."""
@@ -113,8 +113,8 @@ class Page:
         taken = self.call("Page.captureScreenshot", captureBeyondViewport=whole)
         path.write_bytes(base64.b64decode(taken["data"]))
 
-    def _note(self, told: dict[str, Any]) -> None:
-        method, parameters = told.get("method", ""), told.get("params", {})
+    def _note(self, message: dict[str, Any]) -> None:
+        method, parameters = message.get("method", ""), message.get("params", {})
         if method in ("Runtime.exceptionThrown", "Log.entryAdded", "Runtime.consoleAPICalled"):
             self.problems.append(json.dumps(parameters))
         elif method == "Network.requestWillBeSent":
@@ -129,8 +129,8 @@ class Page:
             assert some, "the browser has gone"
             self._buffer += some
         message, _, self._buffer = self._buffer.partition(b"\0")
-        told: dict[str, Any] = json.loads(message)
-        return told
+        parsed: dict[str, Any] = json.loads(message)
+        return parsed
 
 
 @contextmanager

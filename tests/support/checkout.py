@@ -24,10 +24,10 @@ def untracked(folder: Path) -> set[str] | None:
     """The files that git neither tracks nor ignores; None where it cannot say."""
     command = ["git", "status", "--porcelain", "-z", "--untracked-files=all"]
     try:
-        said = subprocess.run(command, cwd=folder, capture_output=True, check=True)
+        done = subprocess.run(command, cwd=folder, capture_output=True, check=True)
     except (OSError, subprocess.CalledProcessError):
         return None
-    entries = said.stdout.decode(errors="replace").split("\0")
+    entries = done.stdout.decode(errors="replace").split("\0")
     return {entry.removeprefix("?? ") for entry in entries if entry.startswith("?? ")}
 
 

@@ -33,8 +33,8 @@ class CommandLine:
 
     def files(self) -> dict[str, bytes]:
         """Return the contents of all files of the folder, by their names."""
-        files = (one for one in sorted(self.folder.rglob("*")) if one.is_file())
-        return {one.relative_to(self.folder).as_posix(): one.read_bytes() for one in files}
+        files = (path for path in sorted(self.folder.rglob("*")) if path.is_file())
+        return {path.relative_to(self.folder).as_posix(): path.read_bytes() for path in files}
 
     def call(self, line: str) -> int:
         """Run a command; returns its exit code."""

@@ -38,7 +38,7 @@ class FoxgloveClient:
         self.info: dict[str, Any] = {}
         self.channels: dict[str, dict[str, Any]] = {}
         """What the server offers, by topic."""
-        self.heard: defaultdict[str, list[tuple[int, Any]]] = defaultdict(list)
+        self.received: defaultdict[str, list[tuple[int, Any]]] = defaultdict(list)
         """Messages with their times, ns, by topic."""
         self.statuses: list[str] = []
         self.times: list[int] = []
@@ -108,7 +108,7 @@ class FoxgloveClient:
         if received[0] == MESSAGE:
             number, time_ns = struct.unpack("<IQ", received[1:13])
             topic = self._subscribed[number]
-            self.heard[topic].append((time_ns, self._decoded(topic, received[13:])))
+            self.received[topic].append((time_ns, self._decoded(topic, received[13:])))
         elif received[0] == TIME:
             self.times.append(*struct.unpack("<Q", received[1:]))
 
@@ -117,19 +117,22 @@ class FoxgloveClient:
             case "serverInfo":
                 self.info = words
             case "advertise":
-                self.channels |= {one["topic"]: one for one in words["channels"]}
+                self.channels |= {channel["topic"]: channel for channel in words["channels"]}
             case "unadvertise":
                 gone = set(words["channelIds"])
-                for topic in [t for t, one in self.channels.items() if one["id"] in gone]:
+                for topic in [t for t, channel in self.channels.items() if channel["id"] in gone]:
                     del self.channels[topic]
             case "status":
                 self.statuses.append(words["message"])
 
     def _decoded(self, topic: str, data: bytes) -> Any:
         if topic not in self._decoders:
-            one = self.channels[topic]
+            channel = self.channels[topic]
             schema = Schema(
-                id=1, name=one["schemaName"], encoding="ros2msg", data=one["schema"].encode()
+                id=1,
+                name=channel["schemaName"],
+                encoding="ros2msg",
+                data=channel["schema"].encode(),
             )
-            self._decoders[topic] = DecoderFactory().decoder_for(one["encoding"], schema)
+            self._decoders[topic] = DecoderFactory().decoder_for(channel["encoding"], schema)
         return self._decoders[topic](data)

@@ -30,7 +30,7 @@ class Graph(Rig):
         self.client = self.node("client")
         self.client.create_timer(0.05, lambda: None)
         self.changes: list[NodeChanged] = []
-        self.said: list[str] = []
+        self.logged: list[str] = []
         self.served: MissionServer | None = None
 
     def close(self) -> None:
@@ -48,7 +48,7 @@ class Graph(Rig):
         """The executive of a mission, on a node of its own."""
         mission = load(text)
         options = RunnerOptions(
-            say=self.said.append,
+            say=self.logged.append,
             goal_seed=str(mission.seed),
             has_controls=has_controls,
             has_presence=False,
@@ -65,14 +65,14 @@ class Graph(Rig):
             self.changes.append(event)
 
     def serve(self, missions: ServedMissions | None = None, **options: Any) -> MissionServer:
-        """The executive as a server, of missions in texts where nothing else is said."""
+        """The executive as a server, of missions in texts unless another one is given."""
         self.served = MissionServer(
             self.clock.add_node,
             self.drop,
             node=NodeOptions(context=self.context, lean=True),
             options=MissionServerOptions(
                 missions=missions or ServedMissions(allow_text=True),
-                say=self.said.append,
+                say=self.logged.append,
                 **options,
             ),
         )
@@ -104,7 +104,7 @@ class Graph(Rig):
             self.step()
         return self.now_s
 
-    def until_heard(self, done: Callable[[], Any]) -> None:
+    def spin_until(self, done: Callable[[], Any]) -> None:
         """Let time pass until the middleware's thread has brought something.
 
         That takes time of the wall, while a graph in which nothing happens passes through minutes

@@ -64,29 +64,29 @@ def leaks(output: str, *, is_coloured: bool = False) -> list[str]:
     """
     if is_coloured:
         output = _OURS.sub("", output).replace("\r", "")
-    found = {
-        f"U+{ord(one):04X}"
-        for one in set(output)
-        if one != "\n"
+    faults = {
+        f"U+{ord(character):04X}"
+        for character in set(output)
+        if character != "\n"
         and (
-            unicodedata.category(one) in ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
-            or one in INVISIBLE
-            or "\U000e0000" <= one <= "\U000e0fff"
+            unicodedata.category(character) in ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
+            or character in INVISIBLE
+            or "\U000e0000" <= character <= "\U000e0fff"
         )
     }
     if re.search("^FORGED", output, re.MULTILINE):
-        found.add("a forged line")
-    return sorted(found)
+        faults.add("a forged line")
+    return sorted(faults)
 
 
 class _Elements(HTMLParser):
     def __init__(self) -> None:
         super().__init__()
-        self.found: list[str] = []
+        self.elements: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         if tag == "evil" or any("evil" in name for name, _ in attrs):
-            self.found.append(f"an element: {tag} {attrs}")
+            self.elements.append(f"an element: {tag} {attrs}")
 
 
 def markup_leaks(page: str) -> list[str]:
@@ -96,7 +96,7 @@ def markup_leaks(page: str) -> list[str]:
     """
     elements = _Elements()
     elements.feed(page)
-    return leaks(page.replace("\n", " ")) + elements.found
+    return leaks(page.replace("\n", " ")) + elements.elements
 
 
 # ---- values full of attacks ------------------------------------------------------------------
@@ -126,7 +126,7 @@ def filled(kind: Any, words: str = HOSTILE) -> Any:
     """
     if dataclasses.is_dataclass(kind):
         hints = _hints(kind)
-        names = [one.name for one in dataclasses.fields(kind) if one.init]
+        names = [field.name for field in dataclasses.fields(kind) if field.init]
         value: Any = kind
         return value(**{name: filled(hints[name], words) for name in names})
     if typing.get_args(kind):
@@ -141,14 +141,14 @@ def filled(kind: Any, words: str = HOSTILE) -> Any:
 def _filled_generic(kind: Any, words: str) -> Any:
     origin, inner = typing.get_origin(kind), typing.get_args(kind)
     if origin in (typing.Union, UnionType):
-        return filled(next(one for one in inner if one is not NoneType), words)
+        return filled(next(option for option in inner if option is not NoneType), words)
     if origin is typing.Literal:
         return inner[0]
     if origin is np.ndarray:
         return np.zeros(1)
     if origin is tuple:
         items = inner[:1] if inner[-1] is Ellipsis else inner
-        return tuple(filled(one, words) for one in items)
+        return tuple(filled(member, words) for member in items)
     if issubclass(origin, Mapping):
         return {words: filled(inner[1], words)}
     return origin([filled(inner[0], words)])

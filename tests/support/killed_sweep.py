@@ -104,11 +104,11 @@ class KilledSweep:
             if workers:
                 os.kill(self._draws.choice(workers), signal.SIGKILL)
             return
-        self._end_one(victim)
+        self._end_process(victim)
         if victim == "scheduler":  # its workers leave, each in its own time
-            self._end_one("nanny")
+            self._end_process("nanny")
 
-    def _end_one(self, name: str) -> None:
+    def _end_process(self, name: str) -> None:
         process = self._processes.pop(name, None)
         if process is not None:
             children = _children(process.pid)
@@ -119,7 +119,7 @@ class KilledSweep:
 
     def _end(self) -> None:
         for name in ("client", "nanny", "scheduler"):
-            self._end_one(name)
+            self._end_process(name)
 
     def _is_alive(self, name: str) -> bool:
         process = self._processes.get(name)
@@ -127,8 +127,8 @@ class KilledSweep:
 
     def _workers(self) -> list[int]:
         nanny = self._processes.get("nanny")
-        found = [] if nanny is None else _children(nanny.pid)
-        return [one for one in found if "spawn_main" in _command(one)]
+        pids = [] if nanny is None else _children(nanny.pid)
+        return [pid for pid in pids if "spawn_main" in _command(pid)]
 
     def _count(self) -> int:
         try:
@@ -150,17 +150,17 @@ class KilledSweep:
             if done():
                 return
             self._pass(LOOK_S)
-        told = "\n".join(path.read_text()[-2000:] for path in self._folder.glob("*.log"))
-        raise AssertionError(f"not within {LONGEST_S:g} s\n{told}")
+        logs = "\n".join(path.read_text()[-2000:] for path in self._folder.glob("*.log"))
+        raise AssertionError(f"not within {LONGEST_S:g} s\n{logs}")
 
 
 def _children(pid: int) -> list[int]:
     """Those that any thread of a process has started."""
-    found: list[int] = []
-    for one in Path(f"/proc/{pid}/task").glob("*/children"):
+    pids: list[int] = []
+    for path in Path(f"/proc/{pid}/task").glob("*/children"):
         with suppress(OSError):
-            found += map(int, one.read_text().split())
-    return found
+            pids += map(int, path.read_text().split())
+    return pids
 
 
 def _command(pid: int) -> str:
@@ -176,12 +176,12 @@ def _kill_quietly(pid: int) -> None:
 
 
 def _free_port() -> int:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        port: int = one.getsockname()[1]
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        port: int = listener.getsockname()[1]
         return port
 
 
 def _answers(port: int) -> bool:
-    with socket.socket() as one:
-        return one.connect_ex(("127.0.0.1", port)) == 0
+    with socket.socket() as client:
+        return client.connect_ex(("127.0.0.1", port)) == 0

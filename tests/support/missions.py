@@ -19,7 +19,7 @@ def bare(node: NodeModel) -> Any:
     own = {name: getattr(node, name) for name in names}
     if isinstance(node, GoalNode):
         own |= {"action": node.ros_name, "type": node.type, "goal": node.sent}
-    return node.kind, own, [bare(one) for one in node.below]
+    return node.kind, own, [bare(child) for child in node.below]
 
 
 def meaning(mission: Mission) -> Any:

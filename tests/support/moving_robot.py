@@ -32,7 +32,7 @@ class Mover:
     def walls(self, time_s: float) -> list[Wall]:
         """Return its outline at a time."""
         x, y, *_ = self.course.at(time_s)
-        turns = [math.tau * one / SIDES for one in range(SIDES + 1)]
+        turns = [math.tau * side / SIDES for side in range(SIDES + 1)]
         points = [(x + self.radius * math.cos(a), y + self.radius * math.sin(a)) for a in turns]
         return [(*a, *b) for a, b in pairwise(points)]
 
@@ -78,7 +78,10 @@ class MovingWorld:
 
     def observe(self) -> Observation:
         """What the robot's topics would tell now."""
-        walls = [*self._fixed, *(wall for one in self._movers for wall in one.walls(self.time_s))]
+        walls = [
+            *self._fixed,
+            *(wall for mover in self._movers for wall in mover.walls(self.time_s)),
+        ]
         self.base.walls = np.array(walls, dtype=float).reshape(-1, 4)
         now = self.base.observe()
         assert now.scan is not None
@@ -123,10 +126,10 @@ class MovingWorld:
         hull = self.base.robot.hull
         cosine, sine = math.cos(self.base.yaw), math.sin(self.base.yaw)
         gaps = [math.inf]
-        for one in self._movers:
-            x, y, *_ = one.course.at(self.time_s)
+        for mover in self._movers:
+            x, y, *_ = mover.course.at(self.time_s)
             across, along = x - self.base.x, y - self.base.y
             ahead, left = cosine * across + sine * along, cosine * along - sine * across
             beyond = max(ahead - hull.front, hull.rear - ahead, 0.0)
-            gaps.append(math.hypot(beyond, max(abs(left) - hull.half_width, 0.0)) - one.radius)
+            gaps.append(math.hypot(beyond, max(abs(left) - hull.half_width, 0.0)) - mover.radius)
         return min(gaps)

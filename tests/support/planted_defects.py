@@ -44,7 +44,7 @@ DEFECTS = (
         "turns with a wrong sign",
         "square",
         "turns to the left",
-        altered(Turn, "step", twist(lambda one: Twist2D(one.linear, -one.angular))),
+        altered(Turn, "step", twist(lambda twist: Twist2D(twist.linear, -twist.angular))),
     ),
     Defect(
         "stops a turn 15 degrees early",
@@ -71,7 +71,7 @@ DEFECTS = (
         "drives on while it turns",
         "square",
         "turns on the spot",
-        altered(Turn, "step", twist(lambda one: Twist2D(0.05, one.angular))),
+        altered(Turn, "step", twist(lambda twist: Twist2D(0.05, twist.angular))),
     ),
     Defect(
         "does not look for room to turn",
@@ -84,13 +84,13 @@ DEFECTS = (
         "drives a little to the left",
         "square",
         "drives straight",
-        altered(ExploreForward, "step", twist(lambda one: Twist2D(one.linear, 0.15))),
+        altered(ExploreForward, "step", twist(lambda twist: Twist2D(twist.linear, 0.15))),
     ),
     Defect(
         "drives backwards",
         "square",
         "drives ahead",
-        altered(ExploreForward, "step", twist(lambda one: Twist2D(-one.linear, 0.0))),
+        altered(ExploreForward, "step", twist(lambda twist: Twist2D(-twist.linear, 0.0))),
     ),
     Defect(
         "drives faster than it was told",
@@ -105,9 +105,12 @@ DEFECTS = (
         altered(
             ExploreForward,
             "feedback",
-            lambda said, *_: (
-                said
-                and {**said, "current_distance_travelled": said["current_distance_travelled"] / 2}
+            lambda feedback, *_: (
+                feedback
+                and {
+                    **feedback,
+                    "current_distance_travelled": feedback["current_distance_travelled"] / 2,
+                }
             ),
         ),
     ),
@@ -157,7 +160,7 @@ DEFECTS = (
         "backs up with a wrong sign",
         "back_up",
         "backs up",
-        altered(Straight, "step", twist(lambda one: Twist2D(-one.linear, one.angular))),
+        altered(Straight, "step", twist(lambda twist: Twist2D(-twist.linear, twist.angular))),
     ),
     Defect(
         "backs up too far",
@@ -176,7 +179,7 @@ DEFECTS = (
         "sweeps to the right",
         "sweep",
         "turns to the left",
-        altered(CameraSweep, "step", twist(lambda one: Twist2D(one.linear, -one.angular))),
+        altered(CameraSweep, "step", twist(lambda twist: Twist2D(twist.linear, -twist.angular))),
     ),
     Defect(
         "takes a picture less",
@@ -194,7 +197,7 @@ DEFECTS = (
         "sweeps too fast",
         "sweep",
         "turns slowly enough for sharp pictures",
-        altered(Rotation, "towards", twist(lambda one: Twist2D(0.0, 4.0 * one.angular))),
+        altered(Rotation, "towards", twist(lambda twist: Twist2D(0.0, 4.0 * twist.angular))),
     ),
     # ---- navigation -----------------------------------------------------------------------
     Defect(

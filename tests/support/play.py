@@ -50,7 +50,7 @@ class ScriptedService:
         return forget
 
     def answer(self, call: int = -1, **fields: Any) -> None:
-        """Answer a call, the newest unless said otherwise."""
+        """Answer a call, by default the newest."""
         self._callbacks[call](message(**fields))
 
 
@@ -68,7 +68,7 @@ class ScriptedTopic:
             listener(self.latched)
 
     def leave(self, listener: Callable[[Any], None]) -> None:
-        self.listeners = [one for one in self.listeners if one != listener]
+        self.listeners = [known for known in self.listeners if known != listener]
 
     def look_around(self) -> None:
         pass
@@ -106,7 +106,7 @@ class Play:
         mission = load(text)
         self.now_ns = S
         self.servers: dict[str, Any] = {}
-        self.said: list[str] = []
+        self.logged: list[str] = []
         self.warned: list[str] = []
         self.services: dict[str, ScriptedService] = {}
         self.topics: dict[str, ScriptedTopic] = {}
@@ -137,7 +137,7 @@ class Play:
         self.warned.append(text)
 
     def log(self, text: str) -> None:
-        self.said.append(text)
+        self.logged.append(text)
 
     def tick(self, count: int = 1) -> str:
         """Tick; gives the statuses of all nodes from the root down, one letter each."""

@@ -43,7 +43,7 @@ class Received:
     message: Any
 
 
-def heard_by_others(path: Path) -> list[Received]:
+def messages_for_others(path: Path) -> list[Received]:
     """Every message of a file, decoded by rosbags."""
     store = get_typestore(Stores.EMPTY)
     with Reader(path) as reader:

@@ -87,8 +87,8 @@ def with_facts(
         if name != note:
             copy.note(name, dict(texts))
     copy.note(note, {name: text for name, text in facts.items() if text is not None})
-    for one in source.attached:
-        copy.attach(one.name, one.media_type, one.data, one.time_ns)
+    for attached in source.attached:
+        copy.attach(attached.name, attached.media_type, attached.data, attached.time_ns)
     numbers: dict[Channel, int] = {}
     for channel, time_ns, data in messages:
         if channel not in numbers:

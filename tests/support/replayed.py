@@ -35,7 +35,7 @@ class Replayed:
 
     async def type(self, text: str) -> None:
         """Type a text, and Enter."""
-        await self.press(*("full_stop" if one == "." else one for one in text), "enter")
+        await self.press(*("full_stop" if letter == "." else letter for letter in text), "enter")
 
     async def show(self, at_s: float) -> None:
         """Go to a time, without a key."""

@@ -49,7 +49,11 @@ class Served:
     @property
     def asks(self) -> tuple[str, ...]:
         """A camera only sends pictures when asked, and what waits asks for nothing."""
-        return () if self.action.waits else tuple(one for one in self.watches if one != "camera")
+        return (
+            ()
+            if self.action.waits
+            else tuple(sensor for sensor in self.watches if sensor != "camera")
+        )
 
     @property
     def limits(self) -> tuple[Limit, ...]:
@@ -86,13 +90,13 @@ def _outside(limit: Limit, valid: Any) -> tuple[Any, ...]:
 
 
 def _served(name: str) -> Served:
-    found = action(name)
-    return Served(found, generated_type(found.type))
+    served_action = action(name)
+    return Served(served_action, generated_type(served_action.type))
 
 
 SERVED = {name: _served(name) for name in declared()}
-DRIVING = [name for name, one in SERVED.items() if one.drives]
-BESIDE = [name for name, one in SERVED.items() if not one.drives]
+DRIVING = [name for name, served in SERVED.items() if served.drives]
+BESIDE = [name for name, served in SERVED.items() if not served.drives]
 
 
 def goal(name: str, **changes: Any) -> Any:

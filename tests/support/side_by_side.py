@@ -46,7 +46,7 @@ def simulate(pipe: Connection) -> None:
         TemporaryDirectory() as folder,
         Stage(load(MISSION), image_folder=Path(folder), say=lambda _: None) as stage,
     ):
-        own = sorted(one.node.get_name() for one in stage.inside())
+        own = sorted(known.node.get_name() for known in stage.inside())
         while stage.executive.ticks < 5:
             stage.step()
         pipe.send("up")
@@ -54,14 +54,14 @@ def simulate(pipe: Connection) -> None:
         while not stage.is_done:
             stage.step()
         node = stage.node
-        counts = [(node.count_publishers(one), node.count_subscribers(one)) for one in TOPICS]
-        found = {
+        counts = [(node.count_publishers(topic), node.count_subscribers(topic)) for topic in TOPICS]
+        seen = {
             "own": own,
             "found": sorted(node.get_node_names()),
             "counts": counts,
             "trace": stage.trace.sha256,
         }
-        pipe.send(found)
+        pipe.send(seen)
 
 
 def look(pipe: Connection) -> None:
@@ -76,7 +76,7 @@ def look(pipe: Connection) -> None:
     executor.add_node(node)
     for _ in range(SPINS):
         executor.spin_once(timeout_sec=0.1)
-        if sum(one.startswith("visible_") for one in node.get_node_names()) > 1:
+        if sum(node_name.startswith("visible_") for node_name in node.get_node_names()) > 1:
             break
     topics = sorted(name for name, _ in node.get_topic_names_and_types())
     pipe.send({"found": sorted(node.get_node_names()), "topics": topics})
@@ -86,9 +86,9 @@ def look(pipe: Connection) -> None:
 def has_port() -> bool:
     """Has any process the port of which a ROS domain has its first?"""
     port = 7400 + 250 * int(os.environ.get("ROS_DOMAIN_ID", "0")) + 10
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as socket_:
         try:
-            one.bind(("127.0.0.1", port))
+            socket_.bind(("127.0.0.1", port))
         except OSError:
             return True
     return False
@@ -113,12 +113,12 @@ def main(count: int) -> None:
     seen = [pipe.recv() for _, pipe in visible]
     for _, pipe in stages:
         pipe.send("go")
-    found = [pipe.recv() for _, pipe in stages]
+    results = [pipe.recv() for _, pipe in stages]
     for _, pipe in visible:
         pipe.send("go")
     for process, _ in (*stages, *visible):
         process.join()
-    sys.stdout.write(json.dumps({"stages": found, "visible": seen, "port": is_taken}))
+    sys.stdout.write(json.dumps({"stages": results, "visible": seen, "port": is_taken}))
 
 
 if __name__ == "__main__":

@@ -71,8 +71,8 @@ class Definition:
                 old = [k for k in range(at + 1) if self._since(k, at) >= node.window.start - 1e-9]
                 if not old:
                     return _vacuous(holds=all_of)
-                found = [self.rate(operand, k, positive=positive) for k in inside]
-                return _over_time(found, all_of=all_of)
+                ratings = [self.rate(operand, k, positive=positive) for k in inside]
+                return _over_time(ratings, all_of=all_of)
         return self._compared(node, at, positive=positive)
 
     def _compared(self, node: SyntaxNode, at: int, *, positive: bool) -> Rated | None:
@@ -82,8 +82,8 @@ class Definition:
         holds = margin > 0 or (margin == 0 and _is_weak(node))
         return (margin, holds) if positive else (-margin, not holds)
 
-    def _since(self, one: int, other: int) -> float:
-        return self.times[other] - self.times[one]
+    def _since(self, earlier: int, other: int) -> float:
+        return self.times[other] - self.times[earlier]
 
     def _is_in(self, node: Temporal, at: int, k: int) -> bool:
         apart = abs(self.times[k] - self.times[at])
@@ -102,29 +102,29 @@ class Definition:
         settled = settled or not node.window.is_bounded
         return self._is_cut(node, at) and self.truncation.fulfils(is_settled_by_end=settled)
 
-    def _may_be_refuted(self, node: Temporal, at: int, found: Rated | None) -> bool:
-        is_refuted = found is not None and not found[1]
+    def _may_be_refuted(self, node: Temporal, at: int, rating: Rated | None) -> bool:
+        is_refuted = rating is not None and not rating[1]
         return self.truncation is Truncation.STRONG and self._is_cut(node, at) and not is_refuted
 
     def _ahead(
         self, node: Temporal, operand: SyntaxNode, at: int, *, all_of: bool, positive: bool
     ) -> Rated | None:
         inside = [k for k in range(at, len(self.times)) if self._is_in(node, at, k)]
-        found = _over_time(
+        rating = _over_time(
             [self.rate(operand, k, positive=positive) for k in inside], all_of=all_of
         )
-        if all_of and self._may_be_refuted(node, at, found):
+        if all_of and self._may_be_refuted(node, at, rating):
             return _vacuous(holds=False)
-        if all_of or not self._is_cut(node, at) or (found is not None and found[1]):
-            return found
+        if all_of or not self._is_cut(node, at) or (rating is not None and rating[1]):
+            return rating
         if self._may_come(node, at):
             return _vacuous(holds=True)
-        return _vacuous(holds=False) if found is None and node.window.is_bounded else found
+        return _vacuous(holds=False) if rating is None and node.window.is_bounded else rating
 
     def _until(self, node: Temporal, at: int, *, positive: bool) -> Rated | None:
         pick, outer = (min, max) if positive else (max, min)
         kept = _vacuous(holds=positive)
-        found: list[Rated] = []
+        ratings: list[Rated] = []
         is_empty = True
         for k in range(at, len(self.times)):
             if self.times[k] > self.times[at] + node.window.end + 1e-9:
@@ -132,10 +132,10 @@ class Definition:
             right = self.rate(node.operands[1], k, positive=positive)
             is_empty = is_empty and not self._is_in(node, at, k)
             if self._is_in(node, at, k) and right is not None:
-                found.append(pick(kept, right))
+                ratings.append(pick(kept, right))
             left = self.rate(node.operands[0], k, positive=positive)
             kept = kept if left is None else pick(kept, left)
-        value = outer(found) if found else _vacuous(holds=not positive) if is_empty else None
+        value = outer(ratings) if ratings else _vacuous(holds=not positive) if is_empty else None
         fails = value is None or not value[1]
         if positive and fails and kept[1] and self._may_come(node, at):
             return _vacuous(holds=True)
@@ -145,7 +145,7 @@ class Definition:
 
     def _since_value(self, node: Temporal, at: int, *, positive: bool) -> Rated | None:
         pick, outer = (min, max) if positive else (max, min)
-        found: list[Rated] = []
+        ratings: list[Rated] = []
         is_empty = True
         for k in range(at + 1):
             if self._is_in(node, at, k):
@@ -154,15 +154,19 @@ class Definition:
                     self.rate(node.operands[0], j, positive=positive) for j in range(k + 1, at + 1)
                 ]
                 if right is not None:
-                    found.append(pick(right, *(one for one in (right, *lefts) if one is not None)))
+                    ratings.append(
+                        pick(right, *(rating for rating in (right, *lefts) if rating is not None))
+                    )
                 is_empty = False
-        if not found and not is_empty:
+        if not ratings and not is_empty:
             return None
-        return outer(found) if found else _vacuous(holds=not positive)
+        return outer(ratings) if ratings else _vacuous(holds=not positive)
 
     def _edge(self, node: Temporal, at: int, *, positive: bool) -> Rated | None:
         new = self.rate(node.operands[0], at)
-        known = [one for k in range(at) if (one := self.rate(node.operands[0], k)) is not None]
+        known = [
+            rating for k in range(at) if (rating := self.rate(node.operands[0], k)) is not None
+        ]
         if new is None:
             return None
         old = known[-1] if known else _vacuous(holds=False)
@@ -175,13 +179,15 @@ class Definition:
             return None
         inside = [k for k in range(at + 1) if self._since(k, at) <= node.window.end + 1e-9]
         if node.edge is not None:
-            edges = [k for k in inside if (one := self.rate(node.edge, k)) is not None and one[1]]
+            edges = [
+                k for k in inside if (rating := self.rate(node.edge, k)) is not None and rating[1]
+            ]
             if node.operand is None:
                 return len(edges)
             return self._number(node.operand, edges[-1]) if edges else None
         assert node.operand is not None
         numbers = {k: self._number(node.operand, k) for k in inside}
-        known = {k: one for k, one in numbers.items() if one is not None}
+        known = {k: number for k, number in numbers.items() if number is not None}
         if node.word == "mean":
             return sum(known.values()) / len(known) if known else None
         earlier = [k for k in known if k < at]
@@ -262,8 +268,8 @@ def _is_weak(node: SyntaxNode) -> bool:
     return isinstance(node, Comparison) and node.rest[0][0] in ("<=", ">=")
 
 
-def _not(one: Rated) -> Rated:
-    return -one[0], not one[1]
+def _not(rating: Rated) -> Rated:
+    return -rating[0], not rating[1]
 
 
 def _vacuous(*, holds: bool) -> Rated:
@@ -271,14 +277,14 @@ def _vacuous(*, holds: bool) -> Rated:
 
 
 def _over_time(values: Sequence[Rated | None], *, all_of: bool) -> Rated | None:
-    known = [one for one in values if one is not None]
+    known = [value for value in values if value is not None]
     if not known:
         return None
     return min(known) if all_of else max(known)
 
 
 def _kleene(values: Sequence[Rated | None], *, all_of: bool) -> Rated | None:
-    found = _over_time(values, all_of=all_of)
-    if None in values and (found is None or found[1] is all_of):
+    rating = _over_time(values, all_of=all_of)
+    if None in values and (rating is None or rating[1] is all_of):
         return None
-    return found
+    return rating

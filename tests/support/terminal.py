@@ -34,4 +34,4 @@ def shown_by_terminal(sent: str) -> list[str]:
                 pass
             case other:
                 raise ValueError(f"not known: {other}")
-    return [one.rstrip() for one in rows]
+    return [line.rstrip() for line in rows]

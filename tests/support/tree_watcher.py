@@ -56,12 +56,12 @@ class TreeWatcher:
     def _service(self, type_name: str) -> str:
         known = self._ros.client.get_service_names_and_types()
         (name,) = (name for name, types in known if type_name in types)
-        found: str = name
-        return found
+        found_name: str = name
+        return found_name
 
     def wait_for(self, count: int) -> None:
         """Let time pass until so many snapshots are here."""
-        self._ros.until_heard(lambda: len(self.snapshots) >= count)
+        self._ros.spin_until(lambda: len(self.snapshots) >= count)
 
     def leave(self) -> None:
         """Be killed: without a word to the tree."""
@@ -81,17 +81,21 @@ class TreeWatcher:
     def drawn(self, snapshot: BehaviourTree | None = None) -> list[str]:
         """A snapshot as the watcher draws it: statuses of the nodes that the tick visited."""
         snapshot = self.newest if snapshot is None else snapshot
-        by_id = {_id(one.own_id): one for one in snapshot.behaviours}
-        (root,) = (one for one in snapshot.behaviours if not any(one.parent_id.uuid))
+        by_id = {_id(behaviour.own_id): behaviour for behaviour in snapshot.behaviours}
+        (root,) = (
+            behaviour for behaviour in snapshot.behaviours if not any(behaviour.parent_id.uuid)
+        )
         lines: list[str] = []
 
-        def draw(one: Behaviour, depth: int) -> None:
-            line = f"{'  ' * depth}{TYPES[one.type]} {one.name}"
-            if one.is_active:
-                line += f" [{SIGNS[one.status]}]" + (f" -- {one.message}" if one.message else "")
+        def draw(behaviour: Behaviour, depth: int) -> None:
+            line = f"{'  ' * depth}{TYPES[behaviour.type]} {behaviour.name}"
+            if behaviour.is_active:
+                line += f" [{SIGNS[behaviour.status]}]" + (
+                    f" -- {behaviour.message}" if behaviour.message else ""
+                )
             lines.append(line)
-            for child in one.child_ids:
-                assert _id(by_id[_id(child)].parent_id) == _id(one.own_id)
+            for child in behaviour.child_ids:
+                assert _id(by_id[_id(child)].parent_id) == _id(behaviour.own_id)
                 draw(by_id[_id(child)], depth + 1)
 
         draw(root, 0)

@@ -204,9 +204,9 @@ class _Counting(SingleThreadedExecutor):
         self.handled: list[Any] = []
 
     def wait_for_ready_callbacks(self, *args: Any, **kwargs: Any) -> Any:
-        found: Any = super().wait_for_ready_callbacks(*args, **kwargs)
-        self.handled.append(found[0])
-        return found
+        ready: Any = super().wait_for_ready_callbacks(*args, **kwargs)
+        self.handled.append(ready[0])
+        return ready
 
 
 def loose(callback: Callable[..., Any]) -> Any:

@@ -126,7 +126,7 @@ class ScriptedExecutive:
         self.image: messages.CameraImage | None = None
         self._sequence = 0
         self._statuses: list[events.NodeChanged] = []
-        self._told: list[Batch] = []
+        self._batches: list[Batch] = []
         self._robot: list[messages.Robot] = []
         self._answers: list[ControlResponse] = []
 
@@ -135,12 +135,13 @@ class ScriptedExecutive:
     def begin(self, run: str = "run") -> Batch:
         """A mission starts."""
         self.run, self._sequence = run, 0
-        found = tree(self.outline, run=run, time_ns=self.now_ns, details=self.details)
-        self.names = [node.name for node in found.nodes]
+        started = tree(self.outline, run=run, time_ns=self.now_ns, details=self.details)
+        self.names = [node.name for node in started.nodes]
         self._statuses = [
-            events.NodeChanged(None, index, Status.INVALID, "") for index in range(len(found.nodes))
+            events.NodeChanged(None, index, Status.INVALID, "")
+            for index in range(len(started.nodes))
         ]
-        batch = self._tell(found)
+        batch = self._send(started)
         self.stand("running")
         return batch
 
@@ -164,20 +165,20 @@ class ScriptedExecutive:
             self._statuses[index] = events.NodeChanged(None, index, WORDS[status], message)
         if reset:
             changes.append(events.NodesReset(self.now_ns, tuple(reset)))
-        return self._tell(*changes, sequence=self._sequence)
+        return self._send(*changes, sequence=self._sequence)
 
     def stand(self, status: str, reason: str = "") -> None:
         """The mission's state changes."""
-        self._tell(events.StateChanged(self.now_ns, self.run, "explore", status, reason))
+        self._send(events.StateChanged(self.now_ns, self.run, "explore", status, reason))
 
     def say(self, text: str) -> None:
         """The mission says something."""
-        self._tell(events.LogLine(self.now_ns, text))
+        self._send(events.LogLine(self.now_ns, text))
 
     def judge(self, after_s: float = 0.0, /, **verdicts: str) -> Batch:
         """Requirements have these verdicts: ``judge(is_slow="violated -0.1")``."""
         self.now_ns += round(after_s * S)
-        return self._tell(
+        return self._send(
             *(
                 requirement(name.replace("_", " "), *words.split(), time_ns=self.now_ns)
                 for name, words in verdicts.items()
@@ -197,12 +198,12 @@ class ScriptedExecutive:
     ) -> Batch:
         """Details, with nothing in them but what is given."""
         self.now_ns += round(after_s * S)
-        return self._tell(
+        return self._send(
             events.CountsChanged(self.now_ns, ticks, goals_sent),
             events.BreakpointsChanged(self.now_ns, breakpoints),
             *running,
             *goals,
-            *(events.VariableChanged(self.now_ns, *one) for one in variables),
+            *(events.VariableChanged(self.now_ns, *variable) for variable in variables),
         )
 
     def progress(
@@ -212,9 +213,9 @@ class ScriptedExecutive:
         index, now_ns = self.names.index(name), self.now_ns
         return events.NodeProgressed(now_ns, index, now_ns, message, "travelled", value, limit)
 
-    def _tell(self, *happened: events.Event, sequence: int = 0) -> Batch:
-        self._told.append(Batch(self.run, happened, sequence))
-        return self._told[-1]
+    def _send(self, *happened: events.Event, sequence: int = 0) -> Batch:
+        self._batches.append(Batch(self.run, happened, sequence))
+        return self._batches[-1]
 
     def show(self, *robot: messages.Robot) -> None:
         """The robot tells of itself."""
@@ -226,7 +227,7 @@ class ScriptedExecutive:
 
     def forget(self) -> None:
         """What was told so far is lost on its way."""
-        self._told.clear()
+        self._batches.clear()
 
     @property
     def statuses(self) -> Batch:
@@ -238,12 +239,12 @@ class ScriptedExecutive:
     def take(self, *, needs_statuses: bool) -> Received:
         if needs_statuses and self.is_there:
             self.asked += 1
-            self._told.append(self.statuses)
+            self._batches.append(self.statuses)
         image, self.image = self.image, None
-        heard = Received(tuple(self._told), tuple(self._robot), tuple(self._answers), image)
-        for queue in (self._told, self._robot, self._answers):
+        received = Received(tuple(self._batches), tuple(self._robot), tuple(self._answers), image)
+        for queue in (self._batches, self._robot, self._answers):
             queue.clear()
-        return heard
+        return received
 
     def send(self, command: ControlRequest) -> None:
         self.commands.append(command)
@@ -269,12 +270,12 @@ class ScriptedGraph:
         self.served += 1
 
     def find(self) -> tuple[ListedExecutive, ...]:
-        there = [one.name for one in self.executives if one.is_there]
+        there = [executive.name for executive in self.executives if executive.is_there]
         return tuple(self.faults.get(name, ListedExecutive(name)) for name in there)
 
     def attach(self, name: str) -> ScriptedExecutive:
-        for one in self.executives:
-            if one.name == name:
-                one.closed = False
-                return one
+        for executive in self.executives:
+            if executive.name == name:
+                executive.closed = False
+                return executive
         raise AssertionError(name)

@@ -77,21 +77,21 @@ class PageModel:
         await self.ask("series", name="")
         await self.until(lambda it: "series" in it.parts)
 
-    def take(self, told: dict[str, Any]) -> None:
+    def take(self, changes: dict[str, Any]) -> None:
         """Take a message in, as the page does."""
         self.messages += 1
-        if "tree" in told:
+        if "tree" in changes:
             self.nodes.clear()
-        if "tree" in told or "values_are_new" in told:
+        if "tree" in changes or "values_are_new" in changes:
             self.goals.clear()
             self.variables.clear()
-        if "log_is_new" in told:
+        if "log_is_new" in changes:
             self.log.clear()
-        self.nodes |= {row[0]: row for row in told.pop("nodes", ())}
-        self.goals |= {row[0]: row for row in told.pop("goals", ())}
-        self.variables |= dict(told.pop("variables", ()))
-        self.log += told.pop("log", ())
-        self.parts |= told
+        self.nodes |= {row[0]: row for row in changes.pop("nodes", ())}
+        self.goals |= {row[0]: row for row in changes.pop("goals", ())}
+        self.variables |= dict(changes.pop("variables", ()))
+        self.log += changes.pop("log", ())
+        self.parts |= changes
 
 
 async def fetch(server: WebServer, path: str, **headers: str) -> tuple[int, dict[str, str], str]:

@@ -92,6 +92,6 @@ def write_results(
         if made_from is not None:
             made_from.save(store)
         store.set_value("versions abc", "bt-mission 1.2.3, mujoco 4.0")
-        for one in rows:
-            store.add(one)
+        for added in rows:
+            store.add(added)
     return ResultStore.read(folder)

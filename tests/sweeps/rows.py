@@ -53,5 +53,5 @@ def failed(number: int = 0, **changes: Any) -> ScenarioRow:
 
 def margin(value: float | None, verdict: str = "", unit: str = "m") -> RequirementMargin:
     """What a requirement came to: the verdict follows from the margin unless it is given."""
-    told = verdict or ("violated" if value is not None and value < 0 else "holds")
-    return RequirementMargin(told, value, unit, 1.0)
+    reported = verdict or ("violated" if value is not None and value < 0 else "holds")
+    return RequirementMargin(reported, value, unit, 1.0)

@@ -41,7 +41,7 @@ def test_a_margin_that_is_not_finite_is_none():
 
 def ids(rows, most=20):
     """The numbers of the worst of some rows."""
-    return [int(one, 16) for one in SweepColumns(rows).worst(most)]
+    return [int(row_id, 16) for row_id in SweepColumns(rows).worst(most)]
 
 
 def test_failed_runs_come_first():
@@ -52,7 +52,9 @@ def test_failed_runs_come_first():
 
 def test_the_smallest_margin_is_the_worst():
     """Of runs that have passed."""
-    rows = [row(n, requirements={"clear": margin(one)}) for n, one in enumerate((0.3, 0.1, 0.2))]
+    rows = [
+        row(n, requirements={"clear": margin(first)}) for n, first in enumerate((0.3, 0.1, 0.2))
+    ]
     assert ids(rows, 2) == [1, 2]
 
 
@@ -68,8 +70,8 @@ def test_metres_and_seconds_are_compared_by_their_means():
 def test_a_margin_that_is_always_the_same_tells_nothing():
     """A requirement without collisions has the margin 0 in every run."""
     rows = [
-        row(n, requirements={"no collision": margin(0.0, unit=""), "clear": margin(one)})
-        for n, one in enumerate((0.3, 0.1, 0.2))
+        row(n, requirements={"no collision": margin(0.0, unit=""), "clear": margin(first)})
+        for n, first in enumerate((0.3, 0.1, 0.2))
     ]
     assert ids(rows) == [1, 2, 0]
 
@@ -77,12 +79,12 @@ def test_a_margin_that_is_always_the_same_tells_nothing():
 def test_the_requirement_that_counts_is_named():
     """Its margin is the one that is shown."""
     rows = [
-        row(n, requirements={"clear": margin(metres), "late": margin(one), "same": margin(0.0)})
-        for n, (metres, one) in enumerate(((0.4, 50.0), (0.6, 5.0), (0.5, 55.0)))
+        row(n, requirements={"clear": margin(metres), "late": margin(first), "same": margin(0.0)})
+        for n, (metres, first) in enumerate(((0.4, 50.0), (0.6, 5.0), (0.5, 55.0)))
     ]
-    found = SweepColumns(rows)
-    assert [found.nearest(one) for one in rows] == ["clear", "late", "clear"]
-    assert found.nearest(row(9)) is None
+    result = SweepColumns(rows)
+    assert [result.nearest(known) for known in rows] == ["clear", "late", "clear"]
+    assert result.nearest(row(9)) is None
 
 
 def test_a_frequent_failure_does_not_hide_a_rare_one():
@@ -106,4 +108,4 @@ def test_runs_without_a_margin_are_the_best():
 def test_the_rows_are_read_from_the_results(tmp_path):
     """In the order of the ids."""
     store = write_results(tmp_path / "r", [row(0), failed(1), failed(2)], None)
-    assert [one.number for one in SweepColumns(store.rows()).worst_rows(store, 2)] == [1, 2]
+    assert [worst.number for worst in SweepColumns(store.rows()).worst_rows(store, 2)] == [1, 2]

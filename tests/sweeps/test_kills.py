@@ -39,9 +39,9 @@ def test_worker_scheduler_and_client_are_killed(tmp_path: Path):
     base = load_base(mission, BaseChanges(), [parse_parameter("angle=30,60")])
     plan = SweepPlan(base, (parse_parameter("angle=30,60"),), seeds=range(8))
     with ScenarioWorker(base.bundle) as worker:
-        serial = [worker.carry_out(one) for one in plan.scenarios()]
-    told = [(one.number, one.id, one.outcome, one.trace_sha256) for one in rows]
-    assert told == [(one.number, one.id, one.outcome, one.trace_sha256) for one in serial]
-    assert [one.outcome for one in rows] == ["success"] * 16
-    assert len({one.trace_sha256 for one in rows}) == 16
-    assert len({one.worker for one in rows}) > 2, "no part of it was killed in time"
+        serial = [worker.carry_out(scenario) for scenario in plan.scenarios()]
+    reports = [(row.number, row.id, row.outcome, row.trace_sha256) for row in rows]
+    assert reports == [(row.number, row.id, row.outcome, row.trace_sha256) for row in serial]
+    assert [row.outcome for row in rows] == ["success"] * 16
+    assert len({row.trace_sha256 for row in rows}) == 16
+    assert len({row.worker for row in rows}) > 2, "no part of it was killed in time"

@@ -35,41 +35,50 @@ def test_every_point_is_run_with_every_plan_and_every_seed(base: BaseScenario):
     plans = {"none": [], "lost": ["at 1.0: drop scan lasting 1"]}
     plan = SweepPlan(base, parameters, seeds=(3, 4), plans=plans)
     assert plan.count == 16
-    told = [
-        (one.data["seed"], one.plan, one.data["inputs"]["speed"], one.data["world"])
-        for one in plan.scenarios()
+    reports = [
+        (
+            scenario.data["seed"],
+            scenario.plan,
+            scenario.data["inputs"]["speed"],
+            scenario.data["world"],
+        )
+        for scenario in plan.scenarios()
     ]
-    assert told[:4] == [
+    assert reports[:4] == [
         (3, "none", 0.1, "dqn_stage1"),
         (3, "lost", 0.1, "dqn_stage1"),
         (3, "none", 0.1, "empty_arena"),
         (3, "lost", 0.1, "empty_arena"),
     ]
-    assert len(set(told)) == 16
-    assert [one.number for one in plan.scenarios()] == list(range(16))
-    assert len({one.id for one in plan.scenarios()}) == 16
+    assert len(set(reports)) == 16
+    assert [scenario.number for scenario in plan.scenarios()] == list(range(16))
+    assert len({scenario.id for scenario in plan.scenarios()}) == 16
     assert plan.scenario(1).data["faults"] == ["at 1.0: drop scan lasting 1"]
 
 
 def test_without_a_word_it_is_the_mission_itself(base: BaseScenario):
     """With its own seed."""
-    (one,) = SweepPlan(base).scenarios()
-    assert one.data["seed"] == 5
-    assert one.parameters == {}
+    (scenario,) = SweepPlan(base).scenarios()
+    assert scenario.data["seed"] == 5
+    assert scenario.parameters == {}
 
 
 def test_a_sample_is_evenly_spread_and_repeats(base: BaseScenario):
     """Each tenth of the interval has one of ten draws, which have seeds of their own."""
     parameters = (Interval("speed", 0.0, 1.0), Choices("legs", (1, 2)))
     plan = SweepPlan(base, parameters, sample=10, sample_seed=3)
-    values = [one.parameters["speed"] for one in plan.scenarios()]
+    values = [scenario.parameters["speed"] for scenario in plan.scenarios()]
     assert sorted(int(value * 10) for value in values) == list(range(10))
-    assert [one.data["seed"] for one in plan.scenarios()] == list(range(10))
-    assert [one.parameters["legs"] for one in plan.scenarios()].count(1) == 5
+    assert [scenario.data["seed"] for scenario in plan.scenarios()] == list(range(10))
+    assert [scenario.parameters["legs"] for scenario in plan.scenarios()].count(1) == 5
     again = SweepPlan(base, parameters, sample=10, sample_seed=3)
-    assert [one.id for one in again.scenarios()] == [one.id for one in plan.scenarios()]
+    assert [scenario.id for scenario in again.scenarios()] == [
+        scenario.id for scenario in plan.scenarios()
+    ]
     other = SweepPlan(base, parameters, sample=10, sample_seed=4)
-    assert [one.id for one in other.scenarios()] != [one.id for one in plan.scenarios()]
+    assert [scenario.id for scenario in other.scenarios()] != [
+        scenario.id for scenario in plan.scenarios()
+    ]
 
 
 def test_draws_that_repeat_each_other_are_run_once(base: BaseScenario):
@@ -125,7 +134,7 @@ def test_a_world_of_the_users_own_has_its_file_in_the_bundle(tmp_path: Path):
         world.write_text(f"# {folder}\nname: hall\nsize: [4, 4]\n")
     texts = tuple(str(tmp_path / folder / "hall.yaml") for folder in ("a", "b"))
     base = load_base(file, BaseChanges(), [Choices("world", texts)])
-    assert [base.concrete({"world": one}).data["world"] for one in texts] == ["hall", "hall_2"]
+    assert [base.concrete({"world": text}).data["world"] for text in texts] == ["hall", "hall_2"]
     assert base.bundle.files["worlds/hall.yaml"].startswith("# a")
     assert base.bundle.files["worlds/hall_2.yaml"].startswith("# b")
 
@@ -139,11 +148,11 @@ def test_a_scenario_is_varied_as_a_mission_is(tmp_path: Path):
         "faults: ['at 1.0: drop scan lasting 1']\nexpect: {outcome: failure}\n"
     )
     base = load_base(file, BaseChanges(faults=["at 2.0: drop odom lasting 1"]))
-    one = base.concrete({"speed": 0.4})
-    assert one.data["inputs"] == {"legs": 3, "speed": 0.4}
-    assert one.data["faults"] == ["at 1.0: drop scan lasting 1", "at 2.0: drop odom lasting 1"]
-    assert (one.data["seed"], one.data["world"]) == (9, "dqn_stage1")
-    assert one.data["expect"] == {"outcome": "failure"}
+    scenario = base.concrete({"speed": 0.4})
+    assert scenario.data["inputs"] == {"legs": 3, "speed": 0.4}
+    assert scenario.data["faults"] == ["at 1.0: drop scan lasting 1", "at 2.0: drop odom lasting 1"]
+    assert (scenario.data["seed"], scenario.data["world"]) == (9, "dqn_stage1")
+    assert scenario.data["expect"] == {"outcome": "failure"}
 
 
 def test_parameters_of_the_place_and_of_inputs(base: BaseScenario):

@@ -113,9 +113,9 @@ def test_a_worker_of_another_version_that_joins_late_is_sent_away() -> None:
         await made.add("first")
         async with ScenarioPool(EMPTY, made.options) as pool:
             other = await made.add(OTHER)
-            found = [one async for one in pool.rows(scenarios(12))]
-            assert sorted(one.number for one in found) == list(range(12))
-            assert {one.worker for one in found} == {"first"}
+            rows = [done async for done in pool.rows(scenarios(12))]
+            assert sorted(done.number for done in rows) == list(range(12))
+            assert {done.worker for done in rows} == {"first"}
             await other.finished()
 
     in_cluster(test)
@@ -130,7 +130,7 @@ def test_the_last_worker_is_of_another_version() -> None:
             await first.close()
             await made.add(OTHER)
             with pytest.raises(BtMissionError, match=r"mujoco 1\.0\.0 \(here \d"):
-                [one async for one in pool.rows(scenarios(3))]
+                [done async for done in pool.rows(scenarios(3))]
 
     in_cluster(test)
 
@@ -151,8 +151,8 @@ def test_without_workers_it_waits_for_others() -> None:
                     started.append(asyncio.ensure_future(made.add("second")))
 
             pool.on_wait = on_wait
-            found = [one async for one in pool.rows(scenarios(3))]
-            assert {one.worker for one in found} == {"second"}
+            rows = [done async for done in pool.rows(scenarios(3))]
+            assert {done.worker for done in rows} == {"second"}
             assert 0 in waits
 
     in_cluster(test)
@@ -164,14 +164,14 @@ def test_two_sweeps_share_workers() -> None:
     async def test(made: FakeCluster) -> None:
         await made.add("first")
         other = Bundle({}, "missions/other.yaml", {}, {})
-        async with ScenarioPool(EMPTY, made.options) as one:
-            async with ScenarioPool(other, made.options) as two:
-                rows = await asyncio.gather(*(_all(pool) for pool in (one, two)))
+        async with ScenarioPool(EMPTY, made.options) as first:
+            async with ScenarioPool(other, made.options) as second:
+                rows = await asyncio.gather(*(_all(pool) for pool in (first, second)))
             assert [{each.plan for each in part} for part in rows] == [
                 {EMPTY.mission},
                 {other.mission},
             ]
-            assert [each.plan for each in await _all(one)] == [EMPTY.mission] * 4, (
+            assert [each.plan for each in await _all(first)] == [EMPTY.mission] * 4, (
                 "the second has taken the files of the first away"
             )
 
@@ -179,7 +179,7 @@ def test_two_sweeps_share_workers() -> None:
 
 
 async def _all(pool: ScenarioPool) -> list[ScenarioRow]:
-    return [one async for one in pool.rows(scenarios(4))]
+    return [done async for done in pool.rows(scenarios(4))]
 
 
 @pytest.mark.parametrize(
@@ -220,7 +220,7 @@ def test_a_scheduler_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.mark.parametrize(
-    ("found", "why"),
+    ("result", "why"),
     [
         (HERE, ""),
         (OSError("gone"), ""),
@@ -237,11 +237,11 @@ def test_a_scheduler_of_another_version(monkeypatch: pytest.MonkeyPatch) -> None
         ),
     ],
 )
-def test_what_is_said_of_a_worker(found: Any, why: str) -> None:
+def test_what_is_said_of_a_worker(result: Any, why: str) -> None:
     """Nothing where it can take part, or is gone."""
-    told = why_unfit(found, 1)
-    assert told.startswith(why)
-    assert bool(told) == bool(why)
+    reported = why_unfit(result, 1)
+    assert reported.startswith(why)
+    assert bool(reported) == bool(why)
 
 
 def test_workers_keep_no_profile_while_they_take_part() -> None:
@@ -250,10 +250,10 @@ def test_workers_keep_no_profile_while_they_take_part() -> None:
     async def test(made: FakeCluster) -> None:
         worker = await made.add("first")
         profilers = [worker.periodic_callbacks[name] for name in pool_module.PROFILERS]
-        assert [one.is_running() for one in profilers] == [True, True]
+        assert [profiler.is_running() for profiler in profilers] == [True, True]
         async with ScenarioPool(EMPTY, made.options):
-            assert [one.is_running() for one in profilers] == [False, False]
-        assert [one.is_running() for one in profilers] == [True, True]
+            assert [profiler.is_running() for profiler in profilers] == [False, False]
+        assert [profiler.is_running() for profiler in profilers] == [True, True]
 
     in_cluster(test)
 
@@ -276,9 +276,9 @@ def test_a_row_tells_how_often_its_worker_died(monkeypatch: pytest.MonkeyPatch) 
         await made.add("doomed")
         async with ScenarioPool(EMPTY, made.options) as pool:
             await made.add("lasting")
-            rows = [one async for one in pool.rows(scenarios(12))]
-        assert sorted(one.number for one in rows) == list(range(12))
-        assert {one.worker for one in rows} == {"lasting"}
-        assert sorted({one.attempts for one in rows}) == [1, 2]
+            rows = [done async for done in pool.rows(scenarios(12))]
+        assert sorted(done.number for done in rows) == list(range(12))
+        assert {done.worker for done in rows} == {"lasting"}
+        assert sorted({done.attempts for done in rows}) == [1, 2]
 
     in_cluster(test)

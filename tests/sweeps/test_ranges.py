@@ -49,7 +49,7 @@ limit: 40
     file = RangesFile(read_text(text))
     ranges = file.ranges
     assert ranges.seeds == range(3, 6)
-    assert [one.name for one in file.parameters] == ["speed", "rounds", "world"]
+    assert [parameter.name for parameter in file.parameters] == ["speed", "rounds", "world"]
     assert isinstance(ranges.start, StartRanges)
     assert ranges.start.x == Interval("", -1, 1, is_whole=True)
     assert ranges.start.y == Interval("", 0, 0)
@@ -134,7 +134,7 @@ def test_a_sweep_varies_the_start_and_the_robot() -> None:
     """By the names of its parameters."""
     file = RangesFile(read_text("robots: [burger, waffle]\nstart: {x: -1..1 step 1, yaw: 90}"))
     assert file.parameters == (Choices("robot", ("burger", "waffle")),)
-    assert {one.name: one for one in file.start} == {
+    assert {coordinate.name: coordinate for coordinate in file.start} == {
         "start.x": Choices("start.x", (-1, 0, 1)),
         "start.yaw": Choices("start.yaw", (90,)),
     }
@@ -211,8 +211,12 @@ def test_what_is_wrong_with_a_parameter_is_told(text: str, message: str) -> None
 
 def test_intervals_give_values_of_six_digits_within_their_ends() -> None:
     """So that the command that repeats a run can be typed."""
-    one = Interval("speed", 0.1, 0.26)
-    assert [one.at(share) for share in (0.0, 0.123456789, 0.999999999)] == [0.1, 0.119753, 0.26]
+    interval = Interval("speed", 0.1, 0.26)
+    assert [interval.at(share) for share in (0.0, 0.123456789, 0.999999999)] == [
+        0.1,
+        0.119753,
+        0.26,
+    ]
     whole = Interval("legs", 1, 3, is_whole=True)
     assert [whole.at(share) for share in (0.0, 0.33, 0.34, 0.67, 0.99)] == [1, 1, 2, 3, 3]
 

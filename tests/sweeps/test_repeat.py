@@ -46,8 +46,8 @@ def repeater(results):
 
 def test_the_command_has_all_that_differs(repeater):
     """Values, world, seed and faults, as the user has named them."""
-    one = row(1, seed=3, parameters={"speed": 0.1, "world": "mine/hall.yaml"}, plan="lost")
-    assert shlex.split(repeater.command(one)) == [
+    repeated = row(1, seed=3, parameters={"speed": 0.1, "world": "mine/hall.yaml"}, plan="lost")
+    assert shlex.split(repeater.command(repeated)) == [
         *("bt-mission", "run", "mine/go.yaml", "--seed", "3", "--set", "speed=0.1"),
         *("--world", "mine/hall.yaml", "--fault", "at 2.0: drop scan lasting 2"),
     ]
@@ -72,21 +72,20 @@ def test_a_text_is_quoted_for_the_shell(repeater):
 
 
 @pytest.mark.parametrize(
-    ("changes", "one"),
+    ("changes", "failed_row"),
     [
         ({}, row(1, parameters={"start.x": 1.0})),
         ({}, row(1, reason=TIME_IS_UP)),
         ({"options": None}, row(1)),
     ],
 )
-def test_what_options_cannot_say_is_a_scenario_file(tmp_path, changes, one):
+def test_what_options_cannot_say_is_a_scenario_file(tmp_path, changes, failed_row):
     """The line writes the file, and runs it."""
     store = write_results(tmp_path / "r", [], origin(**changes))
-    command = Repeater(store).command(one)
-    file = tmp_path / "r" / "scenarios" / "missions" / f"{one.id}.scenario.yaml"
-    assert command == (
-        f"bt-mission sweep-report {tmp_path / 'r'} --scenario {one.id} && bt-mission run {file}"
-    )
+    command = Repeater(store).command(failed_row)
+    file = tmp_path / "r" / "scenarios" / "missions" / f"{failed_row.id}.scenario.yaml"
+    writing = f"bt-mission sweep-report {tmp_path / 'r'} --scenario {failed_row.id}"
+    assert command == f"{writing} && bt-mission run {file}"
 
 
 def test_results_that_do_not_know_their_origin(tmp_path):
@@ -106,8 +105,8 @@ def test_a_name_with_a_line_end_stays_a_remark(tmp_path):
     """Text of a mission's does not get into the scenario through its remarks."""
     data = {**ABOUT.scenario, "inputs": {"name": "a\nlimit: 1"}, "seed": 0}
     made = ConcreteScenario(0, data, {"name": "a\nlimit: 1"}, "", BUNDLE.digest)
-    one = replace(row(0, parameters=made.parameters), id=made.id)
-    path = Repeater(write_results(tmp_path / "r", [one], origin())).write(one)
+    repeated = replace(row(0, parameters=made.parameters), id=made.id)
+    path = Repeater(write_results(tmp_path / "r", [repeated], origin())).write(repeated)
     assert read(path).data == data
 
 
@@ -118,11 +117,11 @@ def test_a_row_is_found_by_id_number_or_beginning(tmp_path, name):
     assert find_row(store, name).number == 7
 
 
-@pytest.mark.parametrize(("name", "told"), [("00", "several scenarios"), ("zz", "no scenario")])
-def test_a_row_that_is_not_there(tmp_path, name, told):
+@pytest.mark.parametrize(("name", "reported"), [("00", "several scenarios"), ("zz", "no scenario")])
+def test_a_row_that_is_not_there(tmp_path, name, reported):
     """Or not the only one."""
     store = write_results(tmp_path / "r", [row(7), row(8)], None)
-    with pytest.raises(BtMissionError, match=told):
+    with pytest.raises(BtMissionError, match=reported):
         find_row(store, name)
 
 
@@ -140,17 +139,17 @@ def test_the_file_of_a_row_makes_the_same_run(tmp_path):
         store.add(worker.carry_out(plan.scenario(2)))
     mission.unlink()
     with ResultStore.read(tmp_path / "r") as store:
-        one = find_row(store, "2")
-        assert one.passed
-        path = Repeater(store).write(one)
-        assert run_scenario(path).report.trace_sha256 == one.trace_sha256
+        known = find_row(store, "2")
+        assert known.passed
+        path = Repeater(store).write(known)
+        assert run_scenario(path).report.trace_sha256 == known.trace_sha256
 
 
 def test_the_origin_is_read_as_it_was_written(results):
     """With the files of the bundle, so that its digest is the same."""
-    found = SweepOrigin.of(results)
-    assert found == origin()
-    assert found.bundle.digest == BUNDLE.digest
+    result = SweepOrigin.of(results)
+    assert result == origin()
+    assert result.bundle.digest == BUNDLE.digest
 
 
 def test_a_shipped_mission_is_called_as_the_user_has(tmp_path):

@@ -44,11 +44,11 @@ def test_others_read_it_as_columns(tmp_path: Path):
     """With the SQLite of anybody."""
     with ResultStore.create(tmp_path, SweepAbout()) as store:
         store.add(ROW)
-        found = sqlite3.connect(tmp_path / FILE).execute(
+        result = sqlite3.connect(tmp_path / FILE).execute(
             "SELECT seed, outcome, passed, json_extract(parameters, '$.speed'), "
             "json_extract(requirements, '$.slow.margin') FROM scenarios"
         )
-        assert found.fetchall() == [(7, "failure", 0, 0.1, -0.25)]
+        assert result.fetchall() == [(7, "failure", 0, 0.1, -0.25)]
 
 
 def test_results_are_not_overwritten_without_a_word(tmp_path: Path):
@@ -194,7 +194,7 @@ def test_text_that_is_no_utf_8_is_read(tmp_path: Path):
     with sqlite3.connect(tmp_path / FILE) as connection:
         connection.execute("UPDATE scenarios SET reason = CAST(x'ff41' AS TEXT)")
     with ResultStore.read(tmp_path) as store:
-        assert [one.reason for one in store.rows()] == ["\ufffdA"]
+        assert [row.reason for row in store.rows()] == ["\ufffdA"]
 
 
 @pytest.mark.parametrize("end", ["", "-wal", "-shm", "-journal"])

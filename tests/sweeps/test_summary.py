@@ -17,25 +17,30 @@ from tests.sweeps.rows import LOST, failed, margin, row
 
 def test_of_nothing_there_is_no_rate():
     """A sweep without rows has neither a rate nor an interval."""
-    told = results_as_dict(SweepColumns([]))
-    assert told["scenarios"] == 0
-    assert told["success_rate"] is None
-    assert told["interval"] is None
+    reported = results_as_dict(SweepColumns([]))
+    assert reported["scenarios"] == 0
+    assert reported["success_rate"] is None
+    assert reported["interval"] is None
 
 
 def test_successes_failures_and_errors_are_counted():
     """What could not run is neither a success nor a failure, and lowers the rate."""
     rows = [row(0), row(1), failed(2), row(3, outcome="error", passed=False, reason="no world")]
-    told = results_as_dict(SweepColumns(rows))
-    assert (told["scenarios"], told["succeeded"], told["failed"], told["errors"]) == (4, 2, 1, 1)
-    assert told["success_rate"] == 0.5
-    assert told["interval"] == wilson(2, 4)
+    reported = results_as_dict(SweepColumns(rows))
+    assert (
+        reported["scenarios"],
+        reported["succeeded"],
+        reported["failed"],
+        reported["errors"],
+    ) == (4, 2, 1, 1)
+    assert reported["success_rate"] == 0.5
+    assert reported["interval"] == wilson(2, 4)
 
 
 def test_a_mission_that_succeeds_with_a_violation_has_failed():
     """What counts is whether everything came out as it must."""
-    one = row(passed=False, requirements={"keeps clear": margin(-0.1)})
-    tally = SweepTally.of([one])
+    failed = row(passed=False, requirements={"keeps clear": margin(-0.1)})
+    tally = SweepTally.of([failed])
     assert tally.count.failed == 1
     assert tally.failures[0].reason == "requirement violated: keeps clear"
 
@@ -46,17 +51,17 @@ def test_goals_collisions_and_times_are_added():
         row(0, collisions=2, orphaned_goals=1, virtual_s=10.5),
         row(1, collisions=None, orphaned_goals=2, distance_m=None),
     ]
-    told = results_as_dict(SweepColumns(rows))
-    assert (told["collisions"], told["orphaned_goals"]) == (2, 3)
-    assert (told["virtual_s"], told["distance_m"]) == (30.5, 2.0)
+    reported = results_as_dict(SweepColumns(rows))
+    assert (reported["collisions"], reported["orphaned_goals"]) == (2, 3)
+    assert (reported["virtual_s"], reported["distance_m"]) == (30.5, 2.0)
 
 
 def test_values_of_a_parameter_are_in_order():
     """Numbers by size and not by their texts; true and 1 are two values."""
     values = [10, 9.5, "b", True, 1]
     rows = [row(number, parameters={"speed": value}) for number, value in enumerate(values)]
-    told = results_as_dict(SweepColumns(rows))["parameters"]["speed"]
-    assert [one["value"] for one in told] == [1, 9.5, 10, True, "b"]
+    reports = results_as_dict(SweepColumns(rows))["parameters"]["speed"]
+    assert [report["value"] for report in reports] == [1, 9.5, 10, True, "b"]
 
 
 def test_very_many_values_are_told_by_stretches():
@@ -64,26 +69,26 @@ def test_very_many_values_are_told_by_stretches():
     rows = [
         row(n, passed=n % 2 == 0, parameters={"speed": n / 1000}) for n in range(MOST_VALUES * 3)
     ]
-    told = results_as_dict(SweepColumns(rows))["parameters"]["speed"]
-    assert len(told) == MOST_VALUES
-    assert (told[0]["from"], told[0]["to"]) == (0.0, 0.002)
-    assert sum(one["scenarios"] for one in told) == len(rows)
-    assert sum(one["succeeded"] for one in told) == len(rows) // 2
+    reports = results_as_dict(SweepColumns(rows))["parameters"]["speed"]
+    assert len(reports) == MOST_VALUES
+    assert (reports[0]["from"], reports[0]["to"]) == (0.0, 0.002)
+    assert sum(report["scenarios"] for report in reports) == len(rows)
+    assert sum(report["succeeded"] for report in reports) == len(rows) // 2
 
 
 def test_plans_are_counted_by_name():
     """Scenarios without a plan of faults have no line."""
-    told = results_as_dict(SweepColumns([row(0, plan="lost"), failed(1, plan="lost"), row(2)]))[
+    reported = results_as_dict(SweepColumns([row(0, plan="lost"), failed(1, plan="lost"), row(2)]))[
         "plans"
     ]
-    assert {name: one["succeeded"] for name, one in told.items()} == {"lost": 1}
+    assert {name: first["succeeded"] for name, first in reported.items()} == {"lost": 1}
 
 
 def test_failures_are_grouped_by_leaf_and_reason():
     """The most frequent comes first; its example is the run with the smallest number."""
     rows = [failed(5), failed(3), failed(1, failed_path="explore > drive", failed_node="drive")]
     groups = SweepTally.of(rows).failures
-    assert [(one.count, one.node, one.example.number) for one in groups] == [
+    assert [(group.count, group.node, group.example.number) for group in groups] == [
         (2, "look around", 3),
         (1, "drive", 1),
     ]
@@ -94,7 +99,7 @@ def test_numbers_in_a_reason_make_no_group_of_their_own():
     """A measured value differs from run to run, whole or not; an error code is a name."""
     reasons = ["108 deg were left (code 902)", "1.5 deg were left (code 902)", "3 deg (code 903)"]
     groups = SweepTally.of(failed(n, reason=text) for n, text in enumerate(reasons)).failures
-    assert [(one.count, one.reason) for one in groups] == [
+    assert [(group.count, group.reason) for group in groups] == [
         (2, "… deg were left (code 902)"),
         (1, "3 deg (code 903)"),
     ]
@@ -106,7 +111,7 @@ def test_failed_missions_and_violated_requirements_are_apart():
     violations = {"slow": late, "clear": margin(-0.1), "held": margin(0.2)}
     rows = [row(0, passed=False, requirements=violations), failed(1, requirements=violations)]
     groups = SweepTally.of(rows).failures
-    assert [(one.kind, one.path, one.reason) for one in groups] == [
+    assert [(group.kind, group.path, group.reason) for group in groups] == [
         ("failed", "explore > look around", LOST),
         ("violated", "", "requirement violated: clear"),
     ]
@@ -126,8 +131,8 @@ def test_runs_that_are_identical_count_as_one_sample():
 def test_what_was_varied_is_said_to_change_nothing():
     """Where parameters differ, too, it is not the seed alone."""
     rows = [row(n, sample="ab", parameters={"speed": n}) for n in range(3)]
-    told = "3 runs, 1 distinct: what was varied changes nothing"
-    assert SweepTally.of(rows).count.samples_in_words == told
+    reported = "3 runs, 1 distinct: what was varied changes nothing"
+    assert SweepTally.of(rows).count.samples_in_words == reported
 
 
 def test_kinds_of_failures_are_bounded():
@@ -144,8 +149,8 @@ def test_the_smallest_margin_of_each_requirement_is_kept():
         row(0, requirements={"keeps clear": margin(0.3), "looks": margin(None)}),
         failed(1, requirements={"keeps clear": margin(-0.2), "looks": margin(None, "open")}),
     ]
-    told = results_as_dict(SweepColumns(rows))["requirements"]
-    assert told["keeps clear"] == {
+    reported = results_as_dict(SweepColumns(rows))["requirements"]
+    assert reported["keeps clear"] == {
         "holds": 1,
         "violated": 1,
         "open": 0,
@@ -154,7 +159,7 @@ def test_the_smallest_margin_of_each_requirement_is_kept():
         "unit": "m",
         "scenario": rows[1].id,
     }
-    assert told["looks"]["least_margin"] is None
+    assert reported["looks"]["least_margin"] is None
 
 
 def test_the_order_of_rows_does_not_matter():
@@ -170,9 +175,9 @@ def test_the_order_of_rows_does_not_matter():
         )
         for n in range(60)
     ]
-    told = json.dumps(results_as_dict(SweepColumns(rows)))
+    reported = json.dumps(results_as_dict(SweepColumns(rows)))
     Random(1).shuffle(rows)
-    assert json.dumps(results_as_dict(SweepColumns(rows))) == told
+    assert json.dumps(results_as_dict(SweepColumns(rows))) == reported
 
 
 @pytest.mark.parametrize(

@@ -69,9 +69,9 @@ def traces(pytester: pytest.Pytester) -> dict[str, list[str]]:
     """The hashes of the runs of each test, as JUnit's file of the last session has them."""
     return {
         str(case.get("name")): [
-            str(one.get("value"))
-            for one in case.iter("property")
-            if one.get("name") == "trace_sha256"
+            str(element.get("value"))
+            for element in case.iter("property")
+            if element.get("name") == "trace_sha256"
         ]
         for case in ET.parse(pytester.path / "junit.xml").iter("testcase")  # noqa: S314 - ours
     }
@@ -86,9 +86,9 @@ def test_no_test_leaves_a_trace_in_another(scenarios):
     for seed in (1, 2):
         order = random.Random(seed).sample(names, len(names))
         scenarios.runpytest("--junitxml=junit.xml", *(f"test_a.py::{name}" for name in order))
-        found = traces(scenarios)
-        assert list(found) == order
-        assert found == first
+        result = traces(scenarios)
+        assert list(result) == order
+        assert result == first
 
 
 @pytest.mark.process

@@ -42,11 +42,11 @@ def test_after(live_graph):
 
 def test_each_has_a_domain_of_its_own(tmp_path):
     """Until it is given back; where none is left, that is said."""
-    with own_domain(tmp_path) as one, own_domain(tmp_path) as other:
-        assert one != other
-        assert {one, other} <= set(DOMAINS)
+    with own_domain(tmp_path) as first, own_domain(tmp_path) as other:
+        assert first != other
+        assert {first, other} <= set(DOMAINS)
     with own_domain(tmp_path) as again:
-        assert again == one
+        assert again == first
     with ExitStack() as taken:
         assert {taken.enter_context(own_domain(tmp_path)) for _ in DOMAINS} == set(DOMAINS)
         with pytest.raises(ScenarioError, match="all 101 DDS domains are taken"):

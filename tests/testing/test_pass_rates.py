@@ -19,7 +19,7 @@ def reported(
         when=when,
         sections=[("mission", "tree"), ("log", " ")],
     )
-    told = {
+    answer = {
         "seed": seed,
         "test": "a.py::test",
         "function": "a.py::test",
@@ -28,7 +28,7 @@ def reported(
         "failed": failed,
         "sample": sample,
     }
-    return report, told
+    return report, answer
 
 
 def counted(failing: list[int], total: int, at_least: float | None = None) -> PassRates:
@@ -64,9 +64,9 @@ def test_failures_of_one_cause_are_one_line():
     """Their numbers aside, they have the same line; ten seeds are named, one can be repeated."""
     rates = PassRates()
     for seed in range(15):
-        report, told = reported(seed, failed=True)
+        report, answer = reported(seed, failed=True)
         report.longrepr = "it fell" if seed == 7 else f"{seed / 3:.1f} m were left of 8"
-        rates.add(report, told)
+        rates.add(report, answer)
     assert list(rates.summary())[1:] == [
         "  14 seeds: 0, 1, 2, 3, 4, 5, 6, 8, 9, 10 and 4 more: 0.0 m were left of 8",
         "    pytest 'a.py::test[seed0]'",
@@ -79,9 +79,9 @@ def test_many_causes_are_cut_short():
     """Ten of them, and how many seeds are left."""
     rates = PassRates()
     for seed in range(13):
-        report, told = reported(seed, failed=True)
+        report, answer = reported(seed, failed=True)
         report.longrepr = "x" * (seed + 1)
-        rates.add(report, told)
+        rates.add(report, answer)
     assert list(rates.summary())[-1] == "  and 3 seeds with other causes"
 
 

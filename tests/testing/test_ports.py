@@ -12,7 +12,7 @@ TURNS = "mission: turns\ntree: {turn: {angle: 9}, timeout: 9}\n"
 
 def open_sockets() -> int:
     """Sockets that this process has; a DDS participant has five."""
-    targets = (one.readlink() for one in Path("/proc/self/fd").iterdir() if one.is_symlink())
+    targets = (link.readlink() for link in Path("/proc/self/fd").iterdir() if link.is_symlink())
     return sum(str(target).startswith("socket:") for target in targets)
 
 

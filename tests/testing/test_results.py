@@ -53,8 +53,8 @@ def session(pytester: pytest.Pytester):
 
 def left_in(folder: Path) -> list[str]:
     """Every file in a folder, but for the one that git reads."""
-    found = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
-    return sorted(path for path in found if path != ".gitignore")
+    results = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+    return sorted(path for path in results if path != ".gitignore")
 
 
 def test_a_failed_test_leaves_its_traces(session, pytester):
@@ -234,16 +234,18 @@ def test_junit_has_the_figures(session, pytester):
     """Virtual and wall time, seed and trace of each run; of a test without runs nothing."""
     session("--junitxml=junit.xml", fails=False)
     cases = {
-        case.get("name"): [(one.get("name"), one.get("value")) for one in case.iter("property")]
+        case.get("name"): [
+            (element.get("name"), element.get("value")) for element in case.iter("property")
+        ]
         for case in ET.parse(pytester.path / "junit.xml").iter("testcase")  # noqa: S314 - ours
     }
     names = [name for name, _ in cases["test_two"]]
     assert names == ["virtual_s", "wall_s", "seed", "trace_sha256", "seed", "trace_sha256"]
     assert dict(cases["test_two"])["virtual_s"] == "4.1"
-    found = dict(cases["test_passes"])
-    assert found["seed"] == "4"
-    assert len(str(found["trace_sha256"])) == 64
-    assert float(str(found["wall_s"])) > 0
+    result = dict(cases["test_passes"])
+    assert result["seed"] == "4"
+    assert len(str(result["trace_sha256"])) == 64
+    assert float(str(result["wall_s"])) > 0
     assert cases["test_without"] == []
 
 
@@ -261,8 +263,11 @@ def test_a_folder_is_named_after_its_test(nodeid, name):
 
 def test_no_two_folders_are_alike():
     """What a file system does not take, or a long name, is told apart by a digest."""
-    ids = [f"test_b.py::test[{one}]" for one in ("a b", "a/b", "a-b", "a:b", "a" * 300, "a" * 301)]
-    names = {folder_name(one) for one in ids}
+    ids = [
+        f"test_b.py::test[{parameter}]"
+        for parameter in ("a b", "a/b", "a-b", "a:b", "a" * 300, "a" * 301)
+    ]
+    names = {folder_name(test_id) for test_id in ids}
     assert len(names) == len(ids)
     assert all(len(name) < 130 and "/" not in name and " " not in name for name in names)
 

@@ -118,7 +118,7 @@ def test_too_few_seeds_fail_the_test_as_a_whole(scenarios, pytester, workers):
     cases = ET.parse(pytester.path / "junit.xml").iter("testcase")  # noqa: S314 - our own
     (whole,) = (case for case in cases if case.get("name") == "test_most")
     assert whole.find("failure") is not None
-    percents = [int(one) for one in re.findall(r"\[ *(\d+)%\]", result.stdout.str())]
+    percents = [int(text) for text in re.findall(r"\[ *(\d+)%\]", result.stdout.str())]
     assert max(percents) == 100
     result = scenarios("-v", "-k", "most")
     assert [name[-7:] for name in order(result)[:4]] == ["[seed2]", "[seed5]", "[seed7]", "[seed0]"]

@@ -53,7 +53,7 @@ def test_a_bad_marker_is_told_what_was_expected(mark, words):
 
 
 @pytest.mark.parametrize(
-    ("seeds", "count", "found"),
+    ("seeds", "count", "result"),
     [
         ((0, 1, 2), 2, (0, 1)),
         ((0, 1, 2), 5, (0, 1, 2, 3, 4)),
@@ -61,9 +61,9 @@ def test_a_bad_marker_is_told_what_was_expected(mark, words):
         ((7, 3), 2, (7, 3)),
     ],
 )
-def test_another_number_of_seeds_begins_as_the_test_says(seeds, count, found):
+def test_another_number_of_seeds_begins_as_the_test_says(seeds, count, result):
     """Fewer are the first of them, more go on after the greatest."""
-    assert so_many(seeds, count) == found
+    assert so_many(seeds, count) == result
 
 
 def test_a_seed_may_be_asked_for_by_name():

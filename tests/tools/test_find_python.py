@@ -32,17 +32,17 @@ def _script(path, text):
 def test_the_first_that_works_is_taken(tmp_path):
     """Names that are not there, and Pythons that do not run, are passed over."""
     broken = _script(tmp_path / "python3.13", "exit 127")
-    found = _find("no-such-python", broken, sys.executable)
-    assert (found.returncode, found.stdout) == (0, f"{sys.executable}\n")
+    result = _find("no-such-python", broken, sys.executable)
+    assert (result.returncode, result.stdout) == (0, f"{sys.executable}\n")
 
 
 def test_each_python_that_will_not_do_is_named_with_its_reason(tmp_path):
     """The reasons tell what to install."""
     broken = _script(tmp_path / "python3.13", "exit 127")
     bare = _script(tmp_path / "python3.12", "echo has no C headers: apt install python3.12-dev")
-    found = _find("no-such-python", broken, bare)
-    assert (found.returncode, found.stdout) == (1, "")
-    assert found.stderr.splitlines() == [
+    result = _find("no-such-python", broken, bare)
+    assert (result.returncode, result.stdout) == (1, "")
+    assert result.stderr.splitlines() == [
         "bt-mission cannot be set up here:",
         "  no-such-python: not found",
         f"  {broken}: does not run",
@@ -53,7 +53,7 @@ def test_each_python_that_will_not_do_is_named_with_its_reason(tmp_path):
 def test_a_machine_without_a_compiler_is_told_so(tmp_path):
     """Before a minute of downloads, and in words."""
     _script(tmp_path / "uname", '[ "$1" = -s ] && echo Linux || echo x86_64')
-    found = _find(sys.executable, PATH=str(tmp_path))
-    assert found.returncode == 1
-    assert "no C++ compiler" in found.stderr
-    assert "apt install g++" in found.stderr
+    result = _find(sys.executable, PATH=str(tmp_path))
+    assert result.returncode == 1
+    assert "no C++ compiler" in result.stderr
+    assert "apt install g++" in result.stderr

@@ -81,21 +81,21 @@ def test_what_was_found_once_is_refused_for_good(path, folder):
 def test_a_case_follows_from_the_seed_and_its_number():
     """Whatever was tried before."""
     corpus = cases.corpus()
-    found = [cases.case(corpus, 1, number) for number in range(50)]
-    assert cases.case(corpus, 1, 49) == found[-1]
-    assert len(set(found)) > 45
-    assert {case.name for case in found} == {"m.xml", "m.yaml"}
-    assert cases.case(corpus, 2, 49) != found[-1]
+    results = [cases.case(corpus, 1, number) for number in range(50)]
+    assert cases.case(corpus, 1, 49) == results[-1]
+    assert len(set(results)) > 45
+    assert {case.name for case in results} == {"m.xml", "m.yaml"}
+    assert cases.case(corpus, 2, 49) != results[-1]
 
 
 @pytest.mark.process
 def test_nothing_is_found_in_some_hundred_cases(tmp_path):
     """CI goes on for a minute; many of the mutants are sound, and run."""
-    code, said = fuzz("--count", 400, "--save", tmp_path / "found")
-    summary = json.loads(said.splitlines()[-1])
+    code, output = fuzz("--count", 400, "--save", tmp_path / "found")
+    summary = json.loads(output.splitlines()[-1])
     assert (code, summary["cases"], summary["findings"]) == (0, 400, {})
     assert summary["sound"] > 40
-    first, *_, last, _ = said.splitlines()
+    first, *_, last, _ = output.splitlines()
     assert first == "Judging 400 mutated missions (seed 1, processes: 1)"
     assert last == "Found nothing."
     assert not (tmp_path / "found").exists()
@@ -106,18 +106,18 @@ def test_a_hunt_goes_on_where_it_ended(tmp_path):
     """With the counts of before; not with another seed."""
     state = tmp_path / "state.json"
     arguments = ("--target", "goals", "--save", tmp_path / "found", "--state", state)
-    code, said = fuzz("--count", 40, *arguments)
-    summary = json.loads(said.splitlines()[-1])
+    code, output = fuzz("--count", 40, *arguments)
+    summary = json.loads(output.splitlines()[-1])
     assert (code, summary["cases"], summary["findings"]) == (0, 40, {})
     assert summary["inputs"] > 40
     assert json.loads(state.read_text())["first"] == 40
-    code, said = fuzz("--count", 5, *arguments)
-    assert (code, json.loads(said.splitlines()[-1])["cases"]) == (0, 45)
-    code, said = fuzz("--seconds", 1, *arguments)
-    assert (code, json.loads(said.splitlines()[-1])["cases"] > 45) == (0, True)
-    code, said = fuzz("--count", 1, "--seed", 2, *arguments)
+    code, output = fuzz("--count", 5, *arguments)
+    assert (code, json.loads(output.splitlines()[-1])["cases"]) == (0, 45)
+    code, output = fuzz("--seconds", 1, *arguments)
+    assert (code, json.loads(output.splitlines()[-1])["cases"] > 45) == (0, True)
+    code, output = fuzz("--count", 1, "--seed", 2, *arguments)
     assert code == 2
-    assert said.splitlines()[-1] == f"fuzz.py: {state} is of another target or another seed"
+    assert output.splitlines()[-1] == f"fuzz.py: {state} is of another target or another seed"
 
 
 @pytest.mark.parametrize("name", [name for name in MODULES if name != "missions"])
@@ -126,24 +126,24 @@ def test_nothing_is_found_in_some_cases_of_each_other_target(name, folder):
     chosen = target(name)
     if name == "controls":
         chosen.prepare(Path())
-    found = chosen.corpus()
+    result = chosen.corpus()
     verdicts = []
     for number in range(25):
-        case = chosen.case(found, 1, number)
+        case = chosen.case(result, 1, number)
         Path(case.name).write_bytes(case.contents)
         verdicts.append(judge_within(Path(case.name), judge=chosen.judge))
-    assert [one.finding for one in verdicts if one.finding is not None] == []
-    assert any(one.accepted for one in verdicts)
+    assert [verdict.finding for verdict in verdicts if verdict.finding is not None] == []
+    assert any(verdict.accepted for verdict in verdicts)
 
 
 @pytest.mark.parametrize("name", MODULES)
 def test_a_case_of_each_target_follows_from_the_seed_and_its_number(name):
     """And its suffix leads back to its target."""
     chosen = target(name)
-    found = chosen.corpus()
-    cases_of = [chosen.case(found, 1, number) for number in range(10)]
-    assert chosen.case(found, 1, 9) == cases_of[-1]
-    assert chosen.case(found, 2, 9) != cases_of[-1]
+    result = chosen.corpus()
+    cases_of = [chosen.case(result, 1, number) for number in range(10)]
+    assert chosen.case(result, 1, 9) == cases_of[-1]
+    assert chosen.case(result, 2, 9) != cases_of[-1]
     if name != "trees":  # whose files are missions, too
         assert {target_of(Path(case.name)) for case in cases_of} == {name}
 
@@ -188,12 +188,12 @@ def test_a_fault_planted_behind_another_target_is_found(
     if name == "controls":
         target(name).prepare(Path())
     monkeypatch.setattr(*where, planted)
-    found = {
+    results = {
         verdict.finding.kind
         for number in range(min(count, 20))
         if (verdict := judged_sample(name, number=number)).finding is not None
     }
-    assert any(one.startswith(kind) for one in found)
+    assert any(result.startswith(kind) for result in results)
 
 
 def test_a_damaged_recording_that_says_nothing_is_a_finding(folder, monkeypatch):
@@ -203,11 +203,11 @@ def test_a_damaged_recording_that_says_nothing_is_a_finding(folder, monkeypatch)
     for share in (0.5, 0.7, 0.9):
         assert judged_sample("recordings", whole[: int(share * len(whole))]).finding is None
     monkeypatch.setattr(RecordedFile, "_note_cut", lambda *_: None)
-    found = [
+    results = [
         judged_sample("recordings", whole[: int(share * len(whole))]).finding
         for share in (0.5, 0.7, 0.9)
     ]
-    assert "taken for whole: damaged" in {one.kind for one in found if one is not None}
+    assert "taken for whole: damaged" in {result.kind for result in results if result is not None}
 
 
 @pytest.mark.process
@@ -235,11 +235,11 @@ def test_a_finding_is_told_and_can_be_repeated(update, kind, tmp_path):
     (tmp_path / "bad_leaf.py").write_text(leaf, encoding="utf-8")
     path = tmp_path / "case.yaml"
     path.write_text("mission: m\ntree: {python: 'bad_leaf:Bad'}\n", encoding="utf-8")
-    code, said = fuzz("--replay", path, "--patience", 1, PYTHONPATH=tmp_path)
+    code, output = fuzz("--replay", path, "--patience", 1, PYTHONPATH=tmp_path)
     assert code == 1
-    assert f"FOUND: {kind}\n" in said
-    assert said.splitlines()[0] == "Judging 1 file"
-    assert said.splitlines()[-2] == "Found 1 kind of faults in the project."
+    assert f"FOUND: {kind}\n" in output
+    assert output.splitlines()[0] == "Judging 1 file"
+    assert output.splitlines()[-2] == "Found 1 kind of faults in the project."
 
 
 def test_a_case_is_judged_by_the_memory_that_it_takes_itself(folder, monkeypatch):
@@ -261,19 +261,19 @@ def test_a_case_is_judged_by_the_memory_that_it_takes_itself(folder, monkeypatch
 
 @pytest.mark.process
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "lines"),
     [
         (["--processes", 0], "argument --processes: invalid whole number from 1 value: '0'"),
         (["--replay", "nobody.yaml"], "argument --replay: no file 'nobody.yaml'"),
         (["--count", 1], "fuzz.py: a process ended with 1 before its first case"),
     ],
 )
-def test_a_hunt_that_cannot_be_is_no_finding(arguments, said, tmp_path):
+def test_a_hunt_that_cannot_be_is_no_finding(arguments, lines, tmp_path):
     """Nor is it a success; without py_trees, say, nothing can be judged."""
     (tmp_path / "py_trees.py").write_text("raise ImportError\n", encoding="utf-8")
     code, output = fuzz(*arguments, PYTHONPATH=tmp_path)
     assert code == 2
-    assert output.splitlines()[-1].endswith(said)
+    assert output.splitlines()[-1].endswith(lines)
 
 
 def test_a_finding_is_saved(tmp_path, capsys):
@@ -287,7 +287,7 @@ def test_a_finding_is_saved(tmp_path, capsys):
     path = tmp_path / "found" / "missions_5_17.yaml"
     assert path.read_bytes() == b"mission: m\n"
     assert path.with_suffix(".txt").read_text() == "KeyError in scope.py\nwhere it was\n"
-    assert hunt.found == {"KeyError in scope.py": 2}
+    assert hunt.findings == {"KeyError in scope.py": 2}
     assert capsys.readouterr().out.splitlines() == [
         "",
         "FOUND: KeyError in scope.py",

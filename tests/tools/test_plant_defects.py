@@ -74,8 +74,8 @@ def test_edit_elsewhere(tmp_path):
         other.stored() | {"before": "if lowest <= value and value < high:"},
     ]
     entries[1]["after"] = "if lowest <= value and value <= high:"
-    found = located(entries, example(tmp_path, text))
-    assert [(place.after, is_nearest) for place, is_nearest in found] == [
+    results = located(entries, example(tmp_path, text))
+    assert [(place.after, is_nearest) for place, is_nearest in results] == [
         ("if lowest < value and value < high:", True),
         ("if lowest <= value and value <= high:", False),
     ]
@@ -85,15 +85,15 @@ def test_edit_elsewhere(tmp_path):
 def test_stored_places(room):
     """Each room has ten defects in ten places, and each planted file is valid Python."""
     candidates = places(ROOT, ROOMS[room])
-    found = [
+    results = [
         place
         for place, _ in located(json.loads(CHOSEN.read_text(encoding="utf-8"))[room], candidates)
     ]
-    assert [place.kind for place in found] == [
+    assert [place.kind for place in results] == [
         kind for kind, count in KINDS.items() for _ in range(count)
     ]
-    assert len(set(found)) == 10
-    for place in found:
+    assert len(set(results)) == 10
+    for place in results:
         source = (ROOT / place.file).read_bytes()
         planted = place.planted(source)
         assert ast.dump(ast.parse(planted)) != ast.dump(ast.parse(source))

@@ -14,11 +14,11 @@ CODE = PAGE.parent / "code"
 
 @pytest.mark.process
 @pytest.mark.parametrize(
-    ("script", "said"),
+    ("script", "output"),
     [("ten_lines", "side: success"), ("patrol_node", "1 round, node.messages > 0=True")],
 )
 def test_a_script_runs_as_written(
-    live_graph: LiveGraph, monkeypatch: pytest.MonkeyPatch, script: str, said: str
+    live_graph: LiveGraph, monkeypatch: pytest.MonkeyPatch, script: str, output: str
 ) -> None:
     """In a folder with nothing but the script and the mission of the page."""
     mission = re.search(r"```yaml side\.yaml\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
@@ -28,4 +28,4 @@ def test_a_script_runs_as_written(
     live_graph.robot("empty_arena")
     program = live_graph.start_program(script, sys.executable, str(CODE / f"{script}.py"))
     assert program.wait(within=180) == 0, program.output
-    assert said in program.output
+    assert output in program.output

@@ -40,11 +40,11 @@ class Classroom(Rig):
     def __init__(self, mission: Any, stack: ExitStack) -> None:
         super().__init__()
         stack.callback(self.close)
-        self.said: list[str] = []
+        self.logged: list[str] = []
         context = self.context
         self.fibonacci = self.add(student("fibonacci_server", "FibonacciServer")(context=context))
         self.add(student("adder_server", "AdderServer")(context=context))
-        options = RunnerOptions(say=self.said.append, has_controls=False, has_presence=False)
+        options = RunnerOptions(say=self.logged.append, has_controls=False, has_presence=False)
         node = NodeOptions(context=context, lean=True)
         self.mission = self.add(MissionNode(mission, options, node=node))
         while not self.mission.runner.executive.is_done:
@@ -64,7 +64,7 @@ def test_the_mission_counts_adds_and_cancels(stack: ExitStack) -> None:
     room = Classroom(load(CODE / "numbers.yaml"), stack)
     executive = room.mission.runner.executive
     assert (str(executive.status), executive.reason) == ("success", "")
-    assert room.said == [
+    assert room.logged == [
         "numbers: 0, 1, 1, 2, 3, 5, 8, 13, 21, 34",
         "total: 110",
         "a few: 0, 1, 1, 2, 3, 5",
@@ -87,7 +87,7 @@ def test_the_server_serves_the_next_goal_after_a_cancel(stack: ExitStack) -> Non
         stack,
     )
     assert str(room.mission.runner.executive.status) == "success"
-    assert room.said == ["cut short", "0, 1, 1"]
+    assert room.logged == ["cut short", "0, 1, 1"]
     assert list(room.fibonacci.timers) == []
 
 
@@ -122,5 +122,9 @@ def test_three_terminals(tmp_path: Path) -> None:
             check=False,
         )
     assert done.returncode == 0, done.stdout + done.stderr
-    for said in ("numbers: 0, 1, 1, 2, 3, 5, 8, 13, 21, 34", "total: 110", "a few: 0, 1, 1, 2, 3"):
-        assert said in done.stdout
+    for output in (
+        "numbers: 0, 1, 1, 2, 3, 5, 8, 13, 21, 34",
+        "total: 110",
+        "a few: 0, 1, 1, 2, 3",
+    ):
+        assert output in done.stdout

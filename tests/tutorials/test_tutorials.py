@@ -48,9 +48,9 @@ def test_every_command_gives_what_stands_below_it(
                 continue
             with contextlib.suppress(SystemExit):
                 main(typed(command))
-            said, complaint = capsys.readouterr()
+            output, complaint = capsys.readouterr()
             pattern = re.sub(r"[\[*?]", "[\\g<0>]", expected).replace("...", "*")
-            assert fnmatchcase(_clean(said + complaint), _clean(pattern)), said + complaint
+            assert fnmatchcase(_clean(output + complaint), _clean(pattern)), output + complaint
             commands += 1
     assert commands >= 1
 

@@ -78,14 +78,14 @@ def test_nothing_of_a_destroyed_node_is_kept_alive(rig: Any) -> None:
     other.create_timer(1.0, lambda: None)
     node = Node("a", context=rig.context, enable_rosout=False, start_parameter_services=False)
     rig.clock.add_node(node)
-    kept = [weakref.ref(one) for one in (node, *furnish(node))]
+    kept = [weakref.ref(made) for made in (node, *furnish(node))]
     rig.clock.step()
     destroy_actions(node)
     node.destroy_node()
     del node
     rig.clock.step()
     gc.collect()
-    assert [one() for one in kept if one() is not None] == []
+    assert [reference() for reference in kept if reference() is not None] == []
 
 
 def test_an_executor_that_is_shut_down_lets_go_of_its_nodes(rig: Any) -> None:

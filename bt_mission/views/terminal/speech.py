@@ -14,7 +14,7 @@ from bt_mission.sessions.view import View
 
 
 class Speech(View):
-    """Prints the lines of missions to standard error, after the robot's name if there are several."""
+    """Prints the lines of missions to standard error, after the name of one of several robots."""
 
     kinds = (LogLine, FaultChanged)
 

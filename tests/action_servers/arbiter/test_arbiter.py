@@ -101,8 +101,8 @@ def test_an_age_does_not_depend_on_how_clocks_are_set(ahead_ms):
     """Only on how much longer a command took than the fastest before it."""
     age = CommandAge()
     sent = [(10_000, 10_010), (10_050, 10_055), (10_100, 10_290), (10_150, 10_295)]
-    found = [age.of((at + ahead_ms) * MS, here * MS) // MS for at, here in sent]
-    assert found == [0, 0, 185, 140]
+    results = [age.of((at + ahead_ms) * MS, here * MS) // MS for at, here in sent]
+    assert results == [0, 0, 185, 140]
 
 
 def test_a_source_whose_clock_is_set_back_is_heard_again():

@@ -165,13 +165,13 @@ def test_sources_are_listened_to_only_while_the_base_would_hear():
 
 def test_a_robot_that_takes_plain_commands_gets_them(rig):
     """The sources stay stamped."""
-    heard: list[Any] = []
-    rig.node("robot").create_subscription(Twist, "cmd_vel", heard.append, 10)
+    messages: list[Any] = []
+    rig.node("robot").create_subscription(Twist, "cmd_vel", messages.append, 10)
     rig.add(ArbiterNode(ArbiterOptions(lean=True, context=rig.context, command_type="auto")))
-    while not heard:
+    while not messages:
         rig.step()
     assert rig.now_s == 0.5
-    assert heard == [Twist()]
+    assert messages == [Twist()]
 
 
 def test_a_stop_with_a_stamp_beyond_reason_stops(desk: Desk) -> None:

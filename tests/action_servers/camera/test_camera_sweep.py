@@ -175,15 +175,15 @@ def test_full_disk_ends_the_goal_and_keeps_what_was_taken(base, store):
 def test_feedback_counts_pictures_and_degrees(base, store):
     """Given when either has changed."""
     maneuver = sweep(base, store, 90, 9)
-    told = []
+    reports = []
     for _ in range(60):
         base.move(maneuver.step(base.observe()))
         feedback = maneuver.feedback()
         if feedback is not None:
-            told.append((feedback["current_image"], feedback["current_angle"]))
-    assert told == sorted(set(told))
-    assert told[0] == (0, 0.0)
-    assert told[-1][0] == 3
+            reports.append((feedback["current_image"], feedback["current_angle"]))
+    assert reports == sorted(set(reports))
+    assert reports[0] == (0, 0.0)
+    assert reports[-1][0] == 3
     assert maneuver.feedback() is None
 
 

@@ -40,12 +40,12 @@ def picture(colour, *, light=1.0, tint=(1.0, 1.0, 1.0), noise=0.0):
 def test_each_beacon_is_found_in_any_light(colour, light):
     """And is no other colour: in shade, and where the light is so strong that it clips."""
     seen = picture(BEACONS[colour], light=light)
-    found = {name: largest_patch(seen, name) for name in HUES_DEG}
-    patch = found.pop(colour)
+    result = {name: largest_patch(seen, name) for name in HUES_DEG}
+    patch = result.pop(colour)
     assert patch is not None
     assert patch.share == pytest.approx(600 / 4800)
     assert patch.across == pytest.approx(-0.5)
-    assert set(found.values()) == {None}
+    assert set(result.values()) == {None}
 
 
 @pytest.mark.parametrize("tint", [(1.1, 1.0, 0.85), (0.85, 1.0, 1.1)])

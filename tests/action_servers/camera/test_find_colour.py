@@ -59,9 +59,9 @@ def test_it_ends_with_the_first_picture_that_has_the_colour(looking):
     assert camera.is_on
     assert maneuver.feedback() is None
     assert maneuver.step(Observation(10.1, image=image(10.1))) == ZERO
-    told = maneuver.feedback()
-    assert math.isnan(told["angle"])
-    assert told["share"] == 0.0
+    reported = maneuver.feedback()
+    assert math.isnan(reported["angle"])
+    assert reported["share"] == 0.0
     assert maneuver.feedback() is None
     assert maneuver.step(Observation(10.2, image=image(10.2, slice(280, 320)))) == SUCCEEDED
     assert maneuver.result()["share"] == pytest.approx(40 / 320)

@@ -34,7 +34,7 @@ class Camera:
 
 def run(maneuver, camera, seconds):
     """What was told when, how long the camera was on, and the end."""
-    told: list[Any] = []
+    reports: list[Any] = []
     steps_on = 0
     for step in range(round(seconds * 20) + 1):
         time_s = 10.0 + step / 20
@@ -42,21 +42,21 @@ def run(maneuver, camera, seconds):
         steps_on += camera.is_on
         feedback = maneuver.feedback()
         if feedback is not None:
-            told.append((round(time_s - 10.0, 6), feedback["last_image"]))
+            reports.append((round(time_s - 10.0, 6), feedback["last_image"]))
         if isinstance(answer, Finished):
-            return told, steps_on, answer
+            return reports, steps_on, answer
         assert answer == ZERO
-    return told, steps_on, None
+    return reports, steps_on, None
 
 
 def test_one_a_second_beginning_at_the_first_second():
     """Each with feedback; the result has all of them; the camera is on only for a moment each."""
     camera = Camera()
     taking = TakePictures(3, camera)
-    told, steps_on, end = run(taking, camera, 5.0)
+    reports, steps_on, end = run(taking, camera, 5.0)
     assert end == Finished("succeeded")
-    assert [time for time, _ in told] == [1.1, 2.1, 3.1]
-    assert taking.result() == {"all_pictures": tuple(image for _, image in told)}
+    assert [time for time, _ in reports] == [1.1, 2.1, 3.1]
+    assert taking.result() == {"all_pictures": tuple(image for _, image in reports)}
     assert steps_on == 6
 
 

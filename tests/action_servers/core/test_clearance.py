@@ -60,17 +60,17 @@ def test_the_lidars_own_minimum_holds_where_the_message_says_zero(make_scan, waf
 @pytest.mark.parametrize("rays", [0, 1, 7, 359, 360, 361, 720])
 def test_any_number_of_rays_will_do(make_scan, waffle, rays):
     """The LDS-02 sends another number every turn."""
-    found = obstacle_points(make_scan([1.0] * rays), waffle.lidar)
-    assert found.shape == (2, rays)
+    result = obstacle_points(make_scan([1.0] * rays), waffle.lidar)
+    assert result.shape == (2, rays)
 
 
 @given(arrays(np.float32, st.integers(0, 40), elements=st.floats(width=32)))
 def test_no_scan_whatever_raises_or_gives_a_negative_gap(ranges):
     """Rays may hold anything a float32 can."""
     scan = Scan(1.0, 0.0, 0.157, 0.12, 3.5, ranges)
-    found = obstacle_points(scan, WAFFLE.lidar)
-    assert np.isfinite(found).all()
-    for obstacle in (ahead(found, WAFFLE.hull), nearest_in_front(found, WAFFLE.hull)):
+    result = obstacle_points(scan, WAFFLE.lidar)
+    assert np.isfinite(result).all()
+    for obstacle in (ahead(result, WAFFLE.hull), nearest_in_front(result, WAFFLE.hull)):
         assert obstacle is None or obstacle.gap >= 0.0
 
 
@@ -123,9 +123,9 @@ def test_a_slanted_wall_lies_where_it_is_nearest(waffle):
 
 def test_the_nearest_in_front_may_stand_beside_the_way(waffle):
     """Measured from the hull's side, within 90 degrees of straight ahead."""
-    found = nearest_in_front(points((2.0, 0.5), (0.01, -0.4), (-0.2, 0.2)), waffle.hull)
-    assert (found.x, found.y) == (0.01, -0.4)
-    assert found.gap == pytest.approx(0.4 - 0.153)
+    nearest = nearest_in_front(points((2.0, 0.5), (0.01, -0.4), (-0.2, 0.2)), waffle.hull)
+    assert (nearest.x, nearest.y) == (0.01, -0.4)
+    assert nearest.gap == pytest.approx(0.4 - 0.153)
 
 
 def test_nothing_seen_is_none(waffle):

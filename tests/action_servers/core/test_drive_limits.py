@@ -13,10 +13,10 @@ LIMITS = DriveLimits(linear=0.26, angular=1.0, acceleration=1.0, angular_acceler
 
 def test_limits_are_the_robots_own(waffle):
     """Linear velocity and accelerations as they are; it turns at 60 % of what it can."""
-    found = limits(waffle)
-    assert found.linear == waffle.max_linear_velocity
-    assert found.acceleration == waffle.max_linear_acceleration
-    assert found.angular == pytest.approx(0.6 * waffle.max_angular_velocity)
+    result = limits(waffle)
+    assert result.linear == waffle.max_linear_velocity
+    assert result.acceleration == waffle.max_linear_acceleration
+    assert result.angular == pytest.approx(0.6 * waffle.max_angular_velocity)
 
 
 def test_the_approach_speed_stops_within_the_distance():

@@ -17,21 +17,21 @@ class Watched:
     """A watch, and what it tells, in order."""
 
     def __init__(self, **limits: float) -> None:
-        self.told: list[str] = []
+        self.reported: list[str] = []
         self.watch = ExecutiveWatch(
             ExecutiveLimits(**limits),
-            self.told.append,
-            lambda: self.told.append(BACK),
-            self.told.append,
+            self.reported.append,
+            lambda: self.reported.append(BACK),
+            self.reported.append,
         )
         self.watch.update(1, 0)
 
     def look(self, count: int) -> list[str]:
         """Look so many times; return what is told then."""
-        before = len(self.told)
+        before = len(self.reported)
         for _ in range(count):
             self.watch.look()
-        return self.told[before:]
+        return self.reported[before:]
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def test_one_that_is_late_and_comes_back_loses_nothing(watched):
         watched.watch.update(0, 1)
         watched.look(5)
         watched.watch.update(1, 0)
-    assert watched.told == [LATE, BACK] * 3
+    assert watched.reported == [LATE, BACK] * 3
 
 
 def test_one_that_stays_away_is_given_up(watched):
@@ -63,27 +63,27 @@ def test_a_server_that_is_held_up_itself_gives_nobody_up(watched):
     watched.look(1)
     watched.watch.update(1, 0)
     assert watched.look(100) == []
-    assert watched.told == [LATE, BACK]
+    assert watched.reported == [LATE, BACK]
 
 
 def test_one_that_leaves_is_told_at_once(watched):
     """Nobody waits for its sign of life."""
     watched.watch.update(0, 0)
-    assert watched.told == [LEFT]
+    assert watched.reported == [LEFT]
 
 
 def test_one_that_leaves_while_it_is_late_is_told_at_once(watched):
     """DDS has taken note of its end."""
     watched.watch.update(0, 1)
     watched.watch.update(0, 0)
-    assert watched.told == [LATE, GONE, BACK]
+    assert watched.reported == [LATE, GONE, BACK]
 
 
 def test_another_that_lives_does_not_make_up_for_one_that_is_late(watched):
     """The goals may be those of the one that is late."""
     watched.watch.update(2, 0)
     watched.watch.update(1, 1)
-    assert watched.told == [LATE]
+    assert watched.reported == [LATE]
     assert watched.look(18) == [DEAD, BACK]
 
 
@@ -92,9 +92,9 @@ def test_one_that_was_given_up_and_then_forgotten_by_dds_changes_nothing(watched
     watched.watch.update(0, 1)
     watched.look(18)
     watched.watch.update(1, 1)
-    before = len(watched.told)
+    before = len(watched.reported)
     watched.watch.update(1, 0)
-    assert watched.told[before:] == []
+    assert watched.reported[before:] == []
 
 
 def test_one_that_was_given_up_may_come_back(watched):
@@ -103,7 +103,7 @@ def test_one_that_was_given_up_may_come_back(watched):
     watched.look(18)
     watched.watch.update(1, 0)
     watched.watch.update(0, 1)
-    assert watched.told[-1] == LATE
+    assert watched.reported[-1] == LATE
     assert watched.look(18) == [DEAD, BACK]
 
 
@@ -111,13 +111,13 @@ def test_one_of_two_that_leaves_ends_nothing(watched):
     """The other's goals go on."""
     watched.watch.update(2, 0)
     watched.watch.update(1, 0)
-    assert watched.told == []
+    assert watched.reported == []
 
 
 def test_limits_are_set():
     """And told in the messages."""
     watched = Watched(executive_lease=0.5, executive_timeout=1.0)
     watched.watch.update(0, 1)
-    assert watched.told == ["no sign of life of the executive for 0.5 s: the base is held"]
+    assert watched.reported == ["no sign of life of the executive for 0.5 s: the base is held"]
     assert watched.look(4) == []
     assert watched.look(1) == ["the executive has died: no sign of life for 1 s", BACK]

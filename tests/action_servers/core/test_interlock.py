@@ -55,7 +55,7 @@ def test_a_stop_ends_everything_and_refuses_until_release():
     interlock, pilot, commands = make()
     ends = [run(pilot, needs_base=True), run(pilot, needs_base=False)]
     interlock.stop()
-    assert [one[0].reason for one in ends] == ["stopped", "stopped"]
+    assert [end[0].reason for end in ends] == ["stopped", "stopped"]
     assert commands[-1] == ZERO
     for needs_base in (True, False):
         assert interlock.refusal(needs_base=needs_base) == (

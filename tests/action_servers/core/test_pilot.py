@@ -25,7 +25,7 @@ class Scripted:
         self.needs_base = needs_base
         self.answers = list(answers)
         self.steps = 0
-        self.told: Any = None
+        self.next_feedback: Any = None
         self.outcome: Any = {"steps": 0}
 
     def step(self, now: Observation) -> Twist2D | Finished:
@@ -36,10 +36,10 @@ class Scripted:
         return answer
 
     def feedback(self) -> Any:
-        told, self.told = self.told, None
-        if isinstance(told, Exception):
-            raise told
-        return told
+        reported, self.next_feedback = self.next_feedback, None
+        if isinstance(reported, Exception):
+            raise reported
+        return reported
 
     def result(self) -> Any:
         if isinstance(self.outcome, Exception):
@@ -110,7 +110,7 @@ def test_zero_is_commanded_before_the_end_is_told(bench, finished):
     maneuver = Scripted(FORWARD, finished)
     bench.start(maneuver)
     bench.pilot.step()
-    maneuver.told = {"distance": 1.0}
+    maneuver.next_feedback = {"distance": 1.0}
     bench.pilot.step()
     outcome = ManeuverOutcome(finished.status, finished.error_code, finished.reason, {"steps": 2})
     assert bench.events == [
@@ -127,7 +127,7 @@ def test_feedback_is_given_with_its_step(bench):
     """And left out when the maneuver has nothing new."""
     maneuver = Scripted()
     bench.start(maneuver)
-    maneuver.told = {"angle": 3.0}
+    maneuver.next_feedback = {"angle": 3.0}
     bench.pilot.step()
     bench.pilot.step()
     assert bench.events == [("goal", "feedback", {"angle": 3.0}), FORWARD, FORWARD]
@@ -210,7 +210,7 @@ def test_a_maneuver_that_raises_is_aborted_with_the_cause(bench, where):
     bench.pilot.step()
     bench.events.clear()
     if where == "feedback":
-        maneuver.told = error
+        maneuver.next_feedback = error
     elif where == "result":
         maneuver.outcome = error
     bench.pilot.step()

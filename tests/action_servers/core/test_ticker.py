@@ -8,12 +8,12 @@ from action_servers.core.ticker import Ticker
 def test_each_second_is_told_once():
     """Counted from the first update; a float that is a hair short counts as full."""
     ticker = Ticker()
-    told = []
+    reports = []
     for step in range(61):
         ticker.update(10.0 + step * 0.05)
         if ticker.take():
-            told.append(step)
-    assert told == [20, 40, 60]
+            reports.append(step)
+    assert reports == [20, 40, 60]
     assert ticker.count == 3
     assert ticker.has_reached(3.0)
     assert not ticker.has_reached(3.01)

@@ -13,7 +13,7 @@ ALL = (Tuning, NavigationTuning, FrontierTuning, MapperTuning)
 
 
 @pytest.mark.parametrize(
-    ("tunings", "name"), [(tunings, one.name) for tunings in ALL for one in fields(tunings)]
+    ("tunings", "name"), [(tunings, field.name) for tunings in ALL for field in fields(tunings)]
 )
 def test_each_has_a_range_that_its_default_lies_in_and_a_description(tunings, name):
     """Which says the unit, where there is one."""

@@ -32,17 +32,17 @@ def test_feedback_comes_every_second_and_the_status_has_real_figures(fake, waffl
     """Five for five seconds."""
     base = fake(waffle)
     move = Move(5, Twist2D(0.2, 0.0), waffle)
-    told = []
+    reports = []
     for _ in range(120):
         time_s = base.time_s
         answer = base.step(move.step)
         feedback = move.feedback()
         if feedback is not None:
-            told.append((round(time_s - 10.0, 6), feedback["feedback"]))
+            reports.append((round(time_s - 10.0, 6), feedback["feedback"]))
         if isinstance(answer, Finished):
             break
-    assert [time for time, _ in told] == [1.0, 2.0, 3.0, 4.0, 5.0]
-    assert told[1][1] == "driving, 2.00 of 5 s, 0.38 m so far"
+    assert [time for time, _ in reports] == [1.0, 2.0, 3.0, 4.0, 5.0]
+    assert reports[1][1] == "driving, 2.00 of 5 s, 0.38 m so far"
     assert move.result() == {"status": "drove for 5.00 of 5 s, 1.00 m"}
 
 

@@ -12,16 +12,16 @@ from bt_mission.core.geometry import Pose2D, Twist2D
 
 def drive(base, maneuver, seconds):
     """Drive on at 0.2 m/s meanwhile; what was told when, and the end."""
-    told = []
+    reports = []
     for _ in range(round(seconds * 20) + 1):
         answer = maneuver.step(base.observe())
         feedback = maneuver.feedback()
         if feedback is not None:
-            told.append((round(base.time_s - 10.0, 6), feedback["current_dist"]))
+            reports.append((round(base.time_s - 10.0, 6), feedback["current_dist"]))
         if isinstance(answer, Finished):
-            return told, answer
+            return reports, answer
         base.move(Twist2D(0.2, 0.0))
-    return told, None
+    return reports, None
 
 
 def test_it_tells_and_publishes_each_second_and_ends_with_the_last(fake, waffle):
@@ -29,10 +29,10 @@ def test_it_tells_and_publishes_each_second_and_ends_with_the_last(fake, waffle)
     published: list[float] = []
     base = fake(waffle)
     record = RecordDistance(5, waffle, published.append)
-    told, end = drive(base, record, 6.0)
+    reports, end = drive(base, record, 6.0)
     assert end == Finished("succeeded")
-    assert [time for time, _ in told] == [1.0, 2.0, 3.0, 4.0, 5.0]
-    assert published == [distance for _, distance in told]
+    assert [time for time, _ in reports] == [1.0, 2.0, 3.0, 4.0, 5.0]
+    assert published == [distance for _, distance in reports]
     assert published[-1] == pytest.approx(base.x)
     assert record.result() == {"status": True, "total_dist": published[-1]}
 

@@ -73,9 +73,9 @@ def test_feedback_tells_angle_and_rest(fake, waffle):
     base = fake(waffle)
     turn: Any = Turn(math.radians(-90), 1.0, waffle)
     base.run_for(turn, 1.0)
-    told = turn.feedback()
-    assert told["current_angle"] == pytest.approx(-50.0, abs=8.0)
-    assert told["current_angle"] + told["remaining_angle"] == pytest.approx(-90.0)
+    reported = turn.feedback()
+    assert reported["current_angle"] == pytest.approx(-50.0, abs=8.0)
+    assert reported["current_angle"] + reported["remaining_angle"] == pytest.approx(-90.0)
     assert turn.feedback() is None
 
 

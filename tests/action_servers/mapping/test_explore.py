@@ -47,21 +47,21 @@ def test_feedback_counts_down_and_comes_at_least_once_a_second(waffle, mapping_r
     """Frontiers left reach 0 in the end."""
     robot = mapping_robot(two_rooms)
     maneuver = ExploreFrontiers(waffle, 0.0, 0.5)
-    told = []
+    reports = []
     observe = robot.observe
 
     def listening():
         fields = maneuver.feedback()
         if fields:
-            told.append((robot.fake.time_s, int(str(fields["frontiers_left"]))))
+            reports.append((robot.fake.time_s, int(str(fields["frontiers_left"]))))
         return observe()
 
     robot.observe = listening
     robot.run(maneuver)
-    last = maneuver.feedback() or {"frontiers_left": told[-1][1]}
+    last = maneuver.feedback() or {"frontiers_left": reports[-1][1]}
     assert last["frontiers_left"] == 0
-    assert max(left for _, left in told) >= 1
-    gaps = [b[0] - a[0] for a, b in pairwise(told)]
+    assert max(left for _, left in reports) >= 1
+    gaps = [b[0] - a[0] for a, b in pairwise(reports)]
     assert max(gaps) <= 1.0 + 1e-6
 
 

@@ -71,15 +71,15 @@ def test_no_unknown_no_frontier():
 def test_what_touches_is_one_frontier_and_its_length_counts():
     """Doors of 0.4 m and 0.2 m, less a cell on either side; the smaller is left out from 0.15 m."""
     grid = drawn("####\n#..?\n#..?\n#..#\n#..?\n####")
-    sizes = sorted(one.size for one in frontiers(grid, 0.1))
+    sizes = sorted(frontier.size for frontier in frontiers(grid, 0.1))
     assert sizes == pytest.approx([0.1, 0.3])
-    assert [one.size for one in frontiers(grid, 0.15)] == pytest.approx([0.3])
+    assert [frontier.size for frontier in frontiers(grid, 0.15)] == pytest.approx([0.3])
 
 
 def test_the_middle_of_a_frontier_is_one_of_its_cells():
     """Also where it bends round a corner and the centre is beside it."""
-    (found,) = frontiers(drawn("...\n.??\n.??"), 0.1, [(0.3, 0.6)], 0.0)[:1]
-    assert min(math.dist(found.middle, point) for point in found.points) == 0.0
+    (frontier,) = frontiers(drawn("...\n.??\n.??"), 0.1, [(0.3, 0.6)], 0.0)[:1]
+    assert min(math.dist(frontier.middle, point) for point in frontier.points) == 0.0
 
 
 def test_cells_around_a_point_that_was_given_up_belong_to_none():
@@ -88,7 +88,7 @@ def test_cells_around_a_point_that_was_given_up_belong_to_none():
     whole = frontiers(grid, 0.3)
     cut = frontiers(grid, 0.3, [(1.4, 0.4)], 0.35)
     assert (len(whole), len(cut)) == (1, 2)
-    gaps = [math.dist((1.4, 0.4), point) for one in cut for point in one.points]
+    gaps = [math.dist((1.4, 0.4), point) for frontier in cut for point in frontier.points]
     assert min(gaps) >= 0.35
 
 

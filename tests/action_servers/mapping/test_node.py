@@ -197,8 +197,10 @@ def test_of_many_maps_to_save_at_once_some_are_saved(bench: Bench) -> None:
     bench.run_for(2.0)
     answers = [bench.saver.call_async(Trigger.Request()) for _ in range(100)]
     bench.clock.run_until_quiet()
-    told = [answer.result() for answer in answers]
-    assert [one.success for one in told] == [True] * MOST_SAVES + [False] * (100 - MOST_SAVES)
-    assert told[-1].message == "5 maps were saved within 1 s, which is the limit"
+    reports = [answer.result() for answer in answers]
+    assert [report.success for report in reports] == [True] * MOST_SAVES + [False] * (
+        100 - MOST_SAVES
+    )
+    assert reports[-1].message == "5 maps were saved within 1 s, which is the limit"
     bench.run_for(1.0)
     assert bench.save().success

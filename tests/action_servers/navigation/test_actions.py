@@ -149,19 +149,20 @@ def test_feedback_and_result_fill_nav2s_messages(waffle):
     assert isinstance(planned, navigate.NavigateToPose)
     planned.step(READY)
     stamp = NavigateToPose.Feedback().current_pose.header.stamp
-    told = fill(NavigateToPose.Feedback(), planned.feedback() or {}, lambda: stamp)
-    assert told.current_pose.pose.position.x == 1.0
-    assert told.current_pose.header.frame_id == "map"
-    assert told.distance_remaining == pytest.approx(math.hypot(0.5, 1.0), abs=0.01)
+    reported = fill(NavigateToPose.Feedback(), planned.feedback() or {}, lambda: stamp)
+    assert reported.current_pose.pose.position.x == 1.0
+    assert reported.current_pose.header.frame_id == "map"
+    assert reported.distance_remaining == pytest.approx(math.hypot(0.5, 1.0), abs=0.01)
 
     in_wall = FollowWaypoints.Goal(poses=[stamped(9.0)])
     tour = plan_follow_waypoints(in_wall, READY, waffle)
     assert isinstance(tour, waypoints.FollowWaypoints)
     tour.step(READY)
     missed = fill(FollowWaypoints.Result(), tour.result(), lambda: stamp).missed_waypoints
-    assert [(one.index, one.goal.pose.position.x, one.error_code) for one in missed] == [
-        (0, 9.0, 204)
-    ]
+    assert [
+        (missed_pose.index, missed_pose.goal.pose.position.x, missed_pose.error_code)
+        for missed_pose in missed
+    ] == [(0, 9.0, 204)]
 
 
 @pytest.mark.parametrize("plan", [plan_follow_waypoints, plan_navigate_through_poses])

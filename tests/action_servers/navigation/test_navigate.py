@@ -324,16 +324,16 @@ def test_feedback_counts_down_to_the_goal(waffle, world, robot_in):
     """Distance falls, time passes, and what is left is told in seconds."""
     robot = robot_in(world(ROOM))
     maneuver = NavigateToPose(robot.world.goal, waffle)
-    told: list[Mapping[str, Any]] = []
-    robot.run(maneuver, each=lambda robot: told.append(maneuver.feedback() or {}))
-    told = told[1:]
-    distances = [fields["distance_remaining"] for fields in told]
+    reports: list[Mapping[str, Any]] = []
+    robot.run(maneuver, each=lambda robot: reports.append(maneuver.feedback() or {}))
+    reports = reports[1:]
+    distances = [fields["distance_remaining"] for fields in reports]
     assert distances[0] == pytest.approx(1.8, abs=0.01)
     assert distances == sorted(distances, reverse=True)
-    assert told[20]["navigation_time"] == pytest.approx(1.0)
-    assert told[0]["estimated_time_remaining"] == pytest.approx(1.8 / 0.26, abs=0.1)
-    assert told[-1]["current_pose"] == robot.trace[-1][1]
-    assert set(told[0]) == {
+    assert reports[20]["navigation_time"] == pytest.approx(1.0)
+    assert reports[0]["estimated_time_remaining"] == pytest.approx(1.8 / 0.26, abs=0.1)
+    assert reports[-1]["current_pose"] == robot.trace[-1][1]
+    assert set(reports[0]) == {
         "current_pose",
         "navigation_time",
         "estimated_time_remaining",

@@ -31,25 +31,25 @@ def drive(waffle, world, robot_in):
     def run(*poses):
         robot = robot_in(world(ROOM))
         maneuver = NavigateThroughPoses(poses, waffle, Surroundings(waffle))
-        told, speeds = [], []
+        reports, speeds = [], []
 
         def listen(robot):
-            told.append(maneuver.feedback())
+            reports.append(maneuver.feedback())
             speeds.append(robot.twist.linear)
 
         robot.run(maneuver, 200.0, listen)
-        return robot, speeds, [fields for fields in told if fields is not None]
+        return robot, speeds, [fields for fields in reports if fields is not None]
 
     return run
 
 
 def test_it_drives_past_a_pose_and_stands_at_the_last(drive):
     """Whatever the yaw of those between."""
-    robot, _, told = drive(RIGHT, TOP)
+    robot, _, reports = drive(RIGHT, TOP)
     assert robot.finished == SUCCEEDED
     assert robot.distance_to(TOP) < 0.05
     assert robot.pose.yaw == pytest.approx(TOP.yaw, abs=0.03)
-    left = [fields["number_of_poses_remaining"] for fields in told]
+    left = [fields["number_of_poses_remaining"] for fields in reports]
     assert sorted(set(left), reverse=True) == [2, 1]
     assert left == sorted(left, reverse=True)
 
@@ -63,11 +63,11 @@ def test_it_does_not_slow_down_where_it_passes(drive):
 
 def test_the_way_left_counts_all_poses_and_shrinks(drive):
     """In metres to the last pose; time runs on from one pose to the next."""
-    _, _, told = drive(RIGHT, TOP)
-    ways = [fields["distance_remaining"] for fields in told if fields["distance_remaining"]]
+    _, _, reports = drive(RIGHT, TOP)
+    ways = [fields["distance_remaining"] for fields in reports if fields["distance_remaining"]]
     assert ways[0] > 1.2
     assert ways[-1] < 0.1
-    times = [fields["navigation_time"] for fields in told]
+    times = [fields["navigation_time"] for fields in reports]
     assert times == sorted(times)
 
 

@@ -30,30 +30,30 @@ def tour(waffle, world, robot_in):
     def run(poses, **options):
         robot = robot_in(world(ROOM))
         maneuver = FollowWaypoints(poses, waffle, **options)
-        told = []
+        reports = []
 
         def listen(robot):
             fields = maneuver.feedback()
             if fields is not None:
-                told.append((round(robot.time_s, 2), fields["current_waypoint"]))
+                reports.append((round(robot.time_s, 2), fields["current_waypoint"]))
 
         robot.run(maneuver, 200.0, listen)
-        return robot, maneuver, told
+        return robot, maneuver, reports
 
     return run
 
 
-def order(told):
+def order(reports):
     """The waypoints in the order in which they were driven to."""
-    indices = [index for _, index in told]
+    indices = [index for _, index in reports]
     return [index for k, index in enumerate(indices) if k == 0 or index != indices[k - 1]]
 
 
 def test_poses_are_visited_in_turn(tour):
     """And it stands at the last one, turned as asked."""
-    robot, maneuver, told = tour([RIGHT, TOP, LEFT])
+    robot, maneuver, reported = tour([RIGHT, TOP, LEFT])
     assert robot.finished == SUCCEEDED
-    assert order(told) == [0, 1, 2]
+    assert order(reported) == [0, 1, 2]
     assert robot.distance_to(LEFT) < 0.05
     assert robot.pose.yaw == pytest.approx(LEFT.yaw, abs=0.03)
     assert maneuver.result() == {"missed_waypoints": []}
@@ -67,19 +67,19 @@ def test_poses_are_visited_in_turn(tour):
 
 def test_loops_are_rounds_after_the_first(tour):
     """As in Nav2, where 0 is one round."""
-    _, _, told = tour([RIGHT, LEFT], loops=1)
-    assert order(told) == [0, 1, 0, 1]
+    _, _, reported = tour([RIGHT, LEFT], loops=1)
+    assert order(reported) == [0, 1, 0, 1]
 
 
 def test_it_can_begin_in_the_middle(tour):
     """Later rounds begin at 0 all the same."""
-    _, _, told = tour([RIGHT, TOP, LEFT], first=2, loops=1)
-    assert order(told) == [2, 0, 1, 2]
+    _, _, reported = tour([RIGHT, TOP, LEFT], first=2, loops=1)
+    assert order(reported) == [2, 0, 1, 2]
 
 
 def test_a_pose_that_cannot_be_reached_ends_the_tour(tour):
     """It is named with its index and the code of navigation."""
-    robot, maneuver, told = tour([RIGHT, IN_WALL, LEFT])
+    robot, maneuver, reported = tour([RIGHT, IN_WALL, LEFT])
     assert robot.finished.status == "aborted"
     assert robot.finished.error_code == 600
     assert robot.finished.reason.startswith(
@@ -88,7 +88,7 @@ def test_a_pose_that_cannot_be_reached_ends_the_tour(tour):
     assert maneuver.result() == {
         "missed_waypoints": [{"index": 1, "goal": IN_WALL, "error_code": 206}]
     }
-    assert order(told) == [0, 1]
+    assert order(reported) == [0, 1]
 
 
 def test_it_can_go_on_after_a_pose_that_was_missed(tour):
@@ -103,9 +103,9 @@ def test_it_can_go_on_after_a_pose_that_was_missed(tour):
 
 def test_no_poses_are_no_tour(tour):
     """Nav2 aborts such a goal too."""
-    robot, maneuver, told = tour([])
+    robot, maneuver, reported = tour([])
     assert robot.finished == Finished("aborted", 600, "the list of poses is empty")
-    assert told == []
+    assert reported == []
     assert maneuver.result() == {"missed_waypoints": []}
 
 
@@ -114,5 +114,5 @@ def test_feedback_comes_on_change_and_once_a_second(tour):
 
     The times are those of the step after.
     """
-    _, _, told = tour([RIGHT])
-    assert told[:3] == [(10.05, 0), (11.05, 0), (12.05, 0)]
+    _, _, reported = tour([RIGHT])
+    assert reported[:3] == [(10.05, 0), (11.05, 0), (12.05, 0)]

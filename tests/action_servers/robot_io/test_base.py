@@ -39,7 +39,7 @@ class Driver:
 
     def __init__(self, node: Node, *types: type) -> None:
         self.node = node
-        self.heard: list[Any] = []
+        self.received: list[Any] = []
         self.listen(*types)
         self._scan = self.node.create_publisher(LaserScan, "scan", BEST_EFFORT)
         self._odom = self.node.create_publisher(Odometry, "odom", 10)
@@ -50,7 +50,7 @@ class Driver:
         for subscription in tuple(self.node.subscriptions):
             self.node.destroy_subscription(subscription)
         for message_type in types:
-            self.node.create_subscription(message_type, "cmd_vel", self.heard.append, 10)
+            self.node.create_subscription(message_type, "cmd_vel", self.received.append, 10)
 
     def _tick(self) -> None:
         self._count += 1
@@ -102,8 +102,8 @@ def bench(tmp_path: Path) -> Iterator[Any]:
         return made[-1]
 
     yield make
-    for one in made:
-        one.close()
+    for node in made:
+        node.close()
 
 
 @pytest.mark.parametrize("message_type", [Twist, TwistStamped])
@@ -112,8 +112,8 @@ def test_commands_are_of_the_type_that_the_robot_takes(bench, message_type):
     on = bench(message_type)
     handle = on.send(on.turns, Turn.Goal(angle=90.0))
     assert handle.accepted
-    assert {type(message) for message in on.robot.heard} == {message_type}
-    last = on.robot.heard[-1]
+    assert {type(message) for message in on.robot.received} == {message_type}
+    last = on.robot.received[-1]
     assert getattr(last, "twist", last).angular.z > 0.0
 
 
@@ -122,9 +122,9 @@ def test_nobody_listens(bench, capfd):
     on = bench()
     assert not on.send(on.turns, Turn.Goal(angle=90.0)).accepted
     on.steps(40)
-    said = capfd.readouterr().err
-    assert "goal rejected: nobody listens on /cmd_vel" in said
-    assert said.count("[ERROR]") == 1
+    output = capfd.readouterr().err
+    assert "goal rejected: nobody listens on /cmd_vel" in output
+    assert output.count("[ERROR]") == 1
 
 
 def test_a_recorder_is_nobody(bench, monkeypatch):

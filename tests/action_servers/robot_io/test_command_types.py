@@ -7,13 +7,13 @@ import pytest
 from action_servers.robot_io.command_types import PLAIN, STAMPED, Listeners
 
 
-@pytest.mark.parametrize("found", [STAMPED, PLAIN])
-def test_the_type_is_the_one_that_is_listened_for(found):
+@pytest.mark.parametrize("result", [STAMPED, PLAIN])
+def test_the_type_is_the_one_that_is_listened_for(result):
     """By one robot, or by several listeners alike."""
     listeners = Listeners("/cmd_vel")
     assert listeners.type is None
-    assert listeners.look([found, found]) is None
-    assert listeners.type == found
+    assert listeners.look([result, result]) is None
+    assert listeners.type == result
 
 
 def test_nobody_listens():

@@ -18,16 +18,19 @@ def message(*links: tuple[str, str, float, float, float], roll: float = 0.0) -> 
     """A message of transforms: parent, child, x, y, yaw."""
     made = TFMessage()
     for parent, child, x, y, yaw in links:
-        one = TransformStamped()
-        one.header.frame_id, one.child_frame_id = parent, child
-        one.transform.translation.x, one.transform.translation.y = x, y
-        one.transform.rotation.z, one.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+        stamped = TransformStamped()
+        stamped.header.frame_id, stamped.child_frame_id = parent, child
+        stamped.transform.translation.x, stamped.transform.translation.y = x, y
+        stamped.transform.rotation.z, stamped.transform.rotation.w = (
+            math.sin(yaw / 2),
+            math.cos(yaw / 2),
+        )
         if roll:
-            one.transform.rotation.x, one.transform.rotation.w = (
+            stamped.transform.rotation.x, stamped.transform.rotation.w = (
                 math.sin(roll / 2),
                 math.cos(roll / 2),
             )
-        made.transforms.append(one)
+        made.transforms.append(stamped)
     return bytes(serialize_message(made))
 
 
@@ -43,10 +46,10 @@ def frames() -> Frames:
     return made
 
 
-def pose(found: Pose2D | Refusal) -> tuple[float, float, float]:
+def pose(result: Pose2D | Refusal) -> tuple[float, float, float]:
     """A pose as a tuple."""
-    assert isinstance(found, Pose2D)
-    return found.x, found.y, found.yaw
+    assert isinstance(result, Pose2D)
+    return result.x, result.y, result.yaw
 
 
 def test_a_frame_of_the_robot_is_found_through_all_between(frames):
@@ -70,9 +73,9 @@ def test_a_frame_that_nobody_publishes_is_refused_with_those_that_are_known(fram
 def test_a_tilted_frame_is_refused(frames):
     """What is ahead in a camera's optical frame is below in the map."""
     frames.fixed.append(message(("base_link", "optical", 0.0, 0.0, 0.0), roll=-math.pi / 2))
-    found = frames.on_map("optical")
-    assert isinstance(found, Refusal)
-    assert "tilted" in found.reason
+    result = frames.on_map("optical")
+    assert isinstance(result, Refusal)
+    assert "tilted" in result.reason
 
 
 def test_frames_in_a_circle_end_in_a_refusal():
@@ -85,6 +88,6 @@ def test_frames_in_a_circle_end_in_a_refusal():
 def test_a_transform_without_finite_numbers_is_refused(frames):
     """A localisation that has lost itself publishes such."""
     frames.moving.append(message(("map", "odom", math.nan, 0.0, 0.0)))
-    found = frames.on_map("base_link")
-    assert isinstance(found, Refusal)
-    assert "'map' to 'odom' holds no finite numbers" in found.reason
+    result = frames.on_map("base_link")
+    assert isinstance(result, Refusal)
+    assert "'map' to 'odom' holds no finite numbers" in result.reason

@@ -66,7 +66,9 @@ def test_the_base_stops_when_a_second_robot_comes(open_bench: Any) -> None:
 
 def test_a_goal_is_rejected_while_two_publish_the_clock(clocked_bench: Any) -> None:
     """Also where the ROS arguments alone say that time is simulated. With one clock they start."""
-    first, second = (one.create_publisher(Clock, "/clock", 1) for one in clocked_bench.clients)
+    first, second = (
+        client.create_publisher(Clock, "/clock", 1) for client in clocked_bench.clients
+    )
     refused = clocked_bench.send("turn")
     clocked_bench.steps(2)
     assert refused.accepted is False
@@ -81,8 +83,8 @@ def test_a_goal_is_rejected_while_two_publish_the_clock(clocked_bench: Any) -> N
 
 def test_the_clock_of_others_does_not_matter_on_the_wall_clock(open_bench: Any) -> None:
     """Two simulations beside a robot leave it alone."""
-    for one in open_bench.clients:
-        one.create_publisher(Clock, "/clock", 1)
+    for client in open_bench.clients:
+        client.create_publisher(Clock, "/clock", 1)
     sent = open_bench.send("turn")
     open_bench.steps(2)
     assert sent.accepted is True

@@ -62,7 +62,7 @@ def test_a_value_out_of_its_range_is_refused(make_node):
 def test_a_tuning_reaches_the_maneuvers(make_node, waffle):
     """The limit of a move is the one that was set."""
     node = make_node(duration_limit=7)
-    (move,) = [one for one in node._adapters if one._action.name == "move"]
+    (move,) = [adapter for adapter in node._adapters if adapter._action.name == "move"]
     planned = move._action.plan(move._action.type.Goal(secs=8), node._sensors.observe())
     assert planned.reason == "secs must be from 1 to 7 s, got 8"
 
@@ -70,7 +70,7 @@ def test_a_tuning_reaches_the_maneuvers(make_node, waffle):
 def test_a_tuning_that_is_set_holds_from_the_next_goal_on(make_node):
     """One that is out of its range leaves everything as it was."""
     node = make_node()
-    (move,) = [one for one in node._adapters if one._action.name == "move"]
+    (move,) = [adapter for adapter in node._adapters if adapter._action.name == "move"]
 
     def refusal() -> str:
         planned = move._action.plan(move._action.type.Goal(secs=4000), node._sensors.observe())
@@ -114,7 +114,9 @@ def test_how_long_an_executive_may_be_late_is_fixed(waffle, tmp_path, context, n
 def test_a_tuning_of_navigation_reaches_its_maneuvers(make_node):
     """A pose in a wall is given up after the patience that was set."""
     node = make_node(**{"navigation.patience": 2.5, "frontiers.map_wait": 1.5})
-    (explore,) = [one for one in node._adapters if one._action.name == "explore_frontiers"]
+    (explore,) = [
+        adapter for adapter in node._adapters if adapter._action.name == "explore_frontiers"
+    ]
     planned = explore._action.plan(explore._action.type.Goal(), node._sensors.observe())
     assert planned.surroundings.tuning.patience == 2.5
     assert planned._tuning.map_wait == 1.5

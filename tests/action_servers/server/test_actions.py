@@ -12,20 +12,20 @@ from tests.support.served import goal
 
 def test_the_distance_is_published_each_second_while_it_is_recorded(bench):
     """As feedback, too; then nothing more is published."""
-    heard: list[Any] = []
-    bench.clients[1].create_subscription(Float64, "total_distance", heard.append, 10)
+    messages: list[Any] = []
+    bench.clients[1].create_subscription(Float64, "total_distance", messages.append, 10)
     record = bench.send("record_distance", goal("record_distance", seconds=5))
     bench.send("move", client=1)
     bench.until(lambda: record.status is not None)
     assert record.status == "succeeded"
     assert len(record.feedback) == 5
-    assert [message.data for message in heard] == [
+    assert [message.data for message in messages] == [
         feedback.current_dist for feedback in record.feedback
     ]
     assert record.result.status is True
-    assert record.result.total_dist == heard[-1].data == pytest.approx(0.5, abs=0.03)
+    assert record.result.total_dist == messages[-1].data == pytest.approx(0.5, abs=0.03)
     bench.steps(60)
-    assert len(heard) == 5
+    assert len(messages) == 5
 
 
 def test_pictures_are_taken_while_the_robot_drives(bench):

@@ -19,47 +19,47 @@ from bt_mission.language.message_types import field_at, value_type
 from bt_mission.ros.interface_types import action_type, fill, shapes
 
 WAFFLE = load_robot("waffle")
-MODULES = sorted({one.module for one in declared().values()})
+MODULES = sorted({declaration.module for declaration in declared().values()})
 
 
 @pytest.mark.parametrize("name", declared())
 def test_what_is_read_is_what_is_imported(name):
     """Field by field, with the defaults."""
-    found, known = action(name), declared()[name].known
-    for one in fields(ActionName):
-        assert getattr(found, one.name) == getattr(known, one.name)
+    result, known = action(name), declared()[name].known
+    for field in fields(ActionName):
+        assert getattr(result, field.name) == getattr(known, field.name)
 
 
 @pytest.mark.parametrize("module", MODULES)
 def test_no_declaration_of_a_module_is_missed(module):
     """Whatever its name and its layout."""
     imported = vars(import_module(module)).values()
-    names = {one.name for one in imported if isinstance(one, Action)}
-    assert names == {name for name, one in declared().items() if one.module == module}
+    names = {value.name for value in imported if isinstance(value, Action)}
+    assert names == {name for name, first in declared().items() if first.module == module}
 
 
 @pytest.mark.parametrize("name", declared())
 def test_every_limit_names_a_field_of_the_type(name):
     """So does every range of the feedback, and every field of the example."""
-    found = action(name)
-    shape = shapes(found.type)
-    goal = fill(action_type(found.type).Goal(), found.example)
-    for limit in found.limits(WAFFLE, TUNING):
+    result = action(name)
+    shape = shapes(result.type)
+    goal = fill(action_type(result.type).Goal(), result.example)
+    for limit in result.limits(WAFFLE, TUNING):
         field_at(shape.sends, limit.field)  # raises UnknownField
-    for field in found.feedback(goal):
+    for field in result.feedback(goal):
         assert shape.asks is not None
         assert value_type(field_at(shape.asks, field)) in ("integer", "number")
-    assert not any(faults(goal, found.limits(WAFFLE, TUNING)))
-    assert found.misfit(goal) is None
+    assert not any(faults(goal, result.limits(WAFFLE, TUNING)))
+    assert result.misfit(goal) is None
 
 
 @pytest.mark.parametrize("name", declared())
 def test_a_goal_of_each_type_can_be_checked(name):
     """A message with all fields at 0 meets no exception."""
-    found = action(name)
-    goal = action_type(found.type).Goal()
-    assert all(one is None or one for one in faults(goal, found.limits(WAFFLE, TUNING)))
-    assert found.misfit(goal) is None or found.misfit(goal)
+    result = action(name)
+    goal = action_type(result.type).Goal()
+    assert all(fault is None or fault for fault in faults(goal, result.limits(WAFFLE, TUNING)))
+    assert result.misfit(goal) is None or result.misfit(goal)
 
 
 def test_names_are_read_without_ros_and_numpy():

@@ -16,20 +16,20 @@ tree: {navigate_to_pose: {pose: [0.5, 0.5, 0]}, timeout: 30}
 
 def run(folder: File, *, listens: bool) -> tuple[list[Path], str]:
     """The paths that somebody hears during a mission, and its trace."""
-    heard: list[Path] = []
+    paths: list[Path] = []
     with Stage(load(MISSION), image_folder=folder) as stage:
         if listens:
             node = stage.make_node("listener")
-            node.create_subscription(Path, "plan", heard.append, 1)
+            node.create_subscription(Path, "plan", paths.append, 1)
         while not stage.is_done:
             stage.step()
-        return heard, stage.trace.sha256
+        return paths, stage.trace.sha256
 
 
 def test_a_path_leads_from_the_robot_to_the_goal(tmp_path: File) -> None:
     """In the map, with the time at which it was planned; and nothing else changes by it."""
-    heard, trace = run(tmp_path, listens=True)
-    first = heard[0]
+    received, trace = run(tmp_path, listens=True)
+    first = received[0]
     begin, end = first.poses[0].pose.position, first.poses[-1].pose.position
     assert (first.header.frame_id, first.header.stamp.sec) == ("map", 1)
     assert abs(begin.x) + abs(begin.y) < 0.1

@@ -57,7 +57,7 @@ def test_a_field_may_be_called_as_a_method_of_dict() -> None:
     """Such as the values of a DiagnosticStatus: the attribute is the field."""
     status = DiagnosticStatus(name="motor", values=[KeyValue(key="load", value="3")])
     value: Any = decoder("diagnostic_msgs/msg/DiagnosticStatus").decode(serialize_message(status))
-    assert [(one.key, one.value) for one in value.values] == [("load", "3")]
+    assert [(pair.key, pair.value) for pair in value.values] == [("load", "3")]
     data = b"\0\1\0\0" + struct.pack("<ff", 1.5, 2.5)
     row: Any = Decoder("a/msg/Row", "float32 items\nfloat32 keys\n").decode(data)
     assert (row.items, row.keys) == (1.5, 2.5)

@@ -35,26 +35,26 @@ def odometry(sec: int, y: float, turn: float, frame: str = "odom", child: str = 
 @given(st.lists(st.tuples(st.integers(0, 2**31 - 1), numbers, numbers, names, names), min_size=1))
 def test_one_message_after_another(values: Any) -> None:
     """Also where the next one's texts are longer, or of the same length and others."""
-    for one in values:
-        picked = picker.pick(serialize_message(odometry(*one)))
-        assert picked.numbers == one[:3]
-        assert (picked.texts["header.frame_id"], picked.texts["child_frame_id"]) == one[3:]
+    for value in values:
+        picked = picker.pick(serialize_message(odometry(*value)))
+        assert picked.numbers == value[:3]
+        assert (picked.texts["header.frame_id"], picked.texts["child_frame_id"]) == value[3:]
 
 
 def test_the_numbers_may_depend_on_the_texts() -> None:
     """Of several transforms that which places a frame."""
 
     def choose(texts: Texts) -> list[str]:
-        found = next(path for path, text in texts.items() if text == "wanted")
-        return [found.replace("child_frame_id", "transform.translation.x")]
+        result = next(path for path, text in texts.items() if text == "wanted")
+        return [result.replace("child_frame_id", "transform.translation.x")]
 
     chosen = Picker(decoder_of("tf2_msgs/msg/TFMessage"), choose)
     for order in (("wanted", "other"), ("others", "wanted"), ("other", "wanted")):
         message = TFMessage()
         for number, child in enumerate(order):
-            one = TransformStamped(child_frame_id=child)
-            one.transform.translation.x = 10.0 + number
-            message.transforms.append(one)
+            stamped = TransformStamped(child_frame_id=child)
+            stamped.transform.translation.x = 10.0 + number
+            message.transforms.append(stamped)
         assert chosen.pick(serialize_message(message)).numbers == (10.0 + order.index("wanted"),)
 
 

@@ -79,11 +79,11 @@ def test_transforms(data: Any) -> None:
     """None, one or several in a message."""
     message = TFMessage()
     for _ in range(data.draw(st.integers(0, 3))):
-        one = TransformStamped(child_frame_id=data.draw(texts))
-        fill_header(one.header, data.draw)
-        fill_numbers(one.transform.translation, data.draw)
-        fill_numbers(one.transform.rotation, data.draw)
-        message.transforms.append(one)
+        stamped = TransformStamped(child_frame_id=data.draw(texts))
+        fill_header(stamped.header, data.draw)
+        fill_numbers(stamped.transform.translation, data.draw)
+        fill_numbers(stamped.transform.rotation, data.draw)
+        message.transforms.append(stamped)
     read = transforms(serialize_message(message)).transforms
     assert len(read) == len(message.transforms)
     for mine, its in zip(read, message.transforms, strict=True):

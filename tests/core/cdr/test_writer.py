@@ -36,23 +36,23 @@ def test_lists_are_filled_in_place():
     message.position, message.velocity = array.array("d", (1, 2)), array.array("d", (0, 0))
     parts = [(message, ("position", "velocity"))]
     kept = MessageTemplate(message, message.header.stamp, parts, serialize_message)
-    found = deserialize_message(kept.packed(1.0, 5.0, 6.0, 0.0), JointState)
-    assert (list(found.position), list(found.velocity)) == ([1.0, 5.0], [6.0, 0.0])
+    result = deserialize_message(kept.packed(1.0, 5.0, 6.0, 0.0), JointState)
+    assert (list(result.position), list(result.velocity)) == ([1.0, 5.0], [6.0, 0.0])
 
 
 def test_messages_within_a_message_are_parts_of_their_own():
     """Each with its stamp."""
-    one, two = TransformStamped(child_frame_id="a"), TransformStamped(child_frame_id="b")
-    one.header.stamp = two.header.stamp = STAMP
-    both = TFMessage(transforms=[one, two])
+    first, second = TransformStamped(child_frame_id="a"), TransformStamped(child_frame_id="b")
+    first.header.stamp = second.header.stamp = STAMP
+    both = TFMessage(transforms=[first, second])
     fields = ("transform.translation.x", "transform.rotation.z", "transform.rotation.w")
-    kept = MessageTemplate(both, STAMP, [(one, fields), (two, fields)], serialize_message)
+    kept = MessageTemplate(both, STAMP, [(first, fields), (second, fields)], serialize_message)
     STAMP.sec = 9
     numbers = [0.0, 0.5, 0.75, 1.0, 0.5, 0.75]
-    found = deserialize_message(kept.packed(*numbers), TFMessage).transforms
-    assert [one.transform.translation.x for one in found] == [0.0, 1.0]
-    assert [one.header.stamp.sec for one in found] == [9, 9]
-    assert found[1].transform.rotation.z == 0.5
+    results = deserialize_message(kept.packed(*numbers), TFMessage).transforms
+    assert [result.transform.translation.x for result in results] == [0.0, 1.0]
+    assert [result.header.stamp.sec for result in results] == [9, 9]
+    assert results[1].transform.rotation.z == 0.5
 
 
 def test_single_precision_is_kept():
@@ -61,10 +61,10 @@ def test_single_precision_is_kept():
     kept = MessageTemplate(
         message, message.header.stamp, [(message, ("voltage", "percentage"))], serialize_message
     )
-    found = deserialize_message(kept.packed(12.0, 0.1), BatteryState)
-    assert found.voltage == 12.0
-    assert found.percentage == pytest.approx(0.1)
-    assert found.percentage != 0.1
+    result = deserialize_message(kept.packed(12.0, 0.1), BatteryState)
+    assert result.voltage == 12.0
+    assert result.percentage == pytest.approx(0.1)
+    assert result.percentage != 0.1
 
 
 def test_a_field_that_is_not_sent_is_refused():

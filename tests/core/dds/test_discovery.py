@@ -13,8 +13,8 @@ def test_where_nothing_is_said_it_is_this_machine(monkeypatch: pytest.MonkeyPatc
     """And whoever started the process is told, with the way out."""
     monkeypatch.setenv(RANGE, "")
     monkeypatch.setenv("ROS_DOMAIN_ID", "")
-    said = restrict_discovery(network=False)
-    assert said == "ROS domain 0, on this machine only; --network opens it to others"
+    output = restrict_discovery(network=False)
+    assert output == "ROS domain 0, on this machine only; --network opens it to others"
     assert os.environ[RANGE] == "LOCALHOST"
 
 
@@ -30,19 +30,19 @@ def test_the_option_opens_the_network(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever the variable says."""
     monkeypatch.setenv(RANGE, "LOCALHOST")
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
-    said = restrict_discovery(network=True)
-    assert said == "ROS domain 7, with other machines of the network (--network)"
+    output = restrict_discovery(network=True)
+    assert output == "ROS domain 7, with other machines of the network (--network)"
     assert os.environ[RANGE] == "SUBNET"
 
 
 @pytest.mark.parametrize(
-    ("visible", "network", "found"),
+    ("visible", "network", "result"),
     [(False, False, "OFF"), (True, False, "LOCALHOST"), (True, True, "SUBNET")],
 )
 def test_a_simulated_run_is_alone_unless_asked(
-    monkeypatch: pytest.MonkeyPatch, *, visible: bool, network: bool, found: str
+    monkeypatch: pytest.MonkeyPatch, *, visible: bool, network: bool, result: str
 ) -> None:
     """The variable does not open it: it may be there for a robot on the same network."""
     monkeypatch.setenv(RANGE, "SUBNET")
     isolate(visible=visible, network=network)
-    assert os.environ[RANGE] == found
+    assert os.environ[RANGE] == result

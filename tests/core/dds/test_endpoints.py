@@ -23,8 +23,8 @@ class End:
 def test_who_publishes_another_type_is_named_with_it():
     """By the full name of the node, in order of names."""
     ends = [End("teleop", PLAIN, "/r1"), End("patrol", PLAIN), End("servers", STAMPED)]
-    found = unheard(ends, {STAMPED})
-    assert list(found.items()) == [("/patrol", PLAIN), ("/r1/teleop", PLAIN)]
+    result = unheard(ends, {STAMPED})
+    assert list(result.items()) == [("/patrol", PLAIN), ("/r1/teleop", PLAIN)]
 
 
 def test_a_node_that_the_graph_has_not_heard_of_is_said_to_have_no_name_yet():

@@ -36,8 +36,8 @@ def test_what_this_machine_alone_may_find_is_bound_to_the_loopback_interface(
 ) -> None:
     """Unless other machines are named as peers."""
     monkeypatch.setenv("ROS_STATIC_PEERS", peers)
-    for one in ("SUBNET", "LOCALHOST", "OFF", reach):
-        monkeypatch.setenv(RANGE, one)
+    for range_ in ("SUBNET", "LOCALHOST", "OFF", reach):
+        monkeypatch.setenv(RANGE, range_)
         prepare_middleware()
     assert os.environ[PROFILES[0]] == str(profile)
 
@@ -59,11 +59,11 @@ def test_settings_of_the_users_own_stay(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_both_files_have_the_same_leases() -> None:
     """A process that dies is missed as soon on this machine as on the network."""
-    one, other = (_builtin_settings(file) for file in (FAST_DDS, LOOPBACK))
-    assert one == other
+    first, other = (_builtin_settings(file) for file in (FAST_DDS, LOOPBACK))
+    assert first == other
 
 
 def _builtin_settings(file: Path) -> bytes:
-    found = ET.parse(file).find(f".//{NAMESPACE}builtin")  # noqa: S314 - a file of our own
-    assert found is not None
-    return ET.tostring(found)
+    result = ET.parse(file).find(f".//{NAMESPACE}builtin")  # noqa: S314 - a file of our own
+    assert result is not None
+    return ET.tostring(result)

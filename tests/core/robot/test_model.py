@@ -78,12 +78,12 @@ def test_wrong_file_is_told_every_fault_with_its_place(tmp_path):
     path.write_text(bad, encoding="utf-8")
     with pytest.raises(InputError) as caught:
         load_robot(path)
-    told = str(caught.value)
+    reported = str(caught.value)
     assert len(caught.value.faults) == 3
-    assert "unknown key 'colour'" in told
-    assert "expected more than 0.0, got the number -0.033" in told
-    assert "expected an integer, got string 'many'" in told
-    assert f"{path}:6:1" in told
+    assert "unknown key 'colour'" in reported
+    assert "expected more than 0.0, got the number -0.033" in reported
+    assert "expected an integer, got string 'many'" in reported
+    assert f"{path}:6:1" in reported
 
 
 def test_hull_must_enclose_body_and_wheels():

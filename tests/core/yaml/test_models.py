@@ -131,5 +131,5 @@ def test_each_complaint_is_plain_and_stands_where_it_belongs(text, fault):
 
 def test_all_faults_come_at_once_in_the_order_of_the_file():
     """One look is enough."""
-    found = messages("doors: 9\nname: 3\nwheels: [{radius: -1}, {radius: x}]\nfoo: 1")
-    assert [line for line, _, _ in found] == [1, 2, 3, 3, 4]
+    results = messages("doors: 9\nname: 3\nwheels: [{radius: -1}, {radius: x}]\nfoo: 1")
+    assert [line for line, _, _ in results] == [1, 2, 3, 3, 4]

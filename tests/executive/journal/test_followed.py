@@ -32,5 +32,5 @@ def test_what_follows_a_topic_is_read_anew(tmp_path: Path) -> None:
     for _ in range(20):
         again.tick()
     again.die()
-    assert again.play.said[1:] == ["1 5 6"]
+    assert again.play.logged[1:] == ["1 5 6"]
     assert again.play.status == "success"

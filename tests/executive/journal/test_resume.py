@@ -159,21 +159,21 @@ TREES = {
 def run(text: str, path: Path, world: World, deaths: list[int]) -> tuple[str, list[str], int]:
     """Live until the end, dying after these ticks; gives status, all that was said, goals done."""
     life = Life(text, path, world)
-    said: list[str] = []
+    lines: list[str] = []
     for tick in range(1, 400):
         if life.play.executive.is_done:
             break
         life.tick()
         if tick in deaths and not life.play.executive.is_done:
             life.die()
-            said += life.play.said
+            lines += life.play.logged
             life = Life(text, path, world)
     assert life.play.executive.goals_left_behind == ()
     assert world.goals == {}
     life.die()
     world.lasted = tick
     status = str(life.play.executive.status)
-    return f"{status} {life.play.executive.reason}", said + life.play.said, world.driven
+    return f"{status} {life.play.executive.reason}", lines + life.play.logged, world.driven
 
 
 @pytest.mark.parametrize("fate", ["cut short", "finishes", "restarted"])
@@ -343,8 +343,8 @@ def test_a_full_disk_ends_the_mission_which_can_be_resumed(tmp_path: Path) -> No
     life.die()
     reason = f"{path}: cannot write the journal: database or disk is full"
     assert (life.play.status, life.play.executive.reason) == ("failure", reason)
-    status, said, driven = run(text, path, life.world, [])
-    assert (status, life.play.said + said, driven) == ("success ", ["a"], 2)
+    status, output, driven = run(text, path, life.world, [])
+    assert (status, life.play.logged + output, driven) == ("success ", ["a"], 2)
 
 
 def test_a_journal_that_cannot_be_written_ends_the_mission(begun: Any, tmp_path: Path) -> None:
@@ -378,8 +378,8 @@ def test_a_mission_whose_goal_was_cut_off_goes_on(tmp_path: Path, shape: str) ->
     assert (executive.mission_state.status, executive.is_resumable) == ("failure", True)
     assert executive.reason == "'turn' aborted: /turn: the executive has died (code 911)"
     life.die()
-    status, said, driven = run(text, tmp_path / "j", world, [])
-    assert (status, life.play.said + said, driven) == ("success ", ["a", "b"], 1)
+    status, output, driven = run(text, tmp_path / "j", world, [])
+    assert (status, life.play.logged + output, driven) == ("success ", ["a", "b"], 1)
 
 
 def test_a_goal_that_was_cut_off_may_be_tried_again(tmp_path: Path) -> None:

@@ -67,7 +67,7 @@ def test_what_was_written_is_read(path: Path, mission: Mission) -> None:
     journal.write({("about", "time_ns"): 3})
     journal.close()
     assert read(path).about.time_ns == 3
-    assert [one.name for one in path.parent.iterdir()] == ["m.journal"]
+    assert [file.name for file in path.parent.iterdir()] == ["m.journal"]
 
 
 def test_every_byte_counts(path: Path) -> None:

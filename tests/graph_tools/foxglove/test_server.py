@@ -50,8 +50,8 @@ FOREVER = "mission: forever\nworld: empty_arena\ntree: {wait: 100000}\n"
 class ServedStage:
     """A stage whose topics are served, stepped until a test has seen what it waits for."""
 
-    def __init__(self, stage: Stage, server: FoxgloveServer, said: list[str]) -> None:
-        self.stage, self.server, self.said = stage, server, said
+    def __init__(self, stage: Stage, server: FoxgloveServer, output: list[str]) -> None:
+        self.stage, self.server, self.logged = stage, server, output
 
     def until(self, is_true: Callable[[], object], *clients: FoxgloveClient) -> None:
         """Step, and have clients take what comes, until something holds."""
@@ -79,14 +79,14 @@ def stage_of(mission: Mission, *, watched: bool = True) -> Stage:
 @contextmanager
 def served(mission: str | Mission = FOREVER) -> Iterator[ServedStage]:
     """A stage whose topics are served."""
-    said: list[str] = []
-    found = load(mission) if isinstance(mission, str) else mission
-    with stage_of(found) as stage:
+    lines: list[str] = []
+    result = load(mission) if isinstance(mission, str) else mission
+    with stage_of(result) as stage:
         node = quiet_node("viewer", stage.node.context)
-        server = FoxgloveServer(node, 0, lambda: stage.now_ns, said.append)
+        server = FoxgloveServer(node, 0, lambda: stage.now_ns, lines.append)
         stage.attach(server)
         try:
-            yield ServedStage(stage, server, said)
+            yield ServedStage(stage, server, lines)
         finally:
             stage.detach(server)
             server.close()
@@ -95,26 +95,26 @@ def served(mission: str | Mission = FOREVER) -> Iterator[ServedStage]:
 def test_a_client_gets_the_topics_it_subscribes_to():
     """With the types of recordings, every message as it was sent, marked with ROS time."""
     with served() as it, it.client_of("/odom", "/bt_mission/tree", "/map") as client:
-        it.until(lambda: len(client.heard["/odom"]) > 3, client)
-        it.until(lambda: client.heard["/map"] and client.heard["/bt_mission/tree"], client)
+        it.until(lambda: len(client.received["/odom"]) > 3, client)
+        it.until(lambda: client.received["/map"] and client.received["/bt_mission/tree"], client)
         assert client.info["name"] == "bt-mission"
         assert client.info["capabilities"] == ["time"]
         offered = client.channels["/odom"]
         assert (offered["encoding"], offered["schemaEncoding"]) == ("cdr", "ros2msg")
         assert offered["schemaName"] == "nav_msgs/msg/Odometry"
         assert offered["schema"] == Definitions(share_folders()).of("nav_msgs/msg/Odometry")
-        for time_ns, message in client.heard["/odom"]:
+        for time_ns, message in client.received["/odom"]:
             stamp = message.header.stamp
             assert time_ns == stamp.sec * 1_000_000_000 + stamp.nanosec
-        (_, tree), *_ = client.heard["/bt_mission/tree"]
+        (_, tree), *_ = client.received["/bt_mission/tree"]
         assert [node.name for node in tree.nodes] == ["wait"]
-        (_, grid), *_ = client.heard["/map"]
+        (_, grid), *_ = client.received["/map"]
         assert len(grid.data) == grid.info.width * grid.info.height
         assert "/scan" in client.channels
-        assert client.heard.keys() == {"/odom", "/bt_mission/tree", "/map"}
+        assert client.received.keys() == {"/odom", "/bt_mission/tree", "/map"}
         it.until(lambda: client.times, client)
         assert client.times[-1] <= it.stage.now_ns
-        assert it.said == []
+        assert it.logged == []
 
 
 def test_types_of_actions_have_the_names_that_every_reader_takes():
@@ -122,8 +122,8 @@ def test_types_of_actions_have_the_names_that_every_reader_takes():
     with served(TURNS) as it, it.client_of("/turn/_action/feedback") as client:
         name = client.channels["/turn/_action/feedback"]["schemaName"]
         assert name == "bt_mission_interfaces/msg/TurnFeedbackMessage"
-        it.until(lambda: client.heard["/turn/_action/feedback"], client)
-        (_, first), *_ = client.heard["/turn/_action/feedback"]
+        it.until(lambda: client.received["/turn/_action/feedback"], client)
+        (_, first), *_ = client.received["/turn/_action/feedback"]
         assert hasattr(first.feedback, "current_angle")
 
 
@@ -132,8 +132,8 @@ def test_a_topic_costs_nothing_until_somebody_looks():
     with served() as it:
         assert list(it.server.node.subscriptions) == []
         with it.client_of("/scan") as client:
-            it.until(lambda: client.heard["/scan"], client)
-            topics = [one.topic_name for one in it.server.node.subscriptions]
+            it.until(lambda: client.received["/scan"], client)
+            topics = [subscription.topic_name for subscription in it.server.node.subscriptions]
             assert topics == ["/scan"]
         it.until(lambda: not list(it.server.node.subscriptions))
 
@@ -142,9 +142,9 @@ def test_who_comes_late_gets_what_is_latched():
     """The map and the tree were sent once, before anybody was there, or to others."""
     latched = ("/bt_mission/tree", "/map", "/tf_static")
     with served() as it, it.client_of(*latched) as first:
-        it.until(lambda: all(first.heard[topic] for topic in latched), first)
+        it.until(lambda: all(first.received[topic] for topic in latched), first)
         with it.client_of(*latched) as second:
-            it.until(lambda: all(second.heard[topic] for topic in latched), first, second)
+            it.until(lambda: all(second.received[topic] for topic in latched), first, second)
 
 
 def test_what_comes_up_later_is_offered_and_what_goes_is_taken_back():
@@ -159,13 +159,13 @@ def test_what_comes_up_later_is_offered_and_what_goes_is_taken_back():
 
         def is_heard() -> bool:
             publisher.publish(Float64(data=0.25))
-            return bool(client.heard["/level"])
+            return bool(client.received["/level"])
 
         it.until(is_heard, client)
-        assert client.heard["/level"][0][1].data == 0.25
+        assert client.received["/level"][0][1].data == 0.25
         other.destroy_node()
         it.until(lambda: "/level" not in client.channels, client)
-        assert it.said == []
+        assert it.logged == []
 
 
 def test_what_cannot_be_served_is_told_once_and_left_out(monkeypatch: pytest.MonkeyPatch):
@@ -180,11 +180,11 @@ def test_what_cannot_be_served_is_told_once_and_left_out(monkeypatch: pytest.Mon
             "get_publishers_info_by_topic",
             lambda topic: publishers("/odom" if topic in odd else topic),
         )
-        it.until(lambda: it.said)
+        it.until(lambda: it.logged)
         with it.client_of("/odom") as client:
-            it.until(lambda: len(client.heard["/odom"]) > 40, client)
+            it.until(lambda: len(client.received["/odom"]) > 40, client)
             assert client.channels.keys().isdisjoint(odd)
-    strange, twice = it.said
+    strange, twice = it.logged
     assert strange.startswith("/strange is not served: ")
     assert "no_such" in strange
     assert twice == ("/twice is not served: it has several types: a/msg/B, std_msgs/msg/Bool")
@@ -206,7 +206,7 @@ def trace_of(text: str, *, look: bool) -> str:
             idle.subscribe(*idle.channels)
             keen.subscribe(*BUSY)
             it.until(lambda: it.stage.is_done, keen)
-            assert keen.heard["/camera/image_raw"]
+            assert keen.received["/camera/image_raw"]
         return it.stage.trace.sha256
 
 
@@ -242,9 +242,9 @@ def test_nonsense_is_answered_and_changes_nothing(capfd: pytest.CaptureFixture[s
         it.until(lambda: len(client.statuses) >= 20 * len(NONSENSE), client)
         for operation in ("advertise", "setParameters", "fetchAsset"):
             assert f"this server does not support '{operation}'" in client.statuses
-        count = len(client.heard["/odom"])
-        it.until(lambda: len(client.heard["/odom"]) > count, client)
-        published = [one.topic_name for one in it.server.node.publishers]
+        count = len(client.received["/odom"])
+        it.until(lambda: len(client.received["/odom"]) > count, client)
+        published = [publisher.topic_name for publisher in it.server.node.publishers]
         assert published == ["/parameter_events"]  # which every node of rclpy has
         assert not it.server.is_broken
     assert capfd.readouterr().err == ""
@@ -270,7 +270,7 @@ def test_silent_connections_keep_no_client_out(monkeypatch: pytest.MonkeyPatch):
             for _ in range(5):
                 it.stage.step()
         with it.client_of("/odom") as client:
-            it.until(lambda: client.heard["/odom"], client)
+            it.until(lambda: client.received["/odom"], client)
             first = opened[0]
             it.until(lambda: select.select([first], [], [], 0.0)[0])
             assert first.recv(1) == b""
@@ -284,8 +284,8 @@ def test_a_client_that_floods_is_sent_away(monkeypatch: pytest.MonkeyPatch):
             bad.send(b"")
         it.until(lambda: bad.close_code is not None, good, bad)
         assert bad.close_code == 1008
-        count = len(good.heard["/odom"])
-        it.until(lambda: len(good.heard["/odom"]) > count, good)
+        count = len(good.received["/odom"])
+        it.until(lambda: len(good.received["/odom"]) > count, good)
 
 
 @pytest.mark.parametrize(("path", "headers"), [("/", ""), ("/", UPGRADE), ("/x", "")])
@@ -321,8 +321,8 @@ def test_what_fails_in_the_server_ends_nothing_else(monkeypatch: pytest.MonkeyPa
         monkeypatch.setattr(it.server, "_look", lambda: 1 / 0)
         for _ in range(3):
             it.stage.step()
-        (said,) = it.said
-        assert said.startswith("the server for Foxglove failed: ZeroDivisionError")
+        (output,) = it.logged
+        assert output.startswith("the server for Foxglove failed: ZeroDivisionError")
         assert it.server.is_broken
         assert not it.stage.is_done
 
@@ -332,18 +332,18 @@ def follow(path: str, type_name: str, definition: str) -> None:
     specs = parse(type_name, definition)
     current = ""
     for name in filter(None, path.split(".")):
-        found = {one.name: one.type for one in specs[current]}
-        assert name in found, path
-        current = found[name]
+        result = {spec.name: spec.type for spec in specs[current]}
+        assert name in result, path
+        current = result[name]
 
 
 def paths_in(layout: Any) -> set[str]:
     """Every topic and path of a message that a layout names."""
     if isinstance(layout, dict):
-        below = (paths_in(one) for one in layout.values())
+        below = (paths_in(part) for part in layout.values())
         return {key for key in layout if key.startswith("/")}.union(*below)
     if isinstance(layout, list):
-        return set().union(*(paths_in(one) for one in layout))
+        return set().union(*(paths_in(part) for part in layout))
     return {layout} if isinstance(layout, str) and layout.startswith("/") else set()
 
 
@@ -356,8 +356,8 @@ def test_the_layout_shows_what_is_served(monkeypatch: pytest.MonkeyPatch):
     with served(load(Path("missions/patrol.yaml"))) as it, it.client_of(*wanted) as client:
         for path in paths:
             topic, _, fields = path.partition(".")
-            one = client.channels[topic]
-            follow(fields, one["schemaName"], one["schema"])
+            channel = client.channels[topic]
+            follow(fields, channel["schemaName"], channel["schema"])
 
 
 def panels_in(layout: Any) -> list[str]:
@@ -372,5 +372,5 @@ def test_the_layout_arranges_each_of_its_panels_once():
     layout = json.loads(LAYOUT.read_text("utf-8"))
     panels = panels_in(layout["layout"])
     for config in layout["configById"].values():
-        panels += [one["layout"] for one in config.get("tabs", ())]
+        panels += [panel["layout"] for panel in config.get("tabs", ())]
     assert sorted(panels) == sorted(layout["configById"])

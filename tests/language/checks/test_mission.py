@@ -58,8 +58,8 @@ def test_a_wait_for_a_message_without_a_limit_is_warned_of():
 def notes(tree: str) -> list[str]:
     """What is noted of a tree, a line each."""
     mission = load(read_text(f"mission: m\ninputs: {{x: 1}}\ntree:\n{tree}", "m.yaml"))
-    said = (str(fault).splitlines()[0] for fault in mission.warnings)
-    return [line.partition("warning: ")[0] + line.partition("warning: ")[2] for line in said]
+    lines = (str(fault).splitlines()[0] for fault in mission.warnings)
+    return [line.partition("warning: ")[0] + line.partition("warning: ")[2] for line in lines]
 
 
 @pytest.mark.parametrize(
@@ -87,10 +87,10 @@ def notes(tree: str) -> list[str]:
 def test_a_node_that_is_never_reached_is_warned_of(before, never):
     """Where the one before it ends its parent for certain."""
     kind = "fallback" if never == "fails" else "sequence"
-    said = notes(f"  {kind}:\n    - {before}\n    - {{log: $x}}\n    - {{wait: 1}}\n")
+    lines = notes(f"  {kind}:\n    - {before}\n    - {{log: $x}}\n    - {{wait: 1}}\n")
     place = "m.yaml:6:7: "
     text = f"{place}never reached: the node before it, in line 5, never {never}"
-    assert [line for line in said if "read" not in line] == [text]
+    assert [line for line in lines if "read" not in line] == [text]
 
 
 @pytest.mark.parametrize(
@@ -112,14 +112,14 @@ def test_what_may_end_either_way_hides_nothing(before, kind):
 
 def test_what_takes_time_under_a_reactive_parent_is_warned_of():
     """It begins anew in every tick, once it has ended; conditions are what stands there."""
-    said = notes(
+    output = notes(
         "  sequence:\n"
         "    - check: x > 0\n"
         "    - sequence: [{wait: 1}, {wait: 2}]\n"
         "    - wait: 9\n"
         "  memory: false\n"
     )
-    assert said == [
+    assert output == [
         (
             "m.yaml:6:7: once it has succeeded, this sequence begins anew in every tick while a "
             "later one runs: the sequence in line 4 has 'memory: false'; put what takes time last, "
@@ -130,10 +130,10 @@ def test_what_takes_time_under_a_reactive_parent_is_warned_of():
 
 def test_variables_that_nobody_reads_are_warned_of():
     """Of `set` and `for_each`, too."""
-    said = notes(
+    output = notes(
         "  sequence:\n    - set: {a: x, b: 1}\n    - for_each: {c: [1]}\n      do: {log: $a}\n"
     )
-    assert said == [
+    assert output == [
         "m.yaml:5:22: the variable 'b' is never read",
         "m.yaml:6:21: the variable 'c' is never read",
     ]

@@ -84,8 +84,10 @@ def test_until_reads_what_its_rounds_write():
 def test_a_loop_that_no_round_ends_is_suspicious(loop, key):
     """Nothing below it assigns what its condition reads."""
     head = "mission: m\ninputs: {n: 2}\ntree:\n  sequence:\n    - log: $n\n    - "
-    found = [one for one in load(head + LOOP.format(loop)).warnings if "round" in one.message]
-    assert [(one.line, one.message) for one in found] == [
+    warnings = [
+        warning for warning in load(head + LOOP.format(loop)).warnings if "round" in warning.message
+    ]
+    assert [(warning.line, warning.message) for warning in warnings] == [
         (6, "no round changes this condition: nothing below 'do' assigns 'n'") for _ in [key] if key
     ]
 
@@ -109,11 +111,11 @@ def test_a_condition_on_a_goal_may_read_nothing_but_a_topic():
 
 def test_the_field_gives_the_type_of_what_follows_it():
     """It is known from the interface."""
-    _, found = examine(
+    _, diagnostics = examine(
         f"{FOLLOW}tree:\n  sequence:\n    - check: b\n    - repeat: {{count: b}}\n"
         "      do: {log: '${b + 1}'}\n"
     )
-    assert [(one.line, one.message) for one in found] == [
+    assert [(diagnostic.line, diagnostic.message) for diagnostic in diagnostics] == [
         (5, "expected a boolean, got a number"),
         (6, "expected an integer, got a number"),
     ]
@@ -163,8 +165,8 @@ def test_a_loop_may_wait_for_a_branch_beside_it():
 def test_behind_a_loop_that_never_ends_nothing_is_reached(loop, rest):
     """Or one that can only end the other way."""
     text = f"mission: m\ninputs: {{n: 2}}\ntree:\n  sequence:\n    - {loop}\n    - log: $n\n"
-    found = [one for one in load(text).warnings if "never reached" in one.message]
-    assert [one.message for one in found] == [
+    warnings = [warning for warning in load(text).warnings if "never reached" in warning.message]
+    assert [warning.message for warning in warnings] == [
         f"never reached: the node before it, in line 5, never {rest}" for _ in [rest] if rest
     ]
 
@@ -183,8 +185,8 @@ def test_a_clean_up_reads_what_is_sure_to_be_there(before, warned):
         "    - finally: {timeout: 5}\n      do: {sequence: [{wait: 1}, {set: {gap: n}}]}\n"
         "      then: {log: $gap}\n"
     )
-    found = [one for one in load(text).warnings if "halted" in one.message]
-    assert [one.message for one in found] == warned
+    warnings = [warning for warning in load(text).warnings if "halted" in warning.message]
+    assert [warning.message for warning in warnings] == warned
 
 
 @pytest.mark.parametrize(
@@ -199,7 +201,7 @@ def test_a_finally_ends_as_its_node_and_its_clean_up_can(node, is_reached):
     """Behind one that never succeeds nothing is reached."""
     text = "mission: m\ninputs: {n: 2}\ntree:\n  sequence:\n"
     text += f"    - {{finally: {{timeout: 5}}, do: {node}}}\n    - log: $n\n"
-    warned = [one for one in load(text).warnings if "never reached" in one.message]
+    warned = [warning for warning in load(text).warnings if "never reached" in warning.message]
     assert bool(warned) is not is_reached
 
 
@@ -235,14 +237,14 @@ def test_a_loose_word_is_measured_by_what_stands_there():
 )
 def test_what_inputs_decide_is_decided_at_once(node, message):
     """Inputs never change, so their expressions are computed when the mission is loaded."""
-    assert [found for _, _, found in faults(node)] == [message]
+    assert [fault for _, _, fault in faults(node)] == [message]
 
 
 def test_bare_names_of_conditions_and_goals_wait_for_the_types():
     """They may be feedback fields, or words of a text field."""
     assert faults("turn: {angle: what}\n      cancel_when: what > 3") == []
-    found = faults("turn: {angle: $what}\n      cancel_when: x > $what")
-    assert [(line, column) for line, column, _ in found] == [(5, 21), (6, 24)]
+    results = faults("turn: {angle: $what}\n      cancel_when: x > $what")
+    assert [(line, column) for line, column, _ in results] == [(5, 21), (6, 24)]
 
 
 def test_types_of_outputs_come_from_the_one_who_knows_them():
@@ -277,8 +279,8 @@ def test_services_and_topics_read_and_write_too():
         "      timeout: n\n      outputs: {y: seen}"
     )
     assert faults(ask % "n", wait % "said", "log: $seen $said") == []
-    found = faults(ask % "seen", wait % "what", "log: $seen", inputs="{n: 2, said: 1}")
-    assert [(line, message.partition(" (")[0]) for line, _, message in found] == [
+    results = faults(ask % "seen", wait % "what", "log: $seen", inputs="{n: 2, said: 1}")
+    assert [(line, message.partition(" (")[0]) for line, _, message in results] == [
         (5, "'$seen' is used before assignment, in line 7"),
         (6, "'said' is an input, and inputs never change; choose another name"),
         (7, "'$what' is an undefined variable"),

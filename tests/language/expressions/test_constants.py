@@ -18,8 +18,8 @@ tree:
 
 def messages(node):
     """Return what is said of a node that stands behind one with an output, `turned`."""
-    _, found = examine(read_text(f"{HEAD}    - {node}\n", "m.yaml"))
-    faults = [fault for fault in found if "never read" not in fault.message]
+    _, diagnostics = examine(read_text(f"{HEAD}    - {node}\n", "m.yaml"))
+    faults = [fault for fault in diagnostics if "never read" not in fault.message]
     return [f"{fault.column}: {fault.message}" for fault in faults]
 
 

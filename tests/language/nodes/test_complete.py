@@ -66,8 +66,8 @@ def corpus(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("key", [key for key in KINDS if key not in SHORT_NODES])
 def test_a_kind_lacks_nothing(key: str, corpus: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its class tells the rest: form, values, variables, ends, label and details."""
-    found = list(lacking(key, corpus, LANGUAGE_PAGES, capsys))
-    assert found == ([XML] if key in ONLY_YAML else []), "\n".join(found)
+    results = list(lacking(key, corpus, LANGUAGE_PAGES, capsys))
+    assert results == ([XML] if key in ONLY_YAML else []), "\n".join(results)
 
 
 def test_every_behaviour_has_hooks(corpus: Path) -> None:

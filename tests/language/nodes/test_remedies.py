@@ -21,8 +21,8 @@ def test_no_word_of_others_is_one_of_ours():
 def test_the_field_that_is_meant_is_one_of_the_kind(kind):
     """Of the goal, or of the settings."""
     if kind in ACTION_NAMES:
-        found = shapes(ACTION_NAMES[kind].type)
-        assert remedies.FIRST_FIELDS[kind] in found.sends.fields
+        result = shapes(ACTION_NAMES[kind].type)
+        assert remedies.FIRST_FIELDS[kind] in result.sends.fields
     else:
         settings: Any = KINDS[kind].model_fields["settings"].annotation
         assert remedies.FIRST_FIELDS[kind] in settings.model_fields
@@ -35,9 +35,9 @@ def test_every_short_action_of_ours_has_such_a_field():
 
 def test_a_long_value_is_not_repeated():
     """The line would be of no use."""
-    found = remedies.lone_value("follow_waypoints", list(range(100)))
+    result = remedies.lone_value("follow_waypoints", list(range(100)))
     hint = "write 'follow_waypoints: {poses: ...}'"
-    assert found == ("expected a mapping, got a list of 100", hint)
+    assert result == ("expected a mapping, got a list of 100", hint)
 
 
 @pytest.mark.parametrize("word", ["Else If", "else_if", "elseif", "ElseIf"])

@@ -61,8 +61,8 @@ def test_xml_keeps_requirements(tmp_path: Path) -> None:
     there.write_text(convert(file))
     back.write_text(convert(there))
     wanted = load(file).requirements
-    for one in (there, back):
-        assert [(r.name, r.text, r.on_violation) for r in load(one).requirements] == [
+    for requirements in (there, back):
+        assert [(r.name, r.text, r.on_violation) for r in load(requirements).requirements] == [
             (r.name, r.text, r.on_violation) for r in wanted
         ]
 

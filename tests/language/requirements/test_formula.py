@@ -31,16 +31,19 @@ def test_a_colon_in_a_requirement_wants_quotes() -> None:
         load(MISSION.format(f"{line}  # soon"))
     written = "gets on: 'eventually within 60 s: succeeded(\"visit A\")'"
     assert f"quote the text: {written}" in refused.value.faults[0].headline
-    (one,) = load(MISSION.format(f"{written}  # soon")).requirements
-    assert (one.name, one.text) == ("gets on", 'eventually within 60 s: succeeded("visit A")')
+    (requirement,) = load(MISSION.format(f"{written}  # soon")).requirements
+    assert (requirement.name, requirement.text) == (
+        "gets on",
+        'eventually within 60 s: succeeded("visit A")',
+    )
 
 
 def test_a_requirement_in_parts_is_one_formula() -> None:
     """The keys of a mapping come to the same as the sentence."""
     form = "a: {whenever: age('scan') > 0.5, then: speed < 0.01, within: 0.6, on_violation: halt}"
-    (one,) = load(MISSION.format(form)).requirements
-    assert one.text == "whenever age('scan') > 0.5: speed < 0.01 within 0.6 s"
-    assert one.on_violation == "halt"
+    (requirement,) = load(MISSION.format(form)).requirements
+    assert requirement.text == "whenever age('scan') > 0.5: speed < 0.01 within 0.6 s"
+    assert requirement.on_violation == "halt"
 
 
 @pytest.mark.parametrize(
@@ -53,7 +56,7 @@ def test_a_mapping_reads_back_from_its_text(then: str) -> None:
     if "until" in then:
         text = text.replace("y > 0", "y > 0 within 1 s")
     mission = load(f"mission: it\nrequirements:\n  one: {text}\ntree: {{wait: 1, name: a}}\n")
-    (one,) = mission.requirements
-    again = Formula(one.text).root
+    (requirement,) = mission.requirements
+    again = Formula(requirement.text).root
     columns = re.compile(r"column=\d+|(?<=[<>=]', )\d+")
-    assert columns.sub("", repr(again)) == columns.sub("", repr(one.root))
+    assert columns.sub("", repr(again)) == columns.sub("", repr(requirement.root))

@@ -110,7 +110,7 @@ def test_the_first_place_is_told() -> None:
 
 def test_a_tree_that_is_gone() -> None:
     """Is told by its name."""
-    one = "mission: m\ntrees: {t: {do: {wait: 1}}}\ntree: {tree: t}\n"
-    change = frame_change(load(one), load("mission: m\ntree: {wait: 1}\n"))
+    text = "mission: m\ntrees: {t: {do: {wait: 1}}}\ntree: {tree: t}\n"
+    change = frame_change(load(text), load("mission: m\ntree: {wait: 1}\n"))
     assert change is not None
     assert "another node than 't'" in change.message

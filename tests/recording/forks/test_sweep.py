@@ -38,18 +38,18 @@ def swept(is_saved: Callable[[int], bool], most: int = 100) -> tuple[list[int], 
 @pytest.mark.parametrize("last", [0, 1, 7, 30, 60])
 def test_the_last_step_is_found_where_earlier_is_better(last: int) -> None:
     """And the one after it was tried."""
-    tried, found = swept(lambda number: number <= last)
-    assert found.last is not None
-    assert found.next is not None
+    tried, result = swept(lambda number: number <= last)
+    assert result.last is not None
+    assert result.next is not None
     steps = source().steps_ns
-    assert (found.last.step_ns, found.next.step_ns) == (steps[last], steps[last + 1])
-    assert len(tried) == len(set(tried)) == len(found.tries)
+    assert (result.last.step_ns, result.next.step_ns) == (steps[last], steps[last + 1])
+    assert len(tried) == len(set(tried)) == len(result.tries)
 
 
 def test_every_step_at_which_a_node_changed_is_tried_from_the_last_one_back() -> None:
     """Where none saves the run, all of them."""
-    tried, found = swept(lambda _: False)
-    assert (found.last, found.skipped) == (None, 0)
+    tried, result = swept(lambda _: False)
+    assert (result.last, result.skipped) == (None, 0)
     assert tried == sorted(tried, reverse=True)
     assert tried[-1] == 0
     more, _ = swept(lambda _: False, most=1000)
@@ -59,26 +59,26 @@ def test_every_step_at_which_a_node_changed_is_tried_from_the_last_one_back() ->
 def test_so_many_are_tried_at_most() -> None:
     """The first and the last among them; the others are counted."""
     everything, _ = swept(lambda _: False)
-    tried, found = swept(lambda _: False, most=3)
+    tried, result = swept(lambda _: False, most=3)
     assert (tried[0], tried[-1], len(tried)) == (everything[0], everything[-1], 3)
-    assert found.skipped == len(everything) - 3
-    one, _ = swept(lambda _: False, most=1)
-    assert one == [0]
+    assert result.skipped == len(everything) - 3
+    first, _ = swept(lambda _: False, most=1)
+    assert first == [0]
 
 
 def test_a_later_island_counts() -> None:
     """What comes out need not be better the earlier the change is."""
     everything, _ = swept(lambda _: False)
     island = everything[2]
-    _, found = swept(lambda number: number in (0, island))
-    assert found.last is not None
-    assert found.last.step_ns == source().steps_ns[island]
+    _, result = swept(lambda number: number in (0, island))
+    assert result.last is not None
+    assert result.last.step_ns == source().steps_ns[island]
 
 
 def test_a_run_that_is_saved_at_its_last_change() -> None:
     """The steps behind it are tried, too."""
-    tried, found = swept(lambda _: True)
-    assert found.next is None
-    assert found.last is not None
-    assert found.last.step_ns == source().steps_ns[-1]
+    tried, result = swept(lambda _: True)
+    assert result.next is None
+    assert result.last is not None
+    assert result.last.step_ns == source().steps_ns[-1]
     assert len(tried) < 20

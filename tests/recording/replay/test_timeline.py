@@ -163,19 +163,19 @@ def test_requirements_are_shown_as_they_were_then(tmp_path: Path) -> None:
     seeker = TimelineSeeker(timeline)
 
     def verdict(after_s: float) -> str:
-        (one,) = seeker.seek(timeline.start_ns + round(after_s * S)).requirements
-        return one.verdict
+        (requirement,) = seeker.seek(timeline.start_ns + round(after_s * S)).requirements
+        return requirement.verdict
 
     assert [verdict(1.2), verdict(1.25), verdict(1.2)] == ["open", "violated", "open"]
-    said = [entry.text for entry in seeker.seek(timeline.end_ns).log]
-    assert "requirement is quick: violated by 0.03 s" in said
+    lines = [entry.text for entry in seeker.seek(timeline.end_ns).log]
+    assert "requirement is quick: violated by 0.03 s" in lines
 
 
 def test_the_zones_of_a_world_are_known(tmp_path: Path) -> None:
     """With their names and places, from the first instant that was recorded."""
     timeline = recorded(tmp_path, "mission: m\nworld: nav_arena\ntree: {wait: 0.2}\n")
     zones = TimelineSeeker(timeline).seek(timeline.start_ns).robot.zones
-    assert [one.name for one in zones] == ["A", "B", "C", "D"]
+    assert [zone.name for zone in zones] == ["A", "B", "C", "D"]
     assert (zones[0].x, zones[0].y, zones[0].radius) == (-1.85, -1.76, 0.4)
 
 

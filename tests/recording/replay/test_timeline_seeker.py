@@ -34,16 +34,16 @@ def _many_scenes_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def all_of(shown: MissionState) -> dict[str, Any]:
     """Everything that is known in a scene, and in which order."""
-    found: dict[str, Any] = {}
+    result: dict[str, Any] = {}
     for part in (shown, shown.robot):
         for name, value in vars(part).items():
             if value is shown.robot:
                 continue
             if isinstance(value, dict):
-                found[name] = list(value.items())
+                result[name] = list(value.items())
             else:
-                found[name] = list(value) if isinstance(value, deque | list) else value
-    return found
+                result[name] = list(value) if isinstance(value, deque | list) else value
+    return result
 
 
 def told_one_by_one(timeline: Timeline, time_ns: int) -> MissionState:

@@ -24,29 +24,29 @@ RIM = 0.144 + 0.009
 def test_ahead_it_is_the_distance_from_the_hull(simulate):
     """A wall whose face is 1 m ahead of the axle."""
     wall = {"name": "wall", "from": [1.05, -2], "to": [1.05, 2], "thickness": 0.1}
-    found = simulate(walls=[wall]).clearance()
-    assert found.distance == pytest.approx(1 - FRONT, abs=1e-4)
-    assert found.obstacle == "wall"
-    assert found.here is not None
-    assert found.there is not None
-    assert found.here[0] == pytest.approx(FRONT, abs=1e-4)
-    assert found.there[0] == pytest.approx(1.0)
-    assert math.dist(found.here, found.there) == pytest.approx(found.distance)
+    result = simulate(walls=[wall]).clearance()
+    assert result.distance == pytest.approx(1 - FRONT, abs=1e-4)
+    assert result.obstacle == "wall"
+    assert result.here is not None
+    assert result.there is not None
+    assert result.here[0] == pytest.approx(FRONT, abs=1e-4)
+    assert result.there[0] == pytest.approx(1.0)
+    assert math.dist(result.here, result.there) == pytest.approx(result.distance)
 
 
 def test_beside_it_is_the_distance_from_the_wheel(simulate):
     """The wheels stand out 20 mm farther than the body."""
     pillar = {"name": "pillar", "x": 0, "y": -0.5, "radius": 0.1}
-    found = simulate(cylinders=[pillar]).clearance()
-    assert found.distance == pytest.approx(0.4 - RIM, abs=1e-3)
+    result = simulate(cylinders=[pillar]).clearance()
+    assert result.distance == pytest.approx(0.4 - RIM, abs=1e-3)
 
 
 def test_a_corner_counts_where_it_is_nearest(simulate):
     """Turned by 45 degrees, the front corner is 1 m less its own reach away."""
     wall = {"name": "wall", "from": [1.05, -2], "to": [1.05, 2], "thickness": 0.1}
-    found = simulate(walls=[wall], spawn={"yaw": 45}).clearance()
+    result = simulate(walls=[wall], spawn={"yaw": 45}).clearance()
     reach = (FRONT + 0.133) * math.cos(math.radians(45))
-    assert found.distance == pytest.approx(1 - reach, abs=1e-3)
+    assert result.distance == pytest.approx(1 - reach, abs=1e-3)
 
 
 def test_what_is_out_of_reach_is_not_looked_at(simulate):
@@ -61,9 +61,9 @@ def test_what_is_out_of_reach_is_not_looked_at(simulate):
 def test_the_floor_is_no_obstacle_and_a_bar_overhead_is(simulate):
     """What counts is the distance in space: 5 mm of height between a sill and the hull."""
     sill = {"name": "sill", "x": 0.0, "y": 0.0, "size": [0.02, 0.1, 0.005]}
-    found = simulate(boxes=[sill]).clearance()
-    assert found.obstacle == "sill"
-    assert found.distance == pytest.approx(0.005, abs=1e-4)
+    result = simulate(boxes=[sill]).clearance()
+    assert result.obstacle == "sill"
+    assert result.distance == pytest.approx(0.005, abs=1e-4)
 
 
 def test_pushing_on_against_a_wall_it_is_below_zero(simulate, drive):
@@ -71,9 +71,9 @@ def test_pushing_on_against_a_wall_it_is_below_zero(simulate, drive):
     wall = {"name": "wall", "from": [0.5, -1], "to": [0.5, 1], "thickness": 0.02}
     simulation = simulate(walls=[wall])
     drive(simulation, 4.0, linear=0.2)
-    found = simulation.clearance()
-    assert -1e-3 < found.distance < 0
-    assert found.obstacle == "wall"
+    result = simulation.clearance()
+    assert -1e-3 < result.distance < 0
+    assert result.obstacle == "wall"
 
 
 def test_other_robots_count_by_their_bodies_and_not_by_their_screens(make_world, waffle):
@@ -84,9 +84,9 @@ def test_other_robots_count_by_their_bodies_and_not_by_their_screens(make_world,
     ]
     fleet = Simulation(make_world(), entrants, seed=1)
     for robot, other in (("one", "two"), ("two", "one")):
-        found = fleet[robot].clearance()
-        assert found.obstacle == other
-        assert found.distance == pytest.approx(2 - 2 * FRONT, abs=1e-3)
+        result = fleet[robot].clearance()
+        assert result.obstacle == other
+        assert result.distance == pytest.approx(2 - 2 * FRONT, abs=1e-3)
 
 
 def test_a_prop_counts_while_it_is_there(simulate):

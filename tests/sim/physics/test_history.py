@@ -39,10 +39,10 @@ def test_props_are_those_of_the_instant(simulate):
     box.remove()
     simulation.physics.props.place("pillar", 0.5, 0.0, radius=0.1)
     other = simulation.record()
-    found = [review.clearance(state) for state in (other, moved, placed, nothing, placed)]
-    assert [one.obstacle for one in found] == ["pillar", "box", "box", None, "box"]
-    assert [round(one.distance, 3) for one in found[:3]] == [0.331, 1.331, 0.831]
-    assert simulation.clearance() == found[0]
+    results = [review.clearance(state) for state in (other, moved, placed, nothing, placed)]
+    assert [result.obstacle for result in results] == ["pillar", "box", "box", None, "box"]
+    assert [round(result.distance, 3) for result in results[:3]] == [0.331, 1.331, 0.831]
+    assert simulation.clearance() == results[0]
 
 
 def test_contacts_are_told_with_their_places(simulate, drive):
@@ -60,14 +60,14 @@ def test_contacts_are_told_with_their_places(simulate, drive):
 
 def test_looking_back_changes_nothing_in_the_run(simulate, drive):
     """Two runs, one of them reviewed all the time."""
-    one, other = (simulate(cylinders=[{"x": 1, "y": 0, "radius": 0.1}]) for _ in range(2))
-    review = one.review()
+    first, other = (simulate(cylinders=[{"x": 1, "y": 0, "radius": 0.1}]) for _ in range(2))
+    review = first.review()
     for _ in range(20):
-        for simulation in (one, other):
+        for simulation in (first, other):
             drive(simulation, 0.2, 0.2, 0.3)
-        review.contacts(one.record())
-        one.clearance()
-    assert one.record() == other.record()
+        review.contacts(first.record())
+        first.clearance()
+    assert first.record() == other.record()
 
 
 def test_states_are_equal_where_all_of_it_is(simulate):

@@ -129,9 +129,9 @@ def test_what_was_compiled_before_is_a_model_of_its_own(make_world, waffle):
 def test_worlds_that_differ_are_compiled_by_themselves(make_world, waffle):
     """However little: a robot at -0.0 stands elsewhere than one at 0.0, as far as bits go."""
     places = [Spawn(x=x, y=0.0, yaw=0.0) for x in (0.0, -0.0, 0.25)]
-    models = [compile_model(make_world(), [RobotSpawn(waffle, spawn=one)]) for one in places]
+    models = [compile_model(make_world(), [RobotSpawn(waffle, spawn=place)]) for place in places]
     x = [float(model.body(BASE).pos[0]) for model in models]
-    assert [str(one) for one in x] == ["0.0", "-0.0", "0.25"]
+    assert [str(number) for number in x] == ["0.0", "-0.0", "0.25"]
 
 
 def test_only_so_many_models_are_kept(make_world, waffle):

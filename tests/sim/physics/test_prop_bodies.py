@@ -46,11 +46,11 @@ def test_a_shape_is_as_if_compiled(compiled, obstacle, section, fields):
     ):
         expected, got = getattr(built, field)[made], getattr(model, field)[geom]
         assert got == pytest.approx(expected, abs=1e-7), field
-    one, other = built.geom_bodyid[made], model.geom_bodyid[geom]
+    first, other = built.geom_bodyid[made], model.geom_bodyid[geom]
     for field in ("body_contype", "body_conaffinity", "body_mass", "body_inertia"):
-        assert getattr(model, field)[other] == pytest.approx(getattr(built, field)[one]), field
-    assert model.body_pos[other, 2] == pytest.approx(built.body_pos[one, 2])
-    bounds = [m.bvh_aabb[m.body_bvhadr[body]] for m, body in ((built, one), (model, other))]
+        assert getattr(model, field)[other] == pytest.approx(getattr(built, field)[first]), field
+    assert model.body_pos[other, 2] == pytest.approx(built.body_pos[first, 2])
+    bounds = [m.bvh_aabb[m.body_bvhadr[body]] for m, body in ((built, first), (model, other))]
     assert bounds[1] == pytest.approx(bounds[0], abs=1e-7)
 
 

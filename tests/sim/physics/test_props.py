@@ -84,9 +84,9 @@ def test_it_is_like_an_obstacle_of_the_world(simulate, drive, shape, section, fi
     assert np.array_equal(placed.scan(0), built.scan(0))
     for simulation in (placed, built):
         drive(simulation, 3.0, linear=0.2)
-    (one,), (other,) = placed.take_collisions(), built.take_collisions()
-    assert (one.obstacle, one.time_ns) == ("it", other.time_ns)
-    assert one.force == pytest.approx(other.force, rel=0.05)
+    (collision,), (other,) = placed.take_collisions(), built.take_collisions()
+    assert (collision.obstacle, collision.time_ns) == ("it", other.time_ns)
+    assert collision.force == pytest.approx(other.force, rel=0.05)
 
 
 def test_it_goes_where_it_is_sent_and_stands(simulate):
@@ -167,9 +167,9 @@ def test_a_reset_removes_all_and_repeats_the_start(simulate, drive):
 def test_they_are_listed_and_found_by_name(simulate):
     """In the order in which they were placed."""
     props = simulate(props=3).physics.props
-    one, two = props.place("one", 1, 0, radius=0.1), props.place("two", 2, 0, radius=0.1)
-    assert list(props) == [one, two]
-    assert props["two"] is two
+    first, second = props.place("one", 1, 0, radius=0.1), props.place("two", 2, 0, radius=0.1)
+    assert list(props) == [first, second]
+    assert props["two"] is second
     assert (len(props), props.count) == (2, 3)
 
 

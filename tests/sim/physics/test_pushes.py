@@ -105,11 +105,11 @@ def test_a_shove_turns_it_too(simulate):
 
 def test_without_one_a_run_is_as_it_was(simulate, drive):
     """A push that has ended long ago leaves no trace but its way."""
-    one, other = simulate(), simulate()
-    one.push((0.0, 0.0), 0.1)
-    for simulation in (one, other):
+    first, other = simulate(), simulate()
+    first.push((0.0, 0.0), 0.1)
+    for simulation in (first, other):
         drive(simulation, 2.0, 0.2, 0.3)
-    assert one.pose == other.pose
+    assert first.pose == other.pose
 
 
 @pytest.mark.parametrize(

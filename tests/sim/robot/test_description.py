@@ -26,15 +26,15 @@ def test_links_are_the_frames_of_tf(robot: RobotModel) -> None:
 def test_joints_stand_where_tf_has_them(robot: RobotModel) -> None:
     """Parent, child and place; those of the wheels are named as in `joint_states`."""
     joints = parsed(robot).findall("joint")
-    found = {}
+    result = {}
     for joint in joints:
         parent, child, origin = (joint.find(name) for name in ("parent", "child", "origin"))
         assert parent is not None
         assert child is not None
         assert origin is not None
-        found[child.get("link")] = (parent.get("link"), numbers(origin.get("xyz")))
+        result[child.get("link")] = (parent.get("link"), numbers(origin.get("xyz")))
     for frame in fixed_frames(robot):
-        parent_name, place = found[frame.child]
+        parent_name, place = result[frame.child]
         assert parent_name == frame.parent
         assert place == pytest.approx(frame.translation)
     turning = {joint.get("name") for joint in joints if joint.get("type") == "continuous"}

@@ -16,12 +16,12 @@ START_NS = 1_000_000_000
 def drive(error, seconds=400, seed=1):
     """Drive straight on at 0.25 m/s; returns the error of the place on the map at each 0.1 s."""
     localization = Localization(error, seed, "")
-    found = []
+    results = []
     for step in range(seconds * 10):
         x = step * 0.025
         place = localization.map_to_odom((x, 0.0, 0.0), (x, 0.0, 0.0), START_NS + step * 10**8)
-        found.append(place)
-    return found
+        results.append(place)
+    return results
 
 
 def test_without_an_error_it_is_the_truth():
@@ -34,8 +34,8 @@ def test_without_an_error_it_is_the_truth():
 
 def test_between_updates_it_goes_by_odometry():
     """It changes once in 0.25 m, and while the robot stands not at all."""
-    found = drive(LocalizationError(place=0.05), seconds=20)
-    assert len(set(found)) == 20
+    result = drive(LocalizationError(place=0.05), seconds=20)
+    assert len(set(result)) == 20
     localization = Localization(LocalizationError(place=0.05, jumps=1.0, jump=1.0), 1, "")
     standing = {localization.map_to_odom((0, 0, 0), (0, 0, 0), step) for step in range(100)}
     assert len(standing) == 1
@@ -54,9 +54,9 @@ def test_its_error_has_the_standard_deviation_that_is_said():
 def test_it_jumps_as_often_as_is_said():
     """A jump of a metre stands out of an error of a millimetre."""
     error = LocalizationError(place=0.001, jumps=0.05, jump=1.0)
-    found = drive(error, seconds=2000)
-    steps = [math.dist(a[:2], b[:2]) for a, b in pairwise(found)]
-    assert sum(one > 0.7 for one in steps) == pytest.approx(100, rel=0.3)
+    result = drive(error, seconds=2000)
+    steps = [math.dist(a[:2], b[:2]) for a, b in pairwise(result)]
+    assert sum(length > 0.7 for length in steps) == pytest.approx(100, rel=0.3)
 
 
 def test_it_follows_from_its_seed():

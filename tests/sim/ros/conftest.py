@@ -41,7 +41,7 @@ class Simulator:
 
     def begin(self, kind: str, **fields: Any) -> Any:
         """Send a request to a service, and return the future of its answer."""
-        words = "".join(f"_{one.lower()}" if one.isupper() else one for one in kind)
+        words = "".join(f"_{letter.lower()}" if letter.isupper() else letter for letter in kind)
         kind_type = getattr(srv, kind)
         client = self.stage.ear.create_client(kind_type, f"/bt_mission_sim/{words[1:]}")
         future = client.call_async(kind_type.Request(**fields))

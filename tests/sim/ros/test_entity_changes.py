@@ -137,8 +137,8 @@ def test_several_are_spawned_at_once_and_each_is_told_of(sim):
     answer = sim.ask("SpawnEntities", spawn_requests=requests)
     words = "1 of 3 were not spawned; see results"
     assert told(answer) == (SpawnCode.ENTITIES_SPAWN_FAILED, words)
-    assert [one.result.result for one in answer.results] == [1, SpawnCode.INVALID_POSE, 1]
-    assert [one.entity_name for one in answer.results] == ["box 0", "", "box 2"]
+    assert [result.result.result for result in answer.results] == [1, SpawnCode.INVALID_POSE, 1]
+    assert [result.entity_name for result in answer.results] == ["box 0", "", "box 2"]
     too_many = sim.ask("SpawnEntities", spawn_requests=[msg.SpawnEntity()] * 65)
     assert told(too_many) == (Code.OPERATION_FAILED, "expected at most 64 requests, got 65")
 
@@ -147,8 +147,8 @@ def test_what_can_be_spawned_is_listed(sim):
     """Each can be asked for as it is; sources elsewhere are not looked at."""
     answer = sim.ask("GetSpawnables", sources=["http://shop"])
     assert told(answer) == (Code.OK, "not known as sources: 'http://shop'")
-    for x, one in enumerate(answer.spawnables):
-        assert told(spawn(sim, float(x), -3.0, uri=one.uri)) == (Code.OK, "")
+    for x, first in enumerate(answer.spawnables):
+        assert told(spawn(sim, float(x), -3.0, uri=first.uri)) == (Code.OK, "")
     assert entities(sim)[3:] == ["box", "cylinder"]
 
 
@@ -211,8 +211,8 @@ def test_what_was_spawned_is_put_elsewhere_and_moves_on(sim):
 def test_what_cannot_be_moved_stays(sim, name, state, code, words):
     """With the reason; nothing has changed then."""
     spawn(sim, name="crate")
-    before = {one: state_of(sim, one) for one in entities(sim)}
+    before = {entity: state_of(sim, entity) for entity in entities(sim)}
     result, text = told(sim.ask("SetEntityState", entity=name, state=state))
     assert result == code
     assert words in text
-    assert {one: state_of(sim, one) for one in entities(sim)} == before
+    assert {entity: state_of(sim, entity) for entity in entities(sim)} == before

@@ -27,15 +27,17 @@ def sim(make_simulator):
 
 def test_codes_are_those_of_the_standard():
     """Of categories, bounds and spawning."""
-    assert {one.name: one.value for one in Category} == {
-        one.name: getattr(EntityCategory, f"CATEGORY_{one.name}") for one in Category
+    assert {member.name: member.value for member in Category} == {
+        member.name: getattr(EntityCategory, f"CATEGORY_{member.name}") for member in Category
     }
     kinds = (entity_messages.EMPTY, entity_messages.BOX, entity_messages.SPHERE)
     bounds = msg.Bounds
     assert kinds == (bounds.TYPE_EMPTY, bounds.TYPE_BOX, bounds.TYPE_SPHERE)
     assert {
-        one.name: one.value for one in SpawnCode if one is not SpawnCode.ENTITIES_SPAWN_FAILED
-    } == {one.name: getattr(msg.SpawnResult, one.name) for one in list(SpawnCode)[:-1]}
+        member.name: member.value
+        for member in SpawnCode
+        if member is not SpawnCode.ENTITIES_SPAWN_FAILED
+    } == {member.name: getattr(msg.SpawnResult, member.name) for member in list(SpawnCode)[:-1]}
     assert srv.SpawnEntities.Response.ENTITIES_SPAWN_FAILED == SpawnCode.ENTITIES_SPAWN_FAILED
     assert srv.SetEntityState.Response.INVALID_POSE == INVALID_POSE
 

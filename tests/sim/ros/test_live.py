@@ -89,10 +89,10 @@ def test_it_runs_and_ends_cleanly_on_a_signal(beside, live, number):
     assert (world.description, world.read_only) == ("Name of the world.", True)
     assert clocks[-1].clock.sec >= 1
     live.send_signal(number)
-    _, said = live.communicate()
+    _, output = live.communicate()
     assert live.returncode == 0
-    assert "Traceback" not in said
-    assert "waffle in dqn_stage1, seed 3, speed 2" in said
+    assert "Traceback" not in output
+    assert "waffle in dqn_stage1, seed 3, speed 2" in output
 
 
 @pytest.mark.parametrize(
@@ -141,9 +141,9 @@ def test_several_robots_live_under_their_names(beside):
             assert process.poll() is None
             executor.spin_once(timeout_sec=0.1)
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate()
+        _, output = process.communicate()
     assert process.returncode == 0
-    assert "one (waffle), two (burger) in dqn_stage1, seed 0, speed 5" in said
+    assert "one (waffle), two (burger) in dqn_stage1, seed 0, speed 5" in output
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, float("nan"), 2 * FASTEST])
@@ -179,32 +179,34 @@ def test_who_commands_in_vain_is_named(beside):
         last.callback(process.kill)  # a failed assertion must not wait for it
         stderr = process.stderr
         assert stderr is not None
-        said = next(line for line in stderr if "/beside publishes" in line)
+        output = next(line for line in stderr if "/beside publishes" in line)
         while ("world", "/") not in node.get_node_names_and_namespaces():
             assert process.poll() is None
             executor.spin_once(timeout_sec=0.1)
-    assert "[world]: /drive: /beside publishes geometry_msgs/msg/Twist, but the robot takes" in said
-    assert "--cmd-vel-type plain" in said
+    assert (
+        "[world]: /drive: /beside publishes geometry_msgs/msg/Twist, but the robot takes" in output
+    )
+    assert "--cmd-vel-type plain" in output
 
 
 def said_at_each_look(names: list[tuple[str, str]]) -> tuple[list[int], list[str]]:
     """How many warnings there were after each look at a publisher of this name, and they."""
     there: list[SimpleNamespace] = []
-    told: list[str] = []
+    reports: list[str] = []
     node: Any = SimpleNamespace(
         command_type="stamped",
         robots=[SimpleNamespace(prefix="")],
         resolve_topic_name=lambda topic: f"/{topic}",
         get_publishers_info_by_topic=lambda _: there,
-        get_logger=lambda: SimpleNamespace(warning=told.append),
+        get_logger=lambda: SimpleNamespace(warning=reports.append),
     )
     watch, counts = CommandWatch(node), []
-    for one, space in names:
+    for first, space in names:
         kind = "geometry_msgs/msg/Twist"
-        there[:] = [SimpleNamespace(node_name=one, node_namespace=space, topic_type=kind)]
+        there[:] = [SimpleNamespace(node_name=first, node_namespace=space, topic_type=kind)]
         watch.look()
-        counts.append(len(told))
-    return counts, told
+        counts.append(len(reports))
+    return counts, reports
 
 
 @pytest.mark.parametrize(
@@ -213,9 +215,9 @@ def said_at_each_look(names: list[tuple[str, str]]) -> tuple[list[int], list[str
 def test_a_node_without_a_name_is_told_of_at_the_second_look(name, who):
     """The graph may learn of a publisher before it learns of its node; each is told of once."""
     unknown = ("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")
-    counts, told = said_at_each_look([unknown, *([(name, "/") if name else unknown] * 3)])
+    counts, reported = said_at_each_look([unknown, *([(name, "/") if name else unknown] * 3)])
     assert counts == [0, 1, 1, 1]
-    assert f"/cmd_vel: {who} publishes geometry_msgs/msg/Twist, but" in told[0]
+    assert f"/cmd_vel: {who} publishes geometry_msgs/msg/Twist, but" in reported[0]
 
 
 def test_another_node_without_a_name_has_a_second_look_of_its_own():
@@ -240,8 +242,8 @@ def test_commands_of_the_type_that_a_parameter_names_are_taken(beside):
             assert process.poll() is None
             executor.spin_once(timeout_sec=0.1)
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate()
-    assert (process.returncode, said) == (0, "")
+        _, output = process.communicate()
+    assert (process.returncode, output) == (0, "")
 
 
 @pytest.mark.parametrize("given", ["speed:=0.0", "cmd_vel_type:=twist"])

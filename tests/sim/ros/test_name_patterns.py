@@ -10,7 +10,7 @@ NAMES = ["box_1", "box_22", "my box", "waffle"]
 
 
 @pytest.mark.parametrize(
-    ("pattern", "found"),
+    ("pattern", "result"),
     [
         ("^box_[0-9]+$", ["box_1", "box_22"]),
         ("^box_[0-9]{2}$", ["box_22"]),
@@ -19,9 +19,9 @@ NAMES = ["box_1", "box_22", "my box", "waffle"]
         ("([0-9])+$", ["box_1", "box_22"]),
     ],
 )
-def test_patterns_with_repetitions_match(pattern, found):
+def test_patterns_with_repetitions_match(pattern, result):
     """Of characters, of sets and of groups."""
-    assert matching(pattern, NAMES) == found
+    assert matching(pattern, NAMES) == result
 
 
 @pytest.mark.parametrize(

@@ -88,9 +88,9 @@ def test_map_and_the_way_to_it_are_left_to_others(stage):
     here.run(1 * S + 100 * MS)
     assert here.sim.get_publishers_info_by_topic("map") == []
     frames = [
-        (one.header.frame_id, one.child_frame_id)
+        (transform.header.frame_id, transform.child_frame_id)
         for message in here.messages("tf")
-        for one in message.transforms
+        for transform in message.transforms
     ]
     assert set(frames) == {("odom", "base_footprint")}
 
@@ -134,7 +134,9 @@ def test_what_is_due_at_one_instant_comes_in_a_fixed_order(stage):
     """The clock first, the scan last."""
     here = stage(*QUIET)
     here.run(1 * S)
-    assert [topic for topic, _ in here.heard] == [topic for topic in QUIET if topic != "collisions"]
+    assert [topic for topic, _ in here.received] == [
+        topic for topic in QUIET if topic != "collisions"
+    ]
 
 
 def test_frames_are_those_of_a_turtlebot3(stage):
@@ -327,7 +329,7 @@ def story(stage, seed: int) -> str:
         here.command(0.2, 0.9 if step % 20 < 10 else -0.9)
     here.close()  # two stages of one process hear each other
     # As words: between the fields of a serialised message lie bytes that nobody has set.
-    return hashlib.sha256(repr(here.heard).encode()).hexdigest()
+    return hashlib.sha256(repr(here.received).encode()).hexdigest()
 
 
 def test_the_same_seed_tells_the_same_story(stage):

@@ -41,18 +41,18 @@ def clocks(sim) -> list[int]:
 )
 def test_codes_are_those_of_the_standard(ours, theirs, prefix):
     """They are written down here, so that older releases with fewer names do, too."""
-    assert {one.name: one.value for one in ours} == {
-        one.name: getattr(theirs, f"{prefix}{one.name}") for one in ours
+    assert {member.name: member.value for member in ours} == {
+        member.name: getattr(theirs, f"{prefix}{member.name}") for member in ours
     }
 
 
 def test_the_features_are_told_in_every_state(sim):
     """Each once, and none for worlds, which are chosen at the start."""
-    said = sim.ask("GetSimulatorFeatures").features
-    assert list(said.features) == [feature.value for feature in Feature]
-    assert list(said.spawn_formats) == ["yaml"]
+    output = sim.ask("GetSimulatorFeatures").features
+    assert list(output.features) == [feature.value for feature in Feature]
+    assert list(output.spawn_formats) == ["yaml"]
     sim.set_state(QUITTING)
-    assert sim.ask("GetSimulatorFeatures").features == said
+    assert sim.ask("GetSimulatorFeatures").features == output
 
 
 def test_it_plays_from_the_start(sim):
@@ -65,9 +65,9 @@ def test_paused_time_stands_and_is_not_made_up_for(sim):
     """Nothing is published; then it goes on from there."""
     assert sim.set_state(PAUSED) == (Code.OK, "")
     assert sim.state == PAUSED
-    heard = len(sim.stage.heard)
+    received = len(sim.stage.received)
     sim.wait(100.0)
-    assert (sim.node.clock_ns, len(sim.stage.heard)) == (1500 * MS, heard)
+    assert (sim.node.clock_ns, len(sim.stage.received)) == (1500 * MS, received)
     assert sim.set_state(PLAYING) == (Code.OK, "")
     sim.wait(0.25)
     assert clocks(sim)[-5:] == [1550, 1600, 1650, 1700, 1750]
@@ -78,9 +78,9 @@ def test_stopped_it_is_as_at_the_start(sim):
     scans = [message.ranges for message in sim.stage.messages("scan")]
     assert sim.set_state(STOPPED) == (Code.OK, "")
     assert (sim.state, sim.node.clock_ns, clocks(sim)[-1]) == (STOPPED, 1000 * MS, 1000)
-    sim.stage.heard.clear()
+    sim.stage.received.clear()
     sim.wait(5.0)
-    assert sim.stage.heard == []
+    assert sim.stage.received == []
     sim.set_state(PLAYING)
     sim.wait(0.5)
     assert [message.ranges for message in sim.stage.messages("scan")] == scans
@@ -200,8 +200,8 @@ def send_steps(sim, steps: int):
     told_so_far: list[tuple[int, int]] = []
     sent = client.send_goal_async(
         SimulateSteps.Goal(steps=steps),
-        feedback_callback=lambda one: told_so_far.append(
-            (one.feedback.completed_steps, one.feedback.remaining_steps)
+        feedback_callback=lambda message: told_so_far.append(
+            (message.feedback.completed_steps, message.feedback.remaining_steps)
         ),
     )
     sim.stage.clock.run_until_quiet()

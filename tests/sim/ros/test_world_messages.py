@@ -22,7 +22,7 @@ def test_a_zone_is_a_disc_with_a_name() -> None:
 def test_markers_are_told_apart() -> None:
     """By namespace and number."""
     every = zone_markers(load_world("nav_arena"), Time()).markers
-    assert len({(one.ns, one.id) for one in every}) == len(every) == 8
+    assert len({(marker.ns, marker.id) for marker in every}) == len(every) == 8
 
 
 def test_places_are_marked_beside_zones():

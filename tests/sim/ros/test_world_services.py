@@ -36,8 +36,8 @@ def test_the_worlds_that_are_shipped_are_listed(sim):
     """What is to be searched besides is said to be left out; tags there are none."""
     answer = sim.ask("GetAvailableWorlds", additional_sources=["http://shop"])
     assert told(answer) == (Code.OK, "not searched: 'http://shop'")
-    found = [Path(world.world_resource.uri).stem for world in answer.worlds]
-    assert found == names("worlds")
+    worlds = [Path(world.world_resource.uri).stem for world in answer.worlds]
+    assert worlds == names("worlds")
     tagged = sim.ask("GetAvailableWorlds", filter=TagsFilter(tags=["indoor"]))
     assert told(tagged)[0] == Code.FEATURE_UNSUPPORTED
 
@@ -50,12 +50,12 @@ def test_the_world_stays(sim, kind):
 
 
 @pytest.mark.parametrize(
-    ("tags", "found"), [([], ["spawn", "dock"]), (["zone"], ["dock"]), (["spawn"], ["spawn"])]
+    ("tags", "result"), [([], ["spawn", "dock"]), (["zone"], ["dock"]), (["spawn"], ["spawn"])]
 )
-def test_places_with_a_name(sim, tags, found):
+def test_places_with_a_name(sim, tags, result):
     """The start and the zones, by their tags."""
     answer = sim.ask("GetNamedPoses", tags=TagsFilter(tags=tags))
-    assert [pose.name for pose in answer.poses] == found
+    assert [pose.name for pose in answer.poses] == result
     for pose in answer.poses:
         if pose.name == "spawn":
             place, q = pose.pose.position, pose.pose.orientation

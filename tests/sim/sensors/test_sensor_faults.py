@@ -110,17 +110,17 @@ def test_dropout_loses_a_share_of_the_rays(pair):
 @pytest.mark.parametrize("model", ["LDS-01", "LDS-02"])
 def test_what_is_random_depends_on_seed_and_measurement_alone(pair, fault, model):
     """The same measurement of the same seed is the same, whatever was measured or set before."""
-    one, other = pair(lidar={"model": model})
-    for simulation in (one, other):
+    first, other = pair(lidar={"model": model})
+    for simulation in (first, other):
         simulation.faults.set("lidar", **fault)
     for index in range(70):
         other.scan(index)
     other.faults.clear()
     other.faults.set("lidar", **fault)
-    assert np.array_equal(one.scan(7), other.scan(7), equal_nan=True)
+    assert np.array_equal(first.scan(7), other.scan(7), equal_nan=True)
     third, _ = pair(seed=2, lidar={"model": model})
     third.faults.set("lidar", **fault)
-    assert not np.array_equal(one.scan(7), third.scan(7), equal_nan=True)
+    assert not np.array_equal(first.scan(7), third.scan(7), equal_nan=True)
 
 
 @pytest.mark.parametrize("model", ["LDS-01", "LDS-02"])
@@ -200,8 +200,8 @@ def test_odometry_with_wrong_figures_is_off_by_a_factor(pair, drive, faults, ahe
         if command[1]:
             assert broken.odometry.yaw == pytest.approx(factor * sound.odometry.yaw, rel=1e-3)
         else:
-            found = broken.odometry.linear
-            assert found == pytest.approx(factor * sound.odometry.linear, rel=1e-3)
+            result = broken.odometry.linear
+            assert result == pytest.approx(factor * sound.odometry.linear, rel=1e-3)
 
 
 def test_a_wheel_taken_for_larger_makes_a_straight_way_an_arc(pair, drive):

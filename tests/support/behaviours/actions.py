@@ -47,7 +47,7 @@ class Bench:
         """Send a goal, and log all that is heard of it."""
         who = f"client {angle:g}"
 
-        def heard(future: Future) -> None:
+        def answered(future: Future) -> None:
             handle = future.result()
             self.play.say(who, f"accepted: {handle.accepted}")
             if handle.accepted:
@@ -62,7 +62,7 @@ class Bench:
             Turn.Goal(angle=angle),
             feedback_callback=lambda m: self.play.say(who, f"at {m.feedback.current_angle:g}"),
         )
-        sent.add_done_callback(heard)
+        sent.add_done_callback(answered)
         return sent
 
     def cancel(self, sent: Future) -> None:
@@ -160,11 +160,11 @@ def feedback_comes_in_order(play: Play) -> None:
     bench = Bench(play)
     angles = iter(range(100))
 
-    def tell() -> None:
+    def report() -> None:
         for handle in bench.handles:
             handle.publish_feedback(Turn.Feedback(current_angle=float(next(angles))))
 
-    bench.serving.create_timer(0.1, tell)
+    bench.serving.create_timer(0.1, report)
     bench.send()
     play.advance(0.45)
     bench.ends[0].set_result("succeed")
@@ -255,7 +255,9 @@ def a_result_that_is_asked_for_twice(play: Play) -> None:
     play.settle()
     bench.ends[0].set_result("succeed")
     play.settle()
-    play.say("client", [NAMES[one.result().status] if one.done() else None for one in asked])
+    play.say(
+        "client", [NAMES[future.result().status] if future.done() else None for future in asked]
+    )
 
 
 def two_goals_at_once(play: Play) -> None:
@@ -291,13 +293,13 @@ def a_coroutine_that_sends_waits_and_sends_again(play: Play) -> None:
 
     bench = Bench(play, execute=execute, callback_group=ReentrantCallbackGroup())
 
-    async def story() -> None:
+    async def act() -> None:
         for angle in (10.0, 20.0, 30.0):
             handle = await bench.client.send_goal_async(Turn.Goal(angle=angle))
             answer = await handle.get_result_async()
-            play.say("story", f"{NAMES[answer.status]}, {answer.result.angle_turned:g}")
+            play.say("act", f"{NAMES[answer.status]}, {answer.result.angle_turned:g}")
 
-    play.executor.create_task(story())
+    play.executor.create_task(act())
     play.settle()
 
 

@@ -123,7 +123,7 @@ def a_removed_node_is_not_served(play: Play) -> None:
     play.executor.remove_node(node)
     publisher.publish(Int64(data=2))
     play.settle()
-    play.say("a", f"served by {[one.get_name() for one in play.executor.get_nodes()]}")
+    play.say("a", f"served by {[served.get_name() for served in play.executor.get_nodes()]}")
 
 
 def what_came_while_a_node_was_away_is_served_when_it_is_back(play: Play) -> None:

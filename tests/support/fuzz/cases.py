@@ -123,20 +123,22 @@ class Corpus:
 def corpus() -> Corpus:
     """Read the corpus."""
     texts = _texts(*FOLDERS)
-    data = [found for text in texts if isinstance(found := _data(text), dict) and _is_small(found)]
-    values = [slot for one in data for slot in slots(one)]
+    data = [
+        parsed for text in texts if isinstance(parsed := _data(text), dict) and _is_small(parsed)
+    ]
+    values = [slot for mission in data for slot in slots(mission)]
     pool = Pool(
         tuple(slot.value for slot in values if is_node(slot.value)),
         tuple(dict.fromkeys(slot.key for slot in values if isinstance(slot.key, str))),
-        frozenset(name for one in data for name in names_in(one)),
+        frozenset(name for mission in data for name in names_in(mission)),
         tuple(slot.value for slot in values if not isinstance(slot.value, dict)),
     )
-    sound = [found for text in _texts(*FOLDERS[:-1]) if isinstance(found := _data(text), dict)]
+    sound = [parsed for text in _texts(*FOLDERS[:-1]) if isinstance(parsed := _data(text), dict)]
     return Corpus(
         tuple(texts),
         xml_missions.texts(FOLDERS[:-1], GROOT),
-        tuple(pickle.dumps(one) for one in data),
-        tuple(pickle.dumps(one) for one in sound),
+        tuple(pickle.dumps(mission) for mission in data),
+        tuple(pickle.dumps(mission) for mission in sound),
         pool,
     )
 
@@ -172,30 +174,30 @@ def prepare(folder: Path) -> None:
     (folder / "outside.yaml").symlink_to(ROOT / "pyproject.toml")
 
 
-def case(found: Corpus, seed: int, number: int) -> Case:
+def case(samples: Corpus, seed: int, number: int) -> Case:
     """Return a mutated mission file."""
     rng = Random(f"{seed}/{number}")
     if rng.random() < LARGE_SHARE:
         return Case("m.yaml", large(rng).encode())
     if rng.random() < XML_SHARE:
-        name, text = "m.xml", xml_missions.mutated(rng, rng.choice(found.xml))
+        name, text = "m.xml", xml_missions.mutated(rng, rng.choice(samples.xml))
     elif rng.random() < 0.65:
-        name, text = "m.yaml", _structural(rng, found)
+        name, text = "m.yaml", _structural(rng, samples)
         if rng.random() < 0.1:
             text = _textual(rng, text)
     else:
-        name, text = "m.yaml", _textual(rng, rng.choice(found.texts))
+        name, text = "m.yaml", _textual(rng, rng.choice(samples.texts))
     contents = text.encode("utf-8", "surrogatepass")
     return Case(name, _with_bytes(rng, contents) if rng.random() < 0.02 else contents)
 
 
-def _structural(rng: Random, found: Corpus) -> str:
+def _structural(rng: Random, samples: Corpus) -> str:
     gently = rng.random() < 0.6
-    data = pickle.loads(rng.choice(found.sound if gently else found.data))  # noqa: S301 - as above
+    data = pickle.loads(rng.choice(samples.sound if gently else samples.data))  # noqa: S301 - as above
     for _ in range(rng.choice((1, 1, 1, 2, 2, 3, 5))):
-        change(rng, data, found.pool, gently=gently)
+        change(rng, data, samples.pool, gently=gently)
     if gently:
-        supply(rng, data, found.pool)
+        supply(rng, data, samples.pool)
     return _RAW.sub(lambda match: match[2], _dumped(rng, data)[:LARGEST])
 
 

@@ -185,7 +185,7 @@ class Play:
         if executive is None or self.graph is None:
             return
         executive.interrupt("enough")
-        self.graph.lose_patience()
+        self.graph.stop_delaying()
         for _ in range(SETTLING_TICKS):
             if executive.is_done:
                 return
@@ -246,9 +246,9 @@ class Play:
         before = dict(node._parameters)
         asked = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
         service: Any = node._parameter_service
-        (told,) = service._set_parameters_callback(asked, SetParameters.Response()).results
-        serialize_message(told)
-        if told.successful:
+        (result,) = service._set_parameters_callback(asked, SetParameters.Response()).results
+        serialize_message(result)
+        if result.successful:
             # rclpy takes a parameter without a name that nobody has declared; nobody reads it.
             kept = node._parameters[name] if name in before else None
             is_number = kept is None or kept.value == kept.value
@@ -256,8 +256,8 @@ class Play:
             node._parameters.clear()
             node._parameters.update(before)
         else:
-            assert told.reason, "a parameter is refused without words"
-        return f"{name} = {str(value)[:40]}: {told.successful} {told.reason[:100]}"
+            assert result.reason, "a parameter is refused without words"
+        return f"{name} = {str(value)[:40]}: {result.successful} {result.reason[:100]}"
 
 
 @cache
@@ -283,9 +283,9 @@ def judge(path: Path) -> Verdict:
     try:
         play.run()
     except Exception as error:  # noqa: BLE001 - whatever it is, with what led to it
-        found = crash(error)
-        kind = str(error) if isinstance(error, AssertionError) else found.kind
-        return Verdict(False, finding=Finding(kind, "\n".join([*play.log[-25:], found.text])))
+        crashed = crash(error)
+        kind = str(error) if isinstance(error, AssertionError) else crashed.kind
+        return Verdict(False, finding=Finding(kind, "\n".join([*play.log[-25:], crashed.text])))
     return Verdict(any(": True" in line for line in play.log), inputs=max(len(play.log), 1))
 
 

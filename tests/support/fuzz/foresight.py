@@ -44,14 +44,16 @@ def foreseeable(mission: Mission, scope: Scope, text: str) -> str | None:
 def _unseen(
     tree: Tree, step: NodeModel, variables: Variables, scope: Scope, text: str
 ) -> str | None:
-    found = list(_expressions(step))
+    expressions = list(_expressions(step))
     constants = tree.constants
-    for one in found:
-        for part in _fixed(one.root, constants.keys()):
+    for expression in expressions:
+        for part in _fixed(expression.root, constants.keys()):
             message = _error_of(part, constants)
             if message is not None and message in text:
                 return f"known beforehand, {step.kind}"
-    if all(one.names <= constants.keys() and not one.draws for one in found):
+    if all(
+        expression.names <= constants.keys() and not expression.draws for expression in expressions
+    ):
         return f"all values are known, {step.kind}"
     lacking = re.search(r"'\$?([A-Za-z_]\w*)' has no value", text)
     if lacking and lacking[1] not in variables.types:
@@ -60,7 +62,7 @@ def _unseen(
     if (
         _CLASH.search(text)
         and not inside_a_list
-        and all(_type(one, step, variables) is not None for one in found)
+        and all(_type(expression, step, variables) is not None for expression in expressions)
     ):
         return f"a clash of known types, {step.kind}"
     if tree.is_main:
@@ -71,7 +73,7 @@ def _unseen(
     return None
 
 
-def _type(one: Expression, step: NodeModel, variables: Variables) -> Type | None:
+def _type(expression: Expression, step: NodeModel, variables: Variables) -> Type | None:
     """Return the type of an expression where no part of it is in doubt."""
     types = dict(variables.types)
     if isinstance(step, SetNode):
@@ -81,13 +83,13 @@ def _type(one: Expression, step: NodeModel, variables: Variables) -> Type | None
     def known(name: Name) -> Type | None:
         return types.get(name.name) if name.variable or name.name in types else None
 
-    if any(known(name) is None for name in one.references):
+    if any(known(name) is None for name in expression.references):
         return None
-    if any(_infer(part, known) is None for part in _parts(one.root)):
+    if any(_infer(part, known) is None for part in _parts(expression.root)):
         return None
-    if any(isinstance(part, FunctionCall) for part in _parts(one.root)):
+    if any(isinstance(part, FunctionCall) for part in _parts(expression.root)):
         return None
-    return _infer(one.root, known)
+    return _infer(expression.root, known)
 
 
 def _infer(part: SyntaxNode, known: Any) -> Type | None:
@@ -107,8 +109,12 @@ def _fixed(node: SyntaxNode, known: Any) -> Iterator[SyntaxNode]:
     """Yield the parts of an expression that have the same value in every run."""
     for part in _parts(node):
         inner = list(_parts(part))
-        drawn = any(isinstance(one, FunctionCall) and one.draws for one in inner)
-        if not drawn and all(one.name in known for one in inner if isinstance(one, Name)):
+        drawn = any(
+            isinstance(inner_part, FunctionCall) and inner_part.draws for inner_part in inner
+        )
+        if not drawn and all(
+            inner_part.name in known for inner_part in inner if isinstance(inner_part, Name)
+        ):
             yield part
 
 

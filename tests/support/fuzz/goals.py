@@ -104,11 +104,11 @@ class PeerGraph(Graph):
         self.peers: list[Peer] = []
 
     def goal_client(self, action: str, type_name: str) -> Any:
-        found = peer(action, type_name)
-        if found not in self.peers:
-            found.forget()
-            self.peers.append(found)
-        return found
+        client = peer(action, type_name)
+        if client not in self.peers:
+            client.forget()
+            self.peers.append(client)
+        return client
 
 
 class Play:
@@ -142,8 +142,8 @@ class Play:
             if self.executive.is_done:
                 return True
             self.graph.now_ns += 5 * 10**8
-            for one in self.graph.peers:
-                one.tasks.run()
+            for client in self.graph.peers:
+                client.tasks.run()
             self.executive.tick()
         return False
 
@@ -157,80 +157,82 @@ class Play:
 
     def _tick(self) -> str:
         self.graph.now_ns = max(self.graph.now_ns + self._pick(STEPS_NS), 10**9)
-        for one in self.graph.peers:
-            one.tasks.run()
+        for client in self.graph.peers:
+            client.tasks.run()
         self.executive.tick()
         return f"tick at {self.graph.now_ns / 1e9} s: {self.executive.mission_state.status}"
 
-    def _request(self, one: Peer, kind: str) -> tuple[int, Any]:
+    def _request(self, client: Peer, kind: str) -> tuple[int, Any]:
         """A request that was sent, or one that never was."""
-        sent = one.requests.sent[kind]
+        sent = client.requests.sent[kind]
         byte = self._byte()
         if not sent or byte > 240:
             return byte + 1_000_000, None
         return sent[-1 - byte % min(len(sent), 4)]
 
     def _answer(self) -> str:
-        one, flag = self._pick(self.graph.peers), self._byte()
-        number, asked = self._request(one, "goal")
-        answer = one.types.Impl.SendGoalService.Response(accepted=flag % 4 != 0)
+        client, flag = self._pick(self.graph.peers), self._byte()
+        number, asked = self._request(client, "goal")
+        answer = client.types.Impl.SendGoalService.Response(accepted=flag % 4 != 0)
         answer.stamp.sec = self._pick((0, 5, -(2**31), 2**31 - 1))
         if asked is not None and answer.accepted:
             self.accepted.add(bytes(asked.goal_id.uuid))
-        one.deliver("goal", (number, answer))
+        client.deliver("goal", (number, answer))
         return f"answer to goal request {number}: accepted {answer.accepted}"
 
-    def _goal_id(self, one: Peer) -> bytes:
+    def _goal_id(self, client: Peer) -> bytes:
         byte = self._byte()
-        known = list(one.goals)
+        known = list(client.goals)
         if byte % 4 == 3 or not known:
             return self._pick((EMPTY, b"\xff" * 16, hashlib.md5(bytes([byte])).digest()))  # noqa: S324 - no secret
         return bytes(known[-1 - byte // 4 % min(len(known), 4)])
 
     def _feedback(self) -> str:
-        one = self._pick(self.graph.peers)
-        goal_id, content = self._goal_id(one), self._pick(messages(one.types.Feedback))
-        message = one.types.Impl.FeedbackMessage(goal_id=UUID(uuid=list(goal_id)), feedback=content)
-        before = {key: goal.feedback for key, goal in one.goals.items() if key != goal_id}
-        one.deliver("feedback", message)
+        client = self._pick(self.graph.peers)
+        goal_id, content = self._goal_id(client), self._pick(messages(client.types.Feedback))
+        message = client.types.Impl.FeedbackMessage(
+            goal_id=UUID(uuid=list(goal_id)), feedback=content
+        )
+        before = {key: goal.feedback for key, goal in client.goals.items() if key != goal_id}
+        client.deliver("feedback", message)
         for key, feedback in before.items():
-            assert one.goals[key].feedback is feedback, "feedback of another goal was taken"
+            assert client.goals[key].feedback is feedback, "feedback of another goal was taken"
         return f"feedback for {goal_id.hex()[:8]}"
 
     def _result(self) -> str:
-        one, status = self._pick(self.graph.peers), self._pick(STATUSES)
-        number, asked = self._request(one, "result")
-        result = self._pick(messages(one.types.Result))
-        answer = one.types.Impl.GetResultService.Response(status=status, result=result)
+        client, status = self._pick(self.graph.peers), self._pick(STATUSES)
+        number, asked = self._request(client, "result")
+        result = self._pick(messages(client.types.Result))
+        answer = client.types.Impl.GetResultService.Response(status=status, result=result)
         if asked is not None and status == Final.SUCCEEDED:
             self.succeeded.add(bytes(asked.goal_id.uuid))
-        one.deliver("result", (number, answer))
+        client.deliver("result", (number, answer))
         return f"result for request {number}: status {status}"
 
     def _cancel(self) -> str:
-        one, code = self._pick(self.graph.peers), self._pick(CODES)
-        number, asked = self._request(one, "cancel")
-        answer = one.types.Impl.CancelGoalService.Response(return_code=code)
-        ids = [self._goal_id(one) for _ in range(self._byte() % 4)]
+        client, code = self._pick(self.graph.peers), self._pick(CODES)
+        number, asked = self._request(client, "cancel")
+        answer = client.types.Impl.CancelGoalService.Response(return_code=code)
+        ids = [self._goal_id(client) for _ in range(self._byte() % 4)]
         if asked is not None:
             ids += [bytes(asked.goal_info.goal_id.uuid)] * (self._byte() % 3)
-        answer.goals_canceling = [_info(one) for one in ids]
+        answer.goals_canceling = [_info(goal) for goal in ids]
         if asked is not None and (ids or code == 3):
             self.accepted.add(bytes(asked.goal_info.goal_id.uuid))
-        one.deliver("cancel", (number, answer))
+        client.deliver("cancel", (number, answer))
         return f"answer to cancel {number}: code {code}, {len(ids)} goals"
 
     def _status(self) -> str:
-        one = self._pick(self.graph.peers)
-        ids = [self._goal_id(one) for _ in range(self._byte() % 6)]
-        told = [GoalStatus(goal_info=_info(goal), status=self._pick(STATUSES)) for goal in ids]
-        one.deliver("status", GoalStatusArray(status_list=told))
-        return f"status of {len(told)} goals"
+        client = self._pick(self.graph.peers)
+        ids = [self._goal_id(client) for _ in range(self._byte() % 6)]
+        statuses = [GoalStatus(goal_info=_info(goal), status=self._pick(STATUSES)) for goal in ids]
+        client.deliver("status", GoalStatusArray(status_list=statuses))
+        return f"status of {len(statuses)} goals"
 
     def _vanish(self) -> str:
-        one = self._pick(self.graph.peers)
-        one.requests.is_there = self._byte() % 3 != 0
-        return f"the server is {'there' if one.requests.is_there else 'gone'}"
+        client = self._pick(self.graph.peers)
+        client.requests.is_there = self._byte() % 3 != 0
+        return f"the server is {'there' if client.requests.is_there else 'gone'}"
 
     def _hold(self) -> str:
         match self._byte() % 6:
@@ -251,8 +253,8 @@ class Play:
     # ---- whether all is well -------------------------------------------------------------
 
     def _look(self) -> None:
-        for one in self.graph.peers:
-            for goal in one.goals.values():
+        for client in self.graph.peers:
+            for goal in client.goals.values():
                 assert goal.status is not Final.SUCCEEDED or goal.id in self.succeeded, (
                     "a goal has succeeded of which nobody said so"
                 )
@@ -262,8 +264,8 @@ class Play:
 
     def goals(self) -> Iterator[Goal]:
         """Every goal that was sent."""
-        for one in self.graph.peers:
-            yield from one.goals.values()
+        for client in self.graph.peers:
+            yield from client.goals.values()
 
 
 def _info(goal_id: bytes) -> GoalInfo:
@@ -277,17 +279,17 @@ def judge(path: Path) -> Verdict:
         play.run()
         is_done = play.settle()
     except Exception as error:  # noqa: BLE001 - whatever it is, with what led to it
-        found = crash(error)
-        kind = str(error) if isinstance(error, AssertionError) else found.kind
-        return Verdict(False, finding=Finding(kind, "\n".join([*play.log[-30:], found.text])))
+        crashed = crash(error)
+        kind = str(error) if isinstance(error, AssertionError) else crashed.kind
+        return Verdict(False, finding=Finding(kind, "\n".join([*play.log[-30:], crashed.text])))
     executive = play.executive
-    said = "\n".join(play.log[-30:])
+    lines = "\n".join(play.log[-30:])
     if not is_done:
-        return Verdict(True, finding=Finding("the mission does not end", said))
+        return Verdict(True, finding=Finding("the mission does not end", lines))
     alive = sum(1 for goal in play.goals() if goal.phase is not Phase.ENDED)
     if alive != len(executive.goals_left_behind):
         counts = f"{alive} have not ended, {len(executive.goals_left_behind)} are named"
-        return Verdict(True, finding=Finding("goals are left behind unnamed", f"{counts}\n{said}"))
+        return Verdict(True, finding=Finding("goals are left behind unnamed", f"{counts}\n{lines}"))
     cause = getattr(executive, "error", None)
     if cause is not None and not isinstance(cause, MissionFailure):
         return Verdict(True, finding=crash(cause))

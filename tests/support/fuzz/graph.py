@@ -60,7 +60,7 @@ class Server:
 
     def __init__(self, name: str, type_name: str, luck: Random) -> None:
         self.name = name
-        self.patient = True
+        self.is_delaying = True
         self._type = interface_types.action_type(type_name)
         self._luck = luck
         self._asked: list[Goal] = []
@@ -86,13 +86,13 @@ class Server:
         """Answer some of what is open; all of it once patience has ended."""
         asked, self._asked = self._asked, []
         for goal in asked:
-            if self.patient and self._luck.random() < 0.1:
+            if self.is_delaying and self._luck.random() < 0.1:
                 self._asked.append(goal)
             else:
                 goal.on(Event.REJECTED if self._luck.random() < 0.1 else Event.ACCEPTED)
         cancels, self._cancels = self._cancels, []
         for goal in cancels:
-            if self.patient and self._luck.random() < 0.1:
+            if self.is_delaying and self._luck.random() < 0.1:
                 goal.on(Event.CANCEL_REFUSED)
             else:
                 goal.on_result(5, self._luck.choice(messages(self._type.Result)))
@@ -144,7 +144,7 @@ class Topic:
         self._listeners.append(listener)
 
     def leave(self, listener: Callable[[Any], None]) -> None:
-        self._listeners = [one for one in self._listeners if one != listener]
+        self._listeners = [known for known in self._listeners if known != listener]
 
     def look_around(self) -> None:
         pass
@@ -183,10 +183,10 @@ class Graph:
         for part in self._parts.values():
             part.move()
 
-    def lose_patience(self) -> None:
+    def stop_delaying(self) -> None:
         """Have every goal answered from now on."""
         for part in self._parts.values():
-            part.patient = False
+            part.is_delaying = False
 
     def goal_client(self, action: str, type_name: str) -> Any:
         return self._part(Server, action, type_name)

@@ -44,8 +44,8 @@ def peak_mb() -> float:
 
 def _memory_mb(what: str) -> float:
     status = Path("/proc/self/status").read_text(encoding="ascii")
-    found = re.search(rf"{what}:\s*(\d+) kB", status)
-    return int(found[1]) / 1024 if found else 0.0
+    match = re.search(rf"{what}:\s*(\d+) kB", status)
+    return int(match[1]) / 1024 if match else 0.0
 
 
 def forget_peak() -> None:
@@ -81,23 +81,23 @@ def judge_within(
     before = signal.signal(signal.SIGVTALRM, _out_of_time)
     signal.setitimer(signal.ITIMER_VIRTUAL, cpu_s)
     try:
-        found = judge(path)
+        judged = judge(path)
     except OutOfTime as error:
         what = f"more than {cpu_s:g} s of the processor"
-        found = Verdict(accepted=False, finding=Finding(what, _way(error)))
+        judged = Verdict(accepted=False, finding=Finding(what, _way(error)))
     except MemoryError as error:
         what = f"more than {2 * MEMORY_MB} MB"
-        found = Verdict(accepted=False, finding=Finding(what, _way(error)))
+        judged = Verdict(accepted=False, finding=Finding(what, _way(error)))
     except Exception as error:  # noqa: BLE001 - whatever comes out here is what is looked for
-        found = Verdict(accepted=False, finding=crash(error))
+        judged = Verdict(accepted=False, finding=crash(error))
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         signal.signal(signal.SIGVTALRM, before)
     taken_mb = peak_mb() - had_mb
-    if found.finding is None and taken_mb > MEMORY_MB:
+    if judged.finding is None and taken_mb > MEMORY_MB:
         finding = Finding(f"more than {MEMORY_MB} MB", f"{taken_mb:.0f} MB")
-        return replace(found, finding=finding)
-    return found
+        return replace(judged, finding=finding)
+    return judged
 
 
 def _way(error: BaseException) -> str:

@@ -9,8 +9,8 @@ from tests.support.fuzz.finding import Case
 from tests.support.fuzz.targets import Target
 
 
-def _samples(found: cases.Corpus) -> Iterator[Case]:
-    for name, texts in (("m.yaml", found.texts), ("m.xml", found.xml)):
+def _samples(samples: cases.Corpus) -> Iterator[Case]:
+    for name, texts in (("m.yaml", samples.texts), ("m.xml", samples.xml)):
         yield from (Case(name, text.encode()) for text in texts)
 
 

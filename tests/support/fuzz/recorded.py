@@ -49,9 +49,14 @@ def load(path: Path) -> Recording:
     for channel, time_ns, data in file.messages():
         number = numbers.setdefault(channel, len(numbers))
         messages.append((number, time_ns, data))
-    topics = [Topic(one.topic, one.type_name, one.definition, one.encoding) for one in numbers]
+    topics = [
+        Topic(topic.topic, topic.type_name, topic.definition, topic.encoding) for topic in numbers
+    ]
     notes = {name: dict(facts) for name, facts in file.notes.items()}
-    attached = [(one.name, one.media_type, one.time_ns, one.data) for one in file.attached]
+    attached = [
+        (attachment.name, attachment.media_type, attachment.time_ns, attachment.data)
+        for attachment in file.attached
+    ]
     return Recording(topics, messages, notes, attached)
 
 
@@ -67,7 +72,7 @@ def small(whole: Recording) -> Recording:
         most = MOST_OF_A_TOPIC if most is None else most
         if counts[topic] <= most and not is_pose and len(data) <= TEXT:
             kept.append((topic, time_ns, data))
-    attached = [one for one in whole.attached if len(one[3]) <= TEXT]
+    attached = [attachment for attachment in whole.attached if len(attachment[3]) <= TEXT]
     return Recording(whole.topics, kept, whole.notes, attached)
 
 
@@ -81,7 +86,8 @@ def written(recording: Recording) -> bytes:
     for name, media_type, time_ns, data in recording.attached:
         file.attach(name, media_type, data, time_ns)
     numbers = [
-        file.channel(one.name, one.type_name, one.definition, {}) for one in recording.topics
+        file.channel(entry.name, entry.type_name, entry.definition, {})
+        for entry in recording.topics
     ]
     for topic, time_ns, data in recording.messages:
         file.write(time_ns, [(numbers[topic], data)])
@@ -104,7 +110,7 @@ def written_by_others(rng: Random, recording: Recording) -> bytes:
         use_statistics=rng.random() < 0.8,
     )
     writer.start(rng.choice((PROFILE, "", "x")), rng.choice(("libmcap 1.1", "", "é" * 300)))
-    channels = [_registered(rng, writer, one) for one in recording.topics]
+    channels = [_registered(rng, writer, recorded) for recorded in recording.topics]
     for name, facts in recording.notes.items():
         writer.add_metadata(name, facts)
     for number, (topic, time_ns, data) in enumerate(recording.messages):

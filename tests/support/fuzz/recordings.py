@@ -51,7 +51,8 @@ def corpus() -> Corpus:
     paths = [path for folder in FOLDERS for path in sorted(folder.glob("*.mcap"))]
     recordings = tuple(small(load(path)) for path in paths)
     return Corpus(
-        tuple(written(one) for one in recordings) + tuple(path.read_bytes() for path in paths),
+        tuple(written(sample) for sample in recordings)
+        + tuple(path.read_bytes() for path in paths),
         recordings,
         tuple(filter(None, map(_trace, recordings))),
     )
@@ -67,30 +68,30 @@ def _trace(recording: Recording) -> bytes:
     return b"".join(line + b"\n" for line in lines)
 
 
-def samples(found: Corpus) -> Iterator[Case]:
+def samples(known: Corpus) -> Iterator[Case]:
     """Yield what is sound."""
-    yield from (Case("m.mcap", contents) for contents in found.files)
-    yield from (Case("m.jsonl", contents) for contents in found.traces)
+    yield from (Case("m.mcap", contents) for contents in known.files)
+    yield from (Case("m.jsonl", contents) for contents in known.traces)
 
 
-def case(found: Corpus, seed: int, number: int) -> Case:
+def case(known: Corpus, seed: int, number: int) -> Case:
     """Return a mutated recording or trace."""
     rng = Random(f"{seed}/{number}")
     chance = rng.random()
     if chance < 0.2:
-        return Case("m.jsonl", _mutated_trace(rng, rng.choice(found.traces)))
+        return Case("m.jsonl", _mutated_trace(rng, rng.choice(known.traces)))
     if chance < 0.45:
         few = rng.random() < 0.8
-        files = found.files[: len(found.recordings)] if few else found.files
+        files = known.files[: len(known.recordings)] if few else known.files
         return Case("m.mcap", _mutated_bytes(rng, rng.choice(files)))
-    recording = deepcopy(rng.choice(found.recordings))
+    recording = deepcopy(rng.choice(known.recordings))
     for _ in range(rng.choice((1, 1, 2, 3, 6))):
-        rng.choice(_CHANGES)(rng, recording, found)
+        rng.choice(_CHANGES)(rng, recording, known)
     others = rng.random() < 0.4
     try:
         contents = written_by_others(rng, recording) if others else written(recording)
     except (struct.error, UnicodeEncodeError, MemoryError):  # this cannot be written at all
-        contents = rng.choice(found.files)[: rng.randrange(2_000)]
+        contents = rng.choice(known.files)[: rng.randrange(2_000)]
     if rng.random() < 0.1:
         contents = _mutated_bytes(rng, contents)
     return Case("m.mcap", contents)
@@ -175,14 +176,14 @@ def _with_data(rng: Random, recording: Recording, _found: Corpus) -> None:
     recording.messages[index] = topic, time_ns, bytes(spoilt)
 
 
-def _with_definition(rng: Random, recording: Recording, found: Corpus) -> None:
+def _with_definition(rng: Random, recording: Recording, known: Corpus) -> None:
     """Give a topic another schema: a field of another type or name, or that of another topic."""
     topic = rng.choice(recording.topics)
     lines = topic.definition.split("\n")
-    fields = [i for i, one in enumerate(lines) if len(one.split()) >= 2 and one[0] not in "#=M"]
+    fields = [i for i, line in enumerate(lines) if len(line.split()) >= 2 and line[0] not in "#=M"]
     match rng.randrange(6):
         case 0:
-            topic.definition = rng.choice(rng.choice(found.recordings).topics).definition
+            topic.definition = rng.choice(rng.choice(known.recordings).topics).definition
         case 1:
             topic.type_name = rng.choice(
                 (rng.choice(recording.topics).type_name, "", "x", "a/b/c/d", "std_msgs/msg/Empty")
@@ -224,7 +225,7 @@ def _with_order(rng: Random, recording: Recording, _found: Corpus) -> None:
             messages[i] = topic, rng.choice(TIMES) % 2**64, data
         case _:
             topic = messages[i][0]
-            recording.messages = [one for one in messages if one[0] != topic]
+            recording.messages = [message for message in messages if message[0] != topic]
 
 
 def _with_channel(rng: Random, recording: Recording, _: Corpus) -> None:
@@ -232,8 +233,8 @@ def _with_channel(rng: Random, recording: Recording, _: Corpus) -> None:
     i, j = rng.randrange(len(recording.topics)), rng.randrange(len(recording.topics))
     match rng.randrange(4):
         case 0:
-            one, other = recording.topics[i], recording.topics[j]
-            one.name, other.name = other.name, one.name
+            first, other = recording.topics[i], recording.topics[j]
+            first.name, other.name = other.name, first.name
         case 1:
             recording.topics[i].name = rng.choice(
                 ("", "/", "a", "/é", "/scan", "/x/_action/feedback")

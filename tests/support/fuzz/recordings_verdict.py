@@ -69,24 +69,24 @@ def judge(path: Path) -> Verdict:
         "parser": NO_OPTIONS,
     }
     commands = _commands(path, contents, choice, replayed)
-    said, ended = "", []
+    text, ended = "", []
     for command in commands:
         output = _Output()
         try:
             with redirect_stdout(output):
                 ended.append(command())
         except BtMissionError as error:
-            said += _clear(error, path)
+            text += _clear(error, path)
             ended.append(2)
-        said += output.getvalue()
+        text += output.getvalue()
     if 2 not in ended and choice % 4 == 0 and path.suffix == ".mcap":
         _draw(path)
     if 2 in ended:
         return Verdict(accepted=False)
     if path.suffix == ".mcap" and choice % 4 == 3:
-        said = PAGE.read_text(encoding="utf-8")
+        text = PAGE.read_text(encoding="utf-8")
     lack = _lacks(contents) if path.suffix == ".mcap" else _torn(contents)
-    if lack and not any(words in said for words in SAID):
+    if lack and not any(words in text for words in SAID):
         return Verdict(True, finding=Finding(f"taken for whole: {lack.kind}", lack.text))
     return Verdict(accepted=True)
 
@@ -153,22 +153,22 @@ def _clear(error: BtMissionError, path: Path) -> str:
 def _lacks(contents: bytes) -> Finding | None:
     """Return what a file lacks, by its own sums and counts; None where it is whole."""
     counts = {records.Message: 0, records.Attachment: 0, records.Metadata: 0}
-    seen_end, told = False, None
+    seen_end, statistics = False, None
     stream = StreamReader(io.BytesIO(contents), validate_crcs=True, record_size_limit=1 << 24)
     try:
         for record in stream.records:
             if isinstance(record, records.DataEnd):
                 seen_end = True
             elif isinstance(record, records.Statistics):
-                told = record
+                statistics = record
             elif type(record) in counts and not seen_end:
                 counts[type(record)] += 1
     except Exception as error:  # noqa: BLE001 - whatever a damaged chunk does to a decompressor
         return Finding("damaged", f"{type(error).__name__}: {error}")
     if not seen_end:
         return Finding("no end of the data", "")
-    if told is not None:
-        wanted = (told.message_count, told.attachment_count, told.metadata_count)
+    if statistics is not None:
+        wanted = (statistics.message_count, statistics.attachment_count, statistics.metadata_count)
         if wanted != tuple(counts.values()):
             return Finding("records are missing", f"{wanted} told, {tuple(counts.values())} there")
     return None

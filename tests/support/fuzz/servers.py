@@ -322,9 +322,9 @@ def judge(path: Path) -> Verdict:
     except Exception as error:  # noqa: BLE001 - whatever it is, with what led to it
         if _is_clear(error):
             return Verdict(accepted=False, inputs=len(play.log) + 1)
-        found = crash(error)
-        kind = str(error) if isinstance(error, AssertionError) else found.kind
-        return Verdict(False, finding=Finding(kind, "\n".join([*play.log[-25:], found.text])))
+        crashed = crash(error)
+        kind = str(error) if isinstance(error, AssertionError) else crashed.kind
+        return Verdict(False, finding=Finding(kind, "\n".join([*play.log[-25:], crashed.text])))
     return Verdict(any(" began" in line for line in play.log), inputs=len(play.log))
 
 

@@ -88,17 +88,17 @@ class Slot:
 
 def slots(data: Any) -> list[Slot]:
     """Return every place in the data, each once though aliases lead there."""
-    found: list[Slot] = []
+    places: list[Slot] = []
     waiting, seen = [data], {id(data)}
     while waiting:
         holder = waiting.pop()
         for key in holder if isinstance(holder, dict) else range(len(holder)):
-            found.append(Slot(holder, key))
+            places.append(Slot(holder, key))
             value = holder[key]
             if isinstance(value, dict | list) and id(value) not in seen:
                 seen.add(id(value))
                 waiting.append(value)
-    return found
+    return places
 
 
 def is_node(value: Any) -> bool:
@@ -121,10 +121,10 @@ def _names(data: Any) -> Iterator[str]:
 
 def change(rng: Random, data: Any, pool: Pool, *, gently: bool = False) -> None:
     """Change the data in one place; gently means that a sound mission may stay one."""
-    found = slots(data)
-    if found:
+    places = slots(data)
+    if places:
         changes = _GENTLE if gently else _ANY
-        rng.choices(tuple(changes), tuple(changes.values()))[0](rng, data, found, pool)
+        rng.choices(tuple(changes), tuple(changes.values()))[0](rng, data, places, pool)
 
 
 def supply(rng: Random, data: Any, pool: Pool) -> None:
@@ -161,17 +161,17 @@ def _is_text(value: Any) -> bool:
     return isinstance(value, str)
 
 
-def _spoil(rng: Random, _data: Any, found: list[Slot], _pool: Pool) -> None:
-    leaves = [slot for slot in found if not isinstance(slot.value, dict | list)] or found
+def _spoil(rng: Random, _data: Any, places: list[Slot], _pool: Pool) -> None:
+    leaves = [slot for slot in places if not isinstance(slot.value, dict | list)] or places
     rng.choice(leaves).put(rng.choice(SCALARS))
 
 
-def _replace(rng: Random, _data: Any, found: list[Slot], pool: Pool) -> None:
-    rng.choice(found).put(copy.deepcopy(rng.choice(pool.values)))
+def _replace(rng: Random, _data: Any, places: list[Slot], pool: Pool) -> None:
+    rng.choice(places).put(copy.deepcopy(rng.choice(pool.values)))
 
 
-def _compute(rng: Random, data: Any, found: list[Slot], _pool: Pool) -> None:
-    leaves = [slot for slot in found if not isinstance(slot.value, dict | list)] or found
+def _compute(rng: Random, data: Any, places: list[Slot], _pool: Pool) -> None:
+    leaves = [slot for slot in places if not isinstance(slot.value, dict | list)] or places
     names = names_in(data)
     wanted = [slot for slot in leaves if slot.key in _COMPUTED]
     slot = rng.choice(wanted if wanted and rng.random() < 0.7 else leaves)
@@ -197,8 +197,8 @@ _COMPUTED = frozenset(
 )
 
 
-def _rename(rng: Random, _data: Any, found: list[Slot], pool: Pool) -> None:
-    slot = rng.choice([one for one in found if isinstance(one.holder, dict)] or found)
+def _rename(rng: Random, _data: Any, places: list[Slot], pool: Pool) -> None:
+    slot = rng.choice([place for place in places if isinstance(place.holder, dict)] or places)
     if isinstance(slot.holder, dict):
         new = rng.choice(pool.keys) if rng.random() < 0.8 else str(rng.choice(SCALARS))
         items = list(slot.holder.items())
@@ -206,13 +206,13 @@ def _rename(rng: Random, _data: Any, found: list[Slot], pool: Pool) -> None:
         slot.holder.update((new if key == slot.key else key, value) for key, value in items)
 
 
-def _delete(rng: Random, _data: Any, found: list[Slot], _pool: Pool) -> None:
-    slot = rng.choice(found)
+def _delete(rng: Random, _data: Any, places: list[Slot], _pool: Pool) -> None:
+    slot = rng.choice(places)
     del slot.holder[slot.key]
 
 
-def _double(rng: Random, _data: Any, found: list[Slot], _pool: Pool) -> None:
-    slot = rng.choice([one for one in found if isinstance(one.holder, list)] or found)
+def _double(rng: Random, _data: Any, places: list[Slot], _pool: Pool) -> None:
+    slot = rng.choice([place for place in places if isinstance(place.holder, list)] or places)
     if isinstance(slot.holder, list):
         times = rng.choice((1, 1, 1, 2, 20))
         slot.holder[slot.key : slot.key] = [copy.deepcopy(slot.value) for _ in range(times)]
@@ -220,47 +220,49 @@ def _double(rng: Random, _data: Any, found: list[Slot], _pool: Pool) -> None:
         slot.holder[f"{slot.key}_"] = copy.deepcopy(slot.value)
 
 
-def _swap(rng: Random, _data: Any, found: list[Slot], _pool: Pool) -> None:
-    one, two = rng.choice(found), rng.choice(found)
-    first, second = one.value, two.value
-    one.put(second)
+def _swap(rng: Random, _data: Any, places: list[Slot], _pool: Pool) -> None:
+    mine, two = rng.choice(places), rng.choice(places)
+    first, second = mine.value, two.value
+    mine.put(second)
     two.put(first)
 
 
-def _splice(rng: Random, _data: Any, found: list[Slot], pool: Pool) -> None:
+def _splice(rng: Random, _data: Any, places: list[Slot], pool: Pool) -> None:
     new = copy.deepcopy(rng.choice(pool.nodes))
-    slot = rng.choice([one for one in found if is_node(one.value)] or found)
+    slot = rng.choice([place for place in places if is_node(place.value)] or places)
     if isinstance(slot.holder, list) and rng.random() < 0.6:
         slot.holder.insert(slot.key, new)
     else:
         slot.put(new)
 
 
-def _wrap(rng: Random, _data: Any, found: list[Slot], _pool: Pool) -> None:
-    slot = rng.choice([one for one in found if is_node(one.value)] or found)
+def _wrap(rng: Random, _data: Any, places: list[Slot], _pool: Pool) -> None:
+    slot = rng.choice([place for place in places if is_node(place.value)] or places)
     for _ in range(rng.choice((1, 1, 2, 3, 40, 120))):
         slot.put(rng.choice(CONTAINERS)(rng, slot.value))
 
 
-def _unwrap(rng: Random, _data: Any, found: list[Slot], _pool: Pool) -> None:
+def _unwrap(rng: Random, _data: Any, places: list[Slot], _pool: Pool) -> None:
     """Put a node in the place of one above it."""
-    nodes = [one for one in found if is_node(one.value)] or found
+    nodes = [place for place in places if is_node(place.value)] or places
     slot = rng.choice(nodes)
     if isinstance(slot.value, dict | list):
-        inner = [one for one in slots(slot.value) if is_node(one.value)]
+        inner = [place for place in slots(slot.value) if is_node(place.value)]
         if inner:
             slot.put(rng.choice(inner).value)
 
 
-def _share(rng: Random, _data: Any, found: list[Slot], _pool: Pool) -> None:
+def _share(rng: Random, _data: Any, places: list[Slot], _pool: Pool) -> None:
     """Put one value in two places: an alias, perhaps one that contains itself."""
-    source = rng.choice([one for one in found if isinstance(one.value, dict | list)] or found)
-    rng.choice(found).put(source.value)
+    source = rng.choice(
+        [place for place in places if isinstance(place.value, dict | list)] or places
+    )
+    rng.choice(places).put(source.value)
 
 
-def _modify(rng: Random, _data: Any, found: list[Slot], pool: Pool) -> None:
+def _modify(rng: Random, _data: Any, places: list[Slot], pool: Pool) -> None:
     """Give a node a modifier, mostly one that some kind has."""
-    slot = rng.choice([one for one in found if is_node(one.value)] or found)
+    slot = rng.choice([place for place in places if is_node(place.value)] or places)
     if isinstance(slot.value, dict):
         slot.value[rng.choice(pool.keys)] = copy.deepcopy(rng.choice((*pool.values, *SCALARS)))
 
@@ -271,16 +273,16 @@ def _include(rng: Random, data: Any, _found: list[Slot], _pool: Pool) -> None:
         data["include"] = [rng.choice(files) for _ in range(rng.randint(1, 3))]
 
 
-def _shuffle(rng: Random, _data: Any, found: list[Slot], _pool: Pool) -> None:
+def _shuffle(rng: Random, _data: Any, places: list[Slot], _pool: Pool) -> None:
     """Put the children of a node in another order."""
-    slot = rng.choice([one for one in found if isinstance(one.value, list)] or found)
+    slot = rng.choice([place for place in places if isinstance(place.value, list)] or places)
     if isinstance(slot.value, list):
         rng.shuffle(slot.value)
 
 
-def _nudge(rng: Random, _data: Any, found: list[Slot], _pool: Pool) -> None:
+def _nudge(rng: Random, _data: Any, places: list[Slot], _pool: Pool) -> None:
     """Give a number another value."""
-    numbers = [one for one in found if isinstance(one.value, int | float)]
+    numbers = [place for place in places if isinstance(place.value, int | float)]
     if numbers:
         rng.choice(numbers).put(rng.choice((0, 1, 2, 3, 5, -1, 0.1, 1.5, 1e6, True, "1 + 1")))
 

@@ -55,9 +55,9 @@ class Target:
 def target(name: str) -> Target:
     """Return a target by its name."""
     module = import_module(f"tests.support.fuzz.{MODULES[name]}")
-    found = module.TARGET
-    assert isinstance(found, Target)
-    return found
+    declared = module.TARGET
+    assert isinstance(declared, Target)
+    return declared
 
 
 def target_of(path: Path) -> str:

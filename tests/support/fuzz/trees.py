@@ -59,22 +59,22 @@ class Corpus:
 
 def corpus() -> Corpus:
     """Read the shipped missions as XML, and one file of everything."""
-    found = cases.corpus()
-    return Corpus(found.xml, found)
+    yaml_corpus = cases.corpus()
+    return Corpus(yaml_corpus.xml, yaml_corpus)
 
 
-def samples(found: Corpus) -> Iterator[Case]:
+def samples(known: Corpus) -> Iterator[Case]:
     """Yield what is sound."""
-    yield from (Case("m.xml", text.encode()) for text in found.xml)
+    yield from (Case("m.xml", text.encode()) for text in known.xml)
 
 
-def case(found: Corpus, seed: int, number: int) -> Case:
+def case(known: Corpus, seed: int, number: int) -> Case:
     """Return a file that is mutated, or made up by the rules."""
     rng = Random(f"{seed}/{number}")
     chance = rng.random()
     if chance < YAML_SHARE:
-        return cases.case(found.missions, seed, number)
-    text = made(rng) if chance < YAML_SHARE + MADE_SHARE else rng.choice(found.xml)
+        return cases.case(known.missions, seed, number)
+    text = made(rng) if chance < YAML_SHARE + MADE_SHARE else rng.choice(known.xml)
     if chance >= YAML_SHARE + MADE_SHARE or rng.random() < 0.3:
         text = xml_missions.mutated(rng, text)
     return Case("m.xml", text.encode("utf-8", "surrogatepass"))

@@ -97,7 +97,7 @@ def _run(mission: Mission, luck: Random) -> Verdict:
             break
     end = str(executive.status)
     executive.interrupt("enough")
-    graph.lose_patience()
+    graph.stop_delaying()
     for _ in range(SETTLING_TICKS):
         if executive.is_done:
             break

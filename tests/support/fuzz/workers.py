@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 
-def work(folder: Path, name: str, cases: Any, told: Connection) -> None:
+def work(folder: Path, name: str, cases: Any, pipe: Connection) -> None:
     """Judge one case after another; tell of each before, and what was found after."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     from tests.support.fuzz import limits  # noqa: PLC0415 - takes ROS
@@ -21,24 +21,24 @@ def work(folder: Path, name: str, cases: Any, told: Connection) -> None:
     chosen = target(name)
     os.chdir(folder)
     chosen.prepare(folder)
-    found = chosen.corpus()
-    for sample in chosen.samples(found):
+    corpus = chosen.corpus()
+    for sample in chosen.samples(corpus):
         Path(sample.name).write_bytes(sample.contents)
         limits.judge_within(Path(sample.name), judge=chosen.judge)
     limits.limit_memory()
     most_mb = limits.resident_mb() + limits.MEMORY_MB
-    for number, case in cases(chosen, found):
+    for number, case in cases(chosen, corpus):
         path = Path(case.name)
         path.write_bytes(case.contents)
-        told.send(("begun", number, case.name))
+        pipe.send(("begun", number, case.name))
         limits.limit_processor()
         verdict = limits.judge_within(path, judge=chosen.judge)
         if verdict.finding is not None:
-            told.send(("found", (verdict.finding.kind, verdict.finding.text), case.contents))
-        told.send(("done", verdict.inputs, verdict.accepted))
+            pipe.send(("found", (verdict.finding.kind, verdict.finding.text), case.contents))
+        pipe.send(("done", verdict.inputs, verdict.accepted))
         if limits.resident_mb() > most_mb:
             return  # what is left would not be enough for a case; a new process goes on
-    told.send(("finished", 0, ""))
+    pipe.send(("finished", 0, ""))
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,10 @@ class Mutants:
     step: int
     end: int
 
-    def __call__(self, target: Any, found: Any) -> Iterator[tuple[int, Any]]:
+    def __call__(self, target: Any, corpus: Any) -> Iterator[tuple[int, Any]]:
         """Yield them, with their numbers; `found` is the corpus."""
         for number in range(self.first, self.end, self.step):
-            yield number, target.case(found, self.seed, number)
+            yield number, target.case(corpus, self.seed, number)
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Worker:
     starts: int = 0
     began: bool = False
     asleep: int = 0
-    heard: Connection = field(init=False)
+    receiver: Connection = field(init=False)
     process: Any = field(init=False)
 
     @property
@@ -108,11 +108,11 @@ class Worker:
         home = self.folder / str(self.starts)
         home.mkdir(parents=True)
         context = multiprocessing.get_context("spawn")
-        self.heard, told = context.Pipe(duplex=False)
-        arguments = (home, self.target, self.cases, told)
+        self.receiver, sender = context.Pipe(duplex=False)
+        arguments = (home, self.target, self.cases, sender)
         self.process = context.Process(target=work, args=arguments, daemon=True)
         self.process.start()
-        told.close()
+        sender.close()
 
     def look(self, patience: int) -> None:
         """Look after it, each second: end it where it waits for what does not come."""

@@ -26,14 +26,14 @@ _PIECES = (
 
 def texts(folders: tuple[Path, ...], whole: Path) -> tuple[str, ...]:
     """Return the missions of some folders that can be written as XML, and one that is there."""
-    found = [whole.read_text(encoding="utf-8")]
+    all_texts = [whole.read_text(encoding="utf-8")]
     for folder in folders:
         for path in sorted(folder.glob("*.yaml")):
             try:
-                found.append(mission_xml(read(path)))
+                all_texts.append(mission_xml(read(path)))
             except InputError:  # with nodes that XML has no counterpart for
                 continue
-    return tuple(found)
+    return tuple(all_texts)
 
 
 def mutated(rng: Random, text: str) -> str:
@@ -48,7 +48,7 @@ def mutated(rng: Random, text: str) -> str:
 
 
 def _change(rng: Random, root: ET.Element) -> None:
-    parents = [one for one in root.iter() if len(one)]
+    parents = [element for element in root.iter() if len(element)]
     parent = rng.choice(parents)
     index = rng.randrange(len(parent))
     other = rng.choice(list(root.iter()))
@@ -57,7 +57,7 @@ def _change(rng: Random, root: ET.Element) -> None:
             parent.insert(index, deepcopy(other))
         case 1:
             del parent[index]
-            if not any(len(one) for one in root.iter()):
+            if not any(len(element) for element in root.iter()):
                 root.append(deepcopy(other))
         case 2:
             parent[index].tag = other.tag
@@ -70,20 +70,20 @@ def _change(rng: Random, root: ET.Element) -> None:
 
 
 def _change_attribute(rng: Random, root: ET.Element) -> None:
-    having = [one for one in root.iter() if one.attrib]
-    one, other = rng.choice(having), rng.choice(having)
+    having = [element for element in root.iter() if element.attrib]
+    element, other = rng.choice(having), rng.choice(having)
     key, value = rng.choice(sorted(other.attrib.items()))
     match rng.randrange(5):
         case 0:
-            one.set(key, value)
+            element.set(key, value)
         case 1:
-            del one.attrib[rng.choice(sorted(one.attrib))]
+            del element.attrib[rng.choice(sorted(element.attrib))]
         case 2:
-            one.set(rng.choice(sorted(one.attrib)), value)
+            element.set(rng.choice(sorted(element.attrib)), value)
         case 3:
-            one.set(rng.choice(sorted(one.attrib)), rng.choice(_VALUES))
+            element.set(rng.choice(sorted(element.attrib)), rng.choice(_VALUES))
         case _:
-            one.set(rng.choice(sorted(one.attrib)), expression(rng, _NAMES))
+            element.set(rng.choice(sorted(element.attrib)), expression(rng, _NAMES))
 
 
 def _textual(rng: Random, text: str) -> str:

@@ -49,11 +49,11 @@ def test_success_by_names_is_bars_with_their_interval():
 def test_a_pair_without_scenarios_is_an_empty_cell():
     """And not one of success 0."""
     columns = SweepColumns(
-        one for one in some_rows() if one.parameters != {"speed": 0.1, "world": "hall"}
+        varied for varied in some_rows() if varied.parameters != {"speed": 0.1, "world": "hall"}
     )
-    pair = next(one for one in pairs_of(columns)[0] if one.second.name == "world")
+    pair = next(drawn for drawn in pairs_of(columns)[0] if drawn.second.name == "world")
     (heat,) = check(pair_figure(pair))["data"]
-    hall = [one.label for one in pair.second.levels].index("hall")
+    hall = [level.label for level in pair.second.levels].index("hall")
     assert heat["z"][hall][0] is None
     assert heat["text"][hall][0] == ""
     assert "no scenario" in heat["customdata"][hall][0]
@@ -102,7 +102,9 @@ def test_texts_are_no_markup_for_plotly():
     figure = success_figure(factor(name, [name, "b", "b", "b"], PASSED))
     texts = json.dumps(figure)
     assert "<a" not in texts
-    assert all("%{" not in one["hovertemplate"].replace("%{text}", "") for one in figure["data"])
+    assert all(
+        "%{" not in trace["hovertemplate"].replace("%{text}", "") for trace in figure["data"]
+    )
 
 
 def test_a_long_text_is_cut():
@@ -114,6 +116,6 @@ def test_a_long_text_is_cut():
 def test_all_factors_of_a_sweep_have_figures():
     """Parameters and plans of faults."""
     made = factors_of(SweepColumns(some_rows()))
-    assert [one.name for one in made] == ["speed", "world", "plan of faults"]
-    for one in made:
-        check(success_figure(one))
+    assert [made_factor.name for made_factor in made] == ["speed", "world", "plan of faults"]
+    for made_factor in made:
+        check(success_figure(made_factor))

@@ -15,7 +15,7 @@ def explained(rows) -> list[str]:
     """What explains each cause, in words."""
     columns = SweepColumns(rows)
     explainer = Explainer(columns)
-    return [str(explainer.explain(one.cause)) for one in columns.tally.failures]
+    return [str(explainer.explain(failure.cause)) for failure in columns.tally.failures]
 
 
 def drawn(count: int, fails, seed: int = 1):
@@ -89,9 +89,9 @@ def test_json_has_the_explanation_of_each_failure():
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "found"),
+    ("low", "high", "result"),
     [(0.391, 0.412, 0.4), (1, 2, 2), (-3.01, -2.99, -3), (0.1, 0.1001, 0.1001)],
 )
-def test_the_end_is_short(low, high, found):
+def test_the_end_is_short(low, high, result):
     """As few digits as lie between two neighbours."""
-    assert short_between(low, high) == found
+    assert short_between(low, high) == result

@@ -20,14 +20,14 @@ from tests.sweeps.rows import failed, row
 
 def passes(*values):
     """Rows that all differ: whether each has passed."""
-    return SweepColumns([row(n) if one else failed(n) for n, one in enumerate(values)])
+    return SweepColumns([row(n) if first else failed(n) for n, first in enumerate(values)])
 
 
 def test_each_number_is_a_level():
     """By size, with its rate and the interval of that."""
     made = factor("speed", [0.2, 0.1, 0.2, 0.2], passes(1, 0, 0, 1))
     assert made.is_number
-    assert [(one.label, one.passed, one.total) for one in made.levels] == [
+    assert [(level.label, level.passed, level.total) for level in made.levels] == [
         ("0.1", 0, 1),
         ("0.2", 2, 3),
     ]
@@ -51,7 +51,7 @@ def test_of_many_numbers_stretches_are_levels():
     made = factor("speed", values.tolist(), passes(*values > 0.1))
     assert len(made.levels) <= MOST_LEVELS
     assert (made.levels[0].label, made.levels[-1].label) == ("0.04\u20130.06", "0.24\u20130.26")
-    assert sum(one.total for one in made.levels) == 1000
+    assert sum(level.total for level in made.levels) == 1000
     assert made.levels[0].rate == 0
     assert made.levels[-1].rate == 1
 
@@ -60,14 +60,14 @@ def test_stretches_without_a_row_are_left_out():
     """There is no rate of nothing."""
     values = [*np.linspace(0, 1, 50), *np.linspace(9, 10, 50)]
     made = factor("x", values, passes(*[1] * 100))
-    assert [one.label for one in made.levels] == ["0\u20131", "1\u20132", "9\u201310"]
+    assert [level.label for level in made.levels] == ["0\u20131", "1\u20132", "9\u201310"]
 
 
 def test_truth_is_no_number():
     """It has two names."""
     made = factor("quiet", [True, False, True], passes(1, 1, 0))
     assert not made.is_number
-    assert [one.label for one in made.levels] == ["true", "false"]
+    assert [level.label for level in made.levels] == ["true", "false"]
 
 
 def test_rows_without_the_parameter_are_in_no_level():
@@ -83,13 +83,13 @@ def test_of_very_many_names_the_worst_are_shown():
     made = factor("world", names, passes(*(number % 2 for number in range(len(names)))))
     assert made.is_cut
     assert len(made.levels) == MOST_NAMES
-    assert not any(one.passed for one in made.levels)
+    assert not any(level.passed for level in made.levels)
 
 
 def test_what_has_one_value_is_not_varied():
     """It has no chart."""
     columns = SweepColumns(row(n, parameters={"a": 1, "b": n % 2}) for n in range(4))
-    assert [one.name for one in factors_of(columns)] == ["b"]
+    assert [varied.name for varied in factors_of(columns)] == ["b"]
     assert pairs_of(columns) == ([], 0)
 
 

@@ -73,11 +73,11 @@ def test_pointing_at_a_figure_tells_its_numbers(chromium: Page, results: ResultS
     page.mouse("mouseMoved", x + 1, y)
     page.look("new Promise((done) => setTimeout(done, 300))")
     for _ in range(50):
-        told = page.look("document.querySelector('.hovertext')?.textContent ?? ''")
-        if told:
+        reported = page.look("document.querySelector('.hovertext')?.textContent ?? ''")
+        if reported:
             break
-    assert told.startswith("0.1")
-    assert "38 of 40" in told
+    assert reported.startswith("0.1")
+    assert "38 of 40" in reported
 
 
 def test_without_scripts_the_tables_are_there(chromium: Page, results: ResultStore):

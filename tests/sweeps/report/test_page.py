@@ -31,8 +31,8 @@ def text_of(store, **options):
 
 def figures(text):
     """The figures that the script is told."""
-    (found,) = re.findall(r'id="figures">(.*?)</script>', text, re.DOTALL)
-    return json.loads(found)
+    (matches,) = re.findall(r'id="figures">(.*?)</script>', text, re.DOTALL)
+    return json.loads(matches)
 
 
 def test_the_page_is_whole(results):
@@ -53,7 +53,7 @@ def test_each_place_has_its_figure(results):
     """Three parameters, three pairs of them, a requirement and the duration."""
     text = text_of(results)
     places = re.findall(r'data-figure="(\d+)"', text)
-    assert [int(one) for one in places] == list(range(8))
+    assert [int(place) for place in places] == list(range(8))
     assert len(figures(text)) == 8
 
 
@@ -90,7 +90,7 @@ def test_recordings_are_linked_where_they_are(tmp_path, place):
     (tmp_path / place).mkdir(exist_ok=True)
     output = tmp_path / place / "page.html"
     links = re.findall('href="(.*?)"', text_of(store, output=output))
-    assert [(output.parent / one).resolve() for one in links] == [
+    assert [(output.parent / link).resolve() for link in links] == [
         recordings / f"{1:016x}.html",
         recordings / f"{1:016x}.mcap",
     ]
@@ -162,9 +162,9 @@ def test_no_text_of_others_is_markup(tmp_path):
 def test_no_text_ends_the_element_of_the_figures(tmp_path):
     """They are data in a script element."""
     text = text_of(hostile_results(tmp_path / "r"))
-    found = json.dumps(figures(text))
-    assert "<evil" not in found
-    assert "\\u001b" not in found
+    result = json.dumps(figures(text))
+    assert "<evil" not in result
+    assert "\\u001b" not in result
 
 
 def test_the_markup_is_balanced(results):

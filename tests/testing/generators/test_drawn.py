@@ -29,8 +29,8 @@ def test_what_is_drawn_from_a_seed_is_sound(seed: int, tmp_path: Path) -> None:
     path = tmp_path / "world.yaml"
     path.write_text(world)
     load_world(str(path))
-    found, faults = examine(mission)
-    assert found is not None, faults
+    diagnostics, faults = examine(mission)
+    assert diagnostics is not None, faults
 
 
 def test_the_simplest_world_and_mission() -> None:
@@ -58,7 +58,9 @@ def test_every_scenario_runs_to_its_end(tmp_path_factory: Any, scenario: DrawnSc
 def test_a_scenario_looks_like_the_file_that_repeats_it(tmp_path: Path) -> None:
     """To be pasted as it is; the same trace comes out."""
     scenario = next(
-        found for seed in range(99) if len((found := drawn_scenario(SeededDraws(seed))).faults) > 2
+        result
+        for seed in range(99)
+        if len((result := drawn_scenario(SeededDraws(seed))).faults) > 2
     )
     path = tmp_path / "drawn.yaml"
     path.write_text(repr(scenario), encoding="utf-8")
@@ -71,5 +73,7 @@ def test_a_scenario_looks_like_the_file_that_repeats_it(tmp_path: Path) -> None:
 
 def test_the_simplest_schedule_that_matters() -> None:
     """One fault, not five."""
-    (fault,) = find(fault_schedules(), lambda faults: any(one.name == "freeze" for one in faults))
+    (fault,) = find(
+        fault_schedules(), lambda faults: any(planned.name == "freeze" for planned in faults)
+    )
     assert repr(fault) == "<at 0.25: freeze scan lasting 0.25>"

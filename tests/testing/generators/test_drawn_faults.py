@@ -30,7 +30,7 @@ tree:
 def test_a_drawn_fault_can_begin(name: str, tmp_path: Path) -> None:
     """Whatever it breaks, the mission ends, and no goal is left that nobody names."""
     draws = SeededDraws(name)
-    faults = next(found for _ in range(99) if (found := drawn_faults(draws, [name], ["drive"])))
+    faults = next(result for _ in range(99) if (result := drawn_faults(draws, [name], ["drive"])))
     stages = Stages(tmp_path)
     try:
         run = stages.run(DRIVES)

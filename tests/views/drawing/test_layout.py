@@ -29,15 +29,15 @@ def boxes(root: NodeBox) -> Iterator[NodeBox]:
 def test_no_box_touches_another_and_all_are_on_the_page(root: NodeBox) -> None:
     """Whatever their sizes; the page is as small as it can be."""
     width, height = place(root, GAP_X, GAP_Y)
-    found = list(boxes(root))
-    for index, one in enumerate(found):
-        for other in found[index + 1 :]:
-            apart_x = max(one.x, other.x) - min(one.x + one.width, other.x + other.width)
-            apart_y = max(one.y, other.y) - min(one.y + one.height, other.y + other.height)
+    results = list(boxes(root))
+    for index, first in enumerate(results):
+        for other in results[index + 1 :]:
+            apart_x = max(first.x, other.x) - min(first.x + first.width, other.x + other.width)
+            apart_y = max(first.y, other.y) - min(first.y + first.height, other.y + other.height)
             assert apart_x >= GAP_X - 1e-6 or apart_y >= -1e-6
-    assert min(box.x for box in found) == 0.0 or abs(min(box.x for box in found)) < 1e-6
-    assert abs(max(box.x + box.width for box in found) - width) < 1e-6
-    assert abs(max(box.y + box.height for box in found) - height) < 1e-6
+    assert min(box.x for box in results) == 0.0 or abs(min(box.x for box in results)) < 1e-6
+    assert abs(max(box.x + box.width for box in results) - width) < 1e-6
+    assert abs(max(box.y + box.height for box in results) - height) < 1e-6
 
 
 @given(TREES)

@@ -61,7 +61,8 @@ def test_texts_are_escaped() -> None:
     mission = load(NASTY)
     picture = made(NASTY)
     text = svg(picture)
-    assert [one.text for one in ET.fromstring(text).iter() if one.text and "<x>" in one.text]  # noqa: S314 - our own
+    elements = ET.fromstring(text).iter()  # noqa: S314 - our own
+    assert [element.text for element in elements if element.text and "<x>" in element.text]
     assert "\x1b" not in text
     graphs = pydot.graph_from_dot_data(dot(drawn(mission), heading(mission)))
     assert graphs is not None

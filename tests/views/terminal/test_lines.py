@@ -67,32 +67,34 @@ def test_of_many_leaves_those_that_ran_longest_are_shown() -> None:
 
 def test_one_way_to_end_has_one_word() -> None:
     """Whether a leaf was counted by its goal or by its status."""
-    one = LeafSummary("a", "0.0", 6, {"succeeded": 4, "success": 1, "failure": 1}, 1.0, None)
-    assert leaf_table([one], 80, SIGNS)[1].endswith("5 succeeded, 1 failed")
+    leaf_summary = LeafSummary(
+        "a", "0.0", 6, {"succeeded": 4, "success": 1, "failure": 1}, 1.0, None
+    )
+    assert leaf_table([leaf_summary], 80, SIGNS)[1].endswith("5 succeeded, 1 failed")
 
 
 def test_what_others_do_to_a_mission_is_in_the_plain_lines(play: Any) -> None:
     """Breakpoints, the pauses that they make, steps, and the end of a pause."""
-    story = play("  sequence: [{log: one}, {wait: 9}]\n")
+    run = play("  sequence: [{log: one}, {wait: 9}]\n")
     stream = io.StringIO()
-    executive = story.executive
-    lines = PlainLines(stream, executive, lambda: 0, lambda: story.now_ns)
+    executive = run.executive
+    lines = PlainLines(stream, executive, lambda: 0, lambda: run.now_ns)
     executive.events.subscribe(
         lambda event: lines.on_change(event) if isinstance(event, NodeChanged) else None
     )
     executive.after_tick.append(lines.refresh)
     executive.breakpoints.add("wait")
-    story.tick()
+    run.tick()
     executive.step()
-    story.tick()
+    run.tick()
     executive.breakpoints.remove("wait")
     executive.breakpoints.add("0.0")
     executive.resume()
-    story.tick()
+    run.tick()
     executive.pause("paused on request")
-    story.tick()
+    run.tick()
     executive.interrupt("interrupted by Ctrl-C")
-    story.tick()
+    run.tick()
     assert [line.split("s  ", 1)[1].strip() for line in stream.getvalue().splitlines()] == [
         "breakpoint set at 'wait'",
         "mission paused  breakpoint at 'wait'",

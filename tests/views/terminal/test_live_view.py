@@ -18,13 +18,13 @@ class Run:
     """A mission on a terminal that the test reads."""
 
     def __init__(self, play: Any, text: str, width: int = 100, height: int = 24) -> None:
-        self.story = play(text, "mission: test\ninputs: {pace: 1}")
+        self.played = play(text, "mission: test\ninputs: {pace: 1}")
         self.stream = io.StringIO()
         self.console = Console(
             file=self.stream, width=width, height=height, force_terminal=True, _environ={}
         )
         self.view = LiveView(self.console)
-        self.session = PlayedSession(self.story.executive)
+        self.session = PlayedSession(self.played.executive)
         self.view.open(self.session)
 
     def end(self) -> list[str]:
@@ -74,17 +74,17 @@ BOTH_FAIL = """\
 """
 
 
-def fail_all(story: Any) -> None:
+def fail_all(played: Any) -> None:
     """Have every goal rejected, until the mission has failed."""
-    while not story.executive.is_done:
-        story.tick()
-        story.turn.reject()
+    while not played.executive.is_done:
+        played.tick()
+        played.turn.reject()
 
 
 def test_the_last_frame_tells_why_each_node_has_failed(run: Any) -> None:
     """Also of those that py_trees has reset since: a fallback resets what it went on from."""
     begun = run(BOTH_FAIL)
-    fail_all(begun.story)
+    fail_all(begun.played)
     assert begun.end()[1:] == [
         "✗ test  attempt 2 of 2",
         "  ✗ fallback",
@@ -97,7 +97,7 @@ def test_the_last_frame_tells_why_each_node_has_failed(run: Any) -> None:
 def test_on_a_low_terminal_the_path_to_the_failure_stays_in_sight(run: Any) -> None:
     """Rows that are not on it give way."""
     begun = run(BOTH_FAIL, height=6)
-    fail_all(begun.story)
+    fail_all(begun.played)
     assert [row.split()[1] for row in begun.end()[1:]] == ["test", "fallback", "second"]
 
 
@@ -110,14 +110,14 @@ def test_what_ran_at_ctrl_c_is_shown_as_it_was(run: Any) -> None:
         "        - {turn: {angle: 90}, name: left, cancel_when: current_angle >= 60, timeout: 9}\n"
         "        - {wait: 5}\n"
     )
-    begun.story.tick()
-    begun.story.turn.accept()
-    begun.story.turn.feed(Turn.Feedback(current_angle=15.0, remaining_angle=75.0))
-    begun.story.tick()
-    begun.story.executive.interrupt("interrupted by Ctrl-C")
-    begun.story.tick()
-    begun.story.turn.cancel()
-    begun.story.tick()
+    begun.played.tick()
+    begun.played.turn.accept()
+    begun.played.turn.feed(Turn.Feedback(current_angle=15.0, remaining_angle=75.0))
+    begun.played.tick()
+    begun.played.executive.interrupt("interrupted by Ctrl-C")
+    begun.played.tick()
+    begun.played.turn.cancel()
+    begun.played.tick()
     assert begun.end() == [
         "test (waffle, seed 0)",
         "▶ test",
@@ -131,18 +131,18 @@ def test_what_ran_at_ctrl_c_is_shown_as_it_was(run: Any) -> None:
 def test_the_round_that_was_interrupted_is_named(run: Any) -> None:
     """A node that runs on says other things than when it began to run."""
     begun = run("  repeat: {count: 9}\n  do: {wait: 0.1}\n")
-    begun.story.tick(8)
-    shown = begun.story.executive.root.feedback_message
+    begun.played.tick(8)
+    shown = begun.played.executive.root.feedback_message
     assert shown not in ("", "1 of 9")
-    begun.story.executive.interrupt("interrupted by Ctrl-C")
-    begun.story.tick()
+    begun.played.executive.interrupt("interrupted by Ctrl-C")
+    begun.played.tick()
     assert begun.end()[1] == f"▶ test  {shown}"
 
 
 def test_on_a_narrow_terminal_the_header_says_how_it_goes(run: Any) -> None:
     """Rather than in which world, with which robot and seed."""
     begun = run("  wait: 1\n", width=30)
-    begun.story.tick()
+    begun.played.tick()
     begun.view.close()
     rows = shown_by_terminal(begun.stream.getvalue())
     assert rows[0] == "test   2.00 s   running"
@@ -156,8 +156,8 @@ def test_a_node_that_is_to_run_once_more_has_not_run_yet(run: Any) -> None:
     )
     signs = []
     for _ in range(7):
-        begun.story.tick()
-        tree = LiveTree(begun.console, begun.story.executive, lambda: "")
+        begun.played.tick()
+        tree = LiveTree(begun.console, begun.played.executive, lambda: "")
         with begun.console.capture() as capture:
             begun.console.print(tree.render())
         rows = shown_by_terminal(capture.get())

@@ -28,15 +28,15 @@ def picture(play: Any) -> Any:
     """Play up to some feedback; gives the lines of the picture on a terminal of this size."""
 
     def draw(current: float, width: int = 80, height: int = 24, encoding: str = "utf-8") -> Any:
-        story = play(TREE)
-        story.tick()
-        story.turn.accept()
-        story.turn.feed(Turn.Feedback(current_angle=current, remaining_angle=90 - current))
-        story.tick()
+        run = play(TREE)
+        run.tick()
+        run.turn.accept()
+        run.turn.feed(Turn.Feedback(current_angle=current, remaining_angle=90 - current))
+        run.tick()
         stream = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
         console = Console(file=stream, width=width, height=height, color_system=None)
         with console.capture() as capture:
-            console.print(LiveTree(console, story.executive, lambda: "test   0.1 s").render())
+            console.print(LiveTree(console, run.executive, lambda: "test   0.1 s").render())
         return capture.get().rstrip("\n").split("\n")
 
     return draw
@@ -83,12 +83,12 @@ def test_feedback_that_is_no_number_has_no_bar(picture: Any) -> None:
 
 def paused_with_a_goal(play: Any) -> Any:
     """A session that is paused while its goal is under way."""
-    story = play("  turn: {angle: 90}\n")
-    story.tick()
-    story.turn.accept()
-    story.executive.pause("by hand", keep_goals=True)
-    session = PlayedSession(story.executive, world="arena")
-    return session, story
+    run = play("  turn: {angle: 90}\n")
+    run.tick()
+    run.turn.accept()
+    run.executive.pause("by hand", keep_goals=True)
+    session = PlayedSession(run.executive, world="arena")
+    return session, run
 
 
 def test_the_title_names_the_world_of_the_run(play: Any) -> None:
@@ -110,13 +110,13 @@ def test_where_no_world_is_simulated_none_is_named(play: Any) -> None:
 def test_a_pause_is_in_the_plain_lines_with_what_is_under_way(play: Any) -> None:
     """A line for each change of it, and one for its end."""
     stream = io.StringIO()
-    session, story = paused_with_a_goal(play)
+    session, run = paused_with_a_goal(play)
     view = PlainView(stream)
     view.open(session)
     view.refresh()
     view.refresh()
-    story.turn.succeed()
-    story.tick()
+    run.turn.succeed()
+    run.tick()
     view.refresh()
     session.executive.resume()
     view.refresh()

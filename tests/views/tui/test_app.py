@@ -14,12 +14,12 @@ from tests.support.watched import ScriptedExecutive, goal_in
 @shown()
 async def test_the_whole_picture_at_80_by_24(screen: Screen) -> None:
     """Header, running path, tree, log, keys."""
-    one = screen.executive
-    one.change(explore="running", look_around="running")
-    one.change(8.4, look_around="success: canceled by condition", repeat="running")
-    one.change(drive="running")
-    progress = one.progress("drive", 1.2, 2.0, "travelled 1.20")
-    one.detail(2.5, running=(progress,))
+    executive = screen.executive
+    executive.change(explore="running", look_around="running")
+    executive.change(8.4, look_around="success: canceled by condition", repeat="running")
+    executive.change(drive="running")
+    progress = executive.progress("drive", 1.2, 2.0, "travelled 1.20")
+    executive.detail(2.5, running=(progress,))
     await screen.look()
     assert screen.rows == [
         "explore  ▶ running  10.90 s",
@@ -116,10 +116,10 @@ async def test_an_executive_that_vanishes_is_waited_for(screen: Screen) -> None:
 
 def test_of_several_one_is_chosen_in_a_list():
     """At the start, and whenever somebody wants another one."""
-    one, two = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
-    one.begin()
-    two.outline = "patrol\n  go"
-    two.begin()
+    first, second = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
+    first.begin()
+    second.outline = "patrol\n  go"
+    second.begin()
 
     async def play(screen: Screen) -> None:
         assert "/robot1/bt_mission" in screen.text
@@ -129,23 +129,23 @@ def test_of_several_one_is_chosen_in_a_list():
         await screen.press("c", "up", "enter")
         await screen.look()
         assert screen.rows[0].startswith("explore")
-        assert two.closed
+        assert second.closed
         await screen.press("c", "escape")
         assert screen.rows[0].startswith("explore")
 
-    on_screen(play, one, two)
+    on_screen(play, first, second)
 
 
 def test_one_that_is_named_is_taken_without_a_question():
     """Though there are others."""
-    one, two = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
-    two.begin()
+    first, second = (ScriptedExecutive(name=f"/robot{n}/bt_mission") for n in (1, 2))
+    second.begin()
 
     async def play(screen: Screen) -> None:
         assert screen.rows[0].startswith("explore")
-        assert screen.app.source is two
+        assert screen.app.source is second
 
-    on_screen(play, one, two, name="/robot2/bt_mission")
+    on_screen(play, first, second, name="/robot2/bt_mission")
 
 
 def test_an_executive_of_another_version_is_not_read():
@@ -173,7 +173,9 @@ def test_names_with_control_characters_are_shown_as_codes():
     async def play(screen: Screen) -> None:
         assert "a\\x1b[31m\\x07b" in screen.text
         assert "\\x9b2Jc" in screen.text
-        assert not any(ord(one) < 32 or ord(one) == 0x9B for one in screen.text.replace("\n", ""))
+        assert not any(
+            ord(letter) < 32 or ord(letter) == 0x9B for letter in screen.text.replace("\n", "")
+        )
 
     on_screen(play, executive)
 

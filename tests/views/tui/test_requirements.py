@@ -12,7 +12,7 @@ def test_requirements_have_a_panel(count: int):
     """Where there is room, at once; else it is the next one. Enlarged, twenty stand there."""
 
     async def narrow(screen: Screen) -> None:
-        names = [f"number_{one}" for one in range(count)]
+        names = [f"number_{number}" for number in range(count)]
         verdicts = dict.fromkeys(names, "open 0.2") | {names[-1]: "violated -0.1"}
         screen.executive.judge(**verdicts)
         await screen.look()
@@ -29,7 +29,7 @@ def test_requirements_have_a_panel(count: int):
     on_screen(narrow)
 
     async def wide(screen: Screen) -> None:
-        screen.executive.judge(**{f"number_{one}": "open 0.2" for one in range(count)})
+        screen.executive.judge(**{f"number_{number}": "open 0.2" for number in range(count)})
         await screen.look()
         await screen.look()
         assert f"─ requirements: {count} open ─" in screen.text

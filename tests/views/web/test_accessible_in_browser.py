@@ -24,12 +24,12 @@ pytestmark = [
 @scene_on_page()
 async def test_the_tree_is_one_for_keys_and_for_screen_readers(screen: Screen) -> None:
     """It has the roles and levels of a tree, and what is selected is said."""
-    told = await screen.look(
+    reported = await screen.look(
         "[...document.querySelectorAll('[role=tree] [role=treeitem]')].map((one) => "
         "['aria-level', 'aria-posinset', 'aria-setsize', 'aria-expanded'].map("
         "(name) => one.getAttribute(name)))"
     )
-    assert told == [
+    assert reported == [
         ["1", "1", "1", "true"],
         ["2", "1", "2", None],
         ["2", "2", "2", "true"],
@@ -67,12 +67,12 @@ def heard(page: Page) -> list[tuple[str, str, dict[str, Any]]]:
     nodes = page.call("Accessibility.getFullAXTree")["nodes"]
     return [
         (
-            one["role"]["value"],
-            one.get("name", {}).get("value", ""),
-            {each["name"]: each["value"].get("value") for each in one.get("properties", ())},
+            node["role"]["value"],
+            node.get("name", {}).get("value", ""),
+            {each["name"]: each["value"].get("value") for each in node.get("properties", ())},
         )
-        for one in nodes
-        if not one["ignored"] and "role" in one
+        for node in nodes
+        if not node["ignored"] and "role" in node
     ]
 
 
@@ -85,10 +85,10 @@ async def test_what_a_screen_reader_is_told(screen: Screen, executive: ScriptedE
     await screen.shows("variables", "speed")
     await screen.shows("requirements", "is slow")
     await screen.look("document.getElementById('tree').focus()")
-    told = await asyncio.to_thread(heard, screen.page)
+    reports = await asyncio.to_thread(heard, screen.page)
     items = [
         (name, *map(facts.get, ("level", "expanded", "selected")))
-        for role, name, facts in told
+        for role, name, facts in reports
         if role == "treeitem"
     ]
     assert items == [
@@ -98,11 +98,11 @@ async def test_what_a_screen_reader_is_told(screen: Screen, executive: ScriptedE
         ("drive, ActionLeaf, running, 0.4 m", 3, None, True),
         ("turn away, ActionLeaf, idle", 3, None, False),
     ]
-    ((tree, facts),) = [(name, facts) for role, name, facts in told if role == "tree"]
+    ((tree, facts),) = [(name, facts) for role, name, facts in reports if role == "tree"]
     assert (tree, facts["focused"]) == ("Tree", True)
     named = {"button", "searchbox", "checkbox", "slider", "list", "region", "navigation"}
-    assert [one for one in told if one[0] in named and not one[1]] == []
-    assert {name for role, name, _ in told if role == "button"} >= {"Map", "Camera", "Pause"}
+    assert [report for report in reports if report[0] in named and not report[1]] == []
+    assert {name for role, name, _ in reports if role == "button"} >= {"Map", "Camera", "Pause"}
     lives = "[...document.querySelectorAll('output')].map((one) => one.ariaLive)"
     assert await screen.look(lives) == ["off"], "the time goes on and on"
 

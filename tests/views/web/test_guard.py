@@ -56,8 +56,8 @@ def test_no_more_connections_are_open_than_there_is_room_for(
     monkeypatch.setattr(guarded_server, "MOST_CONNECTIONS", 2)
 
     async def scene(server: WebServer) -> None:
-        async with live(server) as one, live(server) as other:
-            for socket in (one, other):
+        async with live(server) as first, live(server) as other:
+            for socket in (first, other):
                 await PageModel(socket).until(lambda it: it.nodes)
             assert await raw(server, b"GET / HTTP/1.1\r\n") == b""
         assert (await fetch(server, f"/{server.token}/"))[0] == 200

@@ -74,10 +74,10 @@ async def test_every_control_of_a_mission(screen: Screen, executive: ScriptedExe
 
 def test_of_a_fleet_the_robot_that_is_shown_is_marked(chromium: Page):
     """A button lasts while the mission goes on, so that no press of it is lost."""
-    one, other = ScriptedExecutive(name="/one"), ScriptedExecutive(name="/two")
-    one.begin()
+    first, other = ScriptedExecutive(name="/one"), ScriptedExecutive(name="/two")
+    first.begin()
     other.begin()
-    shown = LiveMission(ScriptedGraph(one, other), "/one", is_fleet=True)
+    shown = LiveMission(ScriptedGraph(first, other), "/one", is_fleet=True)
     shown.attach("/one")
     marked = "document.querySelector('#choice-list [aria-pressed=true]')?.textContent === {!r}"
 
@@ -86,7 +86,7 @@ def test_of_a_fleet_the_robot_that_is_shown_is_marked(chromium: Page):
         await screen.visit(server.link)
         await screen.until(marked.format("/one"))
         await screen.look("document.querySelectorAll('#choice-list button')[1].focus()")
-        one.stand("paused", "asked for")
+        first.stand("paused", "asked for")
         await screen.shows("status", "paused")
         await screen.look("document.activeElement.click()")
         await screen.until(marked.format("/two"))
@@ -116,9 +116,9 @@ async def test_the_page_says_what_its_keys_do(screen: Screen, executive: Scripte
     """Those that it has now; no other key does anything meanwhile."""
     await screen.key("?")
     await screen.until("document.getElementById('keys').open")
-    said = await screen.look("document.getElementById('keys').innerText")
-    assert "stop the mission" in said
-    assert "play or pause" not in said, "that is of recordings"
+    output = await screen.look("document.getElementById('keys').innerText")
+    assert "stop the mission" in output
+    assert "play or pause" not in output, "that is of recordings"
     await screen.key("p")
     await screen.key("?")
     await screen.until("!document.getElementById('keys').open")

@@ -26,9 +26,9 @@ def test_each_encoding_keeps_its_colours(
 ):
     """Also where rows are longer than their pixels."""
     row = bytes(pixel) * 16 + b"\0\0"
-    found = jpeg_of(CameraImage(16, 16, len(row), encoding, row * 16))
-    assert found is not None
-    with Image.open(io.BytesIO(found)) as picture:
+    jpeg = jpeg_of(CameraImage(16, 16, len(row), encoding, row * 16))
+    assert jpeg is not None
+    with Image.open(io.BytesIO(jpeg)) as picture:
         assert picture.size == (16, 16)
         seen = picture.convert("RGB").getpixel((8, 8))
     assert seen == pytest.approx(colour, abs=8)
@@ -50,7 +50,7 @@ def test_what_is_no_picture_is_passed_over(image: CameraImage):
 
 def test_a_large_picture_is_made_smaller():
     """A page needs no more."""
-    found = jpeg_of(CameraImage(1920, 1080, 5760, "rgb8", bytes(5760 * 1080)))
-    assert found is not None
-    with Image.open(io.BytesIO(found)) as picture:
+    jpeg = jpeg_of(CameraImage(1920, 1080, 5760, "rgb8", bytes(5760 * 1080)))
+    assert jpeg is not None
+    with Image.open(io.BytesIO(jpeg)) as picture:
         assert picture.size == (640, 360)

@@ -28,7 +28,7 @@ class Run:
         self.executive = ScriptedExecutive()
         self.graph = ScriptedGraph(self.executive)
         self.is_left = False
-        self.said: list[str] = []
+        self.logged: list[str] = []
         self.taken = 0
         self._count = count
 
@@ -41,7 +41,7 @@ class Run:
         return replace(REPORT, reason="ended")
 
     def say(self, text: str) -> None:
-        self.said.append(text)
+        self.logged.append(text)
         self.is_left = True
 
     def carry_out(self) -> Report:
@@ -56,7 +56,7 @@ def test_the_page_stays_when_the_mission_has_ended_until_somebody_leaves():
     run = Run(5)
     assert run.carry_out().reason == "ended"
     assert run.taken == 5
-    assert run.said == ["the mission has ended: success; the page stays until Ctrl-C"]
+    assert run.logged == ["the mission has ended: success; the page stays until Ctrl-C"]
 
 
 def test_who_leaves_early_still_has_every_step_taken():
@@ -77,7 +77,7 @@ def test_a_page_that_fails_ends_nothing(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(run.graph, "serve", fail)
     assert run.carry_out().reason == "ended"
     assert run.taken == 500
-    assert run.said == ["the page failed, the mission goes on: ValueError: a defect"]
+    assert run.logged == ["the page failed, the mission goes on: ValueError: a defect"]
 
 
 def test_an_exception_of_the_session_closes_the_page():
@@ -93,4 +93,4 @@ def test_an_exception_of_the_session_closes_the_page():
         with pytest.raises(ValueError, match="a defect"):
             shown.run_to_the_end()
     assert run.taken == 50
-    assert run.said == []
+    assert run.logged == []

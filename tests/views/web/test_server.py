@@ -69,8 +69,8 @@ async def test_two_pages_see_the_same_and_either_controls(
     server: WebServer, executive: ScriptedExecutive
 ) -> None:
     """The answer stands on both."""
-    async with live(server) as one, live(server) as other:
-        first, second = PageModel(one), PageModel(other)
+    async with live(server) as item, live(server) as other:
+        first, second = PageModel(item), PageModel(other)
         for page in (first, second):
             await page.until(lambda it: it.nodes)
         await first.ask("pause")
@@ -255,12 +255,12 @@ async def test_a_page_that_cannot_be_told_is_closed_with_the_reason(
     server: WebServer, shown: LiveMission
 ) -> None:
     """The others, and the server, go on."""
-    async with live(server) as one:
-        await PageModel(one).until(lambda it: it.nodes)
+    async with live(server) as item:
+        await PageModel(item).until(lambda it: it.nodes)
         shown.board._parts.put("broken", object(), shown.board.revision + 1)
         shown.board.revision += 1
         reason = "the server failed: TypeError: Object of type object is not JSON serializable"
-        assert await ended(one) == (1011, reason)
+        assert await ended(item) == (1011, reason)
     shown.board._parts.put("broken", 0, shown.board.revision + 1)
     async with live(server) as other:
         await PageModel(other).until(lambda it: it.nodes)
@@ -272,9 +272,9 @@ def test_a_port_that_is_taken_is_said_with_a_free_one():
         port = taken.getsockname()[1]
         with pytest.raises(BtMissionError) as error:
             listening_socket("127.0.0.1", port)
-    said = str(error.value)
-    assert said.startswith(f"--port {port}: another program listens there; --port ")
-    assert said.endswith(" is free")
+    output = str(error.value)
+    assert output.startswith(f"--port {port}: another program listens there; --port ")
+    assert output.endswith(" is free")
 
 
 def test_an_address_of_another_machine_is_no_place_to_listen():

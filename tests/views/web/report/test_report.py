@@ -20,8 +20,8 @@ PageOf = Callable[[Path], Path]
 @pytest.fixture
 def data(hurried: Path, page_of: PageOf) -> dict[str, Any]:
     """The data of the page of a run that failed."""
-    (found,) = data_of(page_of(hurried)).values()
-    return found
+    (result,) = data_of(page_of(hurried)).values()
+    return result
 
 
 def names_of(data: dict[str, Any]) -> list[str]:
@@ -95,7 +95,9 @@ def test_goals_with_their_lives(data: dict[str, Any]):
     assert first["status"] == "canceled"
     assert dict(first["values"]) == {"fwd_velocity": "0.25", "stopping_distance": "0.3"}
     assert "error_code" not in dict(first["result"])
-    (distance,) = (one for one in first["feedback"] if one["name"] == "current_distance_travelled")
+    (distance,) = (
+        field for field in first["feedback"] if field["name"] == "current_distance_travelled"
+    )
     assert distance["v"] == sorted(distance["v"])
     assert first["messages"] > 10
 
@@ -138,7 +140,7 @@ def test_poses_and_scans_are_thinned(data: dict[str, Any]):
         if message.get("robot", {}).get("scan")
     ]
     assert seconds / 2 < len(scans) <= seconds + 2
-    assert all(isinstance(one, int) for one in scans[0])
+    assert all(isinstance(scan, int) for scan in scans[0])
     assert len(scans[0]) <= 2 * 180
     maps = [message for message in data["messages"] if message.get("robot", {}).get("grid")]
     assert len(maps) == 1, "the map does not change"

@@ -28,8 +28,8 @@ robots:
 
 def text(page: Page, name: str) -> str:
     """The text of an element."""
-    found: str = page.look(f"document.getElementById({name!r}).textContent")
-    return found
+    result: str = page.look(f"document.getElementById({name!r}).textContent")
+    return result
 
 
 def click(page: Page, selector: str) -> None:
@@ -154,7 +154,7 @@ def test_keys_move_and_zoom_the_timeline(opened: Callable[..., Page], hurried: P
         "[...document.querySelectorAll('.figure svg')].map((one) => one.getAttribute('viewBox'))"
     )
     zoomed = page.look(boxes)
-    assert len({one.split()[2] for one in zoomed}) == 1
+    assert len({label.split()[2] for label in zoomed}) == 1
     page.key("ArrowRight")
     page.until("!document.getElementById('at').textContent.startsWith('0.00 of')")
     page.key("0")
