@@ -1,1 +1,1 @@
-"""Actions, topics and services by session: what a person at a terminal does with any ROS graph."""
+"""Actions, topics and services of any ROS graph, from a terminal."""

@@ -1,4 +1,4 @@
-"""Goals of an action, whoever sent them: watched, or cancelled and seen to their end."""
+"""Goals of an action, from any sender: watched, or cancelled and awaited."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from bt_mission.graph_tools.graph_session import GraphSession
 
 STATUS_WAIT_S = 1.0
-"""The status of goals is latched: it comes as soon as the topic is matched."""
+"""The status of goals is latched: it arrives as soon as the topic is matched."""
 
 STATES = {
     GoalStatus.STATUS_UNKNOWN: "unknown",
@@ -61,9 +61,9 @@ class GoalWatch:
         )
 
     def take(self) -> Iterator[GoalEvent]:
-        """Give what has happened since the last call.
+        """Return the events since the last call.
 
-        Who writes it does so outside of callbacks, where a pipe that has closed is noticed.
+        The caller writes them outside of callbacks, where a closed pipe is noticed.
         """
         events, self._events = self._events, []
         yield from events
@@ -73,7 +73,7 @@ class GoalWatch:
             before = self._states.get(goal)
             self._states[goal] = state
             is_end = state in FINAL
-            # What ended before we looked is no news.
+            # Goals that ended before the start are not reported.
             if state != before and not (before is None and is_end):
                 self._events.append(GoalStateChanged(goal, self._since_s(goal), state, is_end))
 
@@ -88,7 +88,7 @@ class GoalWatch:
 
 @dataclass(frozen=True)
 class CancelResult:
-    """Whether the server took every cancel, and whether the end of every goal was confirmed."""
+    """Whether the server accepted every cancel, and whether the end of every goal was confirmed."""
 
     all_taken: bool
     all_ended: bool
@@ -100,9 +100,9 @@ def cancel_goals(
     """Cancel the goal whose id begins with these digits, or all, and wait for their end.
 
     Raises:
-        NotThereError: when nobody serves the action.
-        BtMissionError: when no goal, or more than one, has such an id.
-        KeyboardInterrupt: when Ctrl-C came.
+        NotThereError: The action has no server.
+        BtMissionError: No goal, or more than one, has such an id.
+        KeyboardInterrupt: Ctrl-C.
     """
     states: dict[str, str] = {}
     _subscribe_to_states(session, action, states.update)
@@ -152,7 +152,7 @@ def _subscribe_to_states(
 
 
 def _chosen(states: dict[str, str], digits: str) -> str:
-    """The goal that is meant; a whole id is taken as it is."""
+    """Return the goal of an id; a whole id is taken as it is."""
     wanted = digits.replace("-", "").lower()
     if not wanted or any(digit not in "0123456789abcdef" for digit in wanted):
         raise BtMissionError(f"expected hexadecimal digits of a goal's id, got '{digits}'")

@@ -19,11 +19,11 @@ ASCII_SIGNS = ("#", ".")
 """For what of a bar is full, and what is empty."""
 
 NARROW = 60
-"""Columns below which there are no bars, and values stand before their names."""
+"""Columns below which there are no bars, and values are before their names."""
 
 
 class FeedbackTable:
-    """Draws the feedback of one goal, whose message is None where it is not known."""
+    """Draws the feedback of one goal; its goal message is None if it is not known."""
 
     def __init__(self, about: InterfaceDescription, goal: Any, encoding: str | None) -> None:
         self._units = about.part("feedback").units()
@@ -35,7 +35,7 @@ class FeedbackTable:
         self._signs = signs_for(encoding)
 
     def render(self, feedback: Any, width: int) -> RenderableType:
-        """The newest feedback, for so many columns."""
+        """Return the newest feedback for a width in columns."""
         fields = dict(flat(plain(feedback, SHOWN_ITEMS)))
         bounds = self._gauges.read(fields)
         if width < NARROW:

@@ -1,4 +1,4 @@
-"""A form for one goal: filled in field by field, then its feedback, then how it ended."""
+"""A form for one goal: its fields, then its feedback, then its end."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from bt_mission.graph_tools.graph_session import GraphSession
 
 PERIOD_S = 0.05
-"""How often what has come is served."""
+"""The interval at which received messages are handled, s."""
 
 
 class FormLine(Vertical):
@@ -51,7 +51,7 @@ class FormLine(Vertical):
         yield Static(escape_control(self.line.note), classes="note", markup=False)
 
     def read(self) -> tuple[Any, str] | None:
-        """Value and fault; None where the default is to stay."""
+        """Return value and error; None leaves the default."""
         if self.line.is_truth:
             return self.query_one(Checkbox).value, ""
         text = self.query_one(Input).value
@@ -60,7 +60,7 @@ class FormLine(Vertical):
     @on(events.Mount)
     @on(Input.Changed)
     def check(self) -> bool:
-        """Show what is wrong, if anything is; gives whether nothing is."""
+        """Show the error, if any. Return whether there is none."""
         entry = self.read()
         fault = entry[1] if entry else ""
         self.set_class(bool(fault), "wrong")
@@ -148,7 +148,7 @@ class GoalForm(EscapingApp[goal_events.GoalResult | None]):
             self.set_interval(self._period_s, self.serve)
 
     def serve(self) -> None:
-        """Serve what has come, and look after the goal."""
+        """Handle received messages, and poll the goal."""
         self._session.glance()
         if self._session.interrupts.count > self._interrupts:
             self._interrupts = self._session.interrupts.count

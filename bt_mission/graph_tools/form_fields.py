@@ -1,4 +1,4 @@
-"""The fields of a goal as lines of a form: what each may hold, and what was typed into it."""
+"""The fields of a goal as lines of a form: their types, and what was typed."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from bt_mission.language.message_types import (
 )
 
 LARGEST_SHOWN = 2**16
-"""Limits beyond it say no more than the type's name does."""
+"""Larger limits are not shown, since the type's name implies them."""
 
 
 @dataclass(frozen=True)
 class FormField(InterfaceField):
-    """One line of a form: a number, a text, a truth, a list, or a message that is one value."""
+    """One line of a form: a number, a text, a boolean, a list, or a message with one value."""
 
     @property
     def kind(self) -> str:
@@ -33,23 +33,23 @@ class FormField(InterfaceField):
 
     @property
     def is_truth(self) -> bool:
-        """Is it true or false, to be ticked?"""
+        """Whether it is a boolean, to be ticked."""
         return isinstance(self.shape, Scalar) and self.shape.type == "bool"
 
     @property
     def placeholder(self) -> str:
-        """What an empty line stands for."""
+        """The text of an empty line."""
         return "" if isinstance(self.shape, MessageShape) else short(self.default)
 
     @property
     def note(self) -> str:
-        """What is to be known of it: the author's comment, how to write it, its limits."""
+        """A note on the field: the author's comment, its form, its limits."""
         return "; ".join(filter(None, (self._form(), _limits(self.shape), self.text)))
 
     def read(self, text: str) -> tuple[Any, str]:
-        """Its value, and what is wrong with it; a text is taken as it is typed, the rest is YAML.
+        """Return its value, and its error; a text is taken as typed, anything else is YAML.
 
-        An empty line is neither: it leaves the field at its default.
+        An empty line has neither: it leaves the field at its default.
         """
         shape = self.shape
         if isinstance(shape, Scalar) and shape.type == "text":
@@ -67,7 +67,7 @@ class FormField(InterfaceField):
 
 
 def lines_of(part: InterfacePart) -> list[FormField]:
-    """The lines of a form for a message; messages that cannot be written as one are unfolded."""
+    """Return the lines of a form for a message; a message with several fields is unfolded."""
     lines: list[FormField] = []
     for field in part.fields():
         is_message = isinstance(field.shape, MessageShape)
@@ -88,7 +88,7 @@ _EXAMPLES = {POSE_STAMPED: _POINT_EXAMPLE, POINT: _POINT_EXAMPLE, DURATION: 10.0
 
 
 def example(part: InterfacePart) -> str:
-    """A message as YAML on one line, to be changed: defaults, short forms, and words for texts."""
+    """Return a message as YAML on one line, to be edited, with defaults and placeholders."""
     return _as_flow(nested({line.name: _example_of(line) for line in lines_of(part)}))
 
 
@@ -114,7 +114,7 @@ def nested(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def texts(lines: list[FormField], fields: Mapping[str, Any]) -> dict[str, str]:
-    """What to type into the lines for these fields of a message, by the lines' names."""
+    """Return the texts of the lines for these fields of a message, by the lines' names."""
     texts = {}
     for line in lines:
         value: Any = fields
@@ -126,7 +126,7 @@ def texts(lines: list[FormField], fields: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _as_flow(value: Any) -> str:
-    """A plain value as YAML on one line."""
+    """Return a plain value as YAML on one line."""
     match value:
         case bool():
             return "true" if value else "false"

@@ -1,4 +1,4 @@
-"""What happens to goals of an action, as data that every view of the commands is made from."""
+"""The events of an action's goals, as data for every view of the commands."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class GoalOutcome(StrEnum):
     NO_SERVER = "no server"
     NO_ANSWER = "no answer"
     LOST = "lost"
-    """Its server has gone, or knows it no longer."""
+    """Its server has gone, or does not know it any more."""
     UNCONFIRMED = "unconfirmed"
     """The cancel was not confirmed in time."""
     LEFT = "left"
@@ -27,7 +27,7 @@ class GoalOutcome(StrEnum):
 
 @dataclass(frozen=True)
 class GoalResult:
-    """How a goal ended, why in one line for people, and the result where the server sent one."""
+    """The end of a goal, the reason in one line, and the result if the server sent one."""
 
     how: GoalOutcome
     reason: str
@@ -36,7 +36,7 @@ class GoalResult:
 
 @dataclass(frozen=True)
 class ServerAwaited:
-    """No server of the action is there yet."""
+    """The action has no server yet."""
 
     action: str
 
@@ -82,9 +82,9 @@ class GoalEnded:
 
 @dataclass(frozen=True)
 class FeedbackReceived:
-    """Feedback came, `since_s` seconds after our goal was accepted or another was first seen.
+    """Feedback arrived, `since_s` seconds after our goal was accepted or another was first seen.
 
-    `goal` is the id of a goal that somebody else sent; empty for our own.
+    `goal` is the id of another sender's goal; empty for our own.
     """
 
     message: Any
@@ -94,7 +94,7 @@ class FeedbackReceived:
 
 @dataclass(frozen=True)
 class GoalStateChanged:
-    """A goal that somebody else sent came into a state, `since_s` seconds after it was seen."""
+    """Another sender's goal has a new state, `since_s` seconds after it was seen."""
 
     goal: str
     since_s: float

@@ -1,7 +1,7 @@
 """One goal sent from the terminal: from the wait for a server to the confirmed end.
 
-An :class:`~bt_mission.goals.attempt.Attempt` ends when its leaf may go on, and leaves the goal to
-the ledger; a request ends when the goal has ended, or nothing more can be learnt of it.
+An :class:`~bt_mission.goals.attempt.Attempt` ends when its leaf may continue, and leaves the goal
+to the ledger. A request ends when the goal has ended, or nothing more can be known of it.
 """
 
 from __future__ import annotations
@@ -34,23 +34,23 @@ if TYPE_CHECKING:
     from bt_mission.graph_tools.graph_session import GraphSession
 
 ANSWER_S = 5.0
-"""How long a server may take to accept or reject."""
+"""The limit for a server to accept or reject."""
 
 GRACE_S = 10.0
-"""How long a goal may take to end once its cancel was asked for."""
+"""The limit for a goal to end once its cancel was requested."""
 
 QUIET_NS = NS
-"""A server is often found within less, and nobody needs to be told of that."""
+"""A server is often discovered within less; the wait is then not reported."""
 
 
 class GoalRequest:
-    """Sends one goal and sees it to its end.
+    """Sends one goal and waits until it ends.
 
     Args:
         send: Called with each event, once.
-        server_s: How long to wait for a server.
-        limit_s: After which the goal is cancelled; None is no limit.
-        why_rejected: Gives what the server's log says of a rejection; empty where nothing is known.
+        server_s: The limit of the wait for a server.
+        limit_s: The goal is cancelled after this time; None is no limit.
+        why_rejected: Returns the server's log line of a rejection; empty without one.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class GoalRequest:
         self.end: GoalResult | None = None
 
     def poll(self, now_ns: int) -> GoalResult | None:
-        """Move on, with the time of any clock that runs; gives the end once there is one."""
+        """Advance, with the time of any running clock. Return the end once there is one."""
         if self._since_ns is None:
             self._since_ns = now_ns
         if self.end is None:
@@ -92,11 +92,11 @@ class GoalRequest:
         return self.end
 
     def mute(self) -> None:
-        """Tell nobody any more what happens."""
+        """Stop reporting events."""
         self._send = lambda _: None
 
     def cancel(self, why: str, now_ns: int) -> None:
-        """Ask the server to cancel; :meth:`poll` gives the end."""
+        """Ask the server to cancel; :meth:`poll` returns the end."""
         if self.end is not None or self._why_cancel:
             return
         if self.goal is None:
@@ -107,7 +107,7 @@ class GoalRequest:
         self._ledger.release_goal(self.goal, now_ns)
 
     def leave(self, why: str, now_ns: int) -> None:
-        """End at once, whatever becomes of the goal; the end names it."""
+        """End at once, whatever happens to the goal; the end names it."""
         if self.end is None:
             left = "; ".join(self._ledger.describe_left_behind()) or "nothing was sent"
             self._finish(GoalResult(GoalOutcome.LEFT, f"{why}; orphaned goal: {left}"), now_ns)
@@ -177,7 +177,7 @@ class GoalRequest:
         return GoalResult(GoalOutcome.LOST, f"{name} no longer knows the goal (restarted?)")
 
     def _read_rejection(self, now_ns: int) -> GoalResult | None:
-        """Rejected; the words of the server's log may still be on their way."""
+        """Read the server's log line of the rejection, which may arrive later."""
         self._rejected_ns = self._rejected_ns or now_ns
         words = self._why_rejected()
         if not words and now_ns - self._rejected_ns < QUIET_NS:
@@ -231,7 +231,7 @@ class GoalSender:
         return self._client.prepare(fields)
 
     def open(self, message: Any, send: Callable[[GoalEvent], None]) -> GoalRequest:
-        """Make a request that :meth:`GoalRequest.poll` sends and sees to its end."""
+        """Make a request that :meth:`GoalRequest.poll` sends and waits for."""
         return GoalRequest(
             self._client,
             message,
@@ -245,8 +245,8 @@ class GoalSender:
 def step_to_end(session: GraphSession, goal: GoalRequest) -> GoalResult:
     """Step until the goal has ended.
 
-    The first Ctrl-C, and a reader of our output that leaves, cancel the goal and wait for its end;
-    a second Ctrl-C leaves at once.
+    The first Ctrl-C, and a closed output pipe, cancel the goal and wait for its end; a second
+    Ctrl-C leaves at once.
     """
     signals = session.interrupts
     while True:

@@ -1,4 +1,4 @@
-"""What happens to goals, as lines, as a picture drawn in place, or as objects for programs."""
+"""The events of goals, as lines, as a drawing in place, or as objects for programs."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from bt_mission.graph_tools.interface_description import InterfaceDescription, I
 from bt_mission.graph_tools.values import SHOWN_ITEMS, as_json, flat, plain, short
 
 LONG = 60
-"""Characters of a list beyond which its items stand one below the other."""
+"""Characters of a list beyond which its items are in separate lines."""
 
 STYLES = {GoalOutcome.SUCCEEDED: "green", GoalOutcome.CANCELED: "yellow"}
 HEAD_STYLES = {ServerAwaited: "dim", GoalAccepted: "bold", CancelRequested: "yellow"}
@@ -44,15 +44,15 @@ class GoalView(ABC):
         """Show what has happened."""
 
     def close(self) -> None:  # noqa: B027 - most draw nothing in place
-        """Take away what is drawn in place."""
+        """Remove what is drawn in place."""
 
 
 def goal_view_for(
     stream: TextIO, about: InterfaceDescription, goal: Any = None, *, json: bool, plain: bool
 ) -> GoalView:
-    """Choose the view: a picture on a terminal, lines in a pipe, objects for programs.
+    """Choose the view: a drawing on a terminal, lines in a pipe, objects for programs.
 
-    `goal` is the message of our own goal; with `plain`, lines are wanted also on a terminal.
+    `goal` is the message of our own goal; with `plain`, lines are used also on a terminal.
     """
     if json:
         return GoalObjects(stream)
@@ -63,7 +63,7 @@ def goal_view_for(
 
 
 class GoalLines(GoalView):
-    """Writes a line for each event; feedback whenever it has changed."""
+    """Writes a line for each event, and feedback whenever it has changed."""
 
     def __init__(self, stream: TextIO, about: InterfaceDescription) -> None:
         self._stream = stream
@@ -85,7 +85,7 @@ class GoalLines(GoalView):
 
 
 class GoalPicture(GoalView):
-    """Draws the newest feedback anew in place; how goals ended and what they came to stays."""
+    """Draws the newest feedback in place; ends and results of goals stay."""
 
     def __init__(self, console: Console, about: InterfaceDescription, goal: Any = None) -> None:
         self._console = console
@@ -125,7 +125,7 @@ class GoalPicture(GoalView):
                 self._draw()
 
     def close(self) -> None:
-        """Take away what is drawn in place."""
+        """Remove what is drawn in place."""
         self._live.stop()
 
     def _draw(self) -> None:
@@ -148,7 +148,7 @@ class GoalObjects(GoalView):
         self._own = ""
 
     def show(self, event: GoalEvent) -> None:
-        """Write the object of an event; that a server is waited for is for people."""
+        """Write the object of an event; the wait for a server is only shown to people."""
         if isinstance(event, ServerAwaited):
             sys.stderr.write(f"{event}\n")
             return

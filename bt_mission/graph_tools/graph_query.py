@@ -1,4 +1,4 @@
-"""What there is in a running graph: names, types, and who stands behind them."""
+"""The content of a running graph: names, types, and nodes."""
 
 from __future__ import annotations
 
@@ -22,17 +22,18 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 LOOK_S = 5.0
-"""How long to look for something that is not there; other participants announce themselves every
-3 s, and in a burst when somebody joins."""
+"""The time for which a missing name is searched; other participants announce themselves every 3 s,
+and in a burst when a new one joins.
+"""
 
 QUIET_S = 1.0
-"""A graph in which nothing has come up for this long, is taken as known."""
+"""A graph without changes for this time counts as known."""
 
 FEEDBACK = "/_action/feedback"
 STATUS = "/_action/status"
 
 LIVE_LOOK_S, LIVE_QUIET_S = 1.0, 0.2
-"""The same where a shell completes a word: a person has pressed a key."""
+"""The same for completion in a shell: the user has pressed a key."""
 
 Kind = Literal["action", "topic", "service"]
 LiveKind = Literal["actions", "topics", "services", "executives", "namespaces"]
@@ -42,7 +43,7 @@ _OF_GRAPH: dict[LiveKind, Kind] = {"actions": "action", "topics": "topic", "serv
 
 @dataclass(frozen=True)
 class GraphEntry:
-    """One name in the graph: who `offers` it serves or publishes, who `uses` it calls or hears."""
+    """A name in the graph: `offers` serve or publish it, `uses` call or subscribe to it."""
 
     name: str
     types: tuple[str, ...]
@@ -51,10 +52,10 @@ class GraphEntry:
 
 
 def query_graph(session: GraphSession, seconds: float = LOOK_S, quiet_s: float = QUIET_S) -> None:
-    """Return when the graph is known: nothing new for `quiet_s`, or the time is over.
+    """Wait until the graph is known: nothing new for `quiet_s`, or the time is over.
 
     Raises:
-        KeyboardInterrupt: When Ctrl-C came.
+        KeyboardInterrupt: Ctrl-C.
     """
     seen: Any = None
     still_since_ns = session.now_ns
@@ -79,10 +80,9 @@ def _sight(node: Node) -> tuple[Sequence[tuple[str, str]], Any, Any]:
 
 
 def entries(node: Node, kind: Kind, *, hidden: bool = False) -> list[GraphEntry]:
-    """What the graph has of a kind, sorted by name; with `hidden`, what ROS hides, too.
+    """Return the names of a kind in the graph, sorted; with `hidden`, also those that ROS hides.
 
-    Actions count also where they have clients only; topics, where others than we publish or hear
-    them.
+    Actions with clients only count, too, as do topics of other nodes.
     """
     names = sorted(_LOOK_UP[kind](node))
     if kind != "action" and not hidden:
@@ -103,17 +103,17 @@ def entries(node: Node, kind: Kind, *, hidden: bool = False) -> list[GraphEntry]
 
 
 def is_hidden(name: str) -> bool:
-    """Is it a name that ROS hides: one with a part that begins with an underscore?"""
+    """Return whether ROS hides a name: a part of it begins with an underscore."""
     return any(part.startswith("_") for part in name.split("/"))
 
 
 def type_of(session: GraphSession, kind: Kind, name: str, seconds: float = LOOK_S) -> str:
-    """Find the type of a resolved name in the graph, waiting for it for some seconds.
+    """Return the type of a resolved name in the graph; wait for it for some seconds.
 
     Raises:
-        NotThereError: When it does not come up.
-        BtMissionError: When it has several types.
-        KeyboardInterrupt: When Ctrl-C came.
+        NotThereError: It does not appear.
+        BtMissionError: It has several types.
+        KeyboardInterrupt: Ctrl-C.
     """
     look_up = _LOOK_UP[kind]
     if not wait(session, seconds, lambda: bool(dict(look_up(session.node)).get(name))):

@@ -20,13 +20,13 @@ NODE_PREFIX = "_bt_mission_hand"
 
 
 class GraphSession:
-    """A person's part in the graph of this machine and its network.
+    """The session of a user in the graph of this machine and its network.
 
-    Limits are measured with the machine's steady clock: they are about a person's patience, and a
-    simulation may run at any speed, or stand still.
+    Limits are measured with the machine's steady clock: a simulation may run at any speed, or
+    stand.
 
     Args:
-        namespace: names without a leading slash lie in it.
+        namespace: The namespace of names without a leading slash.
     """
 
     def __init__(self, namespace: str = "") -> None:
@@ -50,11 +50,11 @@ class GraphSession:
         return int(self._clock.now().nanoseconds)
 
     def step(self) -> None:
-        """Serve what comes next, for a tenth of a second at most."""
+        """Serve what is next, for a tenth of a second at most."""
         self._graph.step(None, self.node)
 
     def glance(self) -> None:
-        """Serve what has come, without waiting for more."""
+        """Handle received messages, without waiting for more."""
         self._graph.drain()
 
     def follow_clock(self) -> None:
@@ -63,10 +63,10 @@ class GraphSession:
 
 
 def wait(session: GraphSession, seconds: float, is_done: Callable[[], bool]) -> bool:
-    """Serve until something holds, for some seconds at most; gives whether it does.
+    """Serve until a condition is true, for some seconds at most. Return whether it is.
 
     Raises:
-        KeyboardInterrupt: when Ctrl-C came.
+        KeyboardInterrupt: Ctrl-C.
     """
     end_ns = session.now_ns + round(seconds * NS)
     while not is_done():

@@ -1,4 +1,4 @@
-"""What is known of a ROS type: its fields with types, units, defaults and comments."""
+"""The description of a ROS type: its fields with types, units, defaults and comments."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SERVICE_PARTS = ("request", "response")
 
 @dataclass(frozen=True)
 class InterfaceField:
-    """One field of a message, with its dotted name; the unit is empty where none is known."""
+    """One field of a message, with its dotted name; the unit is empty if it is not known."""
 
     name: str
     shape: Shape
@@ -34,7 +34,7 @@ class InterfaceField:
 
     @property
     def depth(self) -> int:
-        """How deep it is nested."""
+        """Its level of nesting."""
         return self.name.count(".")
 
 
@@ -42,7 +42,7 @@ class InterfaceField:
 class InterfacePart:
     """One message of an interface: goal, result, feedback, request, response, or the message.
 
-    `cls` is its Python class, `section` what the author says of it.
+    `cls` is its Python class, `section` the author's comments.
     """
 
     name: str
@@ -51,17 +51,17 @@ class InterfacePart:
 
     @property
     def shape(self) -> MessageShape:
-        """What it holds."""
+        """The shape of its message."""
         return shape_of(self.cls)
 
     def fields(self) -> list[InterfaceField]:
-        """Its fields in order, nested ones after the one that holds them."""
+        """Return its fields in order, nested ones after their parent."""
         return list(_fields(self.shape, self.section, plain(self.cls()), "", ""))
 
     def units(self) -> dict[str, str]:
         """The units of its fields by their dotted names, where they are known."""
         known = {field.name: field.unit for field in self.fields() if field.unit}
-        # A time is shown as one number of seconds; ours tell of nested fields.
+        # A time is shown as one number of seconds; nested fields of ours have units.
         return known | {name: "s" for name, _ in flat(plain(self.cls())) if self._is_time(name)}
 
     def _is_time(self, dotted: str) -> bool:
@@ -71,7 +71,7 @@ class InterfacePart:
 
 @dataclass(frozen=True)
 class InterfaceDescription:
-    """A ROS type with all its parts, and what its author says of it."""
+    """A ROS type with all its parts and its author's comments."""
 
     type: str
     text: str
@@ -84,7 +84,7 @@ class InterfaceDescription:
 
 @cache
 def describe_interface(type_name: str) -> InterfaceDescription:
-    """What is known of an action, service or message type. Raises UnknownType."""
+    """Return the description of an action, service or message type. Raises UnknownType."""
     match type_name.split("/"):
         case [_, "srv", _]:
             class_ = service_type(type_name)
@@ -105,7 +105,7 @@ def describe_interface(type_name: str) -> InterfaceDescription:
 
 @cache
 def _interface(type_name: str) -> InterfaceText:
-    """What the installed interface file says; nothing where it is not there."""
+    """Return the content of the installed interface file; empty without it."""
     try:
         text = file_text(type_name, share_folders())
     except (OSError, UnicodeDecodeError):

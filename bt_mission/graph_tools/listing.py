@@ -1,4 +1,4 @@
-"""What there is in a graph, as tables for people and as objects for programs."""
+"""The content of a graph, as tables for people and as objects for programs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FIELD_KEYS = ("name", "type", "unit", "default", "text")
 
 
 def entry_rows(kind: Kind, entries: Iterable[GraphEntry]) -> Iterator[Sequence[str]]:
-    """Name and type; the servers of actions; how many publish and subscribe to topics."""
+    """Return name and type; the servers of actions; the numbers of publishers and subscribers."""
     if kind == "topic":
         yield "topic", "type", "publishers", "subscribers"
     for entry in entries:
@@ -56,7 +56,7 @@ def info_lines(entry: GraphEntry, about: InterfaceDescription) -> Iterator[str]:
 
 
 def part_lines(part: InterfacePart) -> Iterator[str]:
-    """The fields of one message, with types, units, defaults and comments; its named values."""
+    """Return the fields of one message with types, units, defaults, comments, and its constants."""
     fields = part.fields()
     yield part.name if fields else f"{part.name}: no fields"
     yield from columns(
@@ -78,7 +78,7 @@ def part_lines(part: InterfacePart) -> Iterator[str]:
 
 
 def default_of(field: InterfaceField) -> str:
-    """A field's default for people; nothing for a message, whose fields have their own."""
+    """Return a field's default as text; empty for a message, whose fields have defaults."""
     if isinstance(field.shape, MessageShape):
         return ""
     if isinstance(field.shape, ListOf) and len(field.default) > 8:

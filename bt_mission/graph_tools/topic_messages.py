@@ -1,4 +1,4 @@
-"""Messages of a topic, whatever quality of service its publishers offer, and their rate."""
+"""Messages of a topic, with any quality of service of its publishers, and their rate."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ WAITING = 1_000
 
 
 class TopicSubscriber:
-    """Subscribes to a topic, and anew when its publishers offer something else.
+    """Subscribes to a topic, and again when its publishers change their offer.
 
     `take` gets each message, or with `raw` its bytes.
 
     Raises:
-        UnknownType: When the type is not installed.
+        UnknownType: The type is not installed.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class TopicSubscriber:
         self._next_look_ns = session.now_ns + NS
 
     def step(self) -> None:
-        """Serve what comes next; once a second, look whether the publishers are other ones."""
+        """Serve what is next; once a second, check whether the publishers have changed."""
         self._session.step()
         if self._session.now_ns >= self._next_look_ns:
             self._next_look_ns = self._session.now_ns + NS
@@ -92,11 +92,11 @@ class MessageTexts:
                 raise BtMissionError(f"--field: {error}") from error
 
     def take(self, message: Any) -> None:
-        """Keep a message that came."""
+        """Keep a received message."""
         self._waiting.append(message)
 
     def texts(self, most: int | None = None) -> Iterator[str]:
-        """Give the texts of what was taken since the last call, so many at most."""
+        """Return at most `most` texts of the messages since the last call."""
         while self._waiting and most != 0:
             value = self._waiting.popleft()
             for name in self._field.split(".") if self._field else ():
@@ -126,14 +126,14 @@ class RateMeter:
         self.total = 0
 
     def note(self, time_ns: int) -> None:
-        """Count a message. Time that goes back, as a simulation that starts anew, begins anew."""
+        """Count a message. Time that goes back, as in a restarted simulation, restarts the rate."""
         if self._times_ns and time_ns < self._times_ns[-1]:
             self._times_ns.clear()
         self._times_ns.append(time_ns)
         self.total += 1
 
     def read(self) -> WindowRate | None:
-        """The rate, or None before two messages of different times."""
+        """Return the rate, or None before two messages of different times."""
         times = list(self._times_ns)
         if len(times) < 2 or times[-1] == times[0]:
             return None
@@ -171,7 +171,7 @@ class RateLines:
         self._next_line_ns = session.now_ns + NS
 
     def step(self) -> Iterator[str]:
-        """Serve what comes next; gives a line once a second."""
+        """Serve what is next. Return a line once a second."""
         self._subscriber.step()
         if self._session.now_ns >= self._next_line_ns:
             self._next_line_ns += NS

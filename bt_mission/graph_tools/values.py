@@ -19,10 +19,10 @@ from bt_mission.core.yaml.document import read_text
 from bt_mission.language.message_types import MessageShape, Shape, TypeMismatch, Unknowable, conform
 
 SHOWN_ITEMS = 16
-"""Items of a list that people are shown; a scan has hundreds, a picture a million."""
+"""Items of a list that are shown; a scan has hundreds, an image a million."""
 
 SHOWN_CHARACTERS = 2_000
-"""Characters of one text that people are shown."""
+"""Characters of one text that are shown."""
 
 _FLOAT32 = re.compile(r"\bfloat\b")  # its name in generated classes; the other is double
 MARK = "items_that_are_not_shown_"
@@ -32,18 +32,18 @@ _NOT_NUMBERS = {math.inf: "Infinity", -math.inf: "-Infinity"}
 
 @dataclass(frozen=True)
 class Cut:
-    """Stands for what a list has beyond what is shown: so many items are `left`."""
+    """Replaces the items of a list that are not shown; their number is `left`."""
 
     left: int
 
 
 def plain(value: Any, most: int | None = None) -> Any:
-    """A message, or a field of one, as dicts, lists, numbers and texts.
+    """Return a message, or a field of one, as dicts, lists, numbers and texts.
 
     A float32 becomes the shortest decimal that is the same float32: 0.1, not 0.10000000149.
 
     Args:
-        most: Items of a list that are kept; a :class:`Cut` stands for the rest.
+        most: Items of a list that are kept; a :class:`Cut` replaces the rest.
     """
     if hasattr(value, "get_fields_and_field_types"):
         types = value.get_fields_and_field_types()
@@ -74,7 +74,7 @@ def _with_cut(items: list[Any], whole: Any) -> list[Any]:
 
 
 def short(value: Any) -> str:
-    """A plain value on one line, for people: numbers to six digits, nested ones in braces."""
+    """Return a plain value on one line: numbers to six digits, nested ones in braces."""
     match value:
         case bool():
             return "true" if value else "false"
@@ -93,7 +93,7 @@ def short(value: Any) -> str:
 
 
 def flat(value: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """The fields of a message by their dotted names; a time or duration stays one, in seconds."""
+    """Return the fields of a message by dotted names; a time or duration is one, in seconds."""
     for name, part in value.items():
         if isinstance(part, Mapping) and set(part) == {"sec", "nanosec"}:
             yield prefix + name, part["sec"] + part["nanosec"] / NS
@@ -104,7 +104,7 @@ def flat(value: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]
 
 
 class _Dumper(yaml.SafeDumper):  # type: ignore[misc]  # PyYAML has no types
-    """Writes lists of numbers on one line, and tells what was cut."""
+    """Writes lists of numbers on one line, and the number of omitted items."""
 
 
 def _write_list(dumper: _Dumper, items: list[Any]) -> yaml.Node:
@@ -117,7 +117,7 @@ def _write_cut(dumper: _Dumper, cut: Cut) -> yaml.Node:
 
 
 def _write_text(dumper: _Dumper, text: str) -> yaml.Node:
-    # PyYAML lets some through that turn the direction of writing; as_yaml() escapes them.
+    # PyYAML does not escape all that reverse the direction of text; as_yaml() does.
     is_plain = escape_control(text.replace("\n", "")) == text.replace("\n", "")
     return dumper.represent_scalar("tag:yaml.org,2002:str", text, style=None if is_plain else '"')
 
@@ -149,9 +149,9 @@ def as_yaml(value: Any) -> str:
 
 
 def as_json(value: Any) -> str:
-    """Plain values as one line of JSON.
+    """Return plain values as one line of JSON.
 
-    JSON has no numbers that are not finite: they are the texts "NaN", "Infinity" and "-Infinity".
+    JSON has only finite numbers: others are the texts "NaN", "Infinity" and "-Infinity".
     """
     return json.dumps(_finite(value), allow_nan=False)
 
@@ -170,10 +170,10 @@ def read_fields(text: str, shape: MessageShape, what: str) -> Mapping[str, Any]:
     """Read the fields of a message; an empty text leaves every field at its default.
 
     Args:
-        what: Names the text in faults, such as ``goal``.
+        what: The name of the text in errors, such as ``goal``.
 
     Raises:
-        InputError: With every fault, each with its line and column in the text.
+        InputError: With every error, each with its line and column in the text.
     """
     if not text.strip():
         return {}
@@ -194,7 +194,7 @@ def read_fields(text: str, shape: MessageShape, what: str) -> Mapping[str, Any]:
 
 
 def read_value(text: str, shape: Shape) -> tuple[Any, str]:
-    """Read the value of one field from YAML; gives it, and what is wrong with it if anything is."""
+    """Read the value of one field from YAML. Return it, and the error, if any."""
     try:
         value = read_text(text, "value").data
     except InputError as error:

@@ -1,4 +1,4 @@
-"""Many scenarios of one mission: which ones, where they run, and their results.
+"""Sweeps: the scenarios of a mission, the workers that run them, and the results.
 
 - ``ranges``: what may vary, as a file or an option says it
 - ``bundle``: all files that the scenarios need, as texts

@@ -1,4 +1,4 @@
-"""What a sweep or a search varies: a mission or a scenario, with all files that it needs."""
+"""The base of a sweep or a search: a mission or a scenario, with all its files."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from sim.world.loader import load_world
 
 @dataclass(frozen=True)
 class BaseChanges:
-    """What holds for every scenario of a sweep, besides what its file says.
+    """Changes that apply to every scenario of a sweep, besides the file.
 
     Attributes:
         set: Inputs, as texts or values.
@@ -51,11 +51,11 @@ class BaseScenario:
 
     Attributes:
         path: Its file, or that of its mission.
-        mission: As it is loaded without any variation.
-        data: What stands in the scenario's file, with names of the bundle.
+        mission: The mission without any variation.
+        data: The content of the scenario's file, with names of the bundle.
         bundle: All files.
-        is_scenario: Was it written as one?
-        changes: What the user has said besides the file.
+        is_scenario: Whether it was written as one.
+        changes: The user's changes besides the file.
     """
 
     path: Path
@@ -88,10 +88,10 @@ class BaseScenario:
 def load_base(
     path: Path, changes: BaseChanges, parameters: Sequence[Parameter] = ()
 ) -> BaseScenario:
-    """Load what is varied, and check it with the ends of each parameter.
+    """Load the base, and check it with the ends of each parameter.
 
     Raises:
-        InputError: With every error of the file, and of parameters that it does not have.
+        InputError: With every error of the file, and for parameters that it lacks.
     """
     worlds = {str(value) for each in parameters if each.name == "world" for value in each.ends}
     robots = {str(value) for each in parameters if each.name == "robot" for value in each.ends}
@@ -133,7 +133,7 @@ def load_base(
 
 
 def _says_nature(mission: Mission, worlds: Iterable[str], written: Any) -> bool:
-    """Does the mission, or one of its worlds, say what differs from run to run?"""
+    """Return whether the mission, or one of its worlds, sets the nature of runs."""
     natures = [load_world(find("worlds", world, mission.file)).nature for world in worlds]
     here = isinstance(written, dict) and "nature" in written
     return here or any(nature is not None for nature in (mission.nature, *natures))
@@ -164,10 +164,10 @@ def _mission(path: Path, changes: ScenarioChanges) -> Mission:
 
 
 def requirements_in_files(paths: Sequence[Path]) -> dict[str, Any]:
-    """Return the requirements of files, as they are written there.
+    """Return the requirements of files, as written.
 
     Raises:
-        InputError: For a file that is none of requirements.
+        InputError: A file is not a file of requirements.
     """
     requirements: dict[str, Any] = {}
     for path in paths:

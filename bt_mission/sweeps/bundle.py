@@ -21,14 +21,14 @@ from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.trees import all_steps
 
 MISSION_FOLDER, SHIPPED = "missions", "shipped"
-"""The folder of the bundle in which a mission lies; worlds and robots lie in folders beside it."""
+"""The folder of the mission in the bundle; worlds and robots have folders beside it."""
 
 FINGERPRINT_DIGITS = 12
 
 
 @dataclass(frozen=True)
 class Bundle:
-    """Files by their paths in a folder of their own.
+    """Files by their paths in a separate folder.
 
     Attributes:
         files: The text of each file by its path, with ``/`` between folders.
@@ -66,22 +66,22 @@ class Bundle:
 
 
 def bundle_of(mission: Mission, worlds: Iterable[str] = (), robots: Iterable[str] = ()) -> Bundle:
-    """Read all that a mission needs, with the worlds and robots that it is tried with.
+    """Read all files of a mission, with its worlds and robots.
 
     Args:
         worlds: Names or paths, besides the mission's own.
-        robots: Likewise.
+        robots: Names or paths, besides the mission's own.
 
     Raises:
-        InputError: For a world or a robot that is not there.
-        BtMissionError: For a file that cannot be read.
+        InputError: A world or a robot does not exist.
+        BtMissionError: A file cannot be read.
     """
     folder = Path(mission.file).resolve().parent
     files = {}
     for document in mission.documents:
         path = Path(document.file).resolve()
-        # What is included lies below the mission, or is shipped: then each machine has its own,
-        # and this text is there to be compared.
+        # An included file is below the mission, or shipped: then each machine has it, and this text
+        # is only compared.
         is_below = path.is_relative_to(folder)
         name = path.relative_to(folder).as_posix() if is_below else f"{SHIPPED}/{path.name}"
         files[f"{MISSION_FOLDER}/{name}"] = document.text
@@ -131,9 +131,9 @@ def _read(path: Path) -> str:
 
 @cache
 def fingerprint() -> str:
-    """Return the first digits of a SHA-256 of all versions, of our sources and shipped missions.
+    """Return the first digits of a SHA-256 of all versions, our sources and shipped missions.
 
-    Versions alone say too little where a worker runs a checkout of its own.
+    Versions alone are not enough if a worker runs a checkout.
     """
     digest = hashlib.sha256(json.dumps(versions(), sort_keys=True).encode())
     for package in (bt_mission, action_servers, sim):
@@ -141,7 +141,7 @@ def fingerprint() -> str:
         for path in sorted(root.rglob("*.py")):
             digest.update(f"{root.name}/{path.relative_to(root).as_posix()}\n".encode())
             digest.update(path.read_bytes())
-    # A mission may include trees of the shipped ones; worlds and robots come with each sweep.
+    # A mission may include shipped trees; worlds and robots are part of each sweep.
     shipped = {
         path.name: path for folder in folders("missions")[1:] for path in folder.glob("*.y*ml")
     }

@@ -25,13 +25,13 @@ NATURE = "nature."
 """Begins the names of nature's quantities among the parameters."""
 
 PLAN = "plan of faults"
-"""What the plans of faults are called among the parameters."""
+"""The name of the plans of faults among the parameters."""
 
 WORST = 20
 
 
 class SweepColumns:
-    """All rows, column by column; what is derived is made when it is first asked for.
+    """All rows, by column; derived data is computed at its first use.
 
     Attributes:
         tally: Their totals.
@@ -86,27 +86,27 @@ class SweepColumns:
 
     @cached_property
     def passed(self) -> Flags:
-        """Did each pass?"""
+        """Whether each passed."""
         return np.frombuffer(self._passed, np.uint8).astype(bool)
 
     @cached_property
     def samples(self) -> Counts:
-        """The number of the sample of each: equal for runs that count as one."""
+        """The number of the sample of each; runs that count as one have the same."""
         numbers = np.frombuffer(self._samples, np.uint64)
         return np.unique(numbers, return_inverse=True)[1].astype(np.int64)
 
     @cached_property
     def ran(self) -> Flags:
-        """Could each run?"""
+        """Whether each could run."""
         return ~np.frombuffer(self._is_error, np.uint8).astype(bool)
 
     @cached_property
     def seconds(self) -> Floats:
-        """How long the mission of each took, s of its own time."""
+        """The duration of the mission of each, s of its own time."""
         return np.frombuffer(self._seconds, np.float64)
 
     def margins(self, name: str) -> Floats:
-        """The margins of a requirement; NaN where a run has none."""
+        """Return the margins of a requirement; NaN for a run without one."""
         margins = np.full(len(self), np.nan)
         known = np.frombuffer(self._margins.get(name, b""), np.float64)
         margins[: len(known)] = known
@@ -118,7 +118,7 @@ class SweepColumns:
     def _scales(self) -> dict[str, float]:
         """The mean size of each requirement's margin, so that metres and seconds compare.
 
-        One whose margin is the same in every run says nothing, and is left out.
+        A requirement with the same margin in every run is omitted.
         """
         known = {name: np.array(margins) for name, margins in self._margins.items()}
         return {
@@ -130,9 +130,10 @@ class SweepColumns:
     def worst(self, most: int = WORST) -> list[str]:
         """Return the ids of the worst rows, the worst first.
 
-        Failed ones come first: of each cause the one with the smallest margin, then the second of
-        each, and so on. Then come those that have passed, with the smallest margins first. A margin
-        counts as a multiple of the requirement's mean one. What could not run is left out.
+        Failed ones are first: of each cause the one with the smallest margin, then the second of
+        each, and so on. Then follow those that passed, with the smallest margins first. A margin
+        counts as a multiple of the requirement's mean one. Scenarios that could not run are
+        omitted.
         """
         least = np.full(len(self), np.inf)
         for name, scale in self._scales.items():
@@ -154,7 +155,7 @@ class SweepColumns:
         ]
 
     def nearest(self, row: ScenarioRow) -> str | None:
-        """Name the requirement by whose margin a row counts; None where it has none."""
+        """Return the requirement whose margin ranks a row; None without one."""
         shares = [
             (margin / self._scales[name], name)
             for name, margin in _margins_of(row)
@@ -164,7 +165,7 @@ class SweepColumns:
 
 
 def _margins_of(row: ScenarioRow) -> Iterator[tuple[str, float]]:
-    """Yield the name and the margin of each requirement that has a finite one."""
+    """Yield the name and the margin of each requirement with a finite one."""
     for name, requirement in row.requirements.items():
         if requirement.margin is not None and math.isfinite(requirement.margin):
             yield name, requirement.margin

@@ -1,4 +1,4 @@
-"""Concrete scenarios: what a worker carries out, with no parameter left open."""
+"""Concrete scenarios: scenarios for a worker, with a value for each parameter."""
 
 from __future__ import annotations
 

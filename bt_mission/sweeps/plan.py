@@ -1,4 +1,4 @@
-"""Which scenarios a sweep has: every combination of values, or so many draws of them."""
+"""The scenarios of a sweep: every combination of values, or a number of draws."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ NO_PLAN = ""
 class SweepPlan:
     """All scenarios of a sweep, made one by one.
 
-    Every point of the space is run with every seed and every plan of faults. Seeds change last, so
-    that what is there after a part of the sweep speaks of all points.
+    Every point of the space runs with every seed and every plan of faults. Seeds change last, so
+    that a part of the sweep covers all points.
 
     Attributes:
         base: What is varied.
@@ -56,7 +56,7 @@ class SweepPlan:
 
     @property
     def points(self) -> int:
-        """How many points of the space there are."""
+        """The number of points of the space."""
         if self.sample is not None:
             return self.sample
         return prod(
@@ -65,7 +65,7 @@ class SweepPlan:
 
     @property
     def count(self) -> int:
-        """How many scenarios there are; draws that repeat each other are counted."""
+        """The number of scenarios; repeated draws count."""
         return self.points * len(self._plan_names) * len(self._seeds)
 
     def scenario(self, number: int) -> ConcreteScenario:
@@ -97,7 +97,7 @@ class SweepPlan:
         return {parameter.name: chosen[parameter.name] for parameter in self.parameters}
 
     def scenarios(self) -> Iterator[ConcreteScenario]:
-        """All of them, made when they are taken; draws that repeat an earlier one are left out."""
+        """Yield all of them; draws that repeat an earlier one are skipped."""
         seen: set[str] = set()
         for number in range(self.count):
             made = self.scenario(number)
@@ -109,7 +109,7 @@ class SweepPlan:
 
     @property
     def about(self) -> SweepAbout:
-        """What the sweep is; equal for the same sweep only."""
+        """The identity of the sweep; equal only for the same sweep."""
         return SweepAbout(
             mission=self.base.mission.name,
             file=self.base.path.name,

@@ -1,6 +1,6 @@
-"""Workers of Dask distributed that carry scenarios out, on this machine or in a cluster.
+"""Workers of Dask distributed that run scenarios, on this machine or in a cluster.
 
-Functions go to workers by their names, so bt-mission must be installed there, too.
+Functions are sent to workers by name, so bt-mission must be installed there, too.
 """
 
 from __future__ import annotations
@@ -52,16 +52,19 @@ SOURCES = "sources"
 """The key of the fingerprint among the versions of a worker."""
 
 PROFILERS = ("profile", "profile-cycle")
-"""Of Dask, which looks at the stack of each task a hundred times a second, and keeps an hour of it:
-0.2 MB for each second of a simulation."""
+"""Dask's profilers, which read the stack of each task a hundred times a second, and keep an hour of
+it: 0.2 MB for each second of a simulation.
+"""
 
 MOST_KILLS = 3
-"""A scenario that has killed so many workers on this machine is marked, and not tried again; other
-schedulers have their own number, ``distributed.scheduler.allowed-failures``."""
+"""A scenario that has killed this number of workers on this machine is marked, and not tried again;
+other schedulers have their own limit, ``distributed.scheduler.allowed-failures``.
+"""
 
 WORKER_MEMORY = "2GiB"
-"""What a worker on this machine may take; one that takes 95 % of it is ended, and its scenario
-begun again elsewhere. A simulation takes 0.3 to 0.4 GB, with its camera 0.2 GB more."""
+"""The memory limit of a worker on this machine; one that takes 95 % of it is ended, and its
+scenario starts again elsewhere. A simulation takes 0.3 to 0.4 GB, with its camera 0.2 GB more.
+"""
 
 LEAST_MEMORY = 100_000_000
 CONNECT_S = 10.0
@@ -82,10 +85,10 @@ AHEAD = 2
 """Scenarios that wait or run at each worker: one runs, the next is there when it has ended."""
 
 MOST_TRIES = 2
-"""A scenario is begun again so often where Dask itself fails with it."""
+"""The number of attempts of a scenario if Dask itself fails with it."""
 
 LOOK_S = 1.0
-"""While no scenario ends, it looks so often whether the scheduler lives, s."""
+"""The interval of checks for the scheduler while no scenario ends, s."""
 
 Killed: TypeAlias = list[tuple[ConcreteScenario, int]]
 """Scenarios whose workers have died, and how many of them."""
@@ -95,12 +98,12 @@ Killed: TypeAlias = list[tuple[ConcreteScenario, int]]
 
 
 class UnfitWorkerError(Exception):
-    """A worker that cannot take part, since it has joined later with other versions, say.
+    """A worker that cannot take part, for example because it joined later with other versions.
 
     Attributes:
-        address: Of the worker.
-        versions: Of what it has.
-        threads: How many tasks it takes at once.
+        address: The worker's address.
+        versions: Its versions.
+        threads: The number of its parallel tasks.
     """
 
     def __init__(self, address: str, versions: dict[str, str], threads: int) -> None:
@@ -109,11 +112,12 @@ class UnfitWorkerError(Exception):
 
 
 class BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes no types for it
-    """Gives each worker the files of a sweep, also those that join or start again later.
+    """Gives each worker the files of a sweep, also those that join or restart later.
 
     Args:
         bundle: The files.
-        is_local: Is it a worker of ours, on this machine? Ctrl-C is then for the client alone.
+        is_local: Whether it is a worker of ours, on this machine. Ctrl-C then applies only to the
+            client.
     """
 
     def __init__(self, bundle: Bundle, is_local: bool) -> None:  # noqa: FBT001 - pickled by position
@@ -132,7 +136,7 @@ class BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes 
         self.scenarios = ScenarioWorker(self.bundle, _scenario_process().run)
 
     def teardown(self, worker: Any) -> None:
-        """Remove its files, and leave the worker as it was."""
+        """Remove its files, and restore the worker."""
         self.scenarios.close()
         for profiler in _profilers(worker):
             profiler.start()
@@ -145,7 +149,7 @@ def _profilers(worker: Any) -> list[Any]:
 
 @cache
 def _scenario_process() -> Any:
-    """What all sweeps share that this worker ever takes part in."""
+    """Return the scenario process that all sweeps of this worker share."""
     from bt_mission.scenarios.runner import (  # noqa: PLC0415 - likewise
         ScenarioProcess,
         prepare_process,
@@ -158,14 +162,14 @@ def _scenario_process() -> Any:
 
 
 def carry_out(scenario: ConcreteScenario, plugin: str, wanted: dict[str, str]) -> ScenarioRow:
-    """Carry a scenario out on the worker that this runs on.
+    """Run a scenario on this worker.
 
     Args:
-        plugin: The name of that with its files.
+        plugin: The name of the plugin with its files.
         wanted: The versions that the worker must have.
 
     Raises:
-        UnfitWorkerError: Where the worker cannot.
+        UnfitWorkerError: The worker cannot run it.
     """
     worker = get_worker()
     versions_here, threads = about_worker(), worker.state.nthreads
@@ -176,7 +180,7 @@ def carry_out(scenario: ConcreteScenario, plugin: str, wanted: dict[str, str]) -
 
 
 def record(scenario: ConcreteScenario, plugin: str) -> tuple[bytes, bytes]:
-    """Carry a scenario out once more on the worker that this runs on; gives recording and page."""
+    """Run a scenario again on this worker. Return recording and report."""
     recording: tuple[bytes, bytes] = get_worker().plugins[plugin].scenarios.record(scenario)
     return recording
 
@@ -194,7 +198,7 @@ def memory(text: str) -> str:
     """Return an amount of memory, such as ``2GiB``, as it is written.
 
     Raises:
-        BtMissionError: Where it is none.
+        BtMissionError: It is invalid.
     """
     try:
         amount = parse_bytes(text)
@@ -209,7 +213,7 @@ def memory(text: str) -> str:
 
 @dataclass(frozen=True)
 class PoolOptions:
-    """Where scenarios are carried out.
+    """The workers of a sweep.
 
     Attributes:
         workers: Processes on this machine; None is one for each processor.
@@ -229,18 +233,18 @@ async def connected(options: PoolOptions) -> AsyncIterator[Client]:
     """Start workers on this machine, or join a scheduler.
 
     Raises:
-        BtMissionError: Where no scheduler of this version answers.
+        BtMissionError: No scheduler of this version answers.
     """
-    # What it has to say of a lost connection is told as an error of ours.
+    # Its messages about a lost connection are reported as an error of ours.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     if options.scheduler is not None:
         async with _closing(await _join(options.scheduler)) as client:
             yield client
         return
     # Dask gives a worker up that has died and is not back in 15 s, or has died again by then; a
-    # sweep would go on with fewer and fewer.
+    # sweep would continue with fewer and fewer.
     dask.config.set({"distributed.deploy.lost-worker-timeout": NEVER})
-    # It looks at the stack of each process a hundred times a second, and keeps that of an hour.
+    # It reads the stack of each process a hundred times a second, and keeps an hour of it.
     dask.config.set({"distributed.worker.profile.enabled": False})
     with _interrupts_ignored():
         cluster = await LocalCluster(
@@ -278,7 +282,7 @@ async def _join(address: str) -> Client:
 
 
 async def _refuse_other_scheduler(address: str) -> None:
-    """Ask a scheduler for its versions in a way that all of them understand."""
+    """Ask a scheduler for its versions in a way that all versions support."""
     arguments = Security().get_connection_args("client")
     async with rpc(address, connection_args=arguments, timeout=CONNECT_S) as scheduler:
         versions = await asyncio.wait_for(scheduler.versions(), CONNECT_S)
@@ -298,7 +302,7 @@ async def _closing(what: Any) -> AsyncIterator[Any]:
     try:
         yield what
     finally:
-        with suppress(Exception):  # what is gone needs no closing
+        with suppress(Exception):  # what is gone is already closed
             await asyncio.wait_for(what.close(), CLOSE_S)
 
 
@@ -312,19 +316,19 @@ def _interrupts_ignored() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-# ---- who can take part ------------------------------------------------------------------------
+# ---- workers that can take part ---------------------------------------------------------------
 
 
 async def workers_of(client: Client) -> dict[str, dict[str, Any]]:
-    """Return what the scheduler knows of each worker, by its address."""
+    """Return the scheduler's facts on each worker, by its address."""
     return dict((await client.scheduler.identity())["workers"])
 
 
 async def unfit_workers(client: Client) -> dict[str, str]:
-    """Return why workers cannot take part, by their addresses; those that can are left out.
+    """Return why workers cannot take part, by their addresses; the others are omitted.
 
     Raises:
-        BtMissionError: Where some do not answer.
+        BtMissionError: Some do not answer.
     """
     threads = {name: facts["nthreads"] for name, facts in (await workers_of(client)).items()}
     try:
@@ -338,11 +342,11 @@ async def unfit_workers(client: Client) -> dict[str, str]:
 
 
 def why_unfit(answer: Any, threads: int) -> str:
-    """Say why a worker cannot take part; empty where it can, or is gone by now.
+    """Return why a worker cannot take part; empty if it can, or is gone.
 
     Args:
         found: Its versions, or the exception that came instead.
-        threads: How many tasks it takes at once.
+        threads: The number of its parallel tasks.
     """
     if isinstance(answer, OSError):
         return ""
@@ -378,7 +382,7 @@ def refusal(unfit: Mapping[str, str], total: int) -> BtMissionError:
 
 
 def line_of(error: BaseException) -> str:
-    """Return the first line of what an error says."""
+    """Return the first line of an error's text."""
     return (str(error) or type(error).__name__).splitlines()[0]
 
 
@@ -415,7 +419,7 @@ class ScenarioPool:
     async def __aenter__(self) -> Self:
         async with self._stack:
             self._client = await self._stack.enter_async_context(connected(self._options))
-            # Several sweeps may share workers: each has files and tasks of its own.
+            # Several sweeps may share workers: each has separate files and tasks.
             self._name = f"bt-mission-{self._client.id}"
             await self._refuse_unfit_workers()
             await self._give_bundle()
@@ -435,12 +439,12 @@ class ScenarioPool:
 
     @property
     def workers(self) -> int:
-        """How many workers there are now."""
+        """The present number of workers."""
         return int(self._client.scheduler_info(n_workers=0).get("n_workers", 0))
 
     @property
     def dashboard(self) -> str:
-        """Link to Dask's dashboard; empty where there is none."""
+        """Link to Dask's dashboard; empty without one."""
         return str(self._client.dashboard_link) if self._has_dashboard else ""
 
     async def rows(
@@ -469,9 +473,9 @@ class ScenarioPool:
     async def recordings(
         self, scenarios: Iterable[ConcreteScenario]
     ) -> AsyncIterator[tuple[ConcreteScenario, bytes, bytes]]:
-        """Carry scenarios out once more, and give the recording of each with its page.
+        """Run scenarios again, and yield the recording of each with its report.
 
-        Those that cannot be recorded are left out.
+        Those that cannot be recorded are skipped.
         """
         under_way = {self._submit(record, scenario, self._name): scenario for scenario in scenarios}
         ended = self._ended(list(under_way))
@@ -492,11 +496,11 @@ class ScenarioPool:
         room: Callable[[], int],
         killed: Killed,
     ) -> AsyncIterator[ScenarioRow]:
-        """Carry scenarios out.
+        """Run scenarios.
 
         Args:
-            room: How many may be under way.
-            killed: Gets those that have killed their workers.
+            room: The number of scenarios under way.
+            killed: Receives those that have killed their workers.
         """
         ended = self._ended([])
         under_way: dict[Any, ConcreteScenario] = {}
@@ -539,7 +543,7 @@ class ScenarioPool:
             fill()
 
     def _submit(self, what: Callable[..., Any], scenario: ConcreteScenario, *more: Any) -> Any:
-        # A key of its own for each try: Dask takes a key that it has for the same task.
+        # A separate key for each attempt: Dask takes a known key for the same task.
         key = f"{self._name}-{scenario.id}-{next(self._tries)}"
         return self._client.submit(what, scenario, *more, key=key, pure=False)
 
@@ -552,7 +556,7 @@ class ScenarioPool:
             lambda dask_scheduler, key: getattr(dask_scheduler.tasks.get(key), "suspicious", 0),
             key=key,
         )
-        with suppress(Exception):  # a scheduler that is gone knows of none
+        with suppress(Exception):  # a scheduler that is gone has none
             return int(await asyncio.wait_for(asked, LOOK_S))
         return 0
 
@@ -560,7 +564,7 @@ class ScenarioPool:
         return as_completed(futures, self._client.loop, with_results=True, raise_errors=False)
 
     async def _next(self, ended: Any) -> Any:
-        """Wait for the next scenario to end, and look at times whether the scheduler lives."""
+        """Wait for the next scenario to end, and check the scheduler now and then."""
         waiting = asyncio.ensure_future(anext(ended))
         try:
             while True:
@@ -596,10 +600,10 @@ class ScenarioPool:
             raise refusal(unfit, len(info["workers"]))
 
     async def _retire(self, unfit: UnfitWorkerError) -> None:
-        """Send a worker away that has joined later and cannot take part.
+        """Retire a worker that joined later and cannot take part.
 
         Raises:
-            BtMissionError: Where no other is left.
+            BtMissionError: There is no other worker.
         """
         await self._client.retire_workers([unfit.address])
         if not set(await workers_of(self._client)) - {unfit.address}:

@@ -1,4 +1,4 @@
-"""What may vary: files of ranges for `sweep` and `falsify`, and the option ``--vary``."""
+"""Ranges of variation: files of ranges for `sweep` and `falsify`, and the option ``--vary``."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ _OPTION = Diagnostic("", "--vary", 1, 1)
 
 @dataclass(frozen=True)
 class Choices:
-    """A parameter that has one of several values.
+    """A parameter with one of several values.
 
     Attributes:
         name: ``world``, ``robot``, ``start.x``, ``start.y``, ``start.yaw``, or an input.
         values: As YAML reads them.
-        place: Where it is written, for errors.
+        place: Its place, for errors.
     """
 
     name: str
@@ -81,10 +81,10 @@ class Choices:
 
 @dataclass(frozen=True)
 class Interval:
-    """A parameter that has any value between two, both included.
+    """A parameter with any value between two, both included.
 
     Attributes:
-        name: As of :class:`Choices`; likewise `place`.
+        name: See :class:`Choices`; likewise `place`.
         low: In the parameter's unit, as `high`.
         is_whole: Only whole numbers.
     """
@@ -260,7 +260,7 @@ def _ranged(match: re.Match[str]) -> Parameter:
 
 
 def _coordinate(written: Any) -> Parameter:
-    """Return a parameter of numbers; a number alone is an interval of that."""
+    """Return a parameter of numbers; a number alone is an interval of one value."""
     if isinstance(written, int | float) and not isinstance(written, bool):
         return Interval("", written, written)
     parameter = _parameter(written)
@@ -308,7 +308,7 @@ class StartRanges(_Ranged):
 class ObstacleRanges(_Ranged):
     """Obstacles that may appear: m from the robot at that time, s since the start.
 
-    Without room there, an obstacle appears at the nearest free place. One in three moves (m/s);
+    Without space there, an obstacle appears at the nearest free place. One in three moves (m/s);
     none if `speed` is 0.
     """
 
@@ -427,10 +427,10 @@ class RangesFile:
         """Refuse keys that a command or an option does not read.
 
         Args:
-            reader: Of `NOT_READ`.
+            reader: A key of `NOT_READ`.
 
         Raises:
-            InputError: With each.
+            InputError: With each of them.
         """
         wrong = [
             self.document.fault((key,), f"{reader} does not read {quoted(key)}", key=True)
@@ -457,15 +457,15 @@ class RangesFile:
             raise InputError(wrong)
 
     def check_inputs(self, mission: Mission) -> None:
-        """Look for the inputs in the mission. Raises InputError with those it does not have."""
+        """Check that the mission has the inputs. Raises InputError with the others."""
         if wrong := [*self._unknown_inputs(mission)]:
             raise InputError(wrong)
 
     def check_mission(self, mission: Mission) -> None:
-        """Look for the inputs, for the nodes of assumptions, and for a camera that faults need.
+        """Check that the mission has the inputs and nodes, and the robot a camera for its faults.
 
         Raises:
-            InputError: With those that the mission or its robot does not have.
+            InputError: With all that are missing.
         """
         parts = (self._unknown_inputs, self._needing_camera, self._unknown_names)
         if wrong := [fault for part in parts for fault in part(mission)]:
@@ -500,7 +500,7 @@ def read_ranges(path: Path | None) -> RangesFile:
 
     Raises:
         InputError: With every error of its form.
-        BtMissionError: For a file that cannot be read.
+        BtMissionError: A file cannot be read.
     """
     return RangesFile(None if path is None else read(path))
 
@@ -520,7 +520,7 @@ def with_fault_plans(plans: Mapping[str, list[Any]], paths: Sequence[Path]) -> d
     """Add the plans of files that have nothing else; a sweep runs each point with each plan.
 
     Raises:
-        InputError: With everything that is wrong in a file, or a name that is there twice.
+        InputError: With all errors of a file, or for a repeated name.
     """
     named = dict(plans)
     for path in paths:

@@ -1,4 +1,4 @@
-"""What a sweep was made from, kept beside its rows, and how one row is carried out again."""
+"""The origin of a sweep, kept beside its rows, and the command that runs a row again."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class RunOptions:
 
 @dataclass(frozen=True)
 class SweepOrigin:
-    """What is known of a sweep besides what it is: where its files were, and all that they held.
+    """The origin of a sweep: the places of its files, and their content.
 
     Attributes:
         path: The mission or the scenario as the user has named it.
@@ -68,7 +68,7 @@ class SweepOrigin:
 
     @classmethod
     def of(cls, store: ResultStore) -> Self | None:
-        """Read that of results; None where they have none."""
+        """Read the origin of results; None without one."""
         text = store.value(ORIGIN_KEY)
         try:
             return None if text is None else TypeAdapter(cls).validate_json(text)
@@ -78,11 +78,11 @@ class SweepOrigin:
 
 
 def origin_of(plan: SweepPlan, command: str = "", path: str = "") -> SweepOrigin:
-    """Return what a plan was made from.
+    """Return the origin of a plan.
 
     Args:
-        command: The line that has begun the sweep.
-        path: What the user has called the mission; where it is empty, its file.
+        command: The line that started the sweep.
+        path: The user's name of the mission; if it is empty, its file.
     """
     base, changes = plan.base, plan.base.changes
     is_default = not changes.requirements and changes.limit is None
@@ -104,7 +104,7 @@ def resume_command(command: str) -> str:
 
 
 class Repeater:
-    """Says for each row of results how it is carried out again.
+    """Returns the command that runs a row of results again.
 
     Args:
         store: The results.
@@ -116,7 +116,7 @@ class Repeater:
         self.origin = SweepOrigin.of(store)
 
     def command(self, row: ScenarioRow) -> str:
-        """Return a line for the shell that carries a row's scenario out again."""
+        """Return a shell command that runs a row's scenario again."""
         words = self._options(row)
         if words is None:
             folder = self._store.folder
@@ -127,7 +127,7 @@ class Repeater:
         return shlex.join(["bt-mission", "run", *words])
 
     def _options(self, row: ScenarioRow) -> list[str] | None:
-        """The words after `bt-mission run`; None where its options cannot say it all."""
+        """Return the words after `bt-mission run`; None if its options are not enough."""
         origin = self.origin
         if origin is None or origin.options is None or row.reason == TIME_IS_UP:
             return None
@@ -200,7 +200,7 @@ def find_row(store: ResultStore, name: str) -> ScenarioRow:
     """Return the row of an id, of its first digits, or of a scenario's number.
 
     Raises:
-        BtMissionError: Where there is none, or several.
+        BtMissionError: There is none, or several.
     """
     rows = list(store.rows("id = ?", name))
     if not rows and name.isdecimal():
@@ -227,5 +227,5 @@ def _option(name: str, value: Any) -> list[str]:
 
 
 def _as_text(value: Any) -> str:
-    """Return a value as `--set` takes it: a text as it is, all else as YAML reads it."""
+    """Return a value as `--set` takes it: a text as it is, anything else as YAML."""
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)

@@ -54,8 +54,8 @@ class RequirementMargin:
 
     Attributes:
         verdict: ``holds``, ``violated``, ``open`` or ``unknown``.
-        margin: By how much it holds, in the unit; below 0 by how much it is violated. None where
-            it has no measure.
+        margin: By how much it holds, in the unit; negative by how much it is violated. None without
+            a measure.
         at: The instant that decides, s since the start.
     """
 
@@ -135,7 +135,7 @@ class ScenarioRow:
 
     @property
     def is_error(self) -> bool:
-        """Could it not run?"""
+        """Whether it could not run."""
         return self.outcome == "error"
 
     @property
@@ -172,10 +172,10 @@ _ROW = TypeAdapter(ScenarioRow)
 
 
 def row_of_columns(columns: Mapping[str, Any]) -> ScenarioRow:
-    """Return a row of its columns; they may come from others.
+    """Return a row of its columns, which may be foreign.
 
     Raises:
-        ValueError: With the first column that is broken.
+        ValueError: With the first invalid column.
     """
     try:
         row = _ROW.validate_python(columns)
@@ -193,7 +193,7 @@ def row_of_columns(columns: Mapping[str, Any]) -> ScenarioRow:
 
 
 def row_of(scenario: ConcreteScenario, result: ScenarioResult, *, wall_s: float) -> ScenarioRow:
-    """Return the row of a scenario that was carried out."""
+    """Return the row of a scenario that has run."""
     report = result.report
     margins = {
         requirement.name: RequirementMargin(

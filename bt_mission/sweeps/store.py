@@ -32,7 +32,7 @@ FORMAT = 3
 RECORDINGS = "recordings"
 """The folder of the results for recordings of single scenarios, named by their ids."""
 VERSIONS = "versions"
-"""Begins the keys of versions in full; a fingerprint follows."""
+"""The prefix of the keys of full versions; a fingerprint follows."""
 
 _COLUMNS = {column.name: str(column.type) for column in fields(ScenarioRow)}
 _NAMES = ", ".join(_COLUMNS)
@@ -94,7 +94,7 @@ class ResultStore:
         """Begin a new one.
 
         Raises:
-            BtMissionError: Where there are results already, or they cannot be written.
+            BtMissionError: There are results already, or they cannot be written.
         """
         store = cls._writable(folder)
         if store.is_empty:
@@ -127,7 +127,7 @@ class ResultStore:
         """Open results to read them, also while a sweep writes.
 
         Raises:
-            BtMissionError: Where there are none.
+            BtMissionError: There are none.
         """
         file = folder / FILE if folder.is_dir() else folder
         if not file.is_file():
@@ -165,7 +165,7 @@ class ResultStore:
 
     @property
     def is_empty(self) -> bool:
-        """Has it no rows: was it just made, or could no worker be used, say?"""
+        """Whether it has no rows, for example because no worker could be used."""
         if not self._connection.execute("SELECT 1 FROM sqlite_master").fetchone():
             return True
         self.check_format()
@@ -206,7 +206,7 @@ class ResultStore:
 
     @property
     def about(self) -> SweepAbout:
-        """What the sweep is."""
+        """The identity of the sweep."""
         try:
             return TypeAdapter(SweepAbout).validate_json(self.value("sweep") or "{}")
         except ValidationError:
@@ -214,7 +214,7 @@ class ResultStore:
             raise BtMissionError(f"{self.folder / FILE}: {message}") from None
 
     def value(self, key: str) -> str | None:
-        """A value beside the rows; None where there is none."""
+        """Return a value beside the rows; None without one."""
         row = self._connection.execute("SELECT value FROM about WHERE key = ?", (key,)).fetchone()
         return None if row is None else str(row[0])
 
@@ -224,10 +224,10 @@ class ResultStore:
             self._connection.execute("INSERT OR REPLACE INTO about VALUES (?, ?)", (key, value))
 
     def add(self, row: ScenarioRow) -> None:
-        """Append a row; it is there when this returns. One with the same id is replaced.
+        """Append a row; it is durable when this returns. One with the same id is replaced.
 
         Raises:
-            BtMissionError: Where it cannot be written, on a full disk, say.
+            BtMissionError: It cannot be written, for example on a full disk.
         """
         values = [
             json.dumps(cell) if isinstance(cell, dict | tuple) else cell
@@ -238,16 +238,16 @@ class ResultStore:
             self._connection.execute(f"INSERT OR REPLACE INTO scenarios VALUES ({marks})", values)  # noqa: S608 - question marks only
 
     def ids(self, *, without_errors: bool = False) -> set[str]:
-        """The ids of all rows, or of those of scenarios that could run."""
+        """Return the ids of all rows, or of those of scenarios that could run."""
         condition = " WHERE outcome != 'error'" if without_errors else ""
         query = f"SELECT id FROM scenarios{condition}"  # noqa: S608 - no text of a user's
         return {row_id for (row_id,) in self._connection.execute(query)}
 
     def rows(self, where: str = "", *values: Any) -> Iterator[ScenarioRow]:
-        """All rows, in the order of their numbers.
+        """Yield all rows, in the order of their numbers.
 
         Args:
-            where: A condition in SQL, ours alone, with ``?`` for the values.
+            where: A condition in SQL, from our code only, with ``?`` for the values.
         """
         condition = f" WHERE {where}" if where else ""
         query = f"SELECT {_NAMES} FROM scenarios{condition} ORDER BY number, id"  # noqa: S608 - no text of a user's

@@ -12,20 +12,20 @@ from bt_mission.scenarios.cause import KINDS, Cause, CauseKind
 from bt_mission.sweeps.row import RequirementMargin, ScenarioRow
 
 MOST_GROUPS = 500
-"""Kinds of failures that are told apart; those of further kinds are counted together."""
+"""Kinds of failures that are listed; those of further kinds are counted together."""
 OTHER_REASONS = "other reasons"
 MASK = 2**64 - 1
 
 
 @dataclass
 class OutcomeCount:
-    """How many scenarios ended how.
+    """The numbers of scenarios by outcome.
 
     Attributes:
-        succeeded: Those that have passed.
-        failed: Those that ran and have not.
-        errors: Those that could not run; they count as not succeeded.
-        varied: What differs between them, in words.
+        succeeded: Scenarios that passed.
+        failed: Scenarios that ran and did not pass.
+        errors: Scenarios that could not run; they count as not succeeded.
+        varied: What differs between them, as text.
         known_samples: The samples; runs with the same outcome and signals are one.
     """
 
@@ -52,28 +52,28 @@ class OutcomeCount:
 
     @property
     def success_rate(self) -> float | None:
-        """The share that succeeded, from 0 to 1; None of none."""
+        """The share that succeeded, from 0 to 1; None without scenarios."""
         return self.succeeded / self.scenarios if self.scenarios else None
 
     @property
     def samples(self) -> int:
-        """How many of the scenarios are distinct."""
+        """The number of distinct scenarios."""
         return len(self.known_samples)
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """The 95 % Wilson interval of the rate, by the distinct scenarios; None of none."""
+        """The 95 % Wilson interval of the rate, by the distinct scenarios; None without any."""
         if not self.scenarios:
             return None
         return wilson(self.succeeded, self.scenarios, self.samples)
 
     @property
     def samples_in_words(self) -> str:
-        """How many of the scenarios are distinct, in words; empty where all are."""
+        """The number of distinct scenarios, as text; empty if all are."""
         return samples_as_text(self.scenarios, self.samples, self.varied)
 
     def as_dict(self) -> dict[str, Any]:
-        """As JSON has it."""
+        """Return it as JSON data."""
         return {
             "scenarios": self.scenarios,
             "samples": self.samples,
@@ -100,7 +100,7 @@ def sample_of(row: ScenarioRow) -> int:
 
 
 def percent(share: float) -> str:
-    """A share in per cent, with so many digits that a rare failure does not vanish."""
+    """Return a share in per cent, with enough digits that a rare failure does not vanish."""
     share = round(share, 12)
     for digits in range(1, 9):
         text = f"{100 * share:.{digits}f}"
@@ -147,18 +147,18 @@ class FailureGroup:
 
     @property
     def path(self) -> str:
-        """The names from the root to the leaf that failed; empty where none made the run fail."""
+        """The names from the root to the leaf that failed; empty if none made the run fail."""
         return self.cause.place if self.cause and self.kind in ("failed", "interrupted") else ""
 
     @property
     def reason(self) -> str:
-        """That of all in the group, with ``…`` for numbers that differ."""
+        """The reason of all in the group, with ``…`` for numbers that differ."""
         if self.cause is None:
             return OTHER_REASONS
         return self.example.why_failed if self.is_exact else self.cause.reason
 
     def as_dict(self) -> dict[str, Any]:
-        """As JSON has it."""
+        """Return it as JSON data."""
         return {
             "count": self.count,
             "kind": self.kind,
@@ -176,11 +176,11 @@ class FailureGroup:
 
 @dataclass
 class RequirementTally:
-    """What a requirement came to in all runs.
+    """The results of a requirement in all runs.
 
     Attributes:
-        verdicts: How often each came out.
-        least: The smallest margin; None where none was measured.
+        verdicts: The number of each verdict.
+        least: The smallest margin; None without a measure.
         unit: That of the smallest margin: of a formula with several measures, whichever decides.
         units: Those of all margins.
         example: The id of the scenario that had it.
@@ -204,14 +204,14 @@ class RequirementTally:
             self.number, self.example = row.number, row.id
 
     def as_dict(self) -> dict[str, Any]:
-        """As JSON has it."""
+        """Return it as JSON data."""
         counts = {key: self.verdicts[key] for key in ("holds", "violated", "open", "unknown")}
         return {**counts, "least_margin": self.least, "unit": self.unit, "scenario": self.example}
 
 
 @dataclass
 class SweepTally:
-    """All that is added up of a sweep; the order of the rows does not matter.
+    """The totals of a sweep; the order of the rows does not matter.
 
     Attributes:
         count: Of all scenarios.

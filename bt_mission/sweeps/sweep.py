@@ -1,4 +1,4 @@
-"""Checks a plan, carries its scenarios out, and keeps each row as it comes."""
+"""Checks a plan, runs its scenarios, and keeps each row."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def refuse_impossible(plan: SweepPlan) -> None:
     """Load the first scenario, one with each end of each parameter, and one of each plan of faults.
 
     Raises:
-        InputError: With what is wrong, as that of the option that brings it.
-        BtMissionError: Where a simulation cannot be set up.
+        InputError: With the error, at the option that causes it.
+        BtMissionError: A simulation cannot be set up.
     """
     base = plan.base
     with ScenarioWorker(base.bundle) as worker:
@@ -55,12 +55,12 @@ async def sweep(
     *,
     retry_errors: bool = False,
 ) -> None:
-    """Carry out what is left of a plan.
+    """Run the remaining scenarios of a plan.
 
     Args:
-        store: Has the rows that are there already; the others are added as they come.
-        on_row: Told of each after it was written.
-        retry_errors: Carry out again what could not run, or killed its workers.
+        store: Has the existing rows; new ones are added.
+        on_row: Called with each row after it was written.
+        retry_errors: Run again what could not run, or killed its workers.
     """
     store.set_value(f"{VERSIONS} {fingerprint()}", versions_in_words())
     async for row in runner.rows(left(plan, store, retry_errors=retry_errors)):
@@ -71,17 +71,17 @@ async def sweep(
 def left(
     plan: SweepPlan, store: ResultStore, *, retry_errors: bool = False
 ) -> Iterator[ConcreteScenario]:
-    """What is not carried out yet."""
+    """Return the scenarios that have not run yet."""
     done = store.ids(without_errors=retry_errors)
     return (scenario for scenario in plan.scenarios() if scenario.id not in done)
 
 
 def to_record(store: ResultStore, plan: SweepPlan, most: int | None) -> list[ConcreteScenario]:
-    """The worst scenarios that have no recording yet: those that the page tells of.
+    """Return the worst scenarios without a recording: those that the page lists.
 
     Args:
-        most: So many; None is twenty, or as many as have failed or are a tenth of all where that is
-            less.
+        most: Their number; None is twenty, or as many as have failed or are a tenth of all if that
+            is less.
     """
     columns = SweepColumns(store.rows())
     rows = columns.worst_rows(store, WORST if most is None else most)

@@ -1,4 +1,4 @@
-"""Carries concrete scenarios out, one after another, in this process."""
+"""Runs concrete scenarios in this process, one after another."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ from bt_mission.views.web.report.page import write_report
 
 
 class ScenarioRunner(Protocol):
-    """Carries concrete scenarios of one bundle out: a worker in this process, or a pool of many."""
+    """Runs concrete scenarios of one bundle: a worker in this process, or a pool of many."""
 
     def rows(self, scenarios: Iterable[ConcreteScenario]) -> AsyncGenerator[ScenarioRow, None]:
         """Yield the row of each scenario, in the order in which they end."""
 
 
 class ScenarioWorker:
-    """Carries out scenarios of a bundle; what it sets up for the first serves all.
+    """Runs scenarios of a bundle; what it sets up for the first serves all.
 
     Args:
         bundle: The files of all scenarios.
@@ -73,7 +73,7 @@ class ScenarioWorker:
         """Load a concrete scenario.
 
         Raises:
-            InputError: With what is wrong with it; the mission's files as the user names them.
+            InputError: With its errors; the mission's files have the user's names.
         """
         place = Path(self._folder.name) / self._bundle.mission
         # JSON is YAML, and leaves no doubt about what is a text.
@@ -90,10 +90,10 @@ class ScenarioWorker:
             ) from error
 
     def refuse_values(self, base: BaseScenario, parameters: Iterable[Parameter]) -> None:
-        """Load what is varied as it is, and with each end of each parameter.
+        """Load the base as it is, and with each end of each parameter.
 
         Raises:
-            InputError: With what is wrong as it is, or else with each refused value at its place.
+            InputError: With the errors of the base, or else with each refused value at its place.
         """
         self.load(base.concrete({}))
         wrong: list[Diagnostic] = []
@@ -111,10 +111,10 @@ class ScenarioWorker:
             raise InputError(list(dict.fromkeys(wrong)))
 
     def record(self, scenario: ConcreteScenario) -> tuple[bytes, bytes]:
-        """Carry a concrete scenario out once more; gives its recording, and the page of that.
+        """Run a concrete scenario again. Return its recording and report.
 
         Raises:
-            BtMissionError: Where it cannot be carried out.
+            BtMissionError: It cannot run.
         """
         recording = Path(self._folder.name) / f"{scenario.id}.mcap"
         page = recording.with_suffix(".html")
@@ -129,14 +129,14 @@ class ScenarioWorker:
     async def rows(
         self, scenarios: Iterable[ConcreteScenario]
     ) -> AsyncGenerator[ScenarioRow, None]:
-        """Yield the row of each scenario, in their order."""
+        """Yield the row of each scenario, in order."""
         for scenario in scenarios:
             yield self.carry_out(scenario)
 
     def carry_out(self, scenario: ConcreteScenario) -> ScenarioRow:
-        """Carry a concrete scenario out; whatever goes wrong is its row.
+        """Run a concrete scenario; any error is its row.
 
-        What its leaves print is dropped: that of thousands would bury all else.
+        The output of its leaves is dropped: that of thousands would hide everything else.
         """
         watch = Stopwatch()
         try:
@@ -161,10 +161,10 @@ class ScenarioWorker:
 
 
 def record_scenario(scenario: Scenario, path: Path) -> Report:
-    """Carry a scenario out, and record it; gives what it came to.
+    """Run a scenario, and record it. Return its report.
 
     Raises:
-        BtMissionError: Where it cannot be written.
+        BtMissionError: The recording cannot be written.
     """
     path.unlink(missing_ok=True)
     with ExitStack() as stack:

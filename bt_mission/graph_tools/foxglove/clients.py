@@ -1,7 +1,7 @@
 """The clients of the server, and the WebSocket protocol of Foxglove (`foxglove.sdk.v1`).
 
-Of the protocol this is what a server needs that only sends. It offers channels; clients subscribe
-to them, and get their messages and the time.
+This is the part of the protocol that a sending server needs. It offers channels; clients subscribe
+to them, and receive their messages and the time.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from bt_mission.core.guarded_server import Connections
 PROTOCOL = "foxglove.sdk.v1"
 
 BACKLOG = 256
-"""Messages that may wait for a client; the oldest are dropped where it is slower."""
+"""Messages that may wait for a client; the oldest are dropped for a slower one."""
 
 BACKLOG_BYTES = 4 << 20
 """Bytes of these messages, but for the newest."""
@@ -37,7 +37,7 @@ ERROR = 2
 FAILED = 1011
 
 LONGEST_WORD = 100
-"""Characters of what a client has sent that an answer repeats."""
+"""Characters of a client's text that a response repeats."""
 
 
 @dataclass(eq=False)
@@ -45,8 +45,8 @@ class Channel:
     """A topic that is offered.
 
     Attributes:
-        words: What clients are told of it.
-        viewers: Those who have subscribed, with the numbers that they gave the subscription.
+        words: Its description for clients.
+        viewers: The subscribed clients, with the numbers of their subscriptions.
     """
 
     number: int
@@ -54,18 +54,18 @@ class Channel:
     viewers: dict[Client, int] = field(default_factory=dict)
 
     def send(self, data: bytes, time_ns: int) -> None:
-        """Pass a message on to whoever has subscribed."""
+        """Send a message to all subscribed clients."""
         for client, subscription in self.viewers.items():
             client.put(struct.pack("<BIQ", MESSAGE, subscription, time_ns) + data)
 
 
 class Client:
-    """One that is connected: what it knows, and what waits for it.
+    """A connected client: its channels, and its waiting messages.
 
     Args:
         socket: Accepted already.
-        channels: Those that are offered, by number.
-        on_subscribe: Called with each channel that it subscribes to.
+        channels: The offered channels, by number.
+        on_subscribe: Called with each channel to which it subscribes.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class Client:
         self._has_messages.set()
 
     async def serve(self) -> None:
-        """Send and listen until the client has left."""
+        """Send and receive until the client has left."""
         both = (asyncio.create_task(self._send_all()), asyncio.create_task(self._listen()))
         await asyncio.wait(both, return_when=asyncio.FIRST_COMPLETED)
         for task in both:
@@ -166,7 +166,7 @@ class Client:
                 self._has_messages.set()
 
     def _refusal(self, text: str | None) -> str:
-        """Do what a client asks for; gives why not, or an empty text."""
+        """Handle a request of a client. Return the refusal, or an empty text."""
         if text is None:
             return "this server takes no binary messages"
         try:
@@ -207,16 +207,16 @@ class Client:
 
 
 class Clients:
-    """Those that are connected.
+    """The connected clients.
 
     Args:
-        connections: Theirs.
-        on_subscribe: Called with each channel that one subscribes to.
+        connections: Their connections.
+        on_subscribe: Called with each channel to which a client subscribes.
     """
 
     def __init__(self, connections: Connections, on_subscribe: Callable[[Channel], None]) -> None:
         self.channels: dict[int, Channel] = {}
-        """What is offered, by number."""
+        """The offered channels, by number."""
         self._connections, self._on_subscribe = connections, on_subscribe
         self._clients: set[Client] = set()
         self._last_number = 0

@@ -1,7 +1,7 @@
 """Serves topics over the WebSocket protocol of Foxglove.
 
-A topic costs nothing until a client subscribes to it: only then is there a subscription in ROS, and
-its messages are passed on as they came, serialized. Messages for a client that is slow are dropped.
+A topic costs nothing until a client subscribes to it: only then there is a subscription in ROS, and
+its messages are passed on serialized, as they arrive. Messages for a slow client are dropped.
 """
 
 from __future__ import annotations
@@ -40,16 +40,18 @@ TIME_S = 0.05
 """Wall time between two messages with the time of the graph."""
 
 TURN_S = 0.005
-"""Wall time between two turns of the event loop, where none runs in this process."""
+"""Wall time between two turns of the event loop, if none runs in this process."""
 
 TURNS = 12
-"""Passes of the event loop in a turn: so many are between a request and its answer."""
+"""Passes of the event loop in a turn: the number between a request and its response."""
 
 CLOSE_S = 2.0
-"""Wall time within which clients are sent away."""
+"""Wall time within which clients are disconnected."""
 
 FRAMES = FrameRate(long_run_s=200.0, most=2000)
-"""What a client may send: the application subscribes to each topic of a layout by itself."""
+"""The rate of messages of a client: the application subscribes to each topic of a layout
+separately.
+"""
 
 MOST_BYTES = 1 << 18
 """Of a message of a client."""
@@ -58,7 +60,7 @@ DEPTH = 100
 """Messages of a topic that may wait until they are taken."""
 
 NEVER = (CLOCK, "/parameter_events")
-"""The time is told by the protocol itself; parameters do not change here."""
+"""Topics that are not offered: the protocol has the time, and parameters do not change here."""
 
 
 def listen(port: int) -> socket.socket:
@@ -88,7 +90,7 @@ class FoxgloveServer(Onlooker):
     ) -> None:
         self.node: Node = node
         self.is_broken = False
-        """Has it failed, and been stopped?"""
+        """Whether it has failed, and was stopped."""
         self._now_ns, self._say = now_ns, say
         self._listener = listen(port)
         self._port: int = self._listener.getsockname()[1]
@@ -100,17 +102,17 @@ class FoxgloveServer(Onlooker):
         self._turning: _Turning | None = None
         self._definitions = Definitions(share_folders())
         self._topics: dict[str, _ServedTopic | None] = {}
-        """None stands for a topic that cannot be served."""
+        """None is a topic that cannot be served."""
         self._since_search, self._since_time = Stopwatch(), Stopwatch()
         self._search()
 
     @property
     def link(self) -> str:
-        """Where clients connect."""
+        """The address for clients."""
         return f"ws://{LOOPBACK}:{self._port}"
 
     def after_step(self) -> None:
-        """Pass on what has come. What fails here ends the server, and nothing else."""
+        """Pass on received messages. An error here ends only the server."""
         if self.is_broken:
             return
         try:
@@ -120,7 +122,7 @@ class FoxgloveServer(Onlooker):
             self.close()
 
     def close(self) -> None:
-        """Send clients away; the subscriptions go with the node."""
+        """Disconnect the clients; the subscriptions end with the node."""
         if not self.is_broken:
             self.is_broken = True
             if self._turning is None:
@@ -144,7 +146,7 @@ class FoxgloveServer(Onlooker):
         self._turning.look()
 
     def _search(self) -> None:
-        """Offer what has come up since the last time, and take back what has gone."""
+        """Offer new topics, and withdraw those that are gone."""
         offers = {
             topic: (types, [publisher.qos_profile for publisher in publishers])
             for topic, types in self.node.get_topic_names_and_types()
@@ -179,7 +181,7 @@ class FoxgloveServer(Onlooker):
 
 
 class _Turning:
-    """Serves on the event loop that runs; where none does, on one that is turned in between."""
+    """Serves on the running event loop; without one, on one that is turned in between."""
 
     def __init__(self, server: GuardedServer, listener: socket.socket) -> None:
         self._server, self._listener = server, listener
@@ -196,7 +198,7 @@ class _Turning:
         """Do what is due.
 
         Raises:
-            Exception: What the server has failed on.
+            Exception: The error of the server.
         """
         if self._own is not None and self._since.elapsed_s >= TURN_S:
             self._since = Stopwatch()
@@ -207,7 +209,7 @@ class _Turning:
             self._serving.result()
 
     def close(self) -> None:
-        """Send the clients away: at once, or where a loop runs with its next turns."""
+        """Disconnect the clients: at once, or on a running loop with its next turns."""
         self._server.should_exit = True
         if self._own is not None:
             self._loop.run_until_complete(asyncio.wait([self._serving], timeout=CLOSE_S))
@@ -233,9 +235,9 @@ class _ServedTopic:
         self._subscription: Subscription | None = None
 
     def look(self, *, has_newcomers: bool) -> None:
-        """Subscribe where a client does, and pass on what has come.
+        """Subscribe if a client does, and pass on received messages.
 
-        A new subscription receives what is latched, so a new client has one made.
+        A new subscription receives latched messages, so a new client causes one.
         """
         if has_newcomers and self._qos.durability is DurabilityPolicy.TRANSIENT_LOCAL:
             self._unsubscribe()

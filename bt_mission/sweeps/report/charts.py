@@ -18,7 +18,8 @@ from bt_mission.sweeps.summary import percent, span
 
 Figure: TypeAlias = dict[str, Any]
 
-# Told apart by everybody, on a light and on a dark ground; the page's style sheet has the rest.
+# Distinguishable with any colour vision, on a light and on a dark ground; the page's style sheet
+# has the rest.
 PASSED, FAILED, CURVE = "#2f86c9", "#d9603b", "#2f86c9"
 BAND = "rgba(47, 134, 201, 0.25)"
 RATES = ((0.0, "#b5402a"), (0.5, "#f2e3c4"), (1.0, "#2f7fb8"))
@@ -35,7 +36,7 @@ MOST_LETTERS = 24
 
 
 def plain(text: str, most: int = 300) -> str:
-    """Return a text that Plotly shows as it is, cut after so many characters."""
+    """Return a text that Plotly shows unchanged, cut after a number of characters."""
     return escape_markup(cut(escape_control(text), most))
 
 
@@ -154,12 +155,12 @@ def _cell_text(pair: Pair, row: int, column: int) -> str:
 def histogram_figure(
     values: Floats, passed: Flags, axis: str, *, marks_zero: bool = False
 ) -> Figure:
-    """Return how often values came out, those of failed runs on top of the others.
+    """Return the histogram of values, those of failed runs on top of the others.
 
     Args:
-        values: NaN where a run has none.
-        passed: Did each run pass?
-        axis: What the values are, with their unit.
+        values: NaN for a run without one.
+        passed: Whether each run passed.
+        axis: The title of the values, with their unit.
         marks_zero: Draw a line at 0, below which a requirement is violated.
     """
     is_known = np.isfinite(values)
@@ -268,7 +269,7 @@ def _count_text(level: Level) -> str:
 
 
 def _share(value: float) -> str:
-    """A share in whole per cent; only all is 100, and only none is 0."""
+    """Return a share in whole per cent; only all is 100, and only none is 0."""
     if np.isnan(value):
         return ""
     return f"{value * 100:.0f}" if value in (0, 1) else f"{min(max(value * 100, 1), 99):.0f}"

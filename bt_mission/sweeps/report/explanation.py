@@ -1,4 +1,4 @@
-"""The factor that explains a cause of failures: one split of one factor, in a sentence."""
+"""The factor that explains a cause of failures: one split of one factor, as a sentence."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bt_mission.sweeps.columns import NATURE, PLAN, Counts, Flags, Floats, Sweep
 from bt_mission.sweeps.summary import OutcomeCount
 
 SIGNIFICANT = 0.05
-"""The greatest probability that chance gives such a split, of all that are tried together."""
+"""The greatest probability that such a split is random, over all that are tried together."""
 
 FEWEST = 3
 """Runs of a cause, and other runs, from which on it is explained."""
@@ -31,13 +31,13 @@ MOST_SPLITS = 200
 
 @dataclass(frozen=True)
 class Explanation:
-    """A split of a factor that most runs of a cause are on one side of, and few others.
+    """A split of a factor with most runs of a cause on one side, and few others.
 
     Attributes:
         what: Such as ``gap < 0.4``.
-        share: Of the runs of the cause on that side.
-        of_others: Share of all other runs there.
-        chance: The probability that chance gives such a split, of all that were tried.
+        share: The share of the cause's runs on that side.
+        of_others: The share of all other runs there.
+        chance: The probability that such a split is random, over all that were tried.
     """
 
     what: str
@@ -55,11 +55,11 @@ class _Splits:
     """All splits of one factor.
 
     Attributes:
-        words: Of each side of each split.
-        bins: Where the value of each row lies; -1 where it has none.
-        count: How many bins there are.
-        is_number: Is each split an end between two bins, with a side below and one above? Else it
-            is a bin alone.
+        words: The text of each side of each split.
+        bins: The bin of each row; -1 without a value.
+        count: The number of bins.
+        is_number: Whether each split is an end between two bins, with a side below and one above.
+            Otherwise it is a single bin.
     """
 
     words: tuple[str, ...]
@@ -81,8 +81,8 @@ class Explainer:
     """Explains causes by the factors of a sweep.
 
     The best split by information gain is taken, if Fisher's exact test, with Bonferroni's
-    correction for all splits that were tried, says that it is not chance. Rows that are the same
-    sample with the same factors count once.
+    correction for all splits that were tried, finds it significant. Rows that are the same sample
+    with the same factors count once.
     """
 
     def __init__(self, columns: SweepColumns) -> None:
@@ -96,7 +96,7 @@ class Explainer:
         self._sizes = self._count(np.ones(len(kept), bool))
 
     def explain(self, cause: Cause | None) -> Explanation | None:
-        """Return what explains a cause; None where no factor does significantly."""
+        """Return the explanation of a cause; None without a significant factor."""
         of_cause = np.array([other == cause for other in self._causes], bool)
         total, count = len(of_cause), int(of_cause.sum())
         if cause is None or min(count, total - count) < FEWEST or not self._words:
@@ -153,7 +153,7 @@ def results_as_dict(columns: SweepColumns) -> dict[str, Any]:
 def _by_value(
     columns: SweepColumns, name: str, most: int | None = MOST_VALUES
 ) -> list[dict[str, Any]]:
-    """Count the outcomes of each value; of more values than so many, of stretches of them."""
+    """Count the outcomes of each value; with more than `most` values, of ranges of them."""
     rows: dict[str, list[int]] = {}
     for row, value in enumerate(columns.values[name]):
         if value is not None:
@@ -197,7 +197,7 @@ def _distinct(columns: SweepColumns) -> list[int]:
 
 
 def _splits(name: str, values: list[Any]) -> _Splits | None:
-    """Return the splits of a factor; None where it has one value only."""
+    """Return the splits of a factor; None for a single value."""
     shown = name.removeprefix(NATURE)
     known = [value for value in values if value is not None]
     if known and all(
@@ -223,7 +223,7 @@ def _splits(name: str, values: list[Any]) -> _Splits | None:
 
 
 def _ends(numbers: Floats) -> Iterator[float]:
-    """Yield short numbers between neighbours, at most so many, evenly spread over the values."""
+    """Yield at most `MOST_SPLITS` short numbers between neighbours, spread over the values."""
     distinct = np.unique(numbers[np.isfinite(numbers)])
     count = len(distinct) - 1
     for place in np.unique(np.linspace(0, count - 1, min(count, MOST_SPLITS)).astype(int)):

@@ -1,4 +1,4 @@
-"""How success depends on what was varied: levels of a parameter, and pairs of parameters."""
+"""Success by what was varied: levels of a parameter, and pairs of parameters."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bt_mission.core.statistics import wilson
 from bt_mission.sweeps.columns import Counts, Floats, SweepColumns
 
 MOST_LEVELS = 16
-"""Numbers of which each has a level; of more, stretches are the levels."""
+"""Numbers that each have a level; with more, ranges are the levels."""
 STRETCHES = 12
 MOST_CELLS = 9
 """Levels of a number in a map of two parameters."""
@@ -53,9 +53,9 @@ class Factor:
     """A parameter with the runs at each of its levels.
 
     Attributes:
-        is_number: Have its levels a distance from each other?
-        indices: The level of each row; -1 where it has none.
-        is_cut: Were names left out?
+        is_number: Whether its levels are numbers.
+        indices: The level of each row; -1 without one.
+        is_cut: Whether names were omitted.
     """
 
     name: str
@@ -66,7 +66,7 @@ class Factor:
 
     @property
     def spread(self) -> float:
-        """How much the success differs between levels: the variance that they explain."""
+        """The difference of the success between levels: the variance that they explain."""
         totals = np.array([level.total for level in self.levels])
         rates = np.array([level.rate for level in self.levels])
         return float(np.average((rates - np.average(rates, weights=totals)) ** 2, weights=totals))
@@ -78,8 +78,8 @@ def factor(
     """Return a parameter's levels.
 
     Args:
-        values: One for each row; None where a row has none.
-        most_levels: Numbers that have a level each.
+        values: One for each row; None for a row without one.
+        most_levels: The number of numbers that have a level each.
     """
     known = [value for value in values if value is not None]
     if known and all(
@@ -129,7 +129,7 @@ def _factor(
     *,
     is_number: bool,
 ) -> Factor:
-    """Count the rows of each level, and leave out stretches without any."""
+    """Count the rows of each level, and omit ranges without any."""
     labels, at = levels
     is_known = indices >= 0
     total = np.bincount(indices[is_known], minlength=len(labels))
@@ -168,7 +168,7 @@ class Pair:
 
     @property
     def spread(self) -> float:
-        """How much the success differs between cells beyond what each parameter explains."""
+        """The difference of the success between cells beyond that of each parameter."""
         is_known = self.total > 0
         weights = self.total[is_known]
         rates = self.passed[is_known] / weights
@@ -179,13 +179,13 @@ class Pair:
 
 
 def factors_of(columns: SweepColumns) -> list[Factor]:
-    """Return what was varied, as curves and bars have it; what has one level only is left out."""
+    """Return what was varied, for curves and bars, without factors of a single level."""
     made = (factor(name, values, columns) for name, values in columns.values.items())
     return [known for known in made if len(known.levels) > 1]
 
 
 def pairs_of(columns: SweepColumns, most: int = MOST_MAPS) -> tuple[list[Pair], int]:
-    """Return the pairs of parameters that tell most, and how many are left out."""
+    """Return the most informative pairs of parameters, and the number of omitted ones."""
     made = [factor(name, values, columns, MOST_CELLS) for name, values in columns.values.items()]
     shown = [known for known in made if len(known.levels) > 1 and not known.is_cut]
     pairs = [_pair(first, second, columns) for first, second in combinations(shown, 2)]
@@ -206,7 +206,7 @@ def _pair(first: Factor, second: Factor, columns: SweepColumns) -> Pair:
 
 
 def round_edges(low: float, high: float, most: int) -> Floats:
-    """Return the ends of at most so many equal stretches that hold all from `low` to `high`.
+    """Return the ends of at most `most` equal ranges that cover `low` to `high`.
 
     They are multiples of 1, 2, 2.5 or 5 times a power of ten, so 0 is one of them.
     """

@@ -49,15 +49,15 @@ def write_sweep_page(
     worst: int = WORST,
     columns: SweepColumns | None = None,
 ) -> Path:
-    """Make the page of results; return where it is.
+    """Generate the report of results; return its path.
 
     Args:
         output: The file; None is `sweep.html` among the results.
         worst: The number of the worst runs that are listed.
-        columns: Of the rows, where they are read already.
+        columns: The columns of the rows, if they were read already.
 
     Raises:
-        BtMissionError: Where Plotly is not installed, or the file cannot be written.
+        BtMissionError: Plotly is not installed, or the file cannot be written.
     """
     path = within(store.folder, PAGE) if output is None else output
     if columns is None:
@@ -67,10 +67,10 @@ def write_sweep_page(
 
 
 def plotly_script() -> str:
-    """Return Plotly's own script, as it comes with its Python package.
+    """Return Plotly's script, from its Python package.
 
     Raises:
-        BtMissionError: Where it is not installed.
+        BtMissionError: It is not installed.
     """
     try:
         script = (package_files("plotly") / "package_data/plotly.min.js").read_text("utf-8")
@@ -145,7 +145,7 @@ class SweepPage:
         )
 
     def _drawn(self, title: str, figure: Figure) -> dict[str, Any]:
-        """Keep a figure for the script; return what its place needs."""
+        """Keep a figure for the script; return the data of its place."""
         self._figures.append(figure)
         place = {"number": len(self._figures) - 1, "height": figure["layout"]["height"]}
         return {"title": title, **place}
@@ -157,7 +157,7 @@ class SweepPage:
         return [self._drawn(*titled) for titled in drawn], left_out
 
     def _failures(self) -> Iterator[tuple[str, list[dict[str, Any]], int]]:
-        """Yield kinds of causes, the most frequent causes of each, and how many are left out."""
+        """Yield kinds of causes, the most frequent causes of each, and how many are omitted."""
         explainer = Explainer(self._columns)
         for kind, several in groupby(self._columns.tally.failures, lambda group: group.kind):
             of_kind = list(several)
@@ -234,7 +234,7 @@ class SweepPage:
         return self._drawn("How long the missions took", figure)
 
     def _coverage(self, places: Sequence[CoveragePlace]) -> dict[str, Any] | None:
-        """Return what all runs together have reached; None where no run has recorded it."""
+        """Return the coverage of all runs together; None if no run has recorded it."""
         bitmaps = {text: runs for text, runs in self._columns.coverage.items() if text}
         if not places or not bitmaps:
             return None

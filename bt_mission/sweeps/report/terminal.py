@@ -56,7 +56,7 @@ def _section(title: str, *parts: RenderableType) -> Iterator[RenderableType]:
 
 
 def _table(columns: Iterable[str], right: str = "") -> Table:
-    """A table without lines; of the columns whose place in `right` has a mark, cells are to it."""
+    """Return a table without lines; columns with a mark in `right` are right-aligned."""
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     for place, name in enumerate(columns):
         is_right = right[place : place + 1] == ">"
@@ -94,7 +94,7 @@ def _requirements(columns: SweepColumns) -> Table:
 
 
 def _failures(columns: SweepColumns, repeater: Repeater) -> Iterator[RenderableType]:
-    """Yield the most frequent causes of each kind under its heading."""
+    """Yield the most frequent causes of each kind, after its heading."""
     explainer = Explainer(columns)
     for kind, several in groupby(columns.tally.failures, lambda group: group.kind):
         of_kind = list(several)
