@@ -1,1 +1,1 @@
-"""The executive's only way to ROS: node, clients, publishers, services; the graph around it."""
+"""The executive's ROS side: node, clients, publishers, services, and the graph around it."""

@@ -16,17 +16,17 @@ DEPTH = 10
 
 
 class RosClient:
-    """Speaks to one name in the graph, with messages of one type.
+    """A client of one name in the graph, with messages of one type.
 
     Args:
-        node: Owns the client.
-        name: Resolved in full.
+        node: The node of the client.
+        name: The full name.
         type_name: Such as ``std_msgs/msg/Bool``.
         make: Makes a message to send.
         known: Names in the graph, each with its types.
 
     Raises:
-        BtMissionError: When the graph has that name with another type.
+        BtMissionError: The graph has that name with another type.
     """
 
     def __init__(
@@ -44,16 +44,19 @@ class RosClient:
         check_type(name, type_name, dict(known).get(name, ()))
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
-        """A message, request or goal with these fields.
+        """Return a message, request or goal with these fields.
 
         Raises:
-            BtMissionError: When a value does not fit its field.
+            BtMissionError: A value does not fit its field.
         """
         return fill(self._make(), fields)
 
 
 class TopicPublisher(RosClient):
-    """Publishes on one topic, reliable and volatile. Raises also for a type that is not there."""
+    """Publishes on one topic, reliable and volatile.
+
+    Raises also for a type that is not installed.
+    """
 
     def __init__(self, node: Node, name: str, type_name: str) -> None:
         kind, full = message_type(type_name), node.resolve_topic_name(name)
@@ -65,7 +68,7 @@ class TopicPublisher(RosClient):
         self._node.destroy_publisher(self._publisher)
 
     def count_readers(self) -> int:
-        """How many subscriptions are matched; that of a recorder does not count."""
+        """Return the number of matched subscriptions, without those of recorders."""
         matched = int(self._publisher.get_subscription_count())
         if matched == 0:
             return 0
@@ -79,7 +82,7 @@ class TopicPublisher(RosClient):
 
 
 class RosServiceClient(RosClient):
-    """Calls one service. Raises also for a type that is not there."""
+    """Calls one service. Raises also for a type that is not installed."""
 
     def __init__(self, node: Node, name: str, type_name: str) -> None:
         kind, full = service_type(type_name), node.resolve_service_name(name)
@@ -91,11 +94,11 @@ class RosServiceClient(RosClient):
         self._node.destroy_client(self._client)
 
     def is_ready(self) -> bool:
-        """Is a server in the graph, and matched?"""
+        """Return whether a server is in the graph, and matched."""
         return bool(self._client.service_is_ready())
 
     def call(self, request: Any, on_answer: Callable[[Any], None]) -> Callable[[], None]:
-        """Send a request; gives a function that forgets it, after which no answer is heard."""
+        """Send a request. Return a function that drops it; later responses are ignored."""
         future: Future = self._client.call_async(request)
         future.add_done_callback(lambda done: on_answer(done.result()))
         return lambda: self._client.remove_pending_request(future)

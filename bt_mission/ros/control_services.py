@@ -16,18 +16,18 @@ from bt_mission.ros.graph import REQUESTS
 
 MOST_BREAKPOINTS = 100
 LONGEST_NAME = 1_000
-"""Characters; breakpoints are kept, and listed in each answer, also where no mission runs."""
+"""Characters; breakpoints are kept, and listed in each response, also without a mission."""
 
 
 class ControlServices:
     """Offers ``~/pause``, ``~/resume``, ``~/step``, ``~/stop`` and ``~/breakpoint``.
 
-    Breakpoints that are set while no mission runs are for those to come; they last until they are
+    Breakpoints that are set without a mission apply to later missions; they last until they are
     removed.
 
     Args:
-        node: Owns the services; their names begin with its own.
-        current: Gives the mission that runs, or None.
+        node: The node of the services; their names begin with its name.
+        current: Returns the running mission, or None.
     """
 
     def __init__(self, node: Node, current: Callable[[], Executive | None]) -> None:
@@ -52,7 +52,7 @@ class ControlServices:
             self._node.destroy_service(self._services.pop())
 
     def begin(self, executive: Executive) -> None:
-        """Give a mission that starts the breakpoints that are set, as far as it has such nodes."""
+        """Set the known breakpoints in a mission that starts, if it has such nodes."""
         for name in self._breakpoints:
             try:
                 executive.breakpoints.add(name)

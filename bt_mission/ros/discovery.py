@@ -1,4 +1,4 @@
-"""The executives of a graph, for watchers; or the one of this process."""
+"""The executives of a graph, for viewers; or the one of this process."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class HostedMission(Protocol):
 
     @property
     def is_done(self) -> bool:
-        """Has the mission ended?"""
+        """Whether the mission has ended."""
 
     def add_node(self, node: Node) -> None:
         """Serve it, too."""
@@ -39,12 +39,12 @@ class HostedMission(Protocol):
 
 
 class LocalExecutive:
-    """The executives of this process as a graph of its own: their session serves what listens.
+    """The executives of this process as a graph; their session serves the subscriptions.
 
     Args:
-        session: Serves what listens.
-        names: Of all executives, the one that is shown first in front; None has only that of the
-            session.
+        session: Serves the subscriptions.
+        names: The names of all executives, the one that is shown first in front; None has only that
+            of the session.
     """
 
     where = "this process"
@@ -57,7 +57,7 @@ class LocalExecutive:
         session.add_node(self._node)
 
     def serve(self) -> None:
-        """The session does, step by step; after its last one there is still what that has told."""
+        """The session serves, step by step; messages of its last step are handled after it."""
         if self._session.is_done:
             self._session.drain()
 
@@ -66,7 +66,7 @@ class LocalExecutive:
         return tuple(ListedExecutive(name) for name in self._names)
 
     def attach(self, name: str) -> MissionClient:
-        """Listen to one."""
+        """Return the source of an executive."""
         return MissionClient(self._node, name)
 
     def close(self) -> None:
@@ -91,10 +91,10 @@ class ExecutiveDirectory:
         self._graph.close()
 
     def serve(self, wait_s: float = 0.0) -> None:
-        """Receive what has come, for at most :data:`SERVE_S`.
+        """Handle what was received, for at most :data:`SERVE_S`.
 
         Args:
-            wait_s: How long to wait for something to come.
+            wait_s: The limit of the wait for a message.
         """
         since = Stopwatch()
         while since.elapsed_s < SERVE_S + wait_s and self._graph.executor.serve(wait_s):
@@ -111,7 +111,7 @@ class ExecutiveDirectory:
         return tuple(self._look_at(names[name]) for name in sorted(names))
 
     def attach(self, name: str, *, with_robot: bool = True) -> ExecutiveSource:
-        """Listen to an executive, also one that is not there yet; and to its robot."""
+        """Return the source of an executive and its robot, even if it is not in the graph yet."""
         return MissionClient(self._node, name, with_robot=with_robot)
 
     def _look_at(self, topic: str) -> ListedExecutive:

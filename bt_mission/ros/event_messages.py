@@ -154,7 +154,7 @@ def goal(event: GoalChanged, changed_ns: int) -> GoalRecord:
 
 
 def log(event: Event, run: str, nodes: Sequence[NodeInfo]) -> MissionLog:
-    """Return a line that a mission says, or an event that no other topic has, also in words."""
+    """Return a line of a mission, or an event without another topic, also as text."""
     message = MissionLog(stamp=stamp(event.time_ns or 0), run=run)
     if isinstance(event, LogLine):
         message.text = event.text

@@ -25,13 +25,13 @@ from bt_mission.virtual_time import VirtualTimeExecutor
 
 @dataclass(frozen=True)
 class Exchange:
-    """A request to one of the three services of an action, or the answer to it.
+    """A request to one of the three services of an action, or its response.
 
     Args:
         action: Resolved name of the action; ``type_name`` is its type.
         service: ``send_goal``, ``cancel_goal`` or ``get_result``.
-        goal_id: The goal that it is about.
-        request: As it was sent.
+        goal_id: The goal of the request.
+        request: The request.
         answer: As it came; None when this tells of the request.
     """
 
@@ -44,9 +44,10 @@ class Exchange:
 
 
 class _Client(ActionClient):
-    """Hears the first answer to a goal; of a second at the same time rclpy makes an error.
+    """Receives the first response to a goal; rclpy raises an error for a simultaneous second one.
 
-    DDS brings answers to other clients of the server here, too: many of them push out none of ours.
+    DDS delivers responses for other clients of the server here, too. Many of them do not displace
+    ours.
     """
 
     def __init__(self, node: Node, action: type, name: str) -> None:
@@ -60,8 +61,8 @@ class _Client(ActionClient):
         )
 
     async def execute(self, taken_data: dict[str, Any]) -> None:
-        """Take in what has come."""
-        if len(taken_data) == 1 and "feedback" in taken_data:  # of what comes, nearly all
+        """Handle what was received."""
+        if len(taken_data) == 1 and "feedback" in taken_data:  # nearly all arrivals
             message = taken_data["feedback"]
             goal_id = bytes(message.goal_id.uuid)
             if goal_id in self._feedback_callbacks:
@@ -75,10 +76,10 @@ class _Client(ActionClient):
 
 
 class RosGoalClient(RosClient):
-    """Carries goals of one action to its server and brings back what it says.
+    """Sends goals of one action to its server and returns the responses.
 
     Args:
-        node: Owns the action client.
+        node: The node of the action client.
         name: The action's name; resolved against the node's namespace.
         type_name: Such as ``bt_mission_interfaces/action/Turn``.
         listen: Given the resolved name when a goal is sent; returns what tells why it was
@@ -106,13 +107,13 @@ class RosGoalClient(RosClient):
         self._is_closed = False
 
     def close(self) -> None:
-        """Destroy the action client; once is enough."""
+        """Destroy the action client; further calls do nothing."""
         if not self._is_closed:
             self._is_closed = True
             self._client.destroy()
 
     def is_ready(self) -> bool:
-        """Is a server in the graph, with all its services and topics matched?"""
+        """Return whether a server is in the graph, with all its services and topics matched."""
         executor = self._node.executor
         if isinstance(executor, ServingExecutor) and executor.offers(self.name):
             return True
@@ -133,7 +134,7 @@ class RosGoalClient(RosClient):
             if handle.accepted:
                 self._handles[goal.id] = handle
             else:
-                # What is known by now; else what comes until the leaf is ticked.
+                # What is known now; else what arrives before the leaf is ticked.
                 goal.refused = goal.refusal()
                 # rclpy forgets it only with a result
                 self._client._feedback_callbacks.pop(goal.id, None)  # noqa: SLF001
@@ -149,7 +150,7 @@ class RosGoalClient(RosClient):
         future.add_done_callback(on_answer)
 
     def recover_goal(self, goal: Goal) -> None:
-        """Be able to speak of a goal whose acceptance did not come here."""
+        """Prepare requests about a goal whose acceptance was not received here."""
         self._handles[goal.id] = self._handle(goal)
 
     def _handle(self, goal: Goal) -> ClientGoalHandle:
@@ -157,14 +158,14 @@ class RosGoalClient(RosClient):
         return ClientGoalHandle(self._client, _uuid(goal), answer)
 
     def move_to(self, node: Node) -> None:
-        """Go on over another node; see :meth:`ask_again`."""
+        """Continue on another node; see :meth:`ask_again`."""
         self.close()
         self._client = _Client(node, self._type, self.name)
         self._is_closed = False
         self._handles.clear()
 
     def ask_again(self, goal: Goal) -> None:
-        """Cancel a goal, and ask for its end, where earlier answers cannot arrive any more."""
+        """Cancel a goal, and ask for its result, if earlier responses cannot arrive any more."""
         if goal.accepted:
             self.recover_goal(goal)
             self.ask_result(goal)
@@ -193,7 +194,7 @@ class RosGoalClient(RosClient):
     def send_cancel(self, goal: Goal) -> None:
         """Ask the server to cancel.
 
-        What the answer means is told by :meth:`_hear_of_cancel`.
+        :meth:`_hear_of_cancel` handles the response.
         """
         handle = self._handles.get(goal.id)
         if handle is None:

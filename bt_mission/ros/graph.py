@@ -33,12 +33,13 @@ REQUESTS = QoSProfile(depth=MOST_WAITING)
 
 WAIT_S = 0.1
 CLOCK_WAIT_S = 4.0
-"""Wall time to look for a publisher of ``/clock`` before this machine's clock is taken; and to
-see time stand still without a publisher before it counts as gone. Other participants of Fast DDS
-announce themselves every 3 s, so discovery may take that long."""
+"""Wall time of the search for a publisher of ``/clock`` before this machine's clock is used; and of
+standing time without a publisher before it counts as gone. Other participants of Fast DDS announce
+themselves every 3 s, so discovery may take that long.
+"""
 
 SETTLE_S = 0.6
-"""Wall time after which the participants of a graph count as found: they answer at once."""
+"""Wall time after which the participants of a graph count as discovered: they answer at once."""
 
 LAST_ROUNDS = 20
 """Callbacks that may still run before a graph is left."""
@@ -83,15 +84,15 @@ class NodeOptions:
 
 
 def quiet_node(name: str, context: Context, namespace: str | None = None) -> Node:
-    """Make a node that only looks on."""
+    """Make a node that only watches."""
     return Node(**NodeOptions(name, namespace, context, lean=True).arguments())
 
 
 def destroy_actions(node: Node) -> None:
-    """Destroy the action clients and servers that a node has not destroyed itself.
+    """Destroy the action clients and servers that a node has not destroyed.
 
-    rclpy leaves them alive, and the whole DDS participant with them, until the garbage collector
-    comes by: a process that makes many nodes runs out of the ports of its domain.
+    rclpy keeps them, and the whole DDS participant with them, until the garbage collector runs: a
+    process that makes many nodes runs out of the ports of its domain.
     """
     for waitable in tuple(node.waitables):
         if isinstance(waitable, ActionClient | ActionServer):
@@ -99,9 +100,9 @@ def destroy_actions(node: Node) -> None:
 
 
 def type_hash_of(node: Node, kind: Any) -> TypeHash:
-    """Return the hash by which the version of a message's type that is here is told from others.
+    """Return the hash that identifies the installed version of a message's type.
 
-    The name of the probe is random: other watchers, whose nodes have the same name, probe, too.
+    The name of the probe is random: other viewers, whose nodes have the same name, probe, too.
     """
     topic = f"~/probe_{secrets.token_hex(8)}"
     probe = node.create_subscription(kind, topic, lambda _: None, QoSProfile(depth=1))
@@ -116,8 +117,8 @@ class ProcessNode:
     """A node of this process, whose publishers can be tapped.
 
     Attributes:
-        is_sensor: It sends only what somebody subscribes to, and the messages of a topic have one
-            shape: as many elements in each sequence, as many characters in each text.
+        is_sensor: It sends only to subscriptions, and the messages of a topic have a fixed size:
+            the same number of elements in each sequence, and of characters in each text.
     """
 
     node: Node
@@ -125,13 +126,13 @@ class ProcessNode:
 
 
 class GraphConnection:
-    """A context and an executor on a graph that others make up.
+    """A context and an executor on a graph of other processes.
 
-    Time is the graph's: ``/clock`` where somebody publishes it, else the clock of this machine.
+    Time is the graph's: ``/clock`` if it has a publisher, else the clock of this machine.
 
     Args:
-        wall_clock: Keep to this machine's clock, without looking for ``/clock``.
-        ros_args: What follows ``--ros-args``, for all nodes of the context.
+        wall_clock: Use this machine's clock, without looking for ``/clock``.
+        ros_args: The arguments after ``--ros-args``, for all nodes of the context.
     """
 
     def __init__(self, *, wall_clock: bool = False, ros_args: Sequence[str] = ()) -> None:
@@ -166,7 +167,7 @@ class GraphConnection:
         """Serve a node, too."""
         self.executor.add_node(node)
         if self._probe is not None:
-            # Not earlier: with its last node a context leaves the graph, and all it has found.
+            # Not earlier: with its last node a context leaves the graph, and loses its discovery.
             self._probe.destroy_node()
             self._probe = None
 
@@ -186,11 +187,11 @@ class GraphConnection:
             raise BtMissionError(why)
 
     def duplicates(self, node: Node) -> str | None:
-        """Return which of these topics has several publishers now, and what to do, or None."""
+        """Return which of these topics has several publishers now, with advice, or None."""
         return duplicate_publishers(node)
 
     def host_quiet(self, name: str, namespace: str | None = None) -> Node:
-        """Make and serve a node that only looks on, until the graph is left."""
+        """Make and serve a node that only watches, until the graph is left."""
         node = quiet_node(name, self.context, namespace)
         self._exit.callback(node.destroy_node)
         self._exit.callback(destroy_actions, node)
@@ -227,7 +228,7 @@ class GraphConnection:
             self._see_to_the_end(executive)
 
     def drain(self) -> None:
-        """Let results and answers that are on their way go out."""
+        """Let pending results and responses be sent."""
         for _ in range(LAST_ROUNDS):
             self.executor.spin_once(timeout_sec=0.0)
 
@@ -250,7 +251,7 @@ class GraphConnection:
         return has_clock
 
     def _watch_clock(self, executive: Executive, node: Node) -> None:
-        """End a mission when the publisher of ``/clock`` has left and time stands still."""
+        """End a mission when the publisher of ``/clock`` has left and time does not move."""
         now_ns = node.get_clock().now().nanoseconds
         if now_ns != self._seen_ns:
             self._seen_ns = now_ns

@@ -1,4 +1,4 @@
-"""What of a running ROS graph a mission would find: its actions, services and topics."""
+"""The names of a mission in a running ROS graph: its actions, services and topics."""
 
 from __future__ import annotations
 
@@ -23,18 +23,17 @@ from bt_mission.language.trees import used
 from bt_mission.ros.graph import REQUESTS, WAIT_S, GraphConnection
 
 LOOK_S = 4.0
-"""Wall time after which what has not been found is not there; Fast DDS announces a participant anew
-every 3 s."""
+"""Wall time after which a name counts as missing; Fast DDS announces a participant every 3 s."""
 
 What = Literal["action", "service", "topic"]
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """One name that a mission uses, with what does so first.
+    """One name that a mission uses, with the first step that uses it.
 
     Attributes:
-        is_followed: A variable follows the topic, so that somebody has to publish it.
+        is_followed: Whether a variable follows the topic, so that it needs a publisher.
     """
 
     what: What
@@ -47,7 +46,7 @@ class Wanted:
 
 @dataclass(frozen=True)
 class NameFinding:
-    """What the graph has of it: the types under that name, none where it is not there."""
+    """A name in the graph: its types, none if it is missing."""
 
     wanted: Wanted
     types: tuple[str, ...]
@@ -55,11 +54,11 @@ class NameFinding:
 
     @property
     def is_there(self) -> bool:
-        """Is it there, with the type that is wanted?"""
+        """Whether it exists, with the wanted type."""
         return self.wanted.type in self.types
 
     def fault(self) -> Diagnostic:
-        """What is wrong, at the step that wants it."""
+        """Return the error, at the step that uses the name."""
         wanted, step = self.wanted, self.wanted.step
         if self.types:
             message = f"{wanted.name} is a {listed(self.types)} in the graph, not a {wanted.type}"
@@ -70,10 +69,10 @@ class NameFinding:
 
 
 def find_missing(mission: Mission, namespace: str | None = None) -> list[NameFinding]:
-    """Join the graph and look for all that a mission uses, for some seconds at most.
+    """Join the graph and search for all names of a mission, for some seconds at most.
 
     Args:
-        namespace: Of the robot; names without a leading slash lie in it.
+        namespace: The robot's namespace; names without a leading slash are in it.
     """
     with GraphConnection(wall_clock=True) as graph:
         node = graph.host_quiet("bt_mission_check", namespace)
@@ -100,12 +99,12 @@ def find_servers(
     """Join the graph and ask a node for parameters, for some seconds at most.
 
     Args:
-        name: Of the node.
-        parameters: Names of those that are asked for; the node may have others.
-        namespace: Of the robot, and so of the node.
+        name: The node's name.
+        parameters: The names of the parameters; the node may have others.
+        namespace: The namespace of the robot and the node.
 
     Returns:
-        None where no such node answers.
+        None if no such node answers.
     """
     with GraphConnection(wall_clock=True) as graph:
         node = graph.host_quiet("bt_mission_check", namespace)

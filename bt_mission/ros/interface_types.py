@@ -40,18 +40,18 @@ class FillError(BtMissionError):
 
 
 MAX_NAME = 255
-"""Characters of a type's name; longer ones are no names of files either."""
+"""Characters of a type's name; longer ones are not possible as names of files either."""
 
 
 FEEDBACK_TYPE = "_FeedbackMessage"
-"""How the type of an action's feedback ends, behind that of the action."""
+"""The suffix of the type of an action's feedback, after that of the action."""
 
 KINDS = {
     "action": ("action", "nav2_msgs/action/Spin"),
     "srv": ("service", "std_srvs/srv/Trigger"),
     "msg": ("message", "std_msgs/msg/String"),
 }
-"""The folders of interface packages: what is in them, and an example."""
+"""The folders of interface packages: their content, and an example."""
 
 
 def action_type(name: str) -> Any:
@@ -77,10 +77,10 @@ def topic_type(name: str) -> Any:
 
 
 def check_type(name: str, wanted: str, offered: Iterable[str], verb: str = "is a") -> None:
-    """Compare the type of a resolved name with those that the graph has for it, if any.
+    """Compare the type of a resolved name with those in the graph, if any.
 
     Raises:
-        BtMissionError: When the graph has others, but not this one.
+        BtMissionError: The graph has others, but not this one.
     """
     types = list(offered)
     if types and wanted not in types:
@@ -105,7 +105,7 @@ def _type(folder: str, name: str) -> Any:
 
 
 def installed(folder: str) -> tuple[str, ...]:
-    """Return the full names of all types installed here in `action`, `srv` or `msg`, sorted."""
+    """Return the full names of all types installed in `action`, `srv` or `msg`, sorted."""
     packages = {path.name for index in _indexes() for path in index.iterdir()}
     names = (name for package in packages for name in _types_of(package))
     return tuple(sorted(name for name in names if name.split("/")[1] == folder))
@@ -113,7 +113,7 @@ def installed(folder: str) -> tuple[str, ...]:
 
 @cache
 def _types_of(package: str) -> frozenset[str]:
-    """Return the types that the ament index lists for a package; importing tells less."""
+    """Return the types of a package in the ament index; importing shows fewer."""
     names = set()
     for index in _indexes():
         path = index / package
@@ -196,7 +196,7 @@ def fill(message: Any, values: Mapping[str, Any]) -> Any:
 
 
 def read(message: Any, dotted: str) -> Any:
-    """Return a field by its dotted name as a plain value; messages come as dicts."""
+    """Return a field by its dotted name as a plain value; messages as dicts."""
     value = message
     for name in dotted.split("."):
         value = getattr(value, name)
@@ -245,7 +245,7 @@ def _imported(slot: Any) -> Any:
 
 
 def _shape(slot: Any) -> Shape:
-    """Return the shape of what a generated class says of one field."""
+    """Return the shape of a field of a generated class."""
     match slot:
         case definition.NamespacedType():
             return shape_of(_imported(slot))

@@ -20,10 +20,10 @@ def open_journal(path: Path, mission: Mission, runner: MissionRunner, *, resume:
     """Write a journal from now on; close it after the mission's end.
 
     Args:
-        resume: Continue the mission of that journal.
+        resume: Resume the mission of that journal.
 
     Raises:
-        BtMissionError: When the file cannot be used for this mission.
+        BtMissionError: The file cannot be used for this mission.
     """
     journal, state = Journal(path, must_exist=resume), None
     namespace = runner.node.get_namespace()

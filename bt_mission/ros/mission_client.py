@@ -1,7 +1,7 @@
-"""One executive and its robot, as a watcher's node hears them, and what is wanted of them.
+"""One executive and its robot, as a viewer's node receives them, and requests to them.
 
-Nothing here waits: whoever draws asks for what has come. Robots are listened to best effort and
-with short queues, so that a watcher who is slow costs nobody anything.
+Nothing here waits: the caller reads what was received. Robots are subscribed to with best effort
+and short queues, so that a slow viewer costs nothing elsewhere.
 """
 
 from __future__ import annotations
@@ -49,13 +49,13 @@ TOPICS: dict[str, tuple[Any, QoSProfile, Callable[[Any], Batch]]] = {
     "details": (MissionDetails, ALL, reader.details),
     "log": (MissionLog, ALL, reader.log),
 }
-"""What an executive publishes below its name."""
+"""The topics of an executive below its name."""
 
 ROBOT: dict[str, tuple[Any, QoSProfile, Callable[[Any], messages.Robot]]] = {
     "scan": (LaserScan, NEWEST, reader.scan),
     "battery_state": (BatteryState, NEWEST, reader.battery),
 }
-"""What a robot publishes many times a second, apart from its frames."""
+"""The topics of a robot with many messages a second, apart from its frames."""
 
 SURROUNDINGS: dict[str, tuple[Any, Callable[[Any], messages.Robot]]] = {
     "map": (OccupancyGrid, reader.grid),
@@ -67,7 +67,7 @@ LOOK_S = 0.25
 """Wall time between two looks at the graph."""
 
 ASK_AGAIN_S = 1.0
-"""Wall time after which statuses are asked for again."""
+"""Wall time after which statuses are requested again."""
 
 ANSWER_S = 3.0
 """Wall time after which a wish counts as unanswered."""
@@ -76,12 +76,12 @@ TRIGGERS = {Verb.RESUME: "resume", Verb.STEP: "step", Verb.STOP: "stop"}
 
 
 class MissionClient:
-    """One executive and its robot, as a node hears them.
+    """One executive and its robot, as a node receives them.
 
     Args:
-        node: Owns the subscriptions; somebody serves it.
-        name: Of the executive, such as ``/robot1/bt_mission``.
-        with_robot: Hear its robot, too.
+        node: The node of the subscriptions; the caller serves it.
+        name: The executive's name, such as ``/robot1/bt_mission``.
+        with_robot: Receive its robot, too.
     """
 
     def __init__(self, node: Node, name: str, *, with_robot: bool = True) -> None:
@@ -116,7 +116,7 @@ class MissionClient:
 
     @property
     def is_there(self) -> bool:
-        """Is the executive in the graph?"""
+        """Whether the executive is in the graph."""
         if self._since_look is None or self._since_look.elapsed_s > LOOK_S:
             self._since_look = Stopwatch()
             self._is_there = self._node.count_publishers(f"{self.name}/state") > 0
@@ -124,7 +124,7 @@ class MissionClient:
         return self._is_there
 
     def take(self, *, needs_statuses: bool) -> Received:
-        """What has come since the last time."""
+        """Return what was received since the last call."""
         if needs_statuses:
             self._ask_statuses()
         self._settle()
@@ -171,13 +171,13 @@ class MissionClient:
         for client in (self._statuses, self._pause, self._breakpoint, *self._triggers.values()):
             self._node.destroy_client(client)
 
-    # ---- inside: callbacks only keep what comes, so that none of them can raise ------------
+    # ---- inside: callbacks only keep messages, so that none of them can raise ----------------
 
     def _listen(self, kind: Any, topic: str, keep: Callable[[Any], Any], qos: QoSProfile) -> Any:
         return self._node.create_subscription(kind, topic, keep, qos)
 
     def _tune_in(self) -> None:
-        """Hear the robot: what its stage tells people who look on, else its own topics."""
+        """Subscribe to the robot: the snapshots of its stage for viewers, else its topics."""
         own = self.name.rpartition("/")[0]
         is_relayed = self._node.count_publishers(f"{self.name}/scan") > 0
         prefix = self.name if is_relayed else own
@@ -228,7 +228,7 @@ class MissionClient:
         self._asked.append((client.call_async(request), client.srv_name, Stopwatch()))
 
     def _settle(self) -> None:
-        """Take in the answers to wishes."""
+        """Handle the responses to requests."""
         waiting = []
         for future, service, since in self._asked:
             if future.done():

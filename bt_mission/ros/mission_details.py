@@ -1,4 +1,4 @@
-"""What a mission is doing beyond the statuses of its nodes: progress, goals, variables."""
+"""The details of a mission beyond the statuses of its nodes: progress, goals, variables."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bt_mission.ros import event_messages
 from bt_mission.ros.mission_runtime import MissionRuntime
 
 MOST_RUNNING = 50
-"""Running nodes in one message; where more run, they take turns."""
+"""Running nodes in one message; with more, they take turns."""
 
 KEPT_GOALS = 50
 """Goals that have ended and are in a complete message."""
@@ -30,7 +30,7 @@ _SHORTENED.maxlist = _SHORTENED.maxtuple = _SHORTENED.maxdict = 20
 
 
 class MissionDetailsBuilder:
-    """Describes what one mission is doing, for one subscriber.
+    """Describes one mission, for one subscriber.
 
     Args:
         run: The mission.
@@ -123,7 +123,7 @@ class MissionDetailsBuilder:
 
 
 def as_json(value: Any) -> str:
-    """A value as JSON, of at most :data:`VALUE_CHARACTERS`; what JSON has no word for as text."""
+    """Return a value as JSON, of at most :data:`VALUE_CHARACTERS`; what JSON lacks as text."""
     is_large = isinstance(value, str | list | tuple | dict) and len(value) > VALUE_CHARACTERS
     text = _SHORTENED.repr(value) if is_large else json.dumps(value, default=_SHORTENED.repr)
     return text if len(text) <= VALUE_CHARACTERS else text[: VALUE_CHARACTERS - 3] + "..."

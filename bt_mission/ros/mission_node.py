@@ -1,4 +1,4 @@
-"""A node of its own for one mission."""
+"""A separate node for one mission."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 
 
 class MissionNode(ValidClock, Node):
-    """A node that runs one mission; :attr:`runner` is what runs it.
+    """A node that runs one mission; :attr:`runner` is its runner.
 
     Args:
-        mission: What to carry out.
+        mission: The mission to run.
         options: How to run it.
         node: How to make the node.
 
     Raises:
-        BtMissionError: When the mission cannot be set up, such as an action of an unknown type.
+        BtMissionError: The mission cannot be set up, for example because of an unknown action type.
     """
 
     def __init__(

@@ -1,11 +1,6 @@
 """Runs one mission on a node: the tick timer, requirements, and topics for tools.
 
-The node and its executor are the caller's. Whoever spins them runs the mission::
-
-    runner = MissionRunner(node, mission)
-    while not runner.is_done:
-        rclpy.spin_once(node, timeout_sec=0.1)
-    print(runner.report())
+The node and its executor are the caller's. The caller spins them to run the mission::
 """
 
 from __future__ import annotations
@@ -58,7 +53,7 @@ _with_controls: WeakValueDictionary[int, MissionRunner] = WeakValueDictionary()
 
 @dataclass(frozen=True)
 class RunnerOptions:
-    """How a mission is run.
+    """The options of a run.
 
     Attributes:
         say: Takes each line that ``log`` nodes say; None is the ROS log.
@@ -82,10 +77,10 @@ class RunnerOptions:
 
 
 class MissionRunner(MissionRuntime):
-    """Runs a mission on a node that somebody spins.
+    """Runs a mission on a node that the caller spins.
 
     Call it in the thread that spins the node. As a context manager it halts a mission that still
-    runs when the block is left, waits for its goals to end, and closes; also where Ctrl-C or
+    runs when the block is left, waits for its goals to end, and closes; also after Ctrl-C or
     SIGTERM has shut ROS down.
 
     Args:
@@ -163,11 +158,11 @@ class MissionRunner(MissionRuntime):
 
     @property
     def status(self) -> MissionStatus:
-        """Where the mission stands."""
+        """The state of the mission."""
         return self.executive.status
 
     def report(self) -> Report:
-        """Summarise the run so far; once it is done, the run."""
+        """Return the report of the run so far."""
         executive = self.executive
         now_ns = executive.ended_ns or self.now_ns
         virtual_s = (now_ns - (executive.started_ns or now_ns)) / NS
@@ -176,13 +171,13 @@ class MissionRunner(MissionRuntime):
         return report_on(self.mission, executive, self.trace, virtual_s, wall_s, results)
 
     def halt(self, reason: str = "halted by its caller") -> None:
-        """Halt the tree and cancel every goal; later ticks see them to their end."""
+        """Halt the tree and cancel every goal; later ticks wait until they end."""
         self.executive.interrupt(reason)
 
     def close(self) -> None:
-        """Destroy everything that was made on the node; once is enough.
+        """Destroy everything that was made on the node; further calls do nothing.
 
-        A mission that runs is interrupted: its goals are cancelled, and not waited for.
+        A running mission is interrupted: its goals are cancelled, and not waited for.
         """
         self.executive.interrupt("closed by its caller")
         self.executive.abandon("")
@@ -192,7 +187,7 @@ class MissionRunner(MissionRuntime):
         self._exit.close()
 
     def show_waypoints(self) -> None:
-        """From now on publish the poses that goals name; once is enough."""
+        """Publish the poses of goals from now on; further calls do nothing."""
         if self._waypoints is None:
             self._waypoints = WaypointMarkers(self.node)
             self.executive.events.subscribe(self._waypoints.take, GoalChanged)

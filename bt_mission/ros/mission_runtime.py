@@ -26,15 +26,15 @@ from bt_mission.ros.goal_client import Exchange, RosGoalClient
 from bt_mission.ros.subscriber import LatestMessageSubscriber, SubscriberKind
 
 CANCEL_GRACE_NS = 3_000_000_000
-"""How long a mission waits for goals that it no longer wants (the default cancel limit)."""
+"""The limit of the wait for goals that are not wanted any more (the default cancel limit)."""
 
 _Client = TypeVar("_Client")
 
 
 class MissionRuntime:
-    """What the leaves, the signals and the topics of a mission use.
+    """The runtime of the leaves, the signals and the topics of a mission.
 
-    A subclass makes the executive, and has :meth:`tick` called.
+    A subclass makes the executive, and calls :meth:`tick`.
 
     Args:
         node: Owns the clients; its namespace is that of the robot, and its clock the mission's.
@@ -50,10 +50,10 @@ class MissionRuntime:
     ) -> None:
         self.node = node
         self.domain_id: int = node.context.get_domain_id()
-        """Of the node's context, which does not log once it is shut down."""
+        """The domain of the node's context, which does not log once it is shut down."""
         self.mission = mission
         self.exchanges: Stream[Exchange] = Stream()
-        """Emits every request to an action, and every answer."""
+        """Emits every request to an action, and every response."""
         self.scope = Scope(dict(mission.inputs), mission.seed)
         self.ledger = Ledger(goal_seed, CANCEL_GRACE_NS)
         self._say = say or self._log_line
@@ -65,9 +65,9 @@ class MissionRuntime:
 
     @property
     def is_done(self) -> bool:
-        """Has the mission ended, with every goal accounted for?
+        """Whether the mission has ended, with every goal accounted for.
 
-        A mission whose node is destroyed can only end as failed, which it does here.
+        A mission whose node is destroyed can only fail, which it does here.
         """
         if not self.executive.is_done and self._is_node_gone:
             self.executive.abandon("its node was destroyed")
@@ -75,7 +75,7 @@ class MissionRuntime:
 
     @property
     def now_ns(self) -> int:
-        """ROS time, ns, as the mission lives it: it never goes back, and stands still in a tick."""
+        """Mission time, ns: it never goes back, and does not move within a tick."""
         if self._tick_ns is not None:
             return self._tick_ns
         return self._time.at(self._ros_ns)
@@ -107,31 +107,31 @@ class MissionRuntime:
     # ---- clients ---------------------------------------------------------------------------
 
     def goal_client(self, action: str, type_name: str) -> RosGoalClient:
-        """The client of an action; one for each name and type."""
+        """Return the client of an action; there is one for each name and type."""
         full = self.node.resolve_topic_name(action)
         return self._client(RosGoalClient, full, action, type_name, self._listen, self.exchanges)
 
     def service_client(self, service: str, type_name: str) -> RosServiceClient:
-        """The client of a service; one for each name and type."""
+        """Return the client of a service; there is one for each name and type."""
         full = self.node.resolve_service_name(service)
         return self._client(RosServiceClient, full, service, type_name)
 
     def subscriber(
         self, topic: str, type_name: str, kind: SubscriberKind = LatestMessageSubscriber
     ) -> LatestMessageSubscriber:
-        """The messages of a topic; one for each kind, name and type."""
+        """Return the messages of a topic; there is one object for each kind, name and type."""
         full = self.node.resolve_topic_name(topic)
         return self._client(kind, full, topic, type_name)
 
     def publisher(self, topic: str, type_name: str) -> TopicPublisher:
-        """The publisher of a topic; one for each name and type."""
+        """Return the publisher of a topic; there is one for each name and type."""
         full = self.node.resolve_topic_name(topic)
         return self._client(TopicPublisher, full, topic, type_name)
 
     def _client(
         self, kind: Callable[..., _Client], full: str, name: str, type_name: str, *more: Any
     ) -> _Client:
-        """Return the client of a resolved name and type; it is made when it is first asked for."""
+        """Return the client of a resolved name and type; it is made at its first use."""
         key = (kind, full, type_name)
         if key not in self._clients:
             self._clients[key] = kind(self.node, name, type_name, *more)
@@ -142,7 +142,7 @@ class MissionRuntime:
         while self._clients:
             self._clients.popitem()[1].close()
 
-    # ---- words -----------------------------------------------------------------------------
+    # ---- log -------------------------------------------------------------------------------
 
     def log(self, text: str) -> None:
         """Log a line of a leaf."""
@@ -153,7 +153,7 @@ class MissionRuntime:
         self._emit_line(text, is_own=False)
 
     def warn(self, text: str) -> None:
-        """Write a warning to the node's log; it is in no trace."""
+        """Log a warning of the node; no trace has it."""
         log_of(self.node).warning(text)
 
     def _log_line(self, text: str) -> None:

@@ -14,21 +14,21 @@ from rclpy.subscription import Subscription
 
 
 class ObservablePublisher(Publisher):
-    """A publisher with room for one observer, which takes each message serialized.
+    """A publisher with one optional observer, which gets each message serialized.
 
     A subscription would do, too, but costs twice as much: another reader for the middleware, and
-    another look into a queue at every instant.
+    another check of a queue at every instant.
     """
 
     _take: Callable[[bytes], None] | None = None
     msg_type: Any
     _is_latched: bool
     get_subscription_count: Callable[[], int]
-    """How many subscriptions it has, and one more where its observer counts as one."""
+    """The number of subscriptions, and one more if its observer counts as one."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
-        # What rclpy's own methods call in the end; they also ask what kind of message it is.
+        # The inner function of rclpy's methods, which also check the kind of message.
         self._send: Callable[[bytes], None] = self.handle.publish_raw
         self._count: Callable[[], int] = self.handle.get_subscription_count
         self.get_subscription_count = self._count
@@ -48,7 +48,7 @@ class ObservablePublisher(Publisher):
         self._take, self.get_subscription_count = None, self._count
 
     def publish(self, msg: Any) -> None:
-        """Send a message; while it is observed, only where somebody else hears it, or will."""
+        """Send a message; while it is observed, only with another subscription, now or later."""
         take = self._take
         if take is None and type(msg) is bytes:
             self._send(msg)
@@ -63,10 +63,10 @@ class ObservablePublisher(Publisher):
 
 
 class ObservableNode(Node):
-    """A node all of whose publishers can be observed; a base in front of another node's class.
+    """A node with observable publishers; a base before another node's class.
 
-    It makes no handlers of events such as incompatible QoS, a third of what a publisher costs: the
-    executor of a stage does not serve them. Those of nodes that join the stage stay as they are.
+    It makes no handlers of events such as incompatible QoS, a third of the cost of a publisher: the
+    executor of a stage does not serve them. Nodes that join the stage keep theirs.
     """
 
     def create_publisher(self, *args: Any, **options: Any) -> Publisher:

@@ -1,4 +1,4 @@
-"""The requirements of a mission while it runs: sampled at every control step, told at once."""
+"""The requirements of a running mission: sampled at every control step, reported at once."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from bt_mission.ros.mission_runtime import MissionRuntime
 from bt_mission.ros.signals import LiveSignals
 
 STOP, STOP_TYPE = "stop", "std_srvs/srv/Trigger"
-"""Of the action servers; they refuse goals then, until their `release` is called."""
+"""The service of the action servers that stops the base; they refuse goals until their `release` is
+called.
+"""
 
 
 PERIOD_NS = NS
@@ -26,8 +28,8 @@ class RequirementWatch:
     """Evaluates the requirements of a runner's mission; without any it does nothing.
 
     Args:
-        runner: Whose mission it is.
-        make_signals: Makes what gives the signals.
+        runner: The runner of the mission.
+        make_signals: Makes the source of the signals.
     """
 
     def __init__(
@@ -63,7 +65,7 @@ class RequirementWatch:
         self._samplers.remove(sample)
 
     def results(self) -> tuple[RequirementResult, ...]:
-        """What the requirements have come to; at the mission's end, for good."""
+        """The results of the requirements; final at the mission's end."""
         monitors, executive = self._monitors, self._runner.executive
         if monitors is None:
             return ()
@@ -89,13 +91,13 @@ class RequirementWatch:
 
     @property
     def count_violated(self) -> int:
-        """How many are known to be violated."""
+        """Return how many are known to be violated."""
         return self._violated
 
     def _step(self) -> None:
         executive = self._runner.executive
         if not executive.started_ns:
-            return  # goals of an earlier process are seen to first
+            return  # goals of an earlier process end first
         self.signals.step()
         for sample in self._samplers:
             sample()
@@ -108,7 +110,7 @@ class RequirementWatch:
     def emit_changes(self) -> None:
         """Emit the verdicts and margins that have changed, if that is due.
 
-        That is so once a second of the mission's time, when one is violated, and at its end.
+        It is due once a second of the mission's time, when one is violated, and at its end.
         """
         runner, violated = self._runner, self._violated
         if self._monitors is None or (
@@ -148,7 +150,7 @@ class RequirementWatch:
         runner, result = self._runner, self._joined(requirement, seen)
         before = (self._before or {}).get(requirement.name)
         if result.verdict != "violated" or (before is not None and before.verdict == "violated"):
-            return  # it cannot be told since the mission was resumed, or was told before that
+            return  # it was reported before the resume, or cannot be determined
         self._violated += 1
         self._emit(result, is_update=False)
         runner.explain(f"requirement {result}")
@@ -160,7 +162,7 @@ class RequirementWatch:
         runner.executive.fail(reason)
 
     def _stop_base(self) -> None:
-        """Ask the servers to hold the base until somebody releases it."""
+        """Ask the servers to hold the base until `release` is called."""
         runner = self._runner
         client = runner.service_client(STOP, STOP_TYPE)
         if not client.is_ready():

@@ -34,15 +34,15 @@ Pose = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class RobotSnapshot:
-    """What is told of a robot.
+    """A snapshot of a robot.
 
     Args:
-        time_ns: ROS time.
+        time_ns: ROS time, ns.
         pose: On the map: m, m, rad.
         lidar: On the robot, m, m, rad.
         ranges: A full turn of rays from the robot's x axis on, m.
-        reach: What the lidar can measure, m: least and most.
-        charge: Of its battery, 0 to 100; None without one.
+        reach: The least and greatest range of the lidar, m.
+        charge: The charge of its battery, 0 to 100; None without one.
     """
 
     time_ns: int

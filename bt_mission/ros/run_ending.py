@@ -1,7 +1,8 @@
-"""Sees the goals of a mission that was halted to their end, also after ROS was shut down.
+"""Waits for the goals of a halted mission to end, also after ROS was shut down.
 
-rclpy's own handlers of Ctrl-C and SIGTERM shut the context down. Requests still leave it, so goals
-are cancelled, but no answer is heard any more: the goals are then asked for over another context.
+rclpy's handlers of Ctrl-C and SIGTERM shut the context down. Requests still leave it, so goals are
+cancelled, but no response is received any more: the results are then requested over another
+context.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 
 FIND_WAIT_S = 3.0
-"""How long servers are looked for over another context."""
+"""The limit of the search for servers over another context."""
 
 
 def see_to_the_end(runner: MissionRuntime) -> None:
@@ -77,11 +78,11 @@ def _spin(runner: MissionRuntime, executor: Executor, watch: Stopwatch) -> None:
         except Exception as error:  # noqa: BLE001 - what the caller does on its node
             runner.executive.abandon(f"a callback failed: {cause_of(error)}")
         else:
-            runner.tick()  # also where ROS time, and with it the timer, stands still
+            runner.tick()  # also if ROS time, and with it the timer, does not move
 
 
 def _stand_in(runner: MissionRuntime, made: ExitStack) -> Node:
-    """Make a node in a context of its own, beside one whose context is shut down."""
+    """Make a node in a separate context, in place of one whose context is shut down."""
     node = runner.node
     context = rclpy.Context()
     rclpy.init(
@@ -96,7 +97,7 @@ def _stand_in(runner: MissionRuntime, made: ExitStack) -> Node:
 
 
 def _move_goals(runner: MissionRuntime, node: Node, executor: Executor, made: ExitStack) -> bool:
-    """Ask for the goals that are open over another node; False where a server does not answer."""
+    """Request the results of open goals over another node; False if a server does not answer."""
     goals = runner.ledger.open_goals
     clients = {goal.goal_client for goal in goals if isinstance(goal.goal_client, RosGoalClient)}
     for client in clients:

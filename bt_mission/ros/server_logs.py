@@ -1,4 +1,4 @@
-"""What the servers of actions warn of: the answer that rejects a goal has no words for why."""
+"""The warnings of action servers: the response that rejects a goal has no reason."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ROSOUT = "/rosout"
 ROSOUT_DEPTH = 50
 
 FEEDBACK = "/_action/feedback"
-"""Who publishes this topic of an action serves the action."""
+"""A publisher of this topic of an action serves the action."""
 
 
 @dataclass
@@ -45,10 +45,10 @@ class ServerLogs:
         self._node.destroy_subscription(self._subscription)
 
     def listen(self, action: str) -> Callable[[], str]:
-        """Return what gives the newest warning of an action's servers from now on; empty for none.
+        """Return a reader of the newest warning of an action's servers; empty without one.
 
         Args:
-            action: Resolved name.
+            action: The resolved name.
         """
         ear = self._ears.setdefault(action, _Ear(action))
         before = ear.count

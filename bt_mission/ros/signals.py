@@ -1,4 +1,4 @@
-"""The signals of requirements where a mission runs: what its executive knows, and topics."""
+"""The signals of requirements in a running mission: those of its executive, and topics."""
 
 from __future__ import annotations
 
@@ -61,8 +61,8 @@ class TopicSignal:
     """The newest message of a topic, whose type is that of its publishers once there are any.
 
     Attributes:
-        is_read: Does anybody want more of it than its arrival? Set before the first look.
-        is_settled: Was it subscribed to, or found to be of a type that cannot be?
+        is_read: Whether more than its arrival is needed. Set before the first look.
+        is_settled: Whether it is subscribed to, or has an unsupported type.
     """
 
     is_read = False
@@ -79,7 +79,7 @@ class TopicSignal:
         """Called with each message."""
 
     def look(self, again_after: int = LOOK_EVERY) -> None:
-        """Subscribe as soon as somebody publishes the topic; else look again after some calls."""
+        """Subscribe as soon as the topic has a publisher; else look again after some calls."""
         if self.is_settled:
             return
         self._waits -= 1
@@ -105,9 +105,10 @@ class TopicSignal:
 
 
 class NodeOutcomes:
-    """How the newest goals of nodes ended; empty while they are under way.
+    """The outcome of the newest goals of nodes; empty while they are under way.
 
-    What ended within a control step counts at its instant, also where the node has started again.
+    A goal that ended within a control step counts at its instant, even if the node has started
+    again.
     """
 
     def __init__(self) -> None:
@@ -124,21 +125,21 @@ class NodeOutcomes:
                 self._ended[node] = outcome
 
     def forget(self) -> None:
-        """Forget what nodes have started again; called after each control step."""
+        """Forget the ends of restarted nodes; called after each control step."""
         for node in self._restarted:
             self._ended.pop(node, None)
         self._restarted.clear()
 
     def is_any(self, nodes: Iterable[Any], outcome: str) -> bool:
-        """Tell whether the goal of one of these nodes ended in this way."""
+        """Return whether the goal of one of these nodes had this outcome."""
         return any(self._ended.get(node, "").startswith(outcome) for node in nodes)
 
 
 class LiveSignals:
-    """Signals of a mission that runs on any robot; what only a simulation knows is not known here.
+    """Signals of a mission on any robot, without those that only a simulation has.
 
     Args:
-        runner: Whose mission it is.
+        runner: The runner of the mission.
     """
 
     def __init__(self, runner: MissionRuntime) -> None:
@@ -160,9 +161,9 @@ class LiveSignals:
         self._executive.events.subscribe(self._take)
 
     def reader(self, signal: SignalValue, /) -> Reader | str:
-        """Return what gives a signal's present value, or why it is not known here.
+        """Return the reader of a signal's present value, or why it is not known here.
 
-        It is the same for all who ask.
+        All callers get the same one.
         """
         if signal.key not in self._readers:
             self._readers[signal.key] = self._make_reader(signal)
@@ -194,28 +195,28 @@ class LiveSignals:
         return makers[name](*arguments)
 
     def lower_bound(self, _signal: SignalValue, /) -> Callable[[], float | None] | None:
-        """Return what gives a lower bound of a signal at little cost; none of these has one."""
+        """Return the reader of a cheap lower bound of a signal; none of these has one."""
         return None
 
     def measured_by(self, signal: SignalValue, /) -> str:
-        """Return what measures a signal that only a simulation knows better."""
+        """Return the measure of a signal that only a simulation knows exactly."""
         known = SIGNALS.get(signal.name)
         return "odometry" if known is not None and known.known_by == "odometry" else ""
 
     def listen(self) -> None:
-        """Subscribe to the topics that are there, so that the first control step has heard them."""
+        """Subscribe to the topics that exist, so that the first control step has their messages."""
         for topic in self._silent_topics:
             topic.look(again_after=0)
 
     def step(self) -> None:
-        """Look for topics that are not there yet; called before each control step."""
+        """Look for topics that do not exist yet; called before each control step."""
         if self._silent_topics:
             for topic in self._silent_topics:
                 topic.look()
             self._silent_topics = [topic for topic in self._silent_topics if not topic.is_settled]
 
     def forget(self) -> None:
-        """Forget what nodes went through; called after each control step."""
+        """Forget the statuses of a control step; called after each one."""
         if self._seen:
             self._seen.clear()
             self._outcomes.forget()
@@ -224,7 +225,7 @@ class LiveSignals:
     # ---- the mission ---------------------------------------------------------------------
 
     def simulation(self) -> SimulationModel | None:
-        """Return the model of the simulation that states are of; None where there is none."""
+        """Return the model of the simulation for its states; None without one."""
         return None
 
     def truth(self) -> tuple[bytes, Mapping[str, Plain | None]]:
@@ -256,7 +257,7 @@ class LiveSignals:
             if of != self._changes:
                 of = self._changes
                 # A node that starts and ends in one tick has run, too. What a loop has reset for a
-                # new round, and not entered again, is still as it ended: as the trace tells it.
+                # new round, and not entered again, counts as it ended, as in the trace.
                 value = any(
                     known[behaviour] is status or status in seen.get(behaviour, ())
                     for behaviour in nodes
@@ -350,7 +351,7 @@ class PathLength:
         self.length = 0.0
 
     def add(self, odom: Any) -> float:
-        """Take a message; return the length so far."""
+        """Add a message; return the length so far."""
         place = odom.pose.pose.position.x, odom.pose.pose.position.y
         if self._last is not None:
             self.length += math.dist(place, self._last)
@@ -359,16 +360,16 @@ class PathLength:
 
 
 def smallest_range(scan: Any) -> float | None:
-    """Return the smallest range of a scan that is one, m; None where there is none."""
+    """Return the smallest valid range of a scan, m; None without one."""
     valid = [measured for measured in scan.ranges if scan.range_min <= measured <= scan.range_max]
     return float(min(valid)) if valid else None
 
 
 def field_of(message: Any, path: str) -> Any:
-    """Return a field by its dotted name; None where there is none, or no plain value.
+    """Return a field by its dotted name; None without one, or if it is not a plain value.
 
     Args:
-        message: Of rclpy, or decoded from a recording.
+        message: A message of rclpy, or one decoded from a recording.
     """
     for part in path.split("."):
         is_decoded = isinstance(message, Mapping)

@@ -47,7 +47,7 @@ DETAILS_PERIOD_S = 0.1
 """Wall time between two messages of details."""
 
 COMPLETE_EVERY = 10
-"""Every so many messages of details have all goals and variables, not only changed ones."""
+"""Every Nth message of details has all goals and variables, not only changed ones."""
 
 MessageListener = Callable[[str, Any], None]
 """Takes a topic's name (``tree``, ``requirements``, ``state`` or ``changes``) and a message."""
@@ -66,16 +66,16 @@ class StatusPublisher:
         self._node = node
         self._listeners: list[MessageListener] = []
         self.sequence = 0
-        """Of the newest message of changes; 0 before the first."""
+        """The number of the newest message of changes; 0 before the first."""
         self._run: MissionRuntime | None = None
         self._watch: RequirementWatch | None = None
         self._has_tree = False
-        """Has the tree been sent?"""
+        """Whether the tree was sent."""
         self._pending: list[NodeChanged | NodesReset] = []
         self._has_verdicts = False
         self._state: StateChanged | None = None
         self._has_state = False
-        """Has the newest state been sent?"""
+        """Whether the newest state was sent."""
         self._topics: dict[str, Any] = {}
         self._details: MissionDetailsBuilder | None = None
         self._since_details = Stopwatch()
@@ -142,13 +142,13 @@ class StatusPublisher:
         self._send("state", event_messages.state(self._state))
 
     def publish_if_changed(self) -> None:
-        """Publish what has changed since the last time, if anything has; at first the tree."""
+        """Publish what has changed since the last call; at first the tree."""
         has_turned = self._send_changes()
         if self._details is not None:
             self._publish_details(self._details, at_once=has_turned)
 
     def _sent(self) -> Iterator[tuple[str, Any]]:
-        """What is latched, as it was sent."""
+        """The latched messages, as sent."""
         if self._run is not None and self._has_tree:
             assert self._run.executive.mission_state.tree is not None, "it was sent"
             yield "tree", event_messages.tree(self._run.executive.mission_state.tree)
@@ -178,7 +178,7 @@ class StatusPublisher:
                     self._topics["log"].publish(line)
 
     def _send_changes(self) -> bool:
-        """Send tree, changes and state; return whether the state is another one."""
+        """Send tree, changes and state; return whether the state has changed."""
         run = self._run
         if run is None or self._watch is None or not self._listeners:
             return False

@@ -1,4 +1,4 @@
-"""Messages of one topic for those who listen, whatever quality of service they are sent with."""
+"""Messages of one topic for listeners, whatever quality of service they are sent with."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from bt_mission.ros.interface_types import check_type, message_type
 ANY_PUBLISHER = QoSProfile(
     depth=10, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
 )
-"""Asks for the least, and so matches every publisher."""
+"""The least demanding profile, which matches every publisher."""
 
 LATCHED_PUBLISHER = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
@@ -24,11 +24,11 @@ LATCHED_PUBLISHER = QoSProfile(
 
 
 def matching_qos(offers: Sequence[QoSProfile], depth: int) -> QoSProfile:
-    """Ask for the most that all publishers of a topic offer: reliable and latched only if each is.
+    """Return the best profile that all publishers offer: reliable and latched only if each is.
 
     Args:
-        offers: what each offers; where there is none, the least is asked for.
-        depth: how many messages may wait.
+        offers: The offer of each; without any, the least demanding profile.
+        depth: The number of messages that may wait.
     """
     is_reliable = {offer.reliability for offer in offers} == {ReliabilityPolicy.RELIABLE}
     is_latched = {offer.durability for offer in offers} == {DurabilityPolicy.TRANSIENT_LOCAL}
@@ -79,7 +79,7 @@ class LatestMessageSubscriber:
             self._node.destroy_subscription(self._subscriptions.pop())
 
     def listen(self, listener: Callable[[Any], None]) -> None:
-        """Hand messages to this listener from now on; the newest latched one at once."""
+        """Pass messages to this listener from now on; the newest latched one at once."""
         self._listeners.append(listener)
         if self._latched is not None:
             listener(self._latched)
@@ -90,7 +90,7 @@ class LatestMessageSubscriber:
             self._listeners.remove(listener)
 
     def look_around(self) -> None:
-        """Subscribe to the history of a latched publisher, once one is in the graph."""
+        """Subscribe to the history of a latched publisher, once there is one in the graph."""
         if self._hears_latched:
             return
         publishers = self._node.get_publishers_info_by_topic(self.name)
@@ -113,7 +113,7 @@ class LatestMessageSubscriber:
             self._subscriptions.append(latched)
 
     def why_silent(self) -> str:
-        """What the graph knows of the topic's publishers, for people."""
+        """Return what the graph shows of the topic's publishers, as text."""
         types = self._published_types()
         if not types:
             return "nobody publishes it"
@@ -135,7 +135,7 @@ class LatestMessageSubscriber:
 
 
 class SerializedSubscriber(LatestMessageSubscriber):
-    """Hands on the bytes of messages, for listeners that only want to know that they come."""
+    """Passes on the bytes of messages, for listeners that only need their arrival."""
 
     _is_raw = True
 

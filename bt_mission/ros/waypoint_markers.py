@@ -11,7 +11,7 @@ from bt_mission.goals.poses import NamedPose
 from bt_mission.ros.graph import LATCHED
 
 MOST = 200
-"""Places that are shown; more would cover the map."""
+"""The number of poses that are shown; more would cover the map."""
 
 _LENGTH, _TEXT = 0.25, 0.15
 """m: an arrow, and how high its number is written."""
@@ -21,7 +21,7 @@ class WaypointMarkers:
     """Publishes ``waypoints`` whenever a goal names a pose that none has named before.
 
     Args:
-        node: That of the executive; what is latched tells of all poses so far.
+        node: The executive's node; the latched message has all poses so far.
     """
 
     def __init__(self, node: Node) -> None:
