@@ -1,1 +1,4 @@
-"""What everyone may import: errors, located YAML, data folders, the robot model. Pure."""
+"""Modules that all packages may import: errors, located YAML, data folders, the robot model.
+
+Pure.
+"""

@@ -1,4 +1,4 @@
-"""Requests to an action server of rclpy: how many wait for a result, and how many are answered."""
+"""Requests to an action server of rclpy: how many wait for a result, how many are answered."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ MOST_RESULT_REQUESTS = 1_000
 """Requests for the result of one goal that wait until it ends; a client makes one."""
 
 BURST = 8
-"""Requests of a kind that are answered in a row: to look around for what else is ready costs rclpy
-as much as an answer does. What else is ready, such as the control step, waits for so many."""
+"""Requests of a kind that are answered in a row: looking for other ready entities costs rclpy as
+much as a response. Those, such as the control step, wait meanwhile.
+"""
 
 
 class BoundedRequests:
-    """Mixed into rclpy's `ActionServer`, before it, which keeps every request for a result.
+    """Mixed in before rclpy's `ActionServer`, which keeps every request for a result.
 
     Beyond the limit they are answered at once, with the status unknown.
 
     Args:
-        burst: Requests of a kind that are answered in a row.
+        burst: The number of requests of a kind that are answered in a row.
     """
 
     def __init__(self, *args: Any, burst: int = 1, **options: Any) -> None:
@@ -31,14 +32,14 @@ class BoundedRequests:
         def __getattr__(self, name: str) -> Any: ...
 
     def publish_feedback(self, message: Any) -> None:
-        """Publish a feedback message, its goal's id included.
+        """Publish a feedback message, which includes its goal's id.
 
         `ServerGoalHandle.publish_feedback` makes a new one each time, for half of its cost.
         """
         self._handle.publish_feedback(message)
 
     async def execute(self, taken_data: dict[str, Any]) -> None:
-        """Answer what was taken, and what more there is, up to the burst."""
+        """Answer what was taken, and further requests up to the burst."""
         await self._answer(taken_data)
         for _ in range(self._burst - 1):
             taken_data = self._take_more(taken_data)
@@ -58,7 +59,7 @@ class BoundedRequests:
             }
 
     def _take_more(self, former: dict[str, Any]) -> dict[str, Any]:
-        """Take one more of each kind of request that there was."""
+        """Take another request of each ready kind."""
         self._is_goal_request_ready = "goal" in former
         self._is_cancel_request_ready = "cancel" in former
         self._is_result_request_ready = "result" in former
@@ -67,11 +68,11 @@ class BoundedRequests:
         return taken
 
     def _is_beyond_limit(self, header: Any, request: Any) -> bool:
-        """Count a request for a result; one too many is answered."""
+        """Count a request for a result; return whether it is beyond the limit and was answered."""
         goal = bytes(request.goal_id.uuid)
         future = self._result_futures.get(goal)
         if future is None or future.done():
-            return False  # answered at once as it is
+            return False  # answered at once with the present status
         count = self._result_requests.get(goal, 0)
         if count < MOST_RESULT_REQUESTS:
             self._result_requests[goal] = count + 1

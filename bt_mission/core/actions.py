@@ -21,12 +21,12 @@ Need: TypeAlias = Literal["base", "scan", "odometry", "map", "camera"]
 
 @dataclass(frozen=True, kw_only=True)
 class ActionName:
-    """An action as missions know it.
+    """An action for missions.
 
     Args:
         name: Its ROS name, relative, so that it is in the namespace of the robot.
         type: The full name of its type.
-        needs: What it uses of the robot; "base" where it drives.
+        needs: The parts of the robot that it uses; "base" if it drives.
         short: The kind of node that sends its goals; "" for none, by default its name.
         example: A goal as it is written in a mission, the most important field first.
     """
@@ -39,7 +39,7 @@ class ActionName:
 
     @property
     def kind(self) -> str:
-        """The kind of node that sends its goals; empty where there is none."""
+        """The kind of node that sends its goals; empty without one."""
         return self.name if self.short is None else self.short
 
     @property
@@ -49,13 +49,13 @@ class ActionName:
 
     @property
     def needs_camera(self) -> bool:
-        """Whether a robot without a camera cannot do it."""
+        """Whether it needs a camera."""
         return "camera" in self.needs
 
 
 @dataclass(frozen=True)
 class DeclaredAction:
-    """A declaration in a source file: what missions know of it, and where it is."""
+    """A declaration in a source file: its part for missions, and its place."""
 
     known: ActionName
     module: str
@@ -72,7 +72,7 @@ _FIELDS = frozenset(field.name for field in fields(ActionName))
 
 @cache
 def declared() -> Mapping[str, DeclaredAction]:
-    """Return the actions that `PACKAGE` declares, by their ROS names; no module is imported."""
+    """Return the actions of `PACKAGE`, by their ROS names, without importing a module."""
     spec = find_spec(PACKAGE)
     actions = {}
     for folder in (spec and spec.submodule_search_locations) or ():
@@ -88,7 +88,7 @@ def declared() -> Mapping[str, DeclaredAction]:
 
 
 def _literals(call: str) -> dict[str, Any]:
-    """Return the arguments of a declaration that missions know."""
+    """Return the arguments of a declaration that are for missions."""
     expression: Any = ast.parse(call, mode="eval").body
     return {
         keyword.arg: ast.literal_eval(keyword.value)

@@ -14,7 +14,7 @@ class ValidClock:
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Callable[..., Any], *args: Any, **options: Any
     ) -> Any:
-        """Subscribe, as rclpy does; it follows `/clock` by a subscription of the node's own."""
+        """Subscribe, as rclpy does. rclpy follows `/clock` by a subscription of the node."""
         if topic == CLOCK:
             callback = _valid(callback)
         parent: Any = super()

@@ -1,4 +1,4 @@
-"""Where choices come from: a seeded generator, or hypothesis."""
+"""The source of choices: a seeded generator, or hypothesis."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ T = TypeVar("T")
 
 
 class Draws(Protocol):
-    """Draws whole numbers; everything else follows from them, so that it shrinks well."""
+    """Draws whole numbers; everything else derives from them, so that it shrinks well."""
 
     def whole(self, low: int, high: int) -> int:
-        """A number from ``low`` to ``high``, both included; the lower, the simpler."""
+        """Return a number from ``low`` to ``high``, both included; lower is simpler."""
 
 
 class SeededDraws:
-    """Draws from a generator of its own.
+    """Draws from a separate generator.
 
     Args:
-        seed: The same draws follow from the same seed.
+        seed: Equal seeds give equal draws.
     """
 
     def __init__(self, seed: int | str) -> None:
@@ -32,15 +32,15 @@ class SeededDraws:
 
 
 def one_of(draws: Draws, choices: Sequence[T]) -> T:
-    """One of these; the first is the simplest."""
+    """Return one of these; the first is the simplest."""
     return choices[draws.whole(0, len(choices) - 1)]
 
 
 def number(draws: Draws, low: float, high: float, step: float) -> float:
-    """One of ``low``, ``low + step``, ... up to ``high``."""
+    """Return one of ``low``, ``low + step``, ... up to ``high``."""
     return round(low + step * draws.whole(0, round((high - low) / step)), 6)
 
 
 def maybe(draws: Draws, one_in: int) -> bool:
-    """True once in so many times; False is the simpler."""
+    """Return True once in `one_in` times; False is simpler."""
     return draws.whole(0, one_in - 1) == one_in - 1

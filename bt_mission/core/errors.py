@@ -8,11 +8,11 @@ from typing import Any
 
 
 class BtMissionError(Exception):
-    """Something the user, the robot or the machine did, told in words they can act on."""
+    """An error of the user, the robot or the machine, with a message that says what to do."""
 
 
 class HintedError(BtMissionError):
-    """A fault whose `hint` says what might help."""
+    """An error whose `hint` says what might help."""
 
     def __init__(self, message: str, hint: str | None = None) -> None:
         super().__init__(message if hint is None else f"{message}; {hint}")
@@ -21,11 +21,11 @@ class HintedError(BtMissionError):
 
 
 class NotThereError(BtMissionError):
-    """What was asked for is not in the ROS graph: nobody offers it."""
+    """A name that is missing in the ROS graph."""
 
 
 def described(error: BaseException) -> str:
-    """An exception in one line, with the place that raised it."""
+    """Return an exception in one line, with the place that raised it."""
     innermost = error.__traceback__
     while innermost is not None and innermost.tb_next is not None:
         innermost = innermost.tb_next
@@ -37,11 +37,11 @@ def described(error: BaseException) -> str:
 
 
 def place_of(function: Any) -> str:
-    """The file and line that define a function, such as ``server.py:12``; empty if unknown."""
+    """Return the file and line of a function, such as ``server.py:12``; empty if unknown."""
     code = getattr(inspect.unwrap(function), "__code__", None)
     return f"{Path(code.co_filename).name}:{code.co_firstlineno}" if code else ""
 
 
 def cause_of(error: Exception) -> str:
-    """An error of ours in its own words; any other with the place that raised it."""
+    """Return an error of ours by its message; any other with the place that raised it."""
     return str(error) if isinstance(error, BtMissionError) else described(error)

@@ -1,4 +1,4 @@
-"""What missions, worlds and robots there are, with a line about each; and the files of one."""
+"""The list of missions, worlds and robots, each with a description, and the files of one."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _MARKS = {
     "worlds": re.compile(r"^spawn[ ]*:", re.MULTILINE),
     "robots": re.compile(r"^max_linear_velocity[ ]*:", re.MULTILINE),
 }
-"""What the text of a file of a kind has; the trees of an included file are no mission."""
+"""Text that a file of a kind has; the trees of an included file are not a mission."""
 _PYTHON_LEAF = re.compile(r"([\w./-]+\.py):\w+")
 _FILE_KEYS = ("include", "mission", "world", "robot")
 
@@ -40,10 +40,10 @@ class ListedFile:
 
     Attributes:
         name: As commands take it in this folder.
-        what: Of which kind it is, as a word.
-        description: Its own, else what the comment at its head says first; one line.
+        what: Its kind, as a word.
+        description: Its description, else the first sentence of the comment at its head; one line.
         path: Its file.
-        is_shipped: It came with bt-mission, and does not lie in the working folder.
+        is_shipped: Whether it is shipped with bt-mission, and not in the working folder.
     """
 
     name: str
@@ -56,7 +56,7 @@ class ListedFile:
 def list_files(kind: Kind) -> list[ListedFile]:
     """List the files of a kind: those of the working folder, then the shipped ones.
 
-    A name that stands for several files is listed once, for the one that commands take.
+    A name of several files is listed once, for the one that commands take.
     """
     listed: dict[str, ListedFile] = {}
     shipped = shipped_folders(kind)
@@ -69,10 +69,10 @@ def list_files(kind: Kind) -> list[ListedFile]:
 
 
 def find_listed(kind: Kind, name: str) -> ListedFile:
-    """Find a file of a kind by its name in the list, the last part of it, or its path.
+    """Return a file of a kind by its name in the list, the last part of it, or its path.
 
     Raises:
-        InputError: With the names that are known.
+        InputError: With the known names.
     """
     known = list_files(kind)
     named = [entry for entry in known if name in (entry.name, Path(entry.name).name.split(".")[0])]
@@ -112,7 +112,7 @@ def files_of(path: Path) -> list[Path]:
 
 
 def _files_in(folder: Path, kind: Kind) -> list[Path]:
-    """List the files of a kind in a folder and, where it is that of the kind, one level below."""
+    """List the files of a kind in a folder and, if it is that of the kind, one level below."""
     patterns = ("*", "*/*") if folder.name == kind else ("*",)
     try:
         paths = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
@@ -163,7 +163,7 @@ def first_sentence(text: str) -> str:
 
 
 def _named_files(data: Any) -> Iterator[str]:
-    """Give what a file may mean as paths of others; a fleet says it of each robot."""
+    """Yield the values of a file that may name others; a fleet has them for each robot."""
     waiting = [data]
     while waiting:
         part = waiting.pop()

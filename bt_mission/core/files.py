@@ -1,4 +1,4 @@
-"""Where missions, worlds, robots and parameters are found: the user's first, then the shipped."""
+"""The places of missions, worlds, robots and parameters: the user's first, then the shipped."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Kind = Literal["missions", "worlds", "robots", "parameters"]
 
 SUFFIXES = (".yaml", ".yml")
 MOST_READ = 1_000_000
-"""Characters of a file in which its kind is looked for; larger ones are refused anyway."""
+"""Characters of a file that are searched for its kind; larger files are refused."""
 FileKind = Literal["mission", "scenario", "fleet", "world", "robot", "requirements", "ranges"]
 _TOP_KEY = re.compile(r"^([a-z_]+)[ ]*:", re.MULTILINE)
 _KEYS: dict[FileKind, frozenset[str]] = {
@@ -56,7 +56,7 @@ def find(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -
 
 
 def look_for(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -> Path | None:
-    """Return what `find` would, or None."""
+    """Return the same as `find`, or None."""
     wanted = Path(name_or_path)
     if not wanted.name or "\0" in str(wanted):
         return None
@@ -133,9 +133,9 @@ def shipped_folders(kind: Kind) -> list[Path]:
 
 
 def prefixes() -> list[Path]:
-    """Return where packages are installed: what the shell has sourced of ROS, then Python's.
+    """Return the prefixes of installed packages: those of a sourced ROS, then Python's.
 
-    Python's are what `pip install --user` and Debian's own pip take for one, and the environment.
+    Python's are the prefixes of `pip install --user`, Debian's pip, and the environment.
     """
     sourced = filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))
     own = [_SOURCE.parents[2]] if _IS_INSTALLED else []
@@ -143,9 +143,9 @@ def prefixes() -> list[Path]:
 
 
 def docs_folder() -> Path | None:
-    """Return where the pages of the documentation lie; None where they are not installed."""
+    """Return the folder of the documentation's pages; None if they are not installed."""
     folders = [prefix / "share" / "bt_mission" / "docs" for prefix in prefixes()]
-    if not _IS_INSTALLED:  # other packages may have left such a folder beside an installed one
+    if not _IS_INSTALLED:  # other packages may have created such a folder beside an installed one
         folders.insert(0, _SOURCE / "docs")
     return next((folder for folder in folders if is_file(folder / "README.md")), None)
 
@@ -155,7 +155,7 @@ def _folder(near: Path) -> Path:
 
 
 def is_file(path: Path) -> bool:
-    """Return whether there is a file; a name that is too long is none."""
+    """Return whether a file exists; a name that is too long does not."""
     try:
         return path.is_file()
     except (OSError, ValueError):  # a name that is too long, or a folder that may not be read
@@ -163,7 +163,7 @@ def is_file(path: Path) -> bool:
 
 
 def kind_of(path: str | Path) -> FileKind:
-    """Return which kind of file it is, by the keys at its top; a mission where none tells."""
+    """Return the kind of a file, by its top-level keys; a mission by default."""
     keys = frozenset(_TOP_KEY.findall(text_to_look_at(path)))
     return next((kind for kind, known in _KEYS.items() if keys & known), "mission")
 
@@ -174,16 +174,16 @@ def is_scenario(path: str | Path) -> bool:
 
 
 def plain_words(path: str | Path) -> dict[str, str]:
-    """Return what a file in YAML says of `mission`, `scenario`, `fleet` and `world`.
+    """Return the values of `mission`, `scenario`, `fleet` and `world` in a YAML file.
 
-    Of each, where it is plain words. It is only for telling people, before the file is read
-    properly: that takes a while.
+    Only those that are plain words. It is only for messages before the file is read completely,
+    which takes a while.
     """
     return dict(_PLAIN_WORDS.findall(text_to_look_at(path)))
 
 
 def text_to_look_at(path: str | Path) -> str:
-    """Return the beginning of a file in YAML, or nothing; a pipe is not read."""
+    """Return the beginning of a YAML file, or nothing; a pipe is not read."""
     file = Path(path)
     if file.suffix not in SUFFIXES or not is_file(file):
         return ""

@@ -37,8 +37,8 @@ def yaw_of(q: Any) -> float:
 def yaw_about_z(x: float, y: float, z: float, w: float) -> float:
     """Return the rotation about the vertical axis, rad, of a quaternion.
 
-    This form of the formula does not mind one that is not quite of unit length. NaN for numbers
-    that are none, or so large that their squares are.
+    The formula also suits a quaternion that is not quite of unit length. NaN for numbers that are
+    not finite, or whose squares are not.
     """
     try:
         return math.atan2(2.0 * (w * z + x * y), w**2 + x**2 - y**2 - z**2)
@@ -68,7 +68,7 @@ def composed(outer: Pose2D, inner: Pose2D) -> Pose2D:
 
 
 def relative(outer: Pose2D, pose: Pose2D) -> Pose2D:
-    """Return `pose` as seen from `outer`; both are given in one frame."""
+    """Return `pose` as seen from `outer`; both are in one frame."""
     cosine, sine = math.cos(outer.yaw), math.sin(outer.yaw)
     across, along = pose.x - outer.x, pose.y - outer.y
     return Pose2D(
@@ -77,7 +77,7 @@ def relative(outer: Pose2D, pose: Pose2D) -> Pose2D:
 
 
 def between(first: Pose2D, second: Pose2D, fraction: float) -> Pose2D:
-    """Return the pose at a fraction of the way from one pose to another, the short way round."""
+    """Return the pose at a fraction of the way between two poses, the short way round."""
     return Pose2D(
         first.x + fraction * (second.x - first.x),
         first.y + fraction * (second.y - first.y),

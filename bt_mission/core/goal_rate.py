@@ -1,4 +1,4 @@
-"""How many goals a server accepts in a row: with each, every status message becomes longer."""
+"""The rate at which a server accepts goals: each goal makes every status message longer."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ MOST_GOALS = 250
 that replaces its goal 20 times a second has 200."""
 
 MOST_WAITING = 16_384
-"""Requests to an action or a service that may wait, so that those beyond a limit are answered, too;
-of ROS's own default, 10, the middleware drops what is more without a word, and a client waits for
-ever."""
+"""Requests to an action or a service that may wait, so that those beyond a limit are answered, too.
+With ROS's default, 10, the middleware silently drops the rest, and a client waits forever.
+"""
 
 MOST_LINES = 20
-"""Lines of the log in a second about requests that are refused; what is more is not logged."""
+"""Log lines in a second about refused requests; further ones are not logged."""
 
 NS = 1_000_000_000
 
 
 class RateLimit:
-    """Lets so many things happen within a time.
+    """Limits the number of events within a time.
 
     Args:
-        window_s: That time, s.
-        most: Things in it.
+        window_s: The time, s.
+        most: The number of events.
     """
 
     def __init__(self, window_s: float, most: int) -> None:
@@ -33,18 +33,18 @@ class RateLimit:
         self._counted: deque[int] = deque(maxlen=most)
 
     def is_reached(self, now_ns: int) -> bool:
-        """Return whether one more is too many at a ROS time."""
+        """Return whether another event is too many at a ROS time."""
         counted = self._counted
         while counted and not 0 <= now_ns - counted[0] < self._window_s * NS:
             counted.popleft()  # also what happened before the clock was set back
         return len(counted) == self._most
 
     def count(self, now_ns: int) -> None:
-        """Count one that happens at a ROS time."""
+        """Count an event at a ROS time."""
         self._counted.append(now_ns)
 
     def admits(self, now_ns: int) -> bool:
-        """Count one at a ROS time and return True, unless it is one too many."""
+        """Count an event at a ROS time and return True, unless it is one too many."""
         if self.is_reached(now_ns):
             return False
         self.count(now_ns)

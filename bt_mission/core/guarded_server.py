@@ -1,8 +1,8 @@
-"""A web server for a process that must not notice how many connect, nor what they send.
+"""A web server that limits the effect of its clients on the process.
 
 The number of connections is bounded where they are accepted. A connection without a valid request
-is closed after two seconds, or for a newer one where there is no room. Malformed requests get an
-answer of 4xx, and no line in the log.
+is closed after two seconds, or for a newer one if there is no room. Malformed requests get a
+response of 4xx, and no line in the log. The frames of a WebSocket are counted.
 """
 
 from __future__ import annotations
@@ -34,26 +34,27 @@ REQUEST_S = 2.0
 """Wall time after which a connection without a valid request is closed."""
 
 KEEP_ALIVE_S = 5.0
-"""Wall time after an answer until a connection is closed without another request."""
+"""Wall time after a response until a connection is closed without another request."""
 
 PASSES = 8
 """A pass of the event loop accepts at most the room divided by this. A request is found valid five
-passes after its connection was accepted: before newer connections can have taken all the room."""
+passes after its connection was accepted: before newer connections can have taken all the room.
+"""
 
 NO_FILES_S = 0.5
-"""Wall time until the next connection is accepted where the process has no open files left."""
+"""Wall time until the next connection is accepted if the process has no open files left."""
 
 LONGEST_HEAD = 8_000
 """Bytes of a request that wait for the end of its headers."""
 
 NEXT_PORTS = 20
-"""Ports after one that is taken that are looked at for a free one."""
+"""Ports after an occupied one that are tried."""
 
 TOO_MUCH = 1008
 """The code (policy violation) with which a WebSocket is closed that sends more."""
 
 LINGER_S = 1.0
-"""Wall time for which frames are passed over until such a client has left."""
+"""Wall time for which frames are skipped until such a client has left."""
 
 BAD_REQUEST = b"HTTP/1.1 400 Bad Request\r\nConnection: close\r\nContent-Length: 0\r\n\r\n"
 
@@ -80,18 +81,18 @@ class _Config(uvicorn.Config):
 
 
 class Connection:
-    """One that was accepted: open until its socket is closed."""
+    """An accepted connection: open until its socket is closed."""
 
     def __init__(self, accepted: socket.socket, peer: tuple[str, int]) -> None:
         self.socket, self.peer = accepted, peer
         self.transport: asyncio.Transport | None = None
         self.is_admitted = False
-        """Has it sent a valid request?"""
+        """Whether it has sent a valid request."""
         self._deadline: asyncio.TimerHandle | None = None
 
     @property
     def is_open(self) -> bool:
-        """Does it take a file of the process?"""
+        """Whether it uses a file of the process."""
         return self.socket.fileno() >= 0
 
     def close_after(self, wait_s: float) -> None:
@@ -130,8 +131,8 @@ class Connections:
     def take(self, accepted: socket.socket, peer: tuple[str, int]) -> Connection | None:
         """Return a new connection.
 
-        Where there is no room, the oldest without a valid request is closed for it. Where all have
-        sent one, the new one is closed, and None returned.
+        Without room, the oldest without a valid request is closed for it. If all have sent one, the
+        new one is closed, and None returned.
         """
         self._open = [known for known in self._open if known.is_open]
         if len(self._open) >= self.most and not self._make_room():
@@ -168,13 +169,13 @@ class Connections:
 
 
 class GuardedServer(uvicorn.Server):
-    """Serves an ASGI application on a socket; signals are left to whoever runs the process.
+    """Serves an ASGI application on a socket; signals are left to the caller.
 
     Args:
         app: Calls :meth:`Connections.admitted` for each request that it serves.
-        connections: Those that it is served to.
-        frames: What a client of a WebSocket may send.
-        most_bytes: Of a message of a WebSocket.
+        connections: The connections.
+        frames: The rate of a WebSocket client's frames.
+        most_bytes: The limit of a WebSocket message.
     """
 
     def __init__(
@@ -218,7 +219,7 @@ class GuardedServer(uvicorn.Server):
 
     @contextmanager
     def capture_signals(self) -> Generator[None, None, None]:
-        """Capture none."""
+        """Capture no signals."""
         yield
 
     def _listen(self) -> None:
@@ -257,7 +258,7 @@ class _Http(H11Protocol):
     """HTTP, and the beginning of each WebSocket."""
 
     def data_received(self, data: bytes) -> None:
-        """Take what has come; what the libraries fail on closes the connection."""
+        """Handle received data; an error of the libraries closes the connection."""
         try:
             super().data_received(data)
         except Exception:  # noqa: BLE001 - the event loop would log it, once for each connection
@@ -265,7 +266,7 @@ class _Http(H11Protocol):
 
 
 class _WebSocket(WebSocketsSansIOProtocol):
-    """A WebSocket on which frames are counted, whatever is in them."""
+    """A WebSocket on which all frames are counted."""
 
     def __init__(self, *args: Any, **named: Any) -> None:
         super().__init__(*args, **named)
@@ -274,7 +275,7 @@ class _WebSocket(WebSocketsSansIOProtocol):
         self._since = Stopwatch()
 
     def data_received(self, data: bytes) -> None:
-        """Take what has come; a request that cannot be read is answered with 4xx."""
+        """Handle received data; a request that cannot be read gets a response of 4xx."""
         try:
             super().data_received(data)
         except Exception:  # noqa: BLE001 - as for HTTP
@@ -308,13 +309,13 @@ class _WebSocket(WebSocketsSansIOProtocol):
 
 
 def listening_socket(host: str, port: int, option: str = "--port") -> socket.socket:
-    """Return a socket that listens.
+    """Return a listening socket.
 
     Args:
-        option: The option of the command line that names the port.
+        option: The command-line option that names the port.
 
     Raises:
-        BtMissionError: With a port that is free, where this one is taken.
+        BtMissionError: The port is occupied, with a free one.
     """
     try:
         return _bound(host, port)

@@ -39,7 +39,7 @@ _FIELD = re.compile(r"([A-Za-z][\w/]*(?:<=\d+)?(?:\[[^\]]*\])?)\s+([A-Za-z]\w*)\
 
 @dataclass(frozen=True)
 class FieldComment:
-    """What is said of one field: its unit, empty where none is known, and the rest in words."""
+    """The comment of one field: its unit, empty if it is not known, and the rest of the text."""
 
     unit: str = ""
     text: str = ""
@@ -57,18 +57,18 @@ class NamedValue:
 
 @dataclass
 class Section:
-    """One part of an interface file: a goal, a request, a whole message."""
+    """A part of an interface file: a goal, a request, a whole message."""
 
     remarks: dict[str, FieldComment] = field(default_factory=dict)
     types: dict[str, str] = field(default_factory=dict)
     constants: list[NamedValue] = field(default_factory=list)
 
     def remark(self, name: str) -> FieldComment:
-        """What is said of a field; empty where nothing is."""
+        """Return the comment of a field; empty without one."""
         return self.remarks.get(name, FieldComment())
 
     def name_of(self, name: str, value: object) -> str:
-        """The name of a field's value, where one constant alone can be meant; empty elsewhere."""
+        """Return the name of a field's value if it is that of a single constant, else empty."""
         if not re.search(r"code|status|state|mode|type|level|kind", name):
             return ""
         kind = self.types.get(name)
@@ -82,13 +82,13 @@ class Section:
 
 @dataclass(frozen=True)
 class InterfaceText:
-    """An interface file: what it says of itself, and its sections in order."""
+    """An interface file: its comment, and its sections in order."""
 
     text: str
     sections: tuple[Section, ...]
 
     def section(self, index: int) -> Section:
-        """The section at an index; an empty one where there is none."""
+        """Return the section at an index; an empty one without it."""
         return self.sections[index] if index < len(self.sections) else Section()
 
 
@@ -112,7 +112,7 @@ def read_interface(text: str) -> InterfaceText:
 
 
 def field_comment(comment: str) -> FieldComment:
-    """Tell the unit from the rest of a comment."""
+    """Separate the unit from the rest of a comment."""
     comment = " ".join(comment.split())
     if match := _LEADING.match(comment):
         return FieldComment(_short(match[1]), comment[match.end() :])
@@ -163,7 +163,7 @@ def _section(lines: list[str]) -> Section:
 
 
 def _split(line: str) -> tuple[str, str, str]:
-    """Part a line at its comment; a ``#`` within quotes begins none."""
+    """Split a line at its comment; a ``#`` within quotes begins none."""
     quote = ""
     for index, character in enumerate(line):
         if quote:

@@ -15,7 +15,7 @@ SI = "SI"
 """The unit of a field without a comment in a package that keeps to REP 103."""
 
 REP_103 = frozenset(("geometry_msgs", "nav2_msgs", "nav_msgs", "sensor_msgs", "trajectory_msgs"))
-"""Packages whose numbers are in metres, seconds and radians where nothing else is said."""
+"""Packages whose numbers are in metres, seconds and radians by default."""
 
 PARTS = {"goal": 0, "result": 1, "feedback": 2, "request": 0, "response": 1, "message": 0}
 """The sections of interface files."""
@@ -33,12 +33,12 @@ _TEXTS = ("string", "wstring")
 
 @dataclass(frozen=True)
 class FieldType:
-    """What an interface file says of a field.
+    """The type of a field in an interface file.
 
     Attributes:
         name: Its type, such as `float32` or `geometry_msgs/PoseStamped[]`; empty if unknown.
-        unit: That of its comment; empty where it has none.
-        interface: The file that it stands in, by the full name of the type.
+        unit: The unit in its comment; empty without one.
+        interface: The full name of the type of its file.
     """
 
     name: str
@@ -48,7 +48,7 @@ class FieldType:
 
 @lru_cache(maxsize=4096)
 def type_of_field(type_name: str, part: str, path: tuple[str | int, ...]) -> FieldType:
-    """Return the type of a field, by the names and the indices that lead to it.
+    """Return the type of a field, by its path.
 
     Args:
         type_name: Such as `bt_mission_interfaces/action/Turn`.
@@ -73,9 +73,9 @@ def type_of_field(type_name: str, part: str, path: tuple[str | int, ...]) -> Fie
 
 
 def unit_of_field(type_name: str, part: str, path: tuple[str | int, ...]) -> str | None:
-    """Return the unit of a field: `SI` by REP 103, empty where it is not known.
+    """Return the unit of a field: `SI` by REP 103, empty if it is not known.
 
-    The arguments are those of `type_of_field`. A field that holds text has None.
+    The arguments are those of `type_of_field`. A text field has None.
     """
     found_type = type_of_field(type_name, part, path)
     name, interface, unit = found_type.name.partition("[")[0], found_type.interface, found_type.unit
@@ -100,6 +100,6 @@ def _full(written: str, interface: str) -> str:
 
 
 def _message(name: str, interface: str) -> str:
-    """Return the full name of a message; not to be found where a field is no message."""
+    """Return the full name of a message; raises if a field is not a message."""
     package, _, short = name.partition("/")
     return f"{package}/msg/{short}" if short else interface.partition("/")[0]

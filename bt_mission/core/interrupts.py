@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM as wishes to look at between two steps; a limit for code that may block."""
+"""SIGINT and SIGTERM, checked between two steps; and a limit for code that may block."""
 
 from __future__ import annotations
 
@@ -13,28 +13,30 @@ from bt_mission.core.wall_clock import Stopwatch
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 SAME_WISH_S = 0.5
-"""A signal that comes again within this wall time is the same wish, s: one Ctrl-C reaches a program
-twice where what started it (`ros2 launch` without a terminal, `timeout`, `uv run`) passes it on."""
+"""A signal that is repeated within this wall time is the same request, s: one Ctrl-C reaches a
+program twice if its parent (`ros2 launch` without a terminal, `timeout`, `uv run`) passes it on.
+"""
 
 
 TWO_WISHES = 2
-"""Of a mission: the first signal ends it in order, the second leaves at once. Both are looked at
-between two steps; a third one raises KeyboardInterrupt in the middle of a callback that hangs."""
+"""For a mission: the first signal ends it in an orderly way, the second at once. Both are checked
+between two steps; a third one raises KeyboardInterrupt in the middle of a callback that hangs.
+"""
 
 
 class InterruptSignals:
-    """Note the signals that come while this is entered, which may be more than once at a time.
+    """Notes the signals while it is entered, which may be nested.
 
     Args:
-        most: How many are noted; the next one raises KeyboardInterrupt. None notes all.
+        most: The number that is noted; the next one raises KeyboardInterrupt. None notes all.
     """
 
     def __init__(self, most: int | None = None) -> None:
         self.count = 0
         self.name = ""
-        """The last one, for people."""
+        """The last one, for messages."""
         self.signal = ""
-        """The last one by its own name, such as SIGTERM."""
+        """The last one by its name, such as SIGTERM."""
         self._most = most
         self._since_last: Stopwatch | None = None
         self._former: list[list[tuple[signal.Signals, Any]]] = []
@@ -49,7 +51,7 @@ class InterruptSignals:
             signal.signal(number, handler)
 
     def note(self, name: str) -> None:
-        """Note the wish to end, of whoever made it."""
+        """Note a request to end, from any source."""
         self.count += 1
         self.name = name
 
@@ -76,8 +78,8 @@ class TookTooLong(BaseException):
 def interrupted_after(seconds: float) -> Iterator[None]:
     """Limit the wall time of a block of Python code, s.
 
-    Only the main thread gets signals, so elsewhere there is no limit; nor is there one for what
-    blocks outside of Python.
+    Only the main thread gets signals, so elsewhere there is no limit; nor is there one for code
+    that blocks outside of Python.
 
     Raises:
         TookTooLong: In the block, once the time is over.

@@ -12,7 +12,7 @@ T = TypeVar("T")
 class Listeners(list[Callable[P, Any]]):
     """Callables that are called in the order of the list.
 
-    One that raises an exception is called no more, so that it cannot keep a mission from its end.
+    One that raises an exception is removed, so that it cannot prevent a mission from ending.
     """
 
     def remove(self, listener: Callable[P, Any]) -> None:
@@ -23,7 +23,7 @@ class Listeners(list[Callable[P, Any]]):
     def notify(self, *arguments: P.args, **named: P.kwargs) -> Sequence[Exception]:
         """Call each; return the exceptions that they raised."""
         raised: list[Exception] = []
-        for listener in tuple(self):  # one of them may leave
+        for listener in tuple(self):  # one of them may remove itself
             try:
                 listener(*arguments, **named)
             except Exception as error:  # noqa: BLE001 - the caller decides what follows
@@ -42,20 +42,20 @@ class Stream(Generic[T]):
     def __init__(self) -> None:
         self._subscribers: tuple[tuple[Callable[[Any], object], tuple[type, ...]], ...] = ()
         self._takers: dict[type, tuple[Callable[[Any], object], ...]] = {}
-        """Who gets the items of each class that has come so far."""
+        """The subscribers of each class of items so far."""
         self.raised: list[Exception] = []
-        """By subscribers; whoever owns the stream takes them."""
+        """Exceptions of subscribers; the owner of the stream takes them."""
 
     def __len__(self) -> int:
         return len(self._subscribers)
 
     def subscribe(self, take: Callable[[Any], object], *kinds: type) -> None:
-        """Hand each item to this function from now on; or only those of some classes."""
+        """Pass each item to this function from now on; or only those of some classes."""
         self._subscribers = (*self._subscribers, (take, kinds or (object,)))
         self._takers = {}
 
     def unsubscribe(self, take: Callable[[Any], object]) -> None:
-        """Hand it no more; it need not be subscribed."""
+        """Stop passing items to it; it need not be subscribed."""
         self._subscribers = tuple(
             subscriber for subscriber in self._subscribers if subscriber[0] != take
         )

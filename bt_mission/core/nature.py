@@ -1,4 +1,4 @@
-"""Nature: what differs from one run to the next in the real world, and nothing is wrong with.
+"""Nature: harmless differences from one run to the next in the real world.
 
 One table declares every quantity. A profile draws each of them from the seed, by a generator with
 the quantity's name; a number in place of a draw fixes it.
@@ -26,13 +26,13 @@ _CUT = 2.0
 
 @dataclass(frozen=True)
 class Quantity:
-    """One thing that differs from run to run.
+    """A quantity that differs from run to run.
 
     Attributes:
         unit: Of its values; empty for a plain number.
-        shape: How it is drawn.
+        shape: The distribution of its draws.
         mild: The value of that profile, from which it is drawn; likewise the others.
-        neutral: What it is where nothing is drawn.
+        neutral: Its value without a draw.
         least: The smallest number that can be set.
         most: The greatest.
         text: What it is.
@@ -231,10 +231,10 @@ class Nature:
     set: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
     def drawn(self, seed: int, robot: str = "") -> dict[str, float]:
-        """Return the value of each quantity in a run; empty where nothing is drawn or set.
+        """Return the value of each quantity in a run; empty if nothing is drawn or set.
 
         Args:
-            robot: The name of one of several robots, of which each has draws of its own.
+            robot: The name of one of several robots, each of which has separate draws.
         """
         if self.profile == "none" and not self.set:
             return {}
@@ -247,7 +247,7 @@ class Nature:
 
     @property
     def written(self) -> str | dict[str, Any]:
-        """As it stands in a file."""
+        """The form in a file."""
         return {"profile": self.profile, **self.set} if self.set else self.profile
 
 

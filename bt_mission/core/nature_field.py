@@ -15,10 +15,10 @@ from bt_mission.core.units import UNITS, converted
 
 
 def read_nature(written: Any) -> Nature:
-    """Return the nature of what stands in a file: a profile, or a mapping with numbers.
+    """Return the nature in a file: a profile, or a mapping with numbers.
 
     Raises:
-        PydanticCustomError: With what is wrong.
+        PydanticCustomError: With the error.
     """
     if isinstance(written, Nature):
         return written

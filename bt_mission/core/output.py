@@ -1,7 +1,7 @@
-"""Files that commands write: an old one stays until the new one is whole.
+"""Files that commands write: an existing one stays until the new one is complete.
 
-All of a file at once: :func:`write_file` and :func:`new_file`. A file that grows while something
-runs: :class:`OutputFile`. A device or a pipe is written to directly. A symbolic link is followed.
+A whole file at once: :func:`write_file` and :func:`new_file`. A file that grows during a run:
+:class:`OutputFile`. A device or a pipe is written to directly. A symbolic link is followed.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from typing import BinaryIO
 from bt_mission.core.errors import BtMissionError
 
 DELETED = "everything (the file was deleted while it was written)"
-"""What such a file lacks, for people."""
+"""The remark of such a file."""
 
 LONGEST_STEM = 200
-"""Characters of a file's name that the name of its part has; file systems take 255 bytes."""
+"""Characters of a file's name in the name of its part; file systems take 255 bytes."""
 
 
 def within(folder: Path, name: str) -> Path:
@@ -51,7 +51,7 @@ def write_file(path: Path, content: str | bytes) -> None:
     """Write all of a file; a text as UTF-8.
 
     Raises:
-        BtMissionError: When it cannot be written. A file that was there is as before.
+        BtMissionError: It cannot be written. An existing file is unchanged.
     """
     with new_file(path) as stream:
         stream.write(content if isinstance(content, bytes) else content.encode(errors="replace"))
@@ -59,10 +59,10 @@ def write_file(path: Path, content: str | bytes) -> None:
 
 @contextmanager
 def new_file(path: Path) -> Iterator[BinaryIO]:
-    """Open a file to write all of it; it has its name once the block has ended.
+    """Open a file to write all of it; it gets its name at the end of the block.
 
     Raises:
-        BtMissionError: When it cannot be written. A file that was there is as before.
+        BtMissionError: It cannot be written. An existing file is unchanged.
     """
     try:
         target = path.resolve()
@@ -104,7 +104,7 @@ class OutputFile:
     def __init__(self, path: Path, stream: BinaryIO | None = None) -> None:
         self.path = path
         self.place = path
-        """Where it lies now: at :attr:`path`, or beside it until it is closed whole."""
+        """Its present place: :attr:`path`, or beside it until it is closed complete."""
         self.fault: str | None = None
         self._is_named = stream is None
         try:
@@ -118,12 +118,12 @@ class OutputFile:
 
     @property
     def is_deleted(self) -> bool:
-        """Has somebody deleted the file while it is written?"""
+        """Whether the file was deleted while it is written."""
         return self._is_named and not self.place.exists()
 
     @property
     def remark(self) -> str:
-        """What else is to be said of a file that is closed, for people; empty for a whole one."""
+        """A remark on a closed file; empty for a complete one."""
         return "" if self.place == self.path else f"{self.path} is the old one"
 
     def attempt(self, write: Callable[[], object]) -> None:
@@ -140,10 +140,10 @@ class OutputFile:
             self.fault = why
 
     def close(self, *, replaces: bool = True) -> None:
-        """Close it; once is enough.
+        """Close it; further calls do nothing.
 
         Args:
-            replaces: Does it replace the file that was there, where it is whole?
+            replaces: Whether a complete file replaces the existing one.
         """
         if self.stream.closed:
             return
@@ -153,7 +153,7 @@ class OutputFile:
             self.stream.raw.close()  # without what is still buffered, which is missing by now
         try:
             self.stream.close()
-        except OSError as error:  # what is still buffered does not fit; it is closed all the same
+        except OSError as error:  # buffered data does not fit; the file is still closed
             self.abandon(error.strerror or str(error))
         if replaces and self.place != self.path:
             self.attempt(self._replace)
@@ -169,12 +169,12 @@ def cannot_write(path: Path, error: OSError) -> BtMissionError:
 
 
 def _is_special(path: Path) -> bool:
-    """Is it there, and no file: a device, a pipe, or a folder, which cannot be opened?"""
+    """Return whether it is a device, a pipe, or a folder, which cannot be opened."""
     return path.exists() and not path.is_file()
 
 
 def _finish(stream: BinaryIO, target: Path) -> None:
-    """Have all of a file on the disk, with the permissions of the one that it replaces."""
+    """Flush all of a file to the disk, with the permissions of the one that it replaces."""
     stream.flush()
     if target.exists():
         os.fchmod(stream.fileno(), stat.S_IMODE(target.stat().st_mode))

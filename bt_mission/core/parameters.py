@@ -1,4 +1,4 @@
-"""What a ROS parameter of a node may be, declared once: its default, its limits, what it is for.
+"""The declaration of a node's ROS parameters: default, limits, description.
 
 Parameters that belong together are the fields of a frozen dataclass, made by `number` and `text`;
 those whose limits depend on the robot are single specs by name. `executors.process` declares both.
@@ -29,13 +29,13 @@ class ParameterSpec:
 
     @property
     def constraint(self) -> str:
-        """The choices in words; empty where there are none."""
+        """The choices as text; empty without any."""
         if len(self.choices) == 2:
             return " or ".join(self.choices)
         return f"one of {', '.join(self.choices)}" if self.choices else ""
 
     def fault_of_text(self, name: str, value: str) -> str | None:
-        """Return why a text does not suit the parameter of that name, or None."""
+        """Return why a text is invalid for the parameter of that name, or None."""
         if not value:
             return f"{name} must be a text, got {value!r}"
         if self.choices and value not in self.choices:
@@ -55,13 +55,13 @@ def number(
 
 
 def text(name: str, default: str, description: str, choices: tuple[str, ...] = ()) -> Any:
-    """Return a field of a dataclass that is a text, as the parameter of a name of its own."""
+    """Return a field of a dataclass for a text parameter with its own name."""
     spec = ParameterSpec(default, description, choices=choices)
     return field(default=default, metadata={"spec": spec, "name": name})
 
 
 def specs(declared: Any) -> dict[str, tuple[str, ParameterSpec]]:
-    """Return name and spec of the parameter behind each field of a dataclass that has one."""
+    """Return name and spec of the parameter of each field of a dataclass that has one."""
     return {
         field.name: (field.metadata.get("name", field.name), field.metadata["spec"])
         for field in fields(declared)

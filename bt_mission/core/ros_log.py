@@ -12,16 +12,16 @@ _FILE = os.path.realpath(__file__)
 
 
 class EscapingLogger:
-    """A logger of rclpy that is given every text escaped; line feeds stay.
+    """A logger of rclpy that escapes every text, except line feeds.
 
     Args:
-        logger: Of a node.
+        logger: The logger of a node.
     """
 
     def __init__(self, logger: Any) -> None:
         self._logger = logger
-        # rclpy tells one call from another, for `throttle_duration_sec`, by the first frame that
-        # is not of these files.
+        # rclpy distinguishes calls, for `throttle_duration_sec`, by the first frame outside of
+        # these files.
         callers = getattr(sys.modules[type(logger).__module__], "_internal_callers", [])
         if _FILE not in callers:
             callers.append(_FILE)
@@ -35,7 +35,7 @@ class EscapingLogger:
         self._logger.set_level(level)
 
     def info(self, text: str, **filters: Any) -> bool:
-        """Log what happens; the filters are those of rclpy. Gives whether it was logged."""
+        """Log a line; the filters are those of rclpy. Return whether it was logged."""
         return bool(self._logger.info(escape_lines(text), **filters))
 
     def warning(self, text: str, **filters: Any) -> bool:

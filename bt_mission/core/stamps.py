@@ -21,6 +21,6 @@ def clock_ns(clock: Any) -> int:
 
 
 def set_ns(stamp: Any, time_ns: int) -> Any:
-    """Set a Time or a Duration to so many ns, and return it."""
+    """Set a Time or a Duration to a number of ns, and return it."""
     stamp.sec, stamp.nanosec = divmod(time_ns, NS)
     return stamp

@@ -1,11 +1,11 @@
-"""Success rates with their intervals, and the runs that count as one sample."""
+"""Success rates with their intervals, and runs that count as one sample."""
 
 from __future__ import annotations
 
 import math
 
 Z_95 = 1.959964
-"""So many standard deviations to each side hold 95 % of a normal distribution."""
+"""The number of standard deviations on each side that cover 95 % of a normal distribution."""
 
 
 def wilson(passed: int, total: int, samples: int | None = None) -> tuple[float, float]:
@@ -30,10 +30,10 @@ def wilson(passed: int, total: int, samples: int | None = None) -> tuple[float, 
 
 
 def samples_as_text(runs: int, samples: int, varied: str = "the seed") -> str:
-    """Return in words how many runs are distinct; empty where all are.
+    """Return the number of distinct runs as text; empty if all are.
 
     Args:
-        varied: What differs between the runs.
+        varied: The difference between the runs.
     """
     if samples == runs:
         return ""

@@ -23,7 +23,7 @@ from collections.abc import Iterable, Sequence
 _INVISIBLE = re.compile(
     "[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180d\u180f\u3164\uffa0\U000e0100-\U000e01ef]"
 )
-"""Letters and marks that show nothing; the other invisible characters tell by their category."""
+"""Letters and marks that show nothing; other invisible characters are known by their category."""
 
 _COLOUR = re.compile("(\x1b\\[(?:(?:0?[0-79]|[1-9][0-9]|10[0-7])(?:;(?!m)|(?=m)))*m)")
 """Colours and weights, but not the one that hides text."""
@@ -32,9 +32,9 @@ _NAMED = {"\n": "\\n", "\t": "\\t", "\r": "\\r"}
 
 
 def escape_control(text: str) -> str:
-    """Return the text on one line, with all that could command a terminal or deceive as escapes.
+    """Return the text on one line, with what could command a terminal or deceive escaped.
 
-    Text that is escaped stays as it is when it is escaped again.
+    Escaping an escaped text changes nothing.
     """
     if _is_all_shown(text):
         return text
@@ -61,7 +61,7 @@ def escape_markup(text: str) -> str:
 
 
 def is_shown(character: str) -> bool:
-    """Return whether a character shows as itself, or as a blank, and commands nothing."""
+    """Return whether a character shows as itself, or as a blank, without an effect."""
     if character.isprintable():
         return not _INVISIBLE.match(character)
     return unicodedata.category(character) == "Zs"
@@ -79,7 +79,7 @@ def _escape(character: str) -> str:
 
 
 def cut(text: str, most: int) -> str:
-    """Return a text of at most so many characters; ``…`` stands for what is left out."""
+    """Return a text of at most `most` characters; ``…`` replaces the rest."""
     return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
@@ -93,7 +93,7 @@ def can_encode(text: str, encoding: str | None) -> bool:
 
 
 def columns(rows: Iterable[Sequence[str]]) -> list[str]:
-    """Return rows of cells as escaped lines, the cells of a column one below the other."""
+    """Return rows of cells as escaped lines, the cells of a column aligned."""
     table = [tuple(escape_control(cell) for cell in row) for row in rows]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     return [
@@ -108,7 +108,7 @@ def counted(count: int, noun: str) -> str:
 
 
 def number(value: float, digits: int = 3) -> str:
-    """Return a number with at most so many decimals, and no more than it needs."""
+    """Return a number with at most as many decimals as given, and no more than needed."""
     text = f"{value:.{digits}f}"
     text = text.rstrip("0").rstrip(".") if "." in text else text
     return "0" if text == "-0" else text

@@ -48,7 +48,7 @@ DIMENSIONS: Mapping[str, Dimension] = {
 COMPUTED: Mapping[str, Dimension] = {
     name: DIMENSIONS[base] for name, (_, base) in UNITS.items() if base in DIMENSIONS
 }
-"""The units that may stand in expressions and requirements."""
+"""The units of expressions and requirements."""
 
 WORDS: Mapping[str, str] = {
     "meters": "m",
@@ -70,13 +70,13 @@ WORDS: Mapping[str, str] = {
     "degrees": "deg",
     "degree": "deg",
 }
-"""Units in words, with the units."""
+"""Words for units, with the units."""
 
 
 def in_base(number: float, unit: str) -> float:
     """Return a number of a unit in the base unit: 57 cm are 0.57 m, to the last digit."""
     size = UNITS[unit][0]
-    # A division by 100 is rounded once; 0.01 is rounded already.
+    # A division by 100 is rounded once; 0.01 is already rounded.
     return number / round(1 / size) if size in (1e-2, 1e-3) else number * size
 
 
@@ -86,14 +86,14 @@ def converted(number: float, unit: str, wanted: str) -> float:
 
 
 def near_unit(written: str) -> str | None:
-    """Return a hint at the unit that a word stands for, or None."""
+    """Return a hint at the unit of a word, or None."""
     word = WORDS.get(written.lower())
     plain = [unit for unit in COMPUTED if "/" not in unit]
     return f"write '{word}'" if word else did_you_mean(written, plain)
 
 
 def shown_unit(unit: Dimension | None) -> str:
-    """Return a unit as people write it: ``m/s``; empty for a number without one."""
+    """Return a unit in its usual form: ``m/s``; empty for a number without one."""
     names = ("m", "s", "rad")
     above = [_power(name, power) for name, power in zip(names, unit or (0, 0, 0), strict=True)]
     below = [_power(name, -power) for name, power in zip(names, unit or (0, 0, 0), strict=True)]

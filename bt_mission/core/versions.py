@@ -11,7 +11,7 @@ PACKAGES = ("bt-mission", "ros-jazzy-rclpy", "mujoco", "py-trees", "numpy", "mca
 
 @cache
 def versions() -> dict[str, str]:
-    """Versions of these packages, of Python and of the machine; ``?`` for a missing one."""
+    """Return the versions of packages, Python and machine; ``?`` for a missing one."""
     known = {"python": platform.python_version(), "machine": platform.machine()}
     for name in PACKAGES:
         try:

@@ -1,4 +1,4 @@
-"""The one place that looks at the wall clock: pacing live runs, and how long a run took."""
+"""The only module that reads the wall clock: pacing of live runs, and the duration of runs."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from collections.abc import Callable
 from bt_mission.core.stamps import NS
 
 LONGEST_SLEEP_S = 0.1
-"""How long Ctrl-C waits at most."""
+"""The longest delay of Ctrl-C."""
 
 MOST_LAG_NS = 100_000_000
-"""Time of the wall, ns, that is caught up with; what lies further back is given up, so on a machine
-that is too busy the world runs slower. Whoever drives the robot hears nothing while the world makes
-up for it, and its commands hold for 200 ms of the wall: less time than that passes at once."""
+"""Time of the wall clock, ns, that is caught up; an older lag is given up, so on a busy machine the
+world runs slower. While the world catches up the driver of the robot receives nothing, and its
+commands hold for 200 ms of the wall clock: less time than that passes at once.
+"""
 
 MOST_LEAP_NS = 500_000_000
 """Time of the world, ns, that is caught up with at most, at any speed: sensors that are silent for
@@ -37,12 +38,12 @@ class Stopwatch:
 
 
 class Pacer:
-    """Hold virtual time to a speed, from one instant of wall and virtual time on.
+    """Keeps virtual time at a speed, from one instant of wall and virtual time on.
 
     Args:
-        speed: Virtual seconds per wall second; None runs as fast as the machine can.
+        speed: Virtual seconds per wall second; None runs as fast as possible.
         start_ns: The virtual time that is due now.
-        wall_ns: Gives wall time in ns, counted from any instant.
+        wall_ns: Returns wall time in ns, counted from any instant.
     """
 
     def __init__(
@@ -52,27 +53,27 @@ class Pacer:
         self.set_speed(speed, start_ns)
 
     def set_speed(self, speed: float | None, time_ns: int) -> None:
-        """Go on at another speed from here."""
+        """Continue at another speed from here."""
         self.speed = math.inf if speed is None else speed
         self._start_ns = time_ns
         self._start_wall_ns = self._window_wall_ns = self._wall_ns()
         self._lost_ns = 0
 
     def ahead_s(self, time_ns: int) -> float:
-        """Return the wall time until virtual time `time_ns` is due, s; not above 0 when it is."""
+        """Return the wall time until virtual time `time_ns` is due, s; not above 0 if it is."""
         passed_ns = self._wall_ns() - self._start_wall_ns
         return ((time_ns - self._start_ns) / self.speed - passed_ns) / NS
 
     def hold(self, time_ns: int, is_wanted: Callable[[], bool]) -> None:
-        """Return when the wall has reached virtual time `time_ns`, or when somebody is wanted."""
+        """Wait until virtual time `time_ns` is due, or until an interrupt."""
         while (ahead_s := self.ahead_s(time_ns)) > 0 and not is_wanted():
             rest(ahead_s)
 
     def due_ns(self, time_ns: int) -> int:
-        """Return the virtual time that is due now, ns, where it is `time_ns`; never less.
+        """Return the virtual time that is due, ns, for `time_ns`; never less.
 
-        What lies more than `MOST_LAG_NS` of the wall, or `MOST_LEAP_NS` of the world, back is
-        given up.
+        A lag of more than `MOST_LAG_NS` of the wall clock, or `MOST_LEAP_NS` of the world, is given
+        up.
         """
         wall_ns = self._wall_ns()
         due_ns = self._start_ns + round((wall_ns - self._start_wall_ns) * self.speed)
@@ -85,7 +86,7 @@ class Pacer:
         return max(due_ns, time_ns)
 
     def shortfall(self) -> float | None:
-        """Return the speed reached, once a window, where it is less than 0.9 of the one asked."""
+        """Return the speed reached, once a window, if it is less than 0.9 of the set one."""
         wall_ns = self._wall_ns()
         window_ns = wall_ns - self._window_wall_ns
         if window_ns < WINDOW_NS:

@@ -27,7 +27,7 @@ Take = Callable[[bytes], None]
 """Takes a serialized message."""
 
 Step = Callable[[bytes, int], tuple[Any, int]]
-"""Reads a value at a place in the data, counted from its head; gives it and the place after it."""
+"""Reads a value at a place in the data, counted from its head; returns it and the next place."""
 
 FORMATS = {
     "bool": "?",
@@ -46,7 +46,7 @@ FORMATS = {
 }
 """Of :mod:`struct`, by the types of ROS."""
 HEAD = 4
-"""Bytes that say how the rest is written."""
+"""The bytes of the encoding's header."""
 
 HEADERS = ("std_msgs/Header", "std_msgs/msg/Header")
 
@@ -55,7 +55,7 @@ _ORDERS = {b"\0\0": ">", b"\0\1": "<"}
 
 
 class DecodingError(BtMissionError, ValueError):
-    """A message that its definition does not fit."""
+    """A message that does not fit its definition."""
 
 
 class DecodedMessage(dict[str, Any]):
@@ -85,10 +85,10 @@ class Decoder:
 
     Args:
         type_name: Such as ``nav_msgs/msg/Odometry``.
-        definition: Its text and those of what it is made of (``ros2msg``).
+        definition: Its text and those of its nested types (``ros2msg``).
 
     Raises:
-        DecodingError: For a definition that cannot be read.
+        DecodingError: A definition cannot be read.
     """
 
     def __init__(self, type_name: str, definition: str) -> None:
@@ -103,10 +103,10 @@ class Decoder:
 
     @property
     def has_known_length(self) -> bool:
-        """Does ROS know how long such a message is before it is serialized?
+        """Whether ROS knows the length of such a message before it is serialized.
 
-        It does not for sequences, other than of small numbers: an empty step is reckoned with the
-        room that keeps its first element in its place, were there step.
+        It does not for sequences, other than of small numbers: an empty one is counted with the
+        padding of its first element, which it lacks.
         """
         sizes = {kind: struct.calcsize(form) for kind, form in FORMATS.items()}
         return not any(
@@ -117,7 +117,7 @@ class Decoder:
 
     @cached_property
     def _stamp_at(self) -> int | None:
-        """Where the stamp of the header lies, or that of the first element of a sequence."""
+        """The place of the stamp of the header, or of that of the first element of a sequence."""
         fields, at = self.specs[""], HEAD
         if fields and fields[0].size == -1 and fields[0].type in self.specs:
             fields, at = self.specs[fields[0].type], HEAD + 4
@@ -126,11 +126,11 @@ class Decoder:
 
     @property
     def has_header(self) -> bool:
-        """Does such a message begin with a header, or with a sequence of what does?"""
+        """Whether such a message begins with a header, or with a sequence of such messages."""
         return self._stamp_at is not None
 
     def stamp_ns(self, data: bytes) -> int:
-        """Give the stamp of a message's header, ns; 0 where it has none."""
+        """Return the stamp of a message's header, ns; 0 without one."""
         at = self._stamp_at
         if at is None or len(data) < at + 8 or data[:2] not in _ORDERS:
             return 0
@@ -138,19 +138,19 @@ class Decoder:
         return int(seconds * 1_000_000_000 + nanoseconds)
 
     def decode(self, data: bytes) -> DecodedMessage:
-        """Give the values of a message by the names of its fields.
+        """Return the values of a message by the names of its fields.
 
         Raises:
-            DecodingError: When the definition does not fit it.
+            DecodingError: It does not fit its definition.
         """
         return self._read(data)[0]
 
     def trimming(self, take: Take, *, has_fixed_shape: bool) -> Take:
-        """Give ``take``, with messages of this type without what rclpy adds to them.
+        """Return ``take`` for messages of this type without rclpy's additional bytes.
 
-        ``serialize_message`` gives as many bytes as ROS has reckoned that a message may take. That
-        is too many where a sequence is empty whose elements would have to lie at multiples of
-        eight, and readers that check refuse such messages. What comes by DDS has its true length.
+        ``serialize_message`` returns as many bytes as ROS has reserved for a message. That is too
+        many for an empty sequence whose elements are aligned to eight, and strict readers refuse
+        such messages.
 
         Args:
             take: Takes the messages.
@@ -187,10 +187,10 @@ class Decoder:
 
 
 def byte_order(data: bytes) -> str:
-    """Return the order of bytes in a message, as :mod:`struct` has it.
+    """Return the order of bytes in a message, as in :mod:`struct`.
 
     Raises:
-        ValueError: Where its head is none.
+        ValueError: Its head is invalid.
     """
     head = data[:2] if len(data) >= HEAD else b""
     if head not in _ORDERS:

@@ -59,16 +59,16 @@ class NoDefinitionError(BtMissionError):
 
 
 def share_folders() -> list[Path]:
-    """Where interface packages are installed, in the order in which they count.
+    """Return the folders of interface packages, in order of precedence.
 
-    Last come those of ours that stand in for real ones (interfaces/wheel).
+    The last are replacements of real packages (interfaces/wheel).
     """
     shares = [prefix / "share" for prefix in prefixes()]
     return [*shares, *(share / "bt_mission/ros/share" for share in shares)]
 
 
 def file_text(type_name: str, folders: Sequence[Path]) -> str | None:
-    """Return the text of a type's own file, such as ``std_srvs/srv/Trigger``, where it is there."""
+    """Return the text of a type's file, such as ``std_srvs/srv/Trigger``, if it exists."""
     package, folder, name = type_name.split("/")
     for share in folders:
         path = share / package / folder / f"{name}.{folder}"
@@ -81,7 +81,7 @@ class Definitions:
     """Finds definitions in some folders of interface packages.
 
     Args:
-        folders: Hold one folder a package, each with ``msg``, ``srv`` and ``action``.
+        folders: Each has one folder a package, with ``msg``, ``srv`` and ``action``.
     """
 
     def __init__(self, folders: Sequence[Path]) -> None:
@@ -164,7 +164,7 @@ def action_of(type_name: str) -> str:
 
 
 def parse(type_name: str, definition: str) -> dict[str, list[Field]]:
-    """The fields of each message of a definition, by ``package/Name``; the first is "".
+    """Return the fields of each message of a definition, by ``package/Name``; the first is "".
 
     Types are ``package/Name``, too, or basic ones.
     """
@@ -209,7 +209,7 @@ def _short(name: str) -> str:
 
 
 def _references(text: str, type_name: str) -> list[str]:
-    """What the fields of the text of a message are made of, as ``package/Name``."""
+    """Return the types of the fields of a message's text, as ``package/Name``."""
     package = type_name.partition("/")[0]
     fields = [field for line in text.splitlines() for field in _fields(line, package)]
     return [field.type for field in fields if field.type not in BASIC]

@@ -17,11 +17,13 @@ from bt_mission.core.cdr.decoder import FORMATS, HEAD, Decoder, DecodingError, b
 from bt_mission.core.cdr.definitions import Field
 
 MOST_LAYOUTS = 8
-"""How many are remembered: several nodes publish on `tf`, each its own frames, in turns."""
+"""The number of layouts that are kept: several nodes publish on `tf`, each with its frames, in
+turns.
+"""
 
 Texts = Mapping[str, str]
 Choose = Callable[[Texts], Sequence[str]]
-"""Gives the paths of the numbers that are wanted, in the message's order, by its texts."""
+"""Takes a message's texts; returns the paths of the wanted numbers, in the message's order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,7 @@ class Picked:
 
 @dataclass(frozen=True, slots=True)
 class _Layout:
-    """Where the numbers stand in messages that agree in certain bytes."""
+    """The places of the numbers in messages that agree in certain bytes."""
 
     length: int
     decisive: tuple[tuple[int, int, bytes], ...]
@@ -54,7 +56,7 @@ class Picker:
     """Reads some numbers of messages of one type.
 
     Args:
-        decoder: Knows the type.
+        decoder: The decoder of the type.
         choose: Which ones: their paths, such as ``transforms.0.transform.translation.x``; or a
             function that gives them by the texts of the message, which are no numbers but part of
             its layout.
@@ -66,10 +68,10 @@ class Picker:
         self._layouts: list[_Layout] = []
 
     def pick(self, data: bytes) -> Picked:
-        """Return the numbers of a serialized message, in its order, and its texts.
+        """Return the numbers of a serialized message, in order, and its texts.
 
         Raises:
-            DecodingError: When the type does not fit the message, or has no such number.
+            DecodingError: The type does not fit the message, or has no such number.
         """
         for layout in self._layouts:
             if layout.fits(data):
@@ -116,7 +118,7 @@ def _merged(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
 
 @dataclass
 class _Walk:
-    """Goes through one message, and notes where its numbers are and what decides that."""
+    """Walks through one message, and notes the places of its numbers and what determines them."""
 
     specs: Mapping[str, Sequence[Field]]
     data: bytes
@@ -131,7 +133,7 @@ class _Walk:
             raise ValueError("it ends too early")
 
     def message(self, name: str, path: str, at: int) -> int:
-        """Walk through a message at a place; give the place after it."""
+        """Walk through a message at a place. Return the next place."""
         fields = self.specs[name]
         if not fields:
             return at + 1  # a message without fields is sent with one byte

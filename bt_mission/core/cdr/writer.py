@@ -34,8 +34,8 @@ class MessageTemplate:
     """One message, of which some numbers and the stamps change.
 
     Args:
-        message: As it is to be sent, but for the numbers.
-        stamp: The Time that stands wherever the message has a stamp.
+        message: The message to send, except for the numbers.
+        stamp: The Time of each stamp in the message.
         parts: Which numbers: the message, or messages within it, each with the dotted names of
             fields that are floats or lists of floats, in the order in which they are sent.
         serialize: Gives the bytes of a message.
@@ -73,9 +73,9 @@ class MessageTemplate:
     def _lay_out(
         self, data: bytes, changing: Iterable[tuple[int, str, int, int | None]]
     ) -> struct.Struct:
-        """Find the place of everything among the arguments of the row of the whole message."""
+        """Find the place of everything among the arguments of the whole message."""
         self._arguments: list[Any] = []
-        """What stays the same, and room for what changes."""
+        """The constant parts, and placeholders of the others."""
         self._stamp_places: list[int] = []
         self._number_places: list[tuple[slice, slice]] = []
         """Places of numbers among the arguments, and which numbers."""
@@ -103,10 +103,10 @@ class MessageTemplate:
         places.append((place, which))
 
     def packed(self, *numbers: float) -> bytes:
-        """Return the message with these numbers, and the stamp as it is now.
+        """Return the message with these numbers, and the present stamp.
 
         Raises:
-            ValueError: When there are not as many as fields.
+            ValueError: Their number is not that of the fields.
         """
         if len(numbers) != self._count:
             raise ValueError(f"expected {self._count} numbers, got {len(numbers)}")

@@ -1,1 +1,1 @@
-"""The DDS middleware: which one, who hears whom, and who is alive."""
+"""The DDS middleware: which one, its discovery, and its liveliness."""

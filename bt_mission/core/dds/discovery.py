@@ -1,4 +1,4 @@
-"""Which processes find each other: those of this machine, unless more or less is asked for."""
+"""The processes that discover each other: those of this machine by default."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ def isolate(*, visible: bool, network: bool = False) -> None:
 
 
 def is_isolated() -> bool:
-    """Tell whether no other process finds the ROS contexts of this one."""
+    """Return whether no other process discovers the ROS contexts of this one."""
     return os.environ.get(RANGE) == PROCESS
 
 
 def restrict_discovery(*, network: bool) -> str | None:
-    """Keep the ROS contexts made from now on to this machine, where the variable says nothing.
+    """Limit the ROS contexts made from now on to this machine, unless the variable is set.
 
     Args:
-        network: Let all machines of the network find them, whatever the variable says.
+        network: Let all machines of the network discover them, whatever the variable.
 
     Returns:
-        What is found from now on, in words; None where the variable alone decides.
+        The range from now on, as text; None if only the variable decides.
     """
     domain = os.environ.get("ROS_DOMAIN_ID") or "0"
     if network:

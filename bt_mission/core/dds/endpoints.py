@@ -1,4 +1,4 @@
-"""Endpoints of a topic whose types differ: DDS connects none of them, and says nothing."""
+"""Endpoints of a topic with different types: DDS connects none of them, and reports nothing."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Protocol
 
 UNNAMED = "a node whose name is not known yet"
-"""Instead of a name: the graph may learn of an endpoint before it learns of its node."""
+"""Replaces a missing name: the graph may know an endpoint before its node."""
 
 _UNKNOWN = "_NODE_NAME_UNKNOWN_"
-"""What rmw says of a node that it has not heard of."""
+"""The name of a node that rmw does not know."""
 
 
 class Endpoint(Protocol):
-    """What rclpy tells of a publisher or a subscription (`TopicEndpointInfo`)."""
+    """A publisher or a subscription as in rclpy (`TopicEndpointInfo`)."""
 
     @property
     def node_name(self) -> str:
@@ -48,7 +48,7 @@ def unheard(publishers: Iterable[Endpoint], types: Collection[str]) -> Mapping[s
 def type_conflict(
     topic: str, publishers: Iterable[Endpoint], subscriptions: Iterable[Endpoint]
 ) -> str | None:
-    """Return who publishes what nobody on the topic takes, and what is taken; None if all fits."""
+    """Return the publishers without a matching subscription, and the types taken, or None."""
     taken = {node_of(subscription): subscription.topic_type for subscription in subscriptions}
     lost = unheard(publishers, set(taken.values()))
     if not lost or not taken:

@@ -18,7 +18,7 @@ LAST_DOMAIN = 232
 
 
 PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
-"""Variables by which Fast DDS is told of settings."""
+"""Variables with the settings of Fast DDS."""
 
 
 def prepare_middleware(*, alone: bool = False) -> None:
@@ -42,10 +42,10 @@ def prepare_middleware(*, alone: bool = False) -> None:
 
 
 def refuse_absent_middleware() -> None:
-    """Look for the ROS middleware that the environment names; without it rclpy ends the process.
+    """Check the ROS middleware that the environment names; without it rclpy ends the process.
 
     Raises:
-        BtMissionError: When it cannot be loaded, or the domain id is none.
+        BtMissionError: It cannot be loaded, or the domain id is invalid.
     """
     domain = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
     if not domain.isdecimal() or int(domain) > LAST_DOMAIN:

@@ -1,4 +1,4 @@
-"""Topics that one robot publishes: with two publishers, two robots would be driven as one."""
+"""Topics with a single publisher in a robot's graph: two publishers would mean two robots."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ADVICE = (
 
 
 class TopicGraph(Protocol):
-    """What is asked of a node."""
+    """The methods of a node that are used."""
 
     def resolve_topic_name(self, topic: str) -> str:
         """Return the full name of a topic."""
@@ -30,7 +30,7 @@ class TopicGraph(Protocol):
 
 
 def single_publisher_topics(node: TopicGraph, odometry: str = ODOMETRY) -> tuple[str, ...]:
-    """Return the topics that one publisher shall have: the clock, where the node goes by it.
+    """Return the topics that must have one publisher: the clock, if the node follows it.
 
     The node's parameter decides that, not the options of its process: ROS arguments override those.
     """
@@ -39,7 +39,7 @@ def single_publisher_topics(node: TopicGraph, odometry: str = ODOMETRY) -> tuple
 
 
 def duplicate_publishers(node: TopicGraph, odometry: str = ODOMETRY) -> str | None:
-    """Return which of its topics has several publishers, whose, and what to do, or None."""
+    """Return which of its topics has several publishers, with their names and advice, or None."""
     for topic in single_publisher_topics(node, odometry):
         name = node.resolve_topic_name(topic)
         publishers = node.get_publishers_info_by_topic(name)

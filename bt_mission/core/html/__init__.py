@@ -1,1 +1,1 @@
-"""Pages of HTML: one base template, and what all templates may use."""
+"""Pages of HTML: one base template, and the functions of all templates."""

@@ -17,7 +17,7 @@ from markupsafe import Markup
 
 from bt_mission.core.text import escape_markup
 
-# Nothing may be fetched: whatever is named here comes out of the page itself.
+# Nothing may be fetched: everything that is named here must be in the page.
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
 
 _PACKAGE = Path(__file__).resolve().parents[2]

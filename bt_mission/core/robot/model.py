@@ -1,7 +1,7 @@
-"""The numbers of a robot: limits, body, sensors and battery, in SI units, from one file per model.
+"""The figures of a robot: limits, body, sensors and battery, in SI units, from one file per model.
 
-`robots/NAME.yaml` holds them, each with its source. Frames follow REP 103: x forward, y left,
-z up; positions are those of `base_link`, below the middle of the axle.
+`robots/NAME.yaml` holds them, each with its source. Frames follow REP 103: x forward, y left, z up;
+positions are those of `base_link`, below the middle of the axle.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ LDS_02_SAMPLES = 2300.0
 
 
 class RobotPart(BaseModel):
-    """Figures of a part: fixed, and none that nobody knows."""
+    """Figures of a part: immutable, without unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 

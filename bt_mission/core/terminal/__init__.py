@@ -1,1 +1,1 @@
-"""Borders of a terminal: all text that goes to one is escaped on its way."""
+"""Outputs to a terminal: all text is escaped."""

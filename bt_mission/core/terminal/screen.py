@@ -17,7 +17,7 @@ Result = TypeVar("Result")
 
 
 class EscapingFilter(LineFilter):
-    """Escapes the text of a line; what then is too long is cut, so that all stays in its place."""
+    """Escapes the text of a line and cuts it to its length, so that everything stays in place."""
 
     def apply(
         self,
@@ -36,12 +36,12 @@ class EscapingFilter(LineFilter):
 
 
 class EscapingApp(App[Result]):
-    """An application whose only control sequences are Textual's own, whatever its widgets show."""
+    """An application whose only control sequences are Textual's, whatever its widgets show."""
 
     def __init__(self, *, ansi_color: bool = False) -> None:
         super().__init__(ansi_color=ansi_color)
         self._escaping = EscapingFilter()
 
     def get_line_filters(self) -> Sequence[LineFilter]:
-        """Give Textual's own filters, and the one that escapes."""
+        """Return Textual's filters, and the one that escapes."""
         return [*super().get_line_filters(), self._escaping]

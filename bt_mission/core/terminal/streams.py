@@ -14,16 +14,16 @@ STANDARD_OUTPUT = "standard output"
 
 
 class EscapingStream:
-    """A text stream on another one; what is written is escaped, line by line.
+    """A text stream on another one that escapes its lines.
 
     An OSError of a write has the name of the stream as its file name.
 
     Args:
-        stream: Takes what is written; all else is asked of it.
-        name: In errors.
+        stream: The stream below, which has all other attributes.
+        name: The name in errors.
 
     Attributes:
-        unescaped: The stream itself, for a library that colours and draws.
+        unescaped: The stream below, for a library that colours and draws.
     """
 
     def __init__(self, stream: TextIO, name: str) -> None:
@@ -31,7 +31,7 @@ class EscapingStream:
         self._name = name
 
     def write(self, text: str) -> int:
-        """Write a text escaped; gives the number of its characters."""
+        """Write a text escaped. Return the number of its characters."""
         with self._named_errors():
             self.unescaped.write(escape_lines(text))
         return len(text)
@@ -73,5 +73,5 @@ def escaped_output() -> Iterator[None]:
 
 
 def unescaped(stream: TextIO) -> TextIO:
-    """Return the stream below, for a library that writes control sequences of its own."""
+    """The stream below, for a library that writes control sequences."""
     return stream.unescaped if isinstance(stream, EscapingStream) else stream

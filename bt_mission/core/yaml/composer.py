@@ -18,10 +18,10 @@ from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, InputError, fau
 from bt_mission.core.yaml.parser_messages import MAX_DEPTH, TOO_DEEP, translate
 
 MAX_VALUES = 100_000
-"""Values in a document, aliases followed: what an alias bomb runs into."""
+"""Values in a document, with aliases expanded: the limit for an alias bomb."""
 
 TEXT_WEIGHT = 10
-"""Characters that count for one value more where an alias repeats a text."""
+"""Characters that count as another value if an alias repeats a text."""
 
 MAX_INTEGER = 2**64
 """No ROS field holds a larger integer."""
@@ -51,10 +51,9 @@ At = tuple[int, int]
 
 @dataclass(slots=True, eq=False)
 class Place:
-    """Where a value stands (from 1), and where its keys and parts stand.
+    """The place of a value (from 1), and those of its keys and parts.
 
-    `text` is set where the value is a text written in one piece, so that a column within it
-    can be told.
+    `text` is set for a text on a single line, so that a column within it is known.
     """
 
     line: int
@@ -64,7 +63,7 @@ class Place:
     text: str | None = None
 
     def child(self, key: str | int) -> Place | None:
-        """Return the place of one part, or None where there is no such part."""
+        """Return the place of one part, or None without it."""
         if isinstance(self.parts, dict) and isinstance(key, str):
             return self.parts.get(key)
         if isinstance(self.parts, list) and isinstance(key, int) and 0 <= key < len(self.parts):
@@ -74,7 +73,7 @@ class Place:
 
 @dataclass(slots=True, eq=False)
 class _Open:
-    """A mapping or list that is being read, or one that an anchor names."""
+    """A mapping or list that is being read, or one with an anchor."""
 
     data: Any
     place: Place
@@ -161,7 +160,7 @@ class _EventReader:
         return self.root
 
     def take(self, event: Any) -> None:
-        """Take one event of the YAML parser."""
+        """Handle one event of the YAML parser."""
         match event:
             case yaml.ScalarEvent():
                 self.take_scalar(event)
@@ -184,7 +183,7 @@ class _EventReader:
                     self.fail("a second document; a file holds one", (line, 1))
 
     def begin(self, event: Any) -> At:
-        """Return where a value stands, behind its anchor on the same line; refuse a tag."""
+        """Return the place of a value, after its anchor on the same line; refuse a tag."""
         line, column = _start(event)
         if event.tag is not None:
             self.note(f"the tag {quoted(event.tag)}; tags are not used here", (line, column))

@@ -1,4 +1,4 @@
-"""YAML files with places: plain data, and for each part of it the line and column it stands at.
+"""YAML files with places: plain data, and the line and column of each part.
 
 `read` takes a file, `read_text` a text; both return a `Document` or raise `InputError`.
 """
@@ -36,7 +36,7 @@ class Document:
         return "\n".join(self.lines).rstrip("\n") + "\n"
 
     def under(self, key: str) -> Document:
-        """Return the part under a key as a document of its own, with its places in this file."""
+        """Return the part under a key as a document, with its places in this file."""
         return Document(self.file, self.data[key], self.find((key,)), self.lines)
 
     def find(self, path: Sequence[Key]) -> Place:
@@ -44,7 +44,7 @@ class Document:
         return self._deepest(path)[0]
 
     def has(self, *path: Key) -> bool:
-        """Is there a value at this path?"""
+        """Return whether there is a value at this path."""
         return self._deepest(path)[1] == len(path)
 
     def _deepest(self, path: Sequence[Key]) -> tuple[Place, int]:
@@ -74,10 +74,10 @@ class Document:
         severity: Severity = "error",
         offset: int | None = None,
     ) -> Diagnostic:
-        """Return a fault at the value at `path`, or at its key.
+        """Return a diagnostic at the value at `path`, or at its key.
 
-        `offset` (from 0) moves the caret into a key, or into a text value where its characters
-        stand in the file as they are: in one line, without escapes.
+        `offset` (from 0) moves the caret into a key, or into a text value whose characters are the
+        same in the file: on one line, without escapes.
         """
         line, column = self.position(path, key=key)
         if offset is not None:

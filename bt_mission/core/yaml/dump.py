@@ -10,5 +10,5 @@ WIDTH = 100
 
 
 def to_yaml(data: Any) -> str:
-    """Return data as YAML, in its own order."""
+    """Return data as YAML, in its order."""
     return str(yaml.safe_dump(data, sort_keys=False, width=WIDTH, allow_unicode=True))

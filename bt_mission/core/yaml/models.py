@@ -1,4 +1,4 @@
-"""From data to pydantic models, with every complaint of pydantic put in our words, located."""
+"""From data to pydantic models, with pydantic's errors in our words, located."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _BOOLEANS = {"yes": "true", "on": "true", "y": "true", "no": "false", "off": "fa
 
 
 def word_for_boolean(value: Any) -> str | None:
-    """Return a hint where a value is a word that older YAML takes for a boolean, or None."""
+    """Return a hint if a value is a word that older YAML takes for a boolean, or None."""
     word = _BOOLEANS.get(value.lower()) if isinstance(value, str) else None
     return word and f"in YAML 1.2 a boolean is written '{word}'"
 
@@ -74,7 +74,7 @@ def validate(document: Document, model: type[Model], path: Sequence[Key] = ()) -
 def model_faults(
     document: Document, error: pydantic.ValidationError, model: Any, path: Sequence[Key] = ()
 ) -> list[Diagnostic]:
-    """Return a pydantic error as faults, in the order of the file, one for each place."""
+    """Return a pydantic error as diagnostics, in the order of the file, one for each place."""
     merged: dict[tuple[int, int, str], Diagnostic] = {}
     for detail in error.errors(include_url=False)[:MOST_FAULTS]:
         fault = _fault(document, detail, model, path)
@@ -85,7 +85,7 @@ def model_faults(
 
 
 def _merged(fault: Diagnostic, other: Diagnostic) -> Diagnostic:
-    """Return the complaints of two members of a union as one: "expected a or b, got c"."""
+    """Return the errors of two members of a union as one: "expected a or b, got c"."""
     first, separator, got = fault.message.partition(", got ")
     second, _, other_got = other.message.partition(", got ")
     if not separator or got != other_got or second in first:
@@ -124,10 +124,10 @@ def _fault(document: Document, detail: ErrorDetails, model: Any, path: Sequence[
 def _in_document(
     document: Document, loc: tuple[Key, ...], model: Any, path: Sequence[Key]
 ) -> tuple[tuple[Key, ...], list[str]]:
-    """Return the path in the document for a location of pydantic's, and the names valid there.
+    """Return the path in the document of pydantic's location, and the names valid there.
 
-    pydantic puts the names of union members into its locations; what the document does not
-    hold is left out.
+    pydantic puts the names of union members into its locations; parts that are not in the document
+    are omitted.
     """
     where: list[Key] = list(path)
     data = reduce(getitem, path, document.data)

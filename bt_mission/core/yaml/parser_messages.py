@@ -1,4 +1,4 @@
-"""What the YAML parser complains about, in our words and at the most telling place."""
+"""The errors of the YAML parser, in our words and at the most helpful place."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _PROBLEMS = {
         "an unknown escape in a double-quoted text; write '\\\\' for a backslash"
     ),
     "found undefined tag handle": "a tag; tags are not used here",
-    # libyaml 0.2.6 has a limit of its own: 1,000 levels, counted before it gives an event.
+    # libyaml 0.2.6 has its own limit: 1,000 levels, counted before it yields an event.
     "exceeded maximum nesting depth": TOO_DEEP,
 }
 
@@ -73,7 +73,7 @@ def translate(error: Any, lines: tuple[str, ...]) -> tuple[str, tuple[int, int]]
 
 
 def _place(mark: Any, lines: tuple[str, ...]) -> tuple[int, int] | None:
-    """Return a mark as line and column; the end of the last line with text for the file's end."""
+    """Return a mark as line and column; for the end of the file, the end of the last line."""
     if mark is None:
         return None
     line, column = mark.line + 1, mark.column + 1
