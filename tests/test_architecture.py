@@ -122,23 +122,23 @@ def shallow(text: str) -> Iterator[str]:
 
 def faults(name: str, text: str) -> list[str]:
     """What breaks the rules in the module of this name, one line each."""
-    results = []
+    violations = []
     if text.count("\n") > MAX_LINES:
-        results.append(f"{name}: {text.count(chr(10))} lines, at most {MAX_LINES}")
+        violations.append(f"{name}: {text.count(chr(10))} lines, at most {MAX_LINES}")
     imports = check_layers.imports_of(name, text, {**KNOWN, name: Path()})
-    results += check_layers.upward(imports)
+    violations += check_layers.upward(imports)
     if not any(is_in(name, package) for package in SPEAKS_ROS):
-        results += [
+        violations += [
             f"{name}: imports {imported}: it is not among SPEAKS_ROS of tools/check_layers.py"
             for imported in _imports(text)
             if any(
                 fnmatch.fnmatchcase(imported.partition(".")[0], pattern) for pattern in ROS_NAMES
             )
         ]
-    results += [f"{name}: {patch}" for patch in patches(text)]
+    violations += [f"{name}: {patch}" for patch in patches(text)]
     if name != IN_ONE_PROCESS:
-        results += [f"{name}: {fault}" for fault in shallow(text)]
-    return results
+        violations += [f"{name}: {fault}" for fault in shallow(text)]
+    return violations
 
 
 @pytest.mark.parametrize("name", KNOWN)
@@ -223,10 +223,10 @@ def test_the_tool_says_what_it_found(capsys):
 )
 def test_a_violation_is_found(name, text, expected):
     """Each rule, broken by a small invented module, is reported with its place and its reason."""
-    results = faults(name, text)
-    assert results, "nothing was found"
-    assert all(line.startswith(name) for line in results)
-    assert any(expected in line for line in results)
+    violations = faults(name, text)
+    assert violations, "nothing was found"
+    assert all(line.startswith(name) for line in violations)
+    assert any(expected in line for line in violations)
 
 
 @pytest.mark.parametrize(
@@ -277,7 +277,7 @@ WRITERS = {
 def test_files_are_written_in_one_place():
     """An old file is replaced only once the new one is whole, whoever writes it."""
     opens = {"write_text", "write_bytes", "copyfile"}
-    results = set()
+    writers = set()
     for top in ("bt_mission", "action_servers", "sim"):
         for path in (ROOT / top).rglob("*.py"):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -291,5 +291,72 @@ def test_files_are_written_in_one_place():
                         isinstance(mode, str) and set(mode) & set("wax") for mode in modes
                     )
                     if node.func.attr in opens or is_open:
-                        results.add(path.relative_to(ROOT).as_posix())
-    assert results == set(WRITERS)
+                        writers.add(path.relative_to(ROOT).as_posix())
+    assert writers == set(WRITERS)
+
+
+EMPTY_NAMES = frozenset({"found", "heard", "in_short", "news", "one", "said", "story", "told"})
+"""Names that do not say what their value is, with or without underscores around them."""
+
+WITH_EMPTY_NAMES = (
+    "bt_mission/btcpp/",
+    "bt_mission/cli/",
+    "bt_mission/core/diagnostics.py",
+    "bt_mission/faults/",
+    "bt_mission/fleets/",
+    "bt_mission/language/",
+    "bt_mission/requirements/",
+    "bt_mission/scenarios/",
+    "bt_mission/testing/",
+    "tests/fuzz/corpus/",
+    "tests/language/broken/",
+)
+"""Where names are still to be changed, and files of users that tests load."""
+
+
+def bound_names(text: str) -> Iterator[tuple[int, str]]:
+    """Yield line and name of each variable, argument, function, class and attribute."""
+    for node in ast.walk(ast.parse(text)):
+        match node:
+            case ast.Name(id=name, ctx=ast.Store()) | ast.Attribute(attr=name, ctx=ast.Store()):
+                yield node.lineno, name
+            case ast.arg(arg=name):
+                yield node.lineno, name
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
+                yield node.lineno, name
+            case ast.ClassDef(name=name):
+                yield node.lineno, name
+
+
+def empty_names(text: str) -> list[str]:
+    """Return the names of `EMPTY_NAMES` that a text binds, each with its line."""
+    return [
+        f"line {line}: {name}" for line, name in bound_names(text) if name.strip("_") in EMPTY_NAMES
+    ]
+
+
+def test_names_say_what_their_value_is():
+    """A name such as `told` or `one` is replaced by the name of the thing."""
+    empty = {}
+    for top in (*TOPS, "benchmarks", "campaigns", "tools", "tests"):
+        for path in sorted((ROOT / top).rglob("*.py")):
+            name = path.relative_to(ROOT).as_posix()
+            if name.startswith(WITH_EMPTY_NAMES):
+                continue
+            if names := empty_names(path.read_text(encoding="utf-8")):
+                empty[name] = names
+    assert empty == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("for one in nodes:\n    pass\n", ["line 1: one"]),
+        ("def told(x, *, _found=1): ...\n", ["line 1: told", "line 1: _found"]),
+        ("self._heard = [said for said in lines]\n", ["line 1: _heard", "line 1: said"]),
+        ("for node in nodes:\n    telling = one_of(node, found=1)\n", []),
+    ],
+)
+def test_an_empty_name_is_found(text, expected):
+    """Variables, arguments, functions and attributes count; names that are only used do not."""
+    assert sorted(empty_names(text)) == sorted(expected)

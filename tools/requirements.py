@@ -10,7 +10,7 @@ PROJECT = tomllib.loads(
 
 extra = sys.argv[1]
 if extra == "run":  # what the wheel is built with, in the environment itself, and what it needs
-    found = PROJECT["build-system"]["requires"] + PROJECT["project"]["dependencies"]
+    wanted = PROJECT["build-system"]["requires"] + PROJECT["project"]["dependencies"]
 else:
-    found = PROJECT["project"]["optional-dependencies"][extra]
-print(*found, sep="\n")
+    wanted = PROJECT["project"]["optional-dependencies"][extra]
+print(*wanted, sep="\n")

@@ -56,7 +56,7 @@ def test_the_right_page_is_among_the_first_three(site: Path, chromium: Page) -> 
     for words, pages in QUESTIONS.items():
         chromium.visit(f"{search}?q={quote(words)}", width=1000, height=800)
         chromium.until(IS_DONE)
-        found = [path.partition("/docs/")[2] for path in chromium.look(RESULTS)]
-        if not {*found} & {f"{page}.html" for page in pages}:
-            missed[words] = found
+        results = [path.partition("/docs/")[2] for path in chromium.look(RESULTS)]
+        if not {*results} & {f"{page}.html" for page in pages}:
+            missed[words] = results
     assert missed == {}

@@ -56,7 +56,7 @@ BRIEF = MARK + SHORT + "\nFORGED [reverse]m[/]"
 """Short enough to stand in a panel as a whole."""
 
 
-def told(text: str = HOSTILE) -> Iterator[Any]:
+def batches_of(text: str = HOSTILE) -> Iterator[Any]:
     """All that an executive tells, each text of each message hostile."""
     for type_name, read in EXECUTIVE.items():
         message = fill(message_type(type_name)(), text)
@@ -73,7 +73,7 @@ def told(text: str = HOSTILE) -> Iterator[Any]:
 def watched(text: str = HOSTILE) -> tuple[MissionState, list[Any]]:
     """A mission that was told of, and what has happened in it."""
     feed = MissionFeed(MissionState())
-    return feed.mission, [happened for batch in told(text) for happened in feed.take(batch)]
+    return feed.mission, [happened for batch in batches_of(text) for happened in feed.take(batch)]
 
 
 @pytest.mark.parametrize("marks", [SIGNS, ASCII_SIGNS], ids=["utf-8", "ascii"])
@@ -102,10 +102,10 @@ class HostileExecutive(ScriptedExecutive):
 
     def __init__(self) -> None:
         super().__init__(name=BRIEF)
-        self._heard = Received(tuple(told(BRIEF)), (), (filled(ControlResponse, BRIEF),))
+        self._received = Received(tuple(batches_of(BRIEF)), (), (filled(ControlResponse, BRIEF),))
 
     def take(self, *, needs_statuses: bool) -> Received:
-        return self._heard
+        return self._received
 
 
 def screens() -> str:

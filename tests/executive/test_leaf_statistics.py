@@ -42,7 +42,7 @@ class Counted:
         self.events.emit(NodeChanged(round(time_s * S), node, status, ""))
 
     @property
-    def one(self) -> LeafSummary:
+    def summary(self) -> LeafSummary:
         (summary,) = self.tally.summaries()
         return summary
 
@@ -57,7 +57,7 @@ def test_runs_are_added_up() -> None:
     counted.change(4.0, Status.RUNNING)
     counted.metres = 2.25
     counted.change(5.0, Status.FAILURE)
-    assert counted.one == LeafSummary(
+    assert counted.summary == LeafSummary(
         "leaf", "0.1", 2, {"success": 1, "failure": 1}, running_s=3.5, distance_m=0.75
     )
 
@@ -68,7 +68,7 @@ def test_what_ends_within_a_tick_has_run() -> None:
     counted.change(1.0, Status.SUCCESS)
     counted.change(2.0, Status.INVALID)
     counted.change(3.0, Status.SUCCESS)
-    assert counted.one == LeafSummary("leaf", "0.1", 2, {"success": 2}, 0.0, 0.0)
+    assert counted.summary == LeafSummary("leaf", "0.1", 2, {"success": 2}, 0.0, 0.0)
 
 
 def test_a_leaf_may_be_halted() -> None:
@@ -77,7 +77,7 @@ def test_a_leaf_may_be_halted() -> None:
     counted.change(1.0, Status.RUNNING)
     counted.change(1.5, Status.INVALID)
     counted.change(1.5, Status.INVALID)
-    assert counted.one == LeafSummary("leaf", "0.1", 1, {"halted": 1}, 0.5, 0.0)
+    assert counted.summary == LeafSummary("leaf", "0.1", 1, {"halted": 1}, 0.5, 0.0)
 
 
 def test_where_distance_is_not_known_there_is_none() -> None:
@@ -85,7 +85,7 @@ def test_where_distance_is_not_known_there_is_none() -> None:
     counted = Counted(None)
     counted.change(1.0, Status.RUNNING)
     counted.change(2.0, Status.SUCCESS)
-    assert counted.one.distance_m is None
+    assert counted.summary.distance_m is None
 
 
 def test_leaves_alone_are_counted() -> None:

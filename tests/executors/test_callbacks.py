@@ -37,7 +37,7 @@ def test_an_action_from_goal_to_result_in_exact_virtual_times(rig: Any) -> None:
     server = ActionServer(serving, Turn, "turn", execute, cancel_callback=cancel)
     client = ActionClient(asking, Turn, "turn")
 
-    async def story() -> None:
+    async def act() -> None:
         timer.cancel()
         handle = await client.send_goal_async(Turn.Goal(angle=90.0))
         log.append(("accepted", rig.now(asking)))
@@ -47,7 +47,7 @@ def test_an_action_from_goal_to_result_in_exact_virtual_times(rig: Any) -> None:
 
     def begin() -> None:
         timer.cancel()
-        rig.clock.create_task(story())
+        rig.clock.create_task(act())
 
     timer = asking.create_timer(0.5, begin)
     asking.create_timer(1.0, lambda: None)

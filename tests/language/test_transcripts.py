@@ -49,7 +49,7 @@ TYPES: dict[str, Type] = {"n": "integer", "x": "number", "t": "bool", "s": "text
 TYPES |= {"list": "list", "empty": "list", "distance": "number"}
 
 
-def told(error: ExpressionError) -> str:
+def as_line(error: ExpressionError) -> str:
     """Return column, message and hint of an error."""
     return f"{error.column}: {error.message}" + (f"; {error.hint}" if error.hint else "")
 
@@ -59,15 +59,15 @@ def expression(text: str) -> str:
     try:
         parsed = Expression(text)
     except ExpressionError as error:
-        return told(error)
+        return as_line(error)
     try:
         kind: str = parsed.infer(lambda name: TYPES.get(name.name)) or "unknown"
     except ExpressionError as error:
-        kind = told(error)
+        kind = as_line(error)
     try:
         return f"{kind}: {parsed.evaluate(NAMES, random.Random(0))!r}"
     except ExpressionError as error:
-        return f"{kind}\nin a run: {told(error)}"
+        return f"{kind}\nin a run: {as_line(error)}"
 
 
 def template(text: str) -> str:
@@ -75,7 +75,7 @@ def template(text: str) -> str:
     try:
         return f"'{Template(text).evaluate(NAMES, random.Random(0))}'"
     except ExpressionError as error:
-        return told(error)
+        return as_line(error)
 
 
 RANGES = {"angle": (0.0, 90.0), "left": (-5.0, 5.0), "count": (3.0, 3.0), "gap": (0.0, math.inf)}
@@ -99,7 +99,7 @@ def unit(line: str) -> str:
     try:
         value = Expression(text).in_unit(name.strip()).evaluate({"x": 2.0}, random.Random(0))
     except ExpressionError as error:
-        return told(error)
+        return as_line(error)
     return f"{value:.9g}"
 
 
@@ -114,7 +114,7 @@ def requirement(line: str) -> str:
             "    - {turn: {angle: 90}, name: look around}\n    - {wait: 1, name: visit A}\n"
         )
     except ExpressionError as error:
-        return told(error)
+        return as_line(error)
     except InputError as error:
         return "\n".join(f"{each.line}:{each.column}: {each.headline}" for each in error.faults)
     return "valid"

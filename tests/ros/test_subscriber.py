@@ -21,7 +21,7 @@ BEST_EFFORT_LATCHED = QoSProfile(
 TYPE = "std_msgs/msg/Int32"
 
 
-def heard(reader: LatestMessageSubscriber) -> list[int]:
+def numbers_of(reader: LatestMessageSubscriber) -> list[int]:
     """Listen; gives the list to which each message's number is added."""
     numbers: list[int] = []
     reader.listen(lambda message: numbers.append(message.data))
@@ -33,7 +33,7 @@ def test_every_publisher_is_heard_once(rig: Any, qos: Any) -> None:
     """Reliable or not."""
     publisher = rig.node("talker").create_publisher(Int32, "n", qos)
     reader = LatestMessageSubscriber(rig.node("listener"), "n", TYPE)
-    numbers = heard(reader)
+    numbers = numbers_of(reader)
     rig.settle()
     publisher.publish(Int32(data=7))
     rig.settle()
@@ -45,25 +45,25 @@ def test_a_latched_message_from_before_is_heard(rig: Any) -> None:
     publisher = rig.node("talker").create_publisher(Int32, "n", LATCHED)
     publisher.publish(Int32(data=7))
     reader = LatestMessageSubscriber(rig.node("listener"), "n", TYPE)
-    first = heard(reader)
+    first = numbers_of(reader)
     rig.settle(lambda: first != [])
-    assert heard(reader) == [7]
+    assert numbers_of(reader) == [7]
 
 
 def test_a_latched_publisher_that_comes_later_is_found(rig: Any) -> None:
     """By looking around; the wait for it does so at every tick."""
     listener = rig.node("listener")
     reader = LatestMessageSubscriber(listener, "n", TYPE)
-    numbers = heard(reader)
+    numbers = numbers_of(reader)
     assert len(list(listener.subscriptions)) == 1
     publisher = rig.node("talker").create_publisher(Int32, "n", LATCHED)
     publisher.publish(Int32(data=7))
 
-    def found() -> bool:
+    def has_message() -> bool:
         reader.look_around()
         return numbers != []
 
-    rig.settle(found)
+    rig.settle(has_message)
     assert set(numbers) == {7}
     assert len(list(listener.subscriptions)) == 2
 
@@ -72,7 +72,7 @@ def test_who_leaves_hears_nothing_more(rig: Any) -> None:
     """Others do."""
     publisher = rig.node("talker").create_publisher(Int32, "n", 10)
     reader = LatestMessageSubscriber(rig.node("listener"), "n", TYPE)
-    numbers = heard(reader)
+    numbers = numbers_of(reader)
     gone: list[Any] = []
     reader.listen(gone.append)
     reader.leave(gone.append)

@@ -15,7 +15,7 @@ def examined(text, **options):
     return mission is not None, [str(fault).splitlines()[0] for fault in faults]
 
 
-def said(text, **options):
+def first_lines(text, **options):
     """Return the first line of every diagnostic of a text."""
     return examined(text, **options)[1]
 
@@ -23,18 +23,18 @@ def said(text, **options):
 def test_a_world_or_robot_from_the_command_line_is_told_as_such():
     """There is no line in the file to point at."""
     text = "mission: m\nworld: dqn_stage4\ntree: {wait: 1}"
-    (robot, world) = sorted(said(text, world="x", robot="y"))
+    (robot, world) = sorted(first_lines(text, world="x", robot="y"))
     assert robot.startswith("--robot: error: no robot 'y' (known: burger, waffle)")
     assert world.startswith("--world: error: no world 'x' (known: ")
-    assert said(text) == []
+    assert first_lines(text) == []
 
 
 def test_two_branches_that_move_the_base_are_warned_of():
     """The later goal would end the earlier; one that moves and one that waits are fine."""
     text = "mission: m\ntree:\n  parallel:\n    - {turn: {angle: 9}, timeout: 9}\n    - {wait: 1}\n"
-    assert said(text) == []
+    assert first_lines(text) == []
     more = text + "    - sequence: [{camera_sweep: {sweep_angle: 9, image_count: 1}, timeout: 9}]\n"
-    (result,) = said(more)
+    (result,) = first_lines(more)
     assert result.startswith("m.yaml:6:7: warning: two branches of a parallel move the base; the ")
 
 
@@ -42,7 +42,7 @@ def test_without_ros_a_warning_says_what_was_not_checked(monkeypatch):
     """The rest is checked all the same."""
     monkeypatch.setitem(sys.modules, "bt_mission.ros.interface_types", None)
     monkeypatch.delattr("bt_mission.ros.interface_types", raising=False)
-    result = said("mission: m\nrobot: x\ntree: {turn: {angel: 9}, timeout: 9}")
+    result = first_lines("mission: m\nrobot: x\ntree: {turn: {angel: 9}, timeout: 9}")
     assert len(result) == 2
     assert result[0].startswith("m.yaml: warning: ROS 2 is not there (")
     assert result[0].endswith("so types and fields were not checked; try 'bt-mission doctor'")
@@ -51,7 +51,7 @@ def test_without_ros_a_warning_says_what_was_not_checked(monkeypatch):
 
 def test_the_real_types_are_known():
     """A field of the real ExploreForward."""
-    (result,) = said("mission: m\ntree: {explore_forward: {velocity: 1}, timeout: 9}")
+    (result,) = first_lines("mission: m\ntree: {explore_forward: {velocity: 1}, timeout: 9}")
     assert "(its fields: fwd_velocity, stopping_distance)" in result
 
 

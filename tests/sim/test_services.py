@@ -118,7 +118,7 @@ def test_reset_odometry_reckons_from_here(make_stage, make_world, call):
 TOLD = ("odom", "ground_truth/odom", "imu", "scan", "joint_states", "battery_state", "collisions")
 
 
-def told(message: Any) -> str:
+def as_text(message: Any) -> str:
     """A message in words, without its time."""
     message.header.stamp.sec = message.header.stamp.nanosec = 0
     return repr(message)
@@ -137,7 +137,9 @@ def test_after_reset_simulation_a_run_repeats(make_stage, waffle, call):
         here.run(from_ns)
         drive(here, from_ns, 4.0, 0.0, 0.35)
         drive(here, from_ns + 4 * S, 5.0, 0.26)
-        messages = [(topic, told(message)) for topic, message in here.received if topic != "/clock"]
+        messages = [
+            (topic, as_text(message)) for topic, message in here.received if topic != "/clock"
+        ]
         here.received.clear()
         return messages
 

@@ -25,7 +25,7 @@ print(os.environ.get("PYGLFW_LIBRARY"))
 TELLING = "print(os.environ.get('PYGLFW_LIBRARY'))\n"
 
 
-def told(program: str, **variables: str) -> str:
+def output_of(program: str, **variables: str) -> str:
     """What a program prints after the import of the simulation, with these variables alone."""
     names = ("PYGLFW_LIBRARY", "PYGLFW_LIBRARY_VARIANT", "XDG_SESSION_TYPE")
     kept = {name: value for name, value in os.environ.items() if name not in names}
@@ -42,7 +42,7 @@ def told(program: str, **variables: str) -> str:
 
 def test_no_process_is_started() -> None:
     """The package glfw would ask a new Python for the version of each library."""
-    library = Path(told(WITHOUT_PROCESSES))
+    library = Path(output_of(WITHOUT_PROCESSES))
     assert library.name == "libglfw.so"
     assert library.is_file()
 
@@ -57,4 +57,4 @@ def test_no_process_is_started() -> None:
 )
 def test_a_choice_of_the_user_is_kept(variables: dict[str, str], left: str) -> None:
     """And that of a desktop which needs another library."""
-    assert told(TELLING, **variables) == left
+    assert output_of(TELLING, **variables) == left

@@ -6,7 +6,7 @@ from typing import Any
 from simulation_interfaces import msg
 
 from sim.ros.requests import Code
-from tests.sim.ros.conftest import told
+from tests.sim.ros.conftest import result_of
 
 WORLD: dict[str, Any] = {
     "size": [10, 10],
@@ -45,7 +45,7 @@ def spawn(sim, x=1.0, y=1.0, yaw=0.0, *, frame="", **fields):
 def state_of(sim, name: str) -> tuple[float, ...]:
     """Where an entity is, and how it moves: x, y, yaw, vx, vy, turn."""
     answer = sim.ask("GetEntityState", entity=name)
-    assert told(answer) == (Code.OK, "")
+    assert result_of(answer) == (Code.OK, "")
     state = answer.state
     q, linear = state.pose.orientation, state.twist.linear
     yaw = math.remainder(2 * math.atan2(q.z, q.w), math.tau)

@@ -58,11 +58,11 @@ class Simulator:
         """Ask for a state, and return how that went."""
         request = srv.SetSimulationState.Request()
         request.state.state = state
-        return told(self.ask("SetSimulationState", state=request.state))
+        return result_of(self.ask("SetSimulationState", state=request.state))
 
     @property
     def state(self) -> int:
-        """The state that is told."""
+        """The state that is result_of."""
         return int(self.ask("GetSimulationState").state.state)
 
     def wait(self, seconds: float) -> None:
@@ -70,14 +70,14 @@ class Simulator:
         self.stage.run(self.stage.clock.now_ns + round(seconds * 1e9))
 
 
-def told(answer: Any) -> tuple[int, str]:
+def result_of(answer: Any) -> tuple[int, str]:
     """Return how a request went, and why."""
     return answer.result.result, answer.result.error_message
 
 
 @pytest.fixture
 def make_simulator(make_stage, make_world):
-    """Makes a simulation with its services, in a wide empty world unless told otherwise."""
+    """Makes a simulation with its services, in a wide empty world by default."""
 
     def make(
         *topics: str, source: str = "empty_arena", world: dict[str, Any] | None = None, **options

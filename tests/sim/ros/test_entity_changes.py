@@ -7,7 +7,7 @@ from simulation_interfaces import msg
 
 from sim.ros.entity_services import INVALID_POSE, SpawnCode
 from sim.ros.requests import Code
-from tests.sim.ros.conftest import told
+from tests.sim.ros.conftest import result_of
 from tests.support.entities import WORLD, entities, new_state, pose_message, spawn, state_of
 
 
@@ -24,12 +24,15 @@ def sim(make_simulator):
 
 def test_what_is_spawned_is_there_for_the_lidar(sim):
     """One metre ahead of the robot, which looks along y."""
-    assert told(spawn(sim, -1.0, 1.5, uri="cylinder?radius=0.2", name="pillar")) == (Code.OK, "")
+    assert result_of(spawn(sim, -1.0, 1.5, uri="cylinder?radius=0.2", name="pillar")) == (
+        Code.OK,
+        "",
+    )
     sim.wait(0.1)
     ahead = sim.stage.messages("scan")[-1].ranges[0]
     lidar_x = sim.node.robots[0].robot.lidar.x
     assert ahead == pytest.approx(1.0 - 0.2 - lidar_x, abs=0.05)
-    assert told(sim.ask("DeleteEntity", entity="pillar")) == (Code.OK, "")
+    assert result_of(sim.ask("DeleteEntity", entity="pillar")) == (Code.OK, "")
     sim.wait(0.1)
     assert sim.stage.messages("scan")[-1].ranges[0] > 2.0
     assert entities(sim) == ["waffle", "the wall", "circling"]
@@ -47,7 +50,7 @@ def test_names_are_made_up_where_that_is_allowed(sim):
 
 def test_a_pose_may_be_relative_to_an_entity(sim):
     """One metre ahead of the robot, turned as the robot is and a little more."""
-    assert told(spawn(sim, 1.0, 0.0, 0.1, frame="waffle", name="crate")) == (Code.OK, "")
+    assert result_of(spawn(sim, 1.0, 0.0, 0.1, frame="waffle", name="crate")) == (Code.OK, "")
     assert state_of(sim, "crate")[:3] == pytest.approx((-1, 1.5, math.pi / 2 + 0.1), abs=1e-3)
 
 
@@ -83,7 +86,7 @@ def test_a_pose_may_be_relative_to_an_entity(sim):
 def test_what_cannot_be_spawned_is_refused(sim, fields, code, words):
     """With the standard's code and the reason; nothing is there then."""
     answer = spawn(sim, **fields)
-    result, text = told(answer)
+    result, text = result_of(answer)
     assert (result, answer.entity_name) == (code, "")
     assert words in text
     assert "\x1b" not in text
@@ -115,7 +118,7 @@ def test_a_pose_that_is_none_is_refused(sim, z, quaternion, words):
             INVALID_POSE,
         ),
     ):
-        result, text = told(answer)
+        result, text = result_of(answer)
         assert result == code
         assert words in text
 
@@ -123,8 +126,8 @@ def test_a_pose_that_is_none_is_refused(sim, z, quaternion, words):
 def test_no_more_than_there_is_room_for_is_spawned(sim):
     """Four at a time here; the fifth is told what to do."""
     for x in range(4):
-        assert told(spawn(sim, float(x), -3.0)) == (Code.OK, "")
-    result, text = told(spawn(sim, 4.0, -3.0))
+        assert result_of(spawn(sim, float(x), -3.0)) == (Code.OK, "")
+    result, text = result_of(spawn(sim, 4.0, -3.0))
     assert (result, len(entities(sim))) == (Code.OPERATION_FAILED, 7)
     assert "remove one" in text
 
@@ -136,19 +139,19 @@ def test_several_are_spawned_at_once_and_each_is_told_of(sim):
         request.name, request.entity_resource.uri = f"box {number}", "box"
     answer = sim.ask("SpawnEntities", spawn_requests=requests)
     words = "1 of 3 were not spawned; see results"
-    assert told(answer) == (SpawnCode.ENTITIES_SPAWN_FAILED, words)
+    assert result_of(answer) == (SpawnCode.ENTITIES_SPAWN_FAILED, words)
     assert [result.result.result for result in answer.results] == [1, SpawnCode.INVALID_POSE, 1]
     assert [result.entity_name for result in answer.results] == ["box 0", "", "box 2"]
     too_many = sim.ask("SpawnEntities", spawn_requests=[msg.SpawnEntity()] * 65)
-    assert told(too_many) == (Code.OPERATION_FAILED, "expected at most 64 requests, got 65")
+    assert result_of(too_many) == (Code.OPERATION_FAILED, "expected at most 64 requests, got 65")
 
 
 def test_what_can_be_spawned_is_listed(sim):
     """Each can be asked for as it is; sources elsewhere are not looked at."""
     answer = sim.ask("GetSpawnables", sources=["http://shop"])
-    assert told(answer) == (Code.OK, "not known as sources: 'http://shop'")
+    assert result_of(answer) == (Code.OK, "not known as sources: 'http://shop'")
     for x, first in enumerate(answer.spawnables):
-        assert told(spawn(sim, float(x), -3.0, uri=first.uri)) == (Code.OK, "")
+        assert result_of(spawn(sim, float(x), -3.0, uri=first.uri)) == (Code.OK, "")
     assert entities(sim)[3:] == ["box", "cylinder"]
 
 
@@ -157,7 +160,7 @@ def test_what_can_be_spawned_is_listed(sim):
 )
 def test_only_what_was_spawned_is_deleted(sim, name, words):
     """Robots and the world stay."""
-    result, text = told(sim.ask("DeleteEntity", entity=name))
+    result, text = result_of(sim.ask("DeleteEntity", entity=name))
     assert (result, name in entities(sim)) == (Code.FEATURE_UNSUPPORTED, True)
     assert words in text
 
@@ -171,7 +174,10 @@ def test_a_robot_is_put_elsewhere(sim):
     sim.stage.command(0.2)
     sim.wait(0.05)
     way, odometry = robot.distance_travelled, robot.read_odometry().x
-    assert told(sim.ask("SetEntityState", entity="waffle", state=new_state(2, -2, 1.0))) == (1, "")
+    assert result_of(sim.ask("SetEntityState", entity="waffle", state=new_state(2, -2, 1.0))) == (
+        1,
+        "",
+    )
     assert state_of(sim, "waffle") == pytest.approx((2, -2, 1, 0, 0, 0), abs=1e-9)
     assert robot.distance_travelled == pytest.approx(way)
     assert robot.read_odometry().x == pytest.approx(odometry)
@@ -184,7 +190,7 @@ def test_what_was_spawned_is_put_elsewhere_and_moves_on(sim):
     """In the frame of the robot, which looks along y: ahead is along y."""
     spawn(sim, name="crate")
     state = new_state(1, 0, frame="waffle", linear=(0.4, 0.0, 0.0))
-    assert told(sim.ask("SetEntityState", entity="crate", state=state)) == (Code.OK, "")
+    assert result_of(sim.ask("SetEntityState", entity="crate", state=state)) == (Code.OK, "")
     sim.wait(0.5)
     x, y, yaw, vx, vy, _ = state_of(sim, "crate")
     assert (x, y, yaw) == pytest.approx((-1, 1.7, math.pi / 2), abs=1e-3)
@@ -212,7 +218,7 @@ def test_what_cannot_be_moved_stays(sim, name, state, code, words):
     """With the reason; nothing has changed then."""
     spawn(sim, name="crate")
     before = {entity: state_of(sim, entity) for entity in entities(sim)}
-    result, text = told(sim.ask("SetEntityState", entity=name, state=state))
+    result, text = result_of(sim.ask("SetEntityState", entity=name, state=state))
     assert result == code
     assert words in text
     assert {entity: state_of(sim, entity) for entity in entities(sim)} == before

@@ -13,7 +13,7 @@ from sim.ros import entity_messages
 from sim.ros.entity_services import INVALID_POSE, SpawnCode
 from sim.ros.requests import Code
 from sim.world.world import Spawn
-from tests.sim.ros.conftest import told
+from tests.sim.ros.conftest import result_of
 from tests.support.entities import WORLD, entities, spawn, state_of
 
 
@@ -125,7 +125,7 @@ def test_entities_are_found_by_the_volume_that_they_are_in(sim, bounds, names):
 )
 def test_filters_that_make_no_sense_are_refused(sim, filters, code, words):
     """At once, whatever they would cost."""
-    result, text = told(sim.ask("GetEntities", filters=msg.EntityFilters(**filters)))
+    result, text = result_of(sim.ask("GetEntities", filters=msg.EntityFilters(**filters)))
     assert result == code
     assert words in text
 
@@ -155,7 +155,7 @@ def test_what_is_known_of_an_entity_can_be_changed(sim):
     assert sim.ask("GetEntityInfo", entity="crate").info.tags == ["spawned"]
     info = msg.EntityInfo(description="a parcel", tags=["fragile"])
     info.category.category = 5
-    assert told(sim.ask("SetEntityInfo", entity="crate", info=info)) == (Code.OK, "")
+    assert result_of(sim.ask("SetEntityInfo", entity="crate", info=info)) == (Code.OK, "")
     assert sim.ask("GetEntityInfo", entity="crate").info == info
     assert entities(sim, tags=msg.TagsFilter(tags=["fragile"])) == ["crate"]
     sim.ask("DeleteEntity", entity="crate")
@@ -177,7 +177,7 @@ def test_what_is_known_of_an_entity_can_be_changed(sim):
 @pytest.mark.parametrize("name", ["", "nobody", "<b>waffle</b>\x1b[31m", "w" * 10_000])
 def test_a_name_that_nobody_has_is_not_found(sim, kind, name):
     """Said with those that there are, and nothing that commands a terminal."""
-    result, text = told(sim.ask(kind, entity=name))
+    result, text = result_of(sim.ask(kind, entity=name))
     assert result == Code.NOT_FOUND
     assert "there are waffle, the wall, circling" in text
     assert "\x1b" not in text
@@ -186,4 +186,4 @@ def test_a_name_that_nobody_has_is_not_found(sim, kind, name):
 
 def test_a_slip_of_the_pen_is_recognised(sim):
     """The name that was meant is said."""
-    assert "did you mean 'waffle'?" in told(sim.ask("GetEntityState", entity="wafle"))[1]
+    assert "did you mean 'waffle'?" in result_of(sim.ask("GetEntityState", entity="wafle"))[1]

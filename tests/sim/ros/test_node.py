@@ -321,7 +321,7 @@ def test_lean_leaves_out_what_a_stage_does_not_need(stage):
     assert len(list(full.services)) >= 9
 
 
-def story(stage, seed: int) -> str:
+def digest_of(stage, seed: int) -> str:
     """A digest of every message of a drive of 3 s, to the last bit, in the order of arrival."""
     here = stage(*QUIET, world=load_world("dqn_stage4"), seed=seed)
     for step in range(60):
@@ -334,6 +334,6 @@ def story(stage, seed: int) -> str:
 
 def test_the_same_seed_tells_the_same_story(stage):
     """Every topic, bit for bit; another seed, another story."""
-    first = story(stage, 5)
-    assert story(stage, 5) == first
-    assert story(stage, 6) != first
+    first = digest_of(stage, 5)
+    assert digest_of(stage, 5) == first
+    assert digest_of(stage, 6) != first

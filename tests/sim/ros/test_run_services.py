@@ -9,7 +9,7 @@ from simulation_interfaces.msg import Result, SimulationState, SimulatorFeatures
 from sim.ros.requests import Code, Feature
 from sim.ros.run_control import RunState
 from sim.ros.run_services import MOST_STEPS, Scope, Transition
-from tests.sim.ros.conftest import told
+from tests.sim.ros.conftest import result_of
 
 S, MS = 1_000_000_000, 1_000_000
 STOPPED, PLAYING, PAUSED, QUITTING = range(4)
@@ -93,7 +93,7 @@ def test_from_stopped_it_may_be_paused(sim):
     assert sim.set_state(PAUSED) == (Code.OK, "")
     answer = sim.begin("StepSimulation", steps=1)
     sim.wait(0.1)
-    assert (told(answer.result()), sim.node.clock_ns) == ((Code.OK, ""), 1005 * MS)
+    assert (result_of(answer.result()), sim.node.clock_ns) == ((Code.OK, ""), 1005 * MS)
 
 
 @pytest.mark.parametrize(
@@ -117,7 +117,7 @@ def test_while_it_quits_everything_is_refused(sim):
     sim.set_state(QUITTING)
     assert sim.state == QUITTING
     for kind in ("ResetSimulation", "StepSimulation", "GetEntities", "SpawnEntity", "LoadWorld"):
-        assert told(sim.ask(kind)) == (Code.INCORRECT_STATE, "the simulator is ending")
+        assert result_of(sim.ask(kind)) == (Code.INCORRECT_STATE, "the simulator is ending")
 
 
 # ---- steps -------------------------------------------------------------------------------
@@ -132,7 +132,7 @@ def test_steps_are_done_at_the_pace_of_the_simulation(sim):
     sim.wait(0.045)
     assert (answer.done(), sim.node.clock_ns) == (False, 1545 * MS)
     sim.wait(0.005)
-    assert told(answer.result()) == (Code.OK, "")
+    assert result_of(answer.result()) == (Code.OK, "")
     sim.wait(3.0)
     assert (sim.node.clock_ns, sim.state) == (1550 * MS, PAUSED)
 
@@ -142,7 +142,7 @@ def test_a_step_is_asked_for_where_nothing_is_said(sim):
     sim.set_state(PAUSED)
     answer = sim.begin("StepSimulation")
     sim.wait(0.1)
-    assert told(answer.result()) == (Code.OK, "")
+    assert result_of(answer.result()) == (Code.OK, "")
     assert sim.node.clock_ns == 1505 * MS
 
 
@@ -161,7 +161,7 @@ def test_steps_that_cannot_be_are_refused(sim, steps, state, words):
     if state != PLAYING:
         sim.set_state(state)
     before_ns = sim.node.clock_ns
-    result, text = told(sim.ask("StepSimulation", steps=steps))
+    result, text = result_of(sim.ask("StepSimulation", steps=steps))
     assert (result, sim.node.clock_ns) == (Code.OPERATION_FAILED, before_ns)
     assert words in text
 
@@ -180,7 +180,7 @@ def test_another_state_ends_steps_under_way(sim, state, words):
     answer = sim.begin("StepSimulation", steps=100)
     sim.wait(0.02)
     assert sim.set_state(state)[0] == Code.OK
-    assert told(answer.result()) == (Code.OPERATION_FAILED, words)
+    assert result_of(answer.result()) == (Code.OPERATION_FAILED, words)
     assert sim.state == state
 
 
@@ -188,9 +188,9 @@ def test_two_cannot_step_at_a_time(sim):
     """The second is refused, the first goes on."""
     sim.set_state(PAUSED)
     first = sim.begin("StepSimulation", steps=10)
-    assert told(sim.ask("StepSimulation", steps=10))[0] == Code.OPERATION_FAILED
+    assert result_of(sim.ask("StepSimulation", steps=10))[0] == Code.OPERATION_FAILED
     sim.wait(1.0)
-    assert told(first.result()) == (Code.OK, "")
+    assert result_of(first.result()) == (Code.OK, "")
     assert sim.node.clock_ns == 1550 * MS
 
 
@@ -215,7 +215,7 @@ def test_the_action_tells_each_step(sim):
     sim.set_state(PAUSED)
     _, result, progress = send_steps(sim, 3)
     sim.wait(0.5)
-    assert (result.result().status, told(result.result().result)) == (4, (Code.OK, ""))
+    assert (result.result().status, result_of(result.result().result)) == (4, (Code.OK, ""))
     assert progress == [(1, 2), (2, 1), (3, 0)]
     assert (sim.node.clock_ns, sim.state) == (1515 * MS, PAUSED)
 
@@ -229,7 +229,7 @@ def test_the_action_takes_any_number_and_can_be_canceled(sim):
     sim.stage.clock.run_until_quiet()
     words = f"given up after 4 of {2**64 - 1} steps: canceled"
     assert result.result().status == 5
-    assert told(result.result().result) == (Code.OPERATION_FAILED, words)
+    assert result_of(result.result().result) == (Code.OPERATION_FAILED, words)
     assert progress[-1] == (4, 2**64 - 5)
     assert (sim.node.clock_ns, sim.state) == (1520 * MS, PAUSED)
 
@@ -237,7 +237,7 @@ def test_the_action_takes_any_number_and_can_be_canceled(sim):
 def test_the_action_is_aborted_where_it_cannot_be(sim):
     """The result says why."""
     _, result, progress = send_steps(sim, 3)
-    code, text = told(result.result().result)
+    code, text = result_of(result.result().result)
     assert (result.result().status, code, progress) == (6, Code.OPERATION_FAILED, [])
     assert "steps are for a paused simulation" in text
 
@@ -257,7 +257,7 @@ def test_all_is_reset_and_it_plays_on(sim, scope):
     """Time, poses and what was spawned; the clock is told at once."""
     sim.node.physics.props.place("crate", 3.0, 0.0, size=(0.2, 0.2, 0.2))
     drive(sim)
-    assert told(sim.ask("ResetSimulation", scope=scope)) == (Code.OK, "")
+    assert result_of(sim.ask("ResetSimulation", scope=scope)) == (Code.OK, "")
     assert (sim.node.clock_ns, clocks(sim)[-1], sim.state) == (1000 * MS, 1000, PLAYING)
     assert sim.node.robots[0].pose == pytest.approx((0, 0, 0), abs=1e-6)
     assert len(sim.node.physics.props) == 0
@@ -269,7 +269,7 @@ def test_time_alone_is_reset(sim):
     """The robot drives on, and its commands count from their stamps, on the new clock."""
     drive(sim)
     x = sim.node.robots[0].pose[0]
-    assert told(sim.ask("ResetSimulation", scope=Scope.TIME)) == (Code.OK, "")
+    assert result_of(sim.ask("ResetSimulation", scope=Scope.TIME)) == (Code.OK, "")
     assert (sim.node.clock_ns, sim.node.robots[0].pose[0]) == (1000 * MS, x)
     assert sim.node.robots[0].velocity[0] == pytest.approx(0.2, abs=0.01)
     sim.wait(0.1)
@@ -283,7 +283,7 @@ def test_the_state_alone_is_reset(sim):
     crate.move_at(0.0, 0.5)
     drive(sim)
     assert crate.position == pytest.approx((3.0, 0.25))
-    assert told(sim.ask("ResetSimulation", scope=Scope.STATE)) == (Code.OK, "")
+    assert result_of(sim.ask("ResetSimulation", scope=Scope.STATE)) == (Code.OK, "")
     assert sim.node.clock_ns == 2000 * MS
     assert sim.node.robots[0].pose == pytest.approx((0, 0, 0), abs=1e-6)
     assert (crate.is_placed, crate.position, crate.velocity) == (True, (3.0, 0.0), (0.0, 0.0))
@@ -295,7 +295,7 @@ def test_what_stands_where_a_robot_starts_is_deleted_and_told(sim):
     drive(sim)
     sim.node.physics.props.place("crate", -0.15, 0.0, size=(0.1, 0.1, 0.1))
     answer = sim.ask("ResetSimulation", scope=Scope.STATE)
-    assert told(answer) == (Code.OK, "no room any more, so deleted: crate")
+    assert result_of(answer) == (Code.OK, "no room any more, so deleted: crate")
     assert len(sim.node.physics.props) == 0
 
 
@@ -304,7 +304,7 @@ def test_what_was_spawned_alone_is_deleted(sim):
     sim.node.physics.props.place("crate", 3.0, 0.0, size=(0.2, 0.2, 0.2))
     drive(sim)
     pose = sim.node.robots[0].pose
-    assert told(sim.ask("ResetSimulation", scope=Scope.SPAWNED)) == (Code.OK, "")
+    assert result_of(sim.ask("ResetSimulation", scope=Scope.SPAWNED)) == (Code.OK, "")
     assert (sim.node.clock_ns, sim.node.robots[0].pose) == (2000 * MS, pose)
     assert len(sim.node.physics.props) == 0
 
@@ -312,7 +312,7 @@ def test_what_was_spawned_alone_is_deleted(sim):
 @pytest.mark.parametrize("scope", [8, 9, 128])
 def test_a_scope_that_nobody_knows_is_refused(sim, scope):
     """And nothing is reset."""
-    result, text = told(sim.ask("ResetSimulation", scope=scope))
+    result, text = result_of(sim.ask("ResetSimulation", scope=scope))
     assert (result, sim.node.clock_ns) == (Code.FEATURE_UNSUPPORTED, 1500 * MS)
     assert text.endswith(f"got {scope}")
 
@@ -324,5 +324,5 @@ def test_a_reset_ends_steps_under_way(sim):
     sim.wait(0.02)
     sim.ask("ResetSimulation")
     words = "given up after 4 of 100 steps: the simulation was reset"
-    assert told(answer.result()) == (Code.OPERATION_FAILED, words)
+    assert result_of(answer.result()) == (Code.OPERATION_FAILED, words)
     assert (sim.state, sim.node.clock_ns) == (PAUSED, 1000 * MS)

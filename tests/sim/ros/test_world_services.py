@@ -8,7 +8,7 @@ from simulation_interfaces.msg import Bounds, TagsFilter
 
 from bt_mission.core.files import find, names
 from sim.ros.requests import Code
-from tests.sim.ros.conftest import told
+from tests.sim.ros.conftest import result_of
 
 WORLD = {
     "name": "hall",
@@ -27,7 +27,7 @@ def sim(make_simulator):
 def test_the_world_is_told(sim):
     """With the file that it is from."""
     answer = sim.ask("GetCurrentWorld")
-    assert told(answer) == (Code.OK, "")
+    assert result_of(answer) == (Code.OK, "")
     assert (answer.world.name, answer.world.description) == ("hall", "A hall with a dock.")
     assert answer.world.world_resource.uri == find("worlds", "empty_arena").resolve().as_uri()
 
@@ -35,18 +35,18 @@ def test_the_world_is_told(sim):
 def test_the_worlds_that_are_shipped_are_listed(sim):
     """What is to be searched besides is said to be left out; tags there are none."""
     answer = sim.ask("GetAvailableWorlds", additional_sources=["http://shop"])
-    assert told(answer) == (Code.OK, "not searched: 'http://shop'")
+    assert result_of(answer) == (Code.OK, "not searched: 'http://shop'")
     worlds = [Path(world.world_resource.uri).stem for world in answer.worlds]
     assert worlds == names("worlds")
     tagged = sim.ask("GetAvailableWorlds", filter=TagsFilter(tags=["indoor"]))
-    assert told(tagged)[0] == Code.FEATURE_UNSUPPORTED
+    assert result_of(tagged)[0] == Code.FEATURE_UNSUPPORTED
 
 
 @pytest.mark.parametrize("kind", ["LoadWorld", "UnloadWorld"])
 def test_the_world_stays(sim, kind):
     """Said with the way to another."""
     text = "a world is chosen at the start: bt-mission sim --world NAME"
-    assert told(sim.ask(kind)) == (Code.FEATURE_UNSUPPORTED, text)
+    assert result_of(sim.ask(kind)) == (Code.FEATURE_UNSUPPORTED, text)
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,7 @@ def test_room_at_a_place(sim):
     zone = sim.ask("GetNamedPoseBounds", name="dock").bounds
     assert (zone.type, zone.points[1].x) == (Bounds.TYPE_SPHERE, 0.3)
     assert sim.ask("GetNamedPoseBounds", name="spawn").bounds.type == Bounds.TYPE_EMPTY
-    result, text = told(sim.ask("GetNamedPoseBounds", name="nowhere"))
+    result, text = result_of(sim.ask("GetNamedPoseBounds", name="nowhere"))
     assert (result, text) == (
         Code.NOT_FOUND,
         "no pose has the name 'nowhere'; there are spawn, dock",

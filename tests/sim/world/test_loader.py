@@ -11,7 +11,7 @@ PILLAR = {"name": "pillar", "x": 1, "y": 1, "radius": 0.2}
 ZONE = {"name": "A", "x": -1, "y": -1, "radius": 0.3}
 
 
-def said(**fields: object) -> list[tuple[tuple[str | int, ...], str]]:
+def problems_of(**fields: object) -> list[tuple[tuple[str | int, ...], str]]:
     """Paths and messages of what is wrong with a world of 4 m x 4 m."""
     world = World.model_validate({"name": "room", "size": [4, 4], **fields})
     return [(problem.path, problem.message) for problem in problems(world)]
@@ -19,12 +19,12 @@ def said(**fields: object) -> list[tuple[tuple[str | int, ...], str]]:
 
 def test_a_sound_world_has_no_problems():
     """A pillar and a zone, each with room, are fine."""
-    assert said(cylinders=[PILLAR], zones=[ZONE]) == []
+    assert problems_of(cylinders=[PILLAR], zones=[ZONE]) == []
 
 
 def test_two_obstacles_of_one_name_are_told_apart_by_place():
     """Collisions are reported by name, so a name belongs to one obstacle."""
-    assert said(cylinders=[PILLAR, {**PILLAR, "x": -1}]) == [
+    assert problems_of(cylinders=[PILLAR, {**PILLAR, "x": -1}]) == [
         (("cylinders", 1, "name"), "the name 'pillar' is taken by item 1 of cylinders")
     ]
 
@@ -35,21 +35,21 @@ def test_a_given_name_may_not_be_one_that_is_made_up():
         {"name": "wall 2", "from": [-1, 1], "to": [1, 1]},
         {"from": [-1, -1], "to": [1, -1]},
     ]
-    assert said(walls=walls) == [
+    assert problems_of(walls=walls) == [
         (("walls", 1, "name"), "the name 'wall 2' is taken by item 1 of walls")
     ]
 
 
 def test_two_zones_of_one_name_are_refused():
     """A mission names the zone it goes to."""
-    assert said(zones=[ZONE, {**ZONE, "x": 0}]) == [
+    assert problems_of(zones=[ZONE, {**ZONE, "x": 0}]) == [
         (("zones", 1, "name"), "there are two zones named 'A'")
     ]
 
 
 def test_spawn_inside_an_obstacle_is_refused():
     """The robot cannot start in a pillar."""
-    assert said(cylinders=[PILLAR], spawn={"x": 1.1, "y": 1}) == [
+    assert problems_of(cylinders=[PILLAR], spawn={"x": 1.1, "y": 1}) == [
         (("spawn",), "the spawn (1.1, 1) lies inside 'pillar'")
     ]
 
@@ -73,12 +73,14 @@ def test_spawn_inside_an_obstacle_is_refused():
 )
 def test_what_lies_beside_the_floor_is_refused(fields, path, what):
     """Spawn, obstacles and zones lie on the floor; the message gives its size."""
-    assert said(**fields) == [(path, f"{what}, outside of the floor of 4 m x 4 m around (0, 0)")]
+    assert problems_of(**fields) == [
+        (path, f"{what}, outside of the floor of 4 m x 4 m around (0, 0)")
+    ]
 
 
 def test_a_zone_nobody_can_reach_is_refused():
     """The centre of a zone lies in no obstacle."""
-    assert said(cylinders=[PILLAR], zones=[{**ZONE, "x": 1, "y": 1}]) == [
+    assert problems_of(cylinders=[PILLAR], zones=[{**ZONE, "x": 1, "y": 1}]) == [
         (("zones", 0), "the centre of zone 'A' lies inside 'pillar'")
     ]
 

@@ -41,7 +41,7 @@ def write(tmp_path: Path):
     return write
 
 
-def told(path: Path) -> str:
+def refusal_of(path: Path) -> str:
     """All that is said about a world file, without the name of the file."""
     with pytest.raises(InputError) as caught:
         load_world(path)
@@ -106,14 +106,14 @@ def test_a_world_needs_no_more_than_a_name_and_a_size():
 )
 def test_a_field_that_is_wrong_is_told_with_its_place(write, old, new, place, message):
     """Every mistake has file, line and column, and says what was expected."""
-    words = told(write((old, new)))
+    words = refusal_of(write((old, new)))
     assert f"room.yaml:{place}: error: " in words
     assert message in words
 
 
 def test_an_unknown_key_gets_the_nearest_and_the_valid_ones(write):
     """The keys are those a person writes: 'from', not the name it has inside."""
-    words = told(write(("from:", "form:")))
+    words = refusal_of(write(("from:", "form:")))
     assert "unknown key 'form'" in words
     assert "did you mean 'from'?" in words
     assert "start" not in words
@@ -121,7 +121,7 @@ def test_an_unknown_key_gets_the_nearest_and_the_valid_ones(write):
 
 def test_all_faults_are_told_at_once(write):
     """One run tells two mistakes."""
-    words = told(write(("radius: 0.15", "radius: big"), ("length: 1,", "length: -1,")))
+    words = refusal_of(write(("radius: 0.15", "radius: big"), ("length: 1,", "length: -1,")))
     assert words.count("error:") == 2
 
 
@@ -156,7 +156,7 @@ def test_a_world_is_looked_for_beside_the_mission(write):
 )
 def test_a_motion_that_cannot_be_is_told(write, motion, message):
     """Both ways of writing, their limits, and the edge of the floor."""
-    words = told(write(("radius: 0.15", f"radius: 0.15, motion: {motion}")))
+    words = refusal_of(write(("radius: 0.15", f"radius: 0.15, motion: {motion}")))
     assert message in words
     assert "room.yaml:10:" in words
 
@@ -173,4 +173,4 @@ def test_what_moves_is_an_obstacle_with_a_motion(write):
 
 def test_more_than_enough_is_refused(write):
     """A size that would make a map of millions of cells is a slip of the pen."""
-    assert "expected at most 100" in told(write(("size: [4, 4]", "size: [400, 4]")))
+    assert "expected at most 100" in refusal_of(write(("size: [4, 4]", "size: [400, 4]")))

@@ -146,7 +146,7 @@ def _change_record(rng: Random, spoilt: bytearray) -> None:
 # ---- data ---------------------------------------------------------------------------------------
 
 
-def _with_data(rng: Random, recording: Recording, _found: Corpus) -> None:
+def _with_data(rng: Random, recording: Recording, _known: Corpus) -> None:
     """Spoil a message: its bits, its length, a number in it."""
     if not recording.messages:
         return
@@ -205,7 +205,7 @@ def _with_definition(rng: Random, recording: Recording, known: Corpus) -> None:
             topic.definition = "\n".join(lines) + (extra if "empty/" in lines[index] else "")
 
 
-def _with_order(rng: Random, recording: Recording, _found: Corpus) -> None:
+def _with_order(rng: Random, recording: Recording, _known: Corpus) -> None:
     """Lose, double, move or re-date messages."""
     messages = recording.messages
     if not messages:
@@ -248,7 +248,7 @@ def _with_channel(rng: Random, recording: Recording, _: Corpus) -> None:
             ]
 
 
-def _with_notes(rng: Random, recording: Recording, _found: Corpus) -> None:
+def _with_notes(rng: Random, recording: Recording, _known: Corpus) -> None:
     """Spoil the facts and the summary, and the files within the file."""
     names = [*recording.notes, "bt_mission", "bt_mission_summary"]
     facts = recording.notes.setdefault(rng.choice(names), {})

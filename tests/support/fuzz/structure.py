@@ -267,7 +267,7 @@ def _modify(rng: Random, _data: Any, places: list[Slot], pool: Pool) -> None:
         slot.value[rng.choice(pool.keys)] = copy.deepcopy(rng.choice((*pool.values, *SCALARS)))
 
 
-def _include(rng: Random, data: Any, _found: list[Slot], _pool: Pool) -> None:
+def _include(rng: Random, data: Any, _places: list[Slot], _pool: Pool) -> None:
     if isinstance(data, dict):
         files = ("parts.yaml", "ring.yaml", "loop.yaml", "folder.yaml", "m.yaml", "outside.yaml")
         data["include"] = [rng.choice(files) for _ in range(rng.randint(1, 3))]

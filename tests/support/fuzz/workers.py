@@ -64,7 +64,7 @@ class Files:
     first: int = 0
     step: int = 1
 
-    def __call__(self, _target: Any, _found: Any) -> Iterator[tuple[int, Any]]:
+    def __call__(self, _target: Any, _corpus: Any) -> Iterator[tuple[int, Any]]:
         """Yield them as they are."""
         from tests.support.fuzz.finding import Case  # noqa: PLC0415 - as above
 

@@ -113,14 +113,14 @@ def test_requirements_are_told_when_their_verdict_is_another_one() -> None:
     lines = RequirementLines()
     begun = tree()
 
-    def told(name: str, verdict: str, margin: str = "") -> list[str]:
+    def lines_of(name: str, verdict: str, margin: str = "") -> list[str]:
         return list(lines.take(requirement(name, verdict, margin, time_ns=3 * S), begun))
 
-    assert told("slow", "open", "0.2") == []
-    assert told("slow", "violated", "-0.1") == []
-    assert told("late", "violated") == ["     2.00 s    requirement late: violated at 0.50 s"]
-    assert told("late", "violated", "-0.3") == []
-    assert told("ends", "holds") == ["     2.00 s    requirement ends: holds at 0.50 s"]
+    assert lines_of("slow", "open", "0.2") == []
+    assert lines_of("slow", "violated", "-0.1") == []
+    assert lines_of("late", "violated") == ["     2.00 s    requirement late: violated at 0.50 s"]
+    assert lines_of("late", "violated", "-0.3") == []
+    assert lines_of("ends", "holds") == ["     2.00 s    requirement ends: holds at 0.50 s"]
 
 
 def test_a_tree_is_followed_by_its_requirements() -> None:

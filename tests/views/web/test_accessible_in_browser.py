@@ -62,7 +62,7 @@ async def test_the_tree_is_one_for_keys_and_for_screen_readers(screen: Screen) -
     await screen.shows("found", "nowhere in the tree")
 
 
-def heard(page: Page) -> list[tuple[str, str, dict[str, Any]]]:
+def accessible_nodes(page: Page) -> list[tuple[str, str, dict[str, Any]]]:
     """What a screen reader is told of a page: roles, names and properties, in order."""
     nodes = page.call("Accessibility.getFullAXTree")["nodes"]
     return [
@@ -85,7 +85,7 @@ async def test_what_a_screen_reader_is_told(screen: Screen, executive: ScriptedE
     await screen.shows("variables", "speed")
     await screen.shows("requirements", "is slow")
     await screen.look("document.getElementById('tree').focus()")
-    reports = await asyncio.to_thread(heard, screen.page)
+    reports = await asyncio.to_thread(accessible_nodes, screen.page)
     items = [
         (name, *map(facts.get, ("level", "expanded", "selected")))
         for role, name, facts in reports

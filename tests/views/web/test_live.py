@@ -33,19 +33,19 @@ def test_the_robot_is_put_on_the_board_when_it_has_told_something() -> None:
     executive.begin()
     shown = LiveMission(ScriptedGraph(executive))
 
-    def told(revision: int, *, is_open: bool = True) -> dict[str, Any]:
+    def changes_since(revision: int, *, is_open: bool = True) -> dict[str, Any]:
         shown.look(OpenPanels(map=is_open))
         return shown.board.robot_since(revision)
 
-    told(0)
+    changes_since(0)
     executive.show((messages.FrameTransform("map", "base_link", 1.0, 2.0, 0.0),))
     revision = shown.board.revision
-    told(revision, is_open=False)
-    assert told(revision)["pose"] == [1.0, 2.0, 0.0]
+    changes_since(revision, is_open=False)
+    assert changes_since(revision)["pose"] == [1.0, 2.0, 0.0]
     revision = shown.board.revision
     goal = goal_in("active", (3.0, 4.0), goal_id="1", action="/drive", owner="drive")
     executive.detail(goals_sent=1, goals=(goal,))
-    assert told(revision) == {"targets": [[3.0, 4.0]]}
+    assert changes_since(revision) == {"targets": [[3.0, 4.0]]}
 
 
 def test_what_is_no_place_is_left_out_of_the_map() -> None:
