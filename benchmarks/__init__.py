@@ -1,1 +1,1 @@
-"""What the software costs, measured: `python -m benchmarks` lists the benchmarks and runs them."""
+"""The cost of the software, measured: `python -m benchmarks` lists the benchmarks and runs them."""

@@ -1,9 +1,7 @@
-"""How many calls a control step costs, by Python's profiler: no noise of a machine is in it.
+"""The number of calls of a control step, by Python's profiler: without the noise of a machine.
 
-The difference of two runs of explore_fixed, so that what is done once is not in it. Compiled
-functions count, too; a function belongs to the package that it is in.
-
-Run it as: python benchmarks/calls.py [--functions N] [--seconds SHORT LONG]
+It is the difference of two runs of explore_fixed, so that the set-up does not count. Compiled
+functions count, too; a function belongs to its package.
 """
 
 from __future__ import annotations
@@ -31,7 +29,7 @@ Function = tuple[str, int, str]
 
 
 def calls_in(duration_s: int) -> Counter[Function]:
-    """Return how often each function was called in a run of so many virtual seconds."""
+    """Return how often each function was called in a run of some virtual seconds."""
     mission = load(Path("missions/explore_fixed.yaml"), {"duration": duration_s})
     profiler = cProfile.Profile()
     with (
@@ -48,7 +46,7 @@ def calls_in(duration_s: int) -> Counter[Function]:
 
 
 def package_of(function: Function) -> str:
-    """Return the package that a function is in: two names of ours, one of others."""
+    """Return the package of a function: two names of ours, one of others."""
     file, _, name = function
     if file == "~":
         return "compiled"

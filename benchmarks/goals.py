@@ -57,7 +57,7 @@ tree:
 
 
 class QuickServer(ScriptedServer):
-    """Every goal has succeeded when it is accepted."""
+    """A server whose goals have all succeeded when they are accepted."""
 
     async def _on_goal(self, request: Any, answer: Any) -> Any:
         await super()._on_goal(request, answer)
@@ -98,7 +98,7 @@ class BareClient(Node):
 
 
 class Side:
-    """An executor with a client and its server, in a namespace that no other side has.
+    """An executor with a client and its server, in a separate namespace.
 
     :param client: makes the client's node.
     """
@@ -161,7 +161,7 @@ def compare(rounds: int) -> None:
 
 
 def halts(goals: int) -> str:
-    """A mission that again and again halts so many goals at once."""
+    """Return a mission that repeatedly halts a number of goals at once."""
     turns = "        - {turn: {angle: 90}, timeout: 60}\n" * goals
     return (
         "mission: halts\ntree:\n  repeat: {count: 100000}\n  do:\n    sequence:\n"
@@ -170,7 +170,7 @@ def halts(goals: int) -> str:
 
 
 class TimedMission(MissionRunner):
-    """Knows how long each tick took, and how many goals were handed over so far."""
+    """Notes the duration of each tick, and the number of released goals."""
 
     def __init__(self, node: Node, goals: int) -> None:
         super().__init__(node, load(halts(goals)), ALONE)
@@ -179,7 +179,7 @@ class TimedMission(MissionRunner):
         self.executive.events.subscribe(self._note)
 
     def tick(self) -> None:
-        """Tick, and look at the watch."""
+        """Tick, and note the time."""
         watch = CpuWatch()
         super().tick()
         self.seconds.append(watch.elapsed_s)
@@ -197,10 +197,10 @@ class TimedNode(Node):
 
 
 def _halting(goals: int, rounds: int) -> list[object]:
-    """Halt so many goals so many times.
+    """Halt a number of goals some times.
 
-    A step of the executor is one instant of virtual time with at most one tick: what the server
-    has heard when the step returns, it has heard at the instant of the tick.
+    A step of the executor is one instant of virtual time with at most one tick: what the server has
+    received when the step returns, it has received at the instant of the tick.
     """
     side = Side(lambda options: TimedNode(goals, options), ScriptedServer)
     assert isinstance(side.client, TimedNode)
@@ -228,7 +228,7 @@ def _cancels(side: Side) -> int:
 
 
 def compare_halts(rounds: int) -> None:
-    """Print what a tick costs that halts running goals, and when their server hears of it."""
+    """Print the cost of a tick that halts running goals, and when the server gets the cancel."""
     print("### A tick that halts running goals\n")
     head = ("goals", "a tick before, ms", "the halting tick, ms", "us a goal")
     head += ("cancel requests at the server at the instant of that tick",)

@@ -36,11 +36,11 @@ WORLD = "nav_arena"
 SETTLE_S = 3.0
 """After the first leg has begun, before anything is measured."""
 OUTPUT_SHOWN = 2000
-"""Characters of what a process has said last, where it has ended too early."""
+"""Characters of the last output of a process that ended early."""
 
 
 def pause(seconds: float) -> None:
-    """Let the others run."""
+    """Let the other processes run."""
     select.select([], [], [], seconds)
 
 

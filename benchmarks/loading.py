@@ -1,4 +1,4 @@
-"""How long it takes to load and check a mission, against its size: medians, and memory a node.
+"""The time to load and check a mission by its size: medians, and memory a node.
 
 Run it as: python benchmarks/loading.py [--rounds N] [--nodes N]
 """
@@ -71,7 +71,7 @@ PARTS = (
 
 
 def mission_of(nodes: int) -> str:
-    """A mission of about so many nodes, of mixed kinds."""
+    """Return a mission of about as many nodes as given, of mixed kinds."""
     text, count = [HEAD], 1
     for index, (size, part) in enumerate(cycle(PARTS)):
         if count >= nodes:
@@ -82,7 +82,7 @@ def mission_of(nodes: int) -> str:
 
 
 def measure(rounds: int, sizes: tuple[int, ...]) -> None:
-    """Print what loading and checking costs, by size."""
+    """Print the cost of loading and checking, by size."""
     print("### Loading and checking\n")
     examine(mission_of(10))  # the ROS types are imported once
     head = ("nodes", "bytes", "load", "load and check", "us a node", "memory, KiB a node")

@@ -1,6 +1,6 @@
-"""What the benchmarks share: a watch, rounds that take turns, medians with their spread, tables.
+"""The common part of the benchmarks: a watch, rounds in turns, medians with their spread, tables.
 
-And how they give their figures to `python -m benchmarks`: :func:`figure`.
+And the way to pass their figures to `python -m benchmarks`: :func:`figure`.
 """
 
 from __future__ import annotations
@@ -15,17 +15,18 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 NOT_SOUND = 3
-"""Exit code of a benchmark that has run, and found what should not be. What depends on the clock of
-the wall may be found on a busy machine; a smoke says it, and has not failed."""
+"""Exit code of a benchmark that ran and has findings. Findings that depend on the wall clock are
+possible on a busy machine; a smoke reports them without failing.
+"""
 
 FIGURES_FILE = "BENCHMARK_FIGURES"
-"""Variable of the environment that names the file which takes the figures, a line of JSON each."""
+"""Environment variable with the file of the figures, a line of JSON each."""
 
 
 class CpuWatch:
-    """CPU time of this thread since it was made, in seconds.
+    """CPU time of this thread since the watch was made, in seconds.
 
-    What other processes do on the machine is not in it, apart from the caches that they share.
+    The time of other processes does not count, apart from effects on shared caches.
     """
 
     def __init__(self) -> None:
@@ -45,11 +46,11 @@ def process_usage(pid: int) -> tuple[float, int]:
 
 
 Work = Callable[[], float]
-"""Does something once, and gives the seconds that counted."""
+"""Does something once, and returns the seconds that count."""
 
 
 def in_turns(rounds: int, *works: Work) -> list[list[float]]:
-    """Seconds of each work, round by round: one after another, so that all meet the same noise."""
+    """Return the seconds of each work, round by round, in turns: all have the same noise."""
     times: list[list[float]] = [[] for _ in works]
     for _ in range(rounds):
         for work, seconds in zip(works, times, strict=True):
@@ -64,7 +65,7 @@ def ratios(ours: Sequence[float], theirs: Sequence[float]) -> list[float]:
 
 
 def spread(values: Iterable[float], digits: int = 0, unit: str = "") -> str:
-    """The median, the least and the most: ``34 ms (33 to 38)``."""
+    """Return median, minimum and maximum: ``34 ms (33 to 38)``."""
     ordered = sorted(values)
     median, least, most = (
         f"{value:.{digits}f}" for value in (statistics.median(ordered), ordered[0], ordered[-1])
@@ -73,7 +74,7 @@ def spread(values: Iterable[float], digits: int = 0, unit: str = "") -> str:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """Print a table in Markdown, a row as soon as it is there."""
+    """Print a table in Markdown, each row as soon as it is available."""
     print("| " + " | ".join(head) + " |")
     print("|" + "---|" * len(head))
     for row in rows:
@@ -101,6 +102,6 @@ def figure(name: str, values: float | Iterable[float], unit: str = "") -> None:
 
 
 def measured_code() -> str:
-    """The folder of the `bt_mission` that this process imports, which a benchmark measures."""
+    """Return the folder of the `bt_mission` that this process imports and measures."""
     spec = importlib.util.find_spec("bt_mission")
     return str(Path(spec.origin).resolve().parent) if spec and spec.origin else ""

@@ -64,12 +64,12 @@ def run(mission: Mission, *, records: bool = False) -> Run:
 
 
 def quietest(runs: list[Run]) -> float:
-    """Processor time of a run, each of its seconds taken from the round in which it was least."""
+    """Return the processor time of a run, each of its seconds from the quietest round."""
     return sum(map(min, zip(*(timed.seconds for timed in runs), strict=True)))
 
 
 def measure(mission_file: Path, rounds: int) -> None:
-    """Measure one mission, and print what it came to."""
+    """Measure one mission, and print the results."""
     mission = load(mission_file)
     run(mission, records=True)  # the first run imports and compiles
     bare, recorded = [], []

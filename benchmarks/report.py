@@ -28,7 +28,7 @@ FURTHER_ROUNDS = 6
 
 
 def record(path: Path, file: Path) -> float:
-    """Record a mission, the patrol with further rounds; gives the virtual seconds."""
+    """Record a mission, the patrol with further rounds. Return the virtual seconds."""
     mission = load(file, set={"further_rounds": FURTHER_ROUNDS} if file == PATROL else {})
     with Stage(mission, image_folder=path.parent, say=lambda _: None) as stage:
         recorder = RunRecorder(stage, path)

@@ -36,7 +36,7 @@ from bt_mission.sessions.stage_robot import FleetRobot, StageOptions
 
 STEP_S = 0.05
 LINEAR = 0.15
-"""Of the cost: by how much it may be beside the line."""
+"""The largest deviation of a cost from the line."""
 
 TURNS = "mission: turns\ntree:\n  repeat: {count: 100000}\n  do: {turn: {angle: 90}, timeout: 60}\n"
 FLOOR = 80.0
@@ -57,7 +57,7 @@ class Line:
 
     @classmethod
     def through(cls, sizes: Sequence[int], costs: Sequence[float]) -> Line:
-        """Lay it so that the squares of the relative deviations are least."""
+        """Return the line with the least squares of relative deviations."""
         x, y = np.array(sizes, dtype=float), np.array(costs)
         each, fixed = np.polyfit(x, y, 1, w=1 / y)
         deviation = np.max(np.abs(fixed + each * x - y) / y)
@@ -65,7 +65,7 @@ class Line:
 
     @property
     def verdict(self) -> str:
-        """Whether the costs are on it, in words."""
+        """Whether the costs are on it, as text."""
         return "linear" if self.deviation <= LINEAR else "**not linear**"
 
 
@@ -87,13 +87,13 @@ def world(obstacles: int) -> Document:
 
 
 def robot_with(rays: int) -> Document:
-    """The Waffle with so many rays."""
+    """Return the Waffle with a number of rays."""
     text = find("robots", "waffle").read_text(encoding="utf-8")
     return read_text(re.sub(r"rays: \d+", f"rays: {rays}", text))
 
 
 def of_robots(count: int, folder: Path) -> Stage:
-    """A stage with so many robots, 2 m apart."""
+    """Return a stage with a number of robots, 2 m apart."""
     mission, side = load(TURNS), math.ceil(math.sqrt(count))
     members = [
         FleetRobot(f"robot{i}", mission, x=2.0 * (i % side - side // 2), y=2.0 * (i // side))
@@ -104,19 +104,19 @@ def of_robots(count: int, folder: Path) -> Stage:
 
 
 def of_obstacles(count: int, folder: Path) -> Stage:
-    """A stage with so many boxes."""
+    """Return a stage with a number of boxes."""
     return Stage(load(TURNS), image_folder=folder, options=StageOptions(world=world(count)))
 
 
 def of_rays(count: int, folder: Path) -> Stage:
-    """A stage whose robot has so many rays."""
+    """Return a stage whose robot has a number of rays."""
     member = FleetRobot("", load(TURNS), model=robot_with(count))
     options = StageOptions(world="dqn_stage4")
     return Stage(robots=[member], image_folder=folder, options=options)
 
 
 def of_nodes(count: int, folder: Path) -> Stage:
-    """A stage whose mission has so many leaves that run."""
+    """Return a stage whose mission has a number of running leaves."""
     leaves = "    - wait: 100000\n" * count
     mission = load(f"mission: waits\nworld: empty_arena\ntree:\n  parallel:\n{leaves}")
     return Stage(mission, image_folder=folder)
@@ -124,7 +124,7 @@ def of_nodes(count: int, folder: Path) -> Stage:
 
 @dataclass(frozen=True)
 class Sweep:
-    """What is made larger, and how a stage of a size is made."""
+    """What grows, and the stage of a size."""
 
     what: str
     sizes: tuple[int, ...]
@@ -140,7 +140,7 @@ SWEEPS = {
 
 
 def stepped(stage: Stage, steps: int) -> Callable[[], float]:
-    """Return what steps a stage so many times; it gives the processor time of one, us."""
+    """Return a function that steps a stage, and returns the processor time of a step, us."""
 
     def work() -> float:
         watch = CpuWatch()

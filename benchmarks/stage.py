@@ -1,7 +1,6 @@
-"""What a stage costs besides its physics: to set up, to step, to keep, to run by the hundred.
+"""The cost of a stage besides its physics: set-up, steps, memory, hundreds of runs.
 
-Run it as: python benchmarks/stage.py [--only fresh|step|memory|scenarios] [--hours 2]
-[--count 99]
+Run it as: python benchmarks/stage.py [--only fresh|step|memory|scenarios] [--hours 2] [--count 99]
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ WAITS = "mission: waits\ntree: {wait: 10000000}\n"
 
 
 def fresh(rounds: int) -> None:
-    """A stage made, stepped once and closed; the first one of the process is not counted."""
+    """Measure a stage that is made, stepped once and closed; the first one does not count."""
     mission = load("mission: m\nworld: empty_arena\ntree: {turn: {angle: 9}, timeout: 9}\n")
 
     def work() -> float:
@@ -61,7 +60,7 @@ def fresh(rounds: int) -> None:
 class Echo:
     """The nodes of a stage without its world: all action servers idle, and one message each way.
 
-    A control step here is a message to a node that answers it, and everything served.
+    A control step here is a message to a node that answers it, and everything that follows.
     """
 
     def __init__(self) -> None:
@@ -83,18 +82,18 @@ class Echo:
         self.received += 1
 
     def close(self) -> None:
-        """Take the nodes down."""
+        """Destroy the nodes."""
         for node in self.nodes:
             node.destroy_node()
         self.context.shutdown()
 
 
 def with_stock_executor() -> float:
-    """CPU time of a step under rclpy's own executor, us."""
+    """Return the CPU time of a step under rclpy's executor, us."""
     echo = Echo()
     executor = SingleThreadedExecutor(context=echo.context)
     for timer in echo.nodes[0].timers:
-        timer.cancel()  # it is on the wall clock here, and would add its own work
+        timer.cancel()  # it is on the wall clock here, and would add work
     for node in echo.nodes:
         executor.add_node(node)
 
@@ -108,7 +107,7 @@ def with_stock_executor() -> float:
 
 
 def with_lockstep_executor() -> float:
-    """CPU time of a step under ours, us."""
+    """Return the CPU time of a step under our executor, us."""
     echo = Echo()
     executor = VirtualTimeExecutor(context=echo.context)
     for timer in echo.nodes[0].timers:
@@ -138,7 +137,7 @@ def _timed(echo: Echo, step: Callable[[], None], executor: Any) -> float:
 
 
 def stepping(rounds: int) -> None:
-    """Our executor against rclpy's own, in turns."""
+    """Measure our executor against rclpy's, in turns."""
     ours, stock = in_turns(rounds, with_lockstep_executor, with_stock_executor)
     figure("a step of the nodes, CPU", ours, "us")
     figure("the same to rclpy's executor", ratios(ours, stock))
@@ -158,7 +157,7 @@ def resident_mib() -> float:
 
 
 def memory(hours: float, settle_s: float) -> None:
-    """What a stage takes, and what it takes more after some hours of virtual time."""
+    """Measure the memory of a stage, and its growth over some hours of virtual time."""
     before = resident_mib()
     mission = load(WAITS)
     with (

@@ -51,7 +51,7 @@ def compile_modules() -> None:
 
 
 def to_end(*arguments: str) -> tuple[float, float, bytes]:
-    """Run a command; gives wall seconds, processor seconds and what it has printed."""
+    """Run a command. Return wall seconds, processor seconds and its output."""
     with tempfile.TemporaryFile() as output:
         watch = Stopwatch()
         process = subprocess.Popen(  # noqa: S603 - ourselves
@@ -68,7 +68,7 @@ def to_end(*arguments: str) -> tuple[float, float, bytes]:
 
 
 def until(pattern: re.Pattern[bytes], *arguments: str) -> float:
-    """Run a command on a terminal until it has printed something; gives wall seconds."""
+    """Run a command on a terminal until it has printed something. Return wall seconds."""
     watch = Stopwatch()
     child, terminal = pty.fork()
     if child == 0:
@@ -103,7 +103,7 @@ class SquareRun:
 
 
 def of_json(rounds: int) -> dict[str, list[float]]:
-    """Return what a process costs besides the mission that it runs."""
+    """Return the cost of a process besides its mission."""
     square = SquareRun()
     (besides_s,) = in_turns(rounds, square)
     return {
@@ -113,7 +113,7 @@ def of_json(rounds: int) -> dict[str, list[float]]:
 
 
 def of_terminal(rounds: int) -> dict[str, list[float]]:
-    """Return how soon something is seen of `run explore.yaml`, and how soon the robot moves."""
+    """Return the time to the first output of `run explore.yaml`, and to the first motion."""
     run = ("run", "missions/explore.yaml")
     works = {
         "first line on a terminal": partial(until, LINE, *run),
@@ -142,7 +142,7 @@ def main() -> None:
     parts = {"json": of_json, "terminal": of_terminal, "help": of_help}
     parser.add_argument("--only", choices=parts)
     options = parser.parse_args()
-    # A run is not to meet another one of this machine, and the first writes caches.
+    # A run must not meet another one of this machine, and the first writes caches.
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     compile_modules()
     rows = []

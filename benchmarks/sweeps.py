@@ -42,7 +42,7 @@ async def rate(options: argparse.Namespace) -> None:
     with ScenarioWorker(plan.base.bundle, ScenarioProcess().run) as alone:
         alone.carry_out(next(more))
         async with ScenarioPool(plan.base.bundle, PoolOptions(workers)) as pool:
-            await _timed(pool, islice(more, 2 * workers))  # loads what there is to load
+            await _timed(pool, islice(more, 2 * workers))  # loads everything that is needed
             for _ in range(options.rounds):
                 watch = Stopwatch()
                 for scenario in islice(more, options.count):
@@ -97,7 +97,7 @@ async def memory(options: argparse.Namespace) -> None:
 
 
 def main() -> None:
-    """Measure what is named."""
+    """Run the measurement that is named."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parts = {"rate": rate, "memory": memory}
     parser.add_argument("what", choices=parts)

@@ -50,7 +50,7 @@ WIDTH = 10
 SIZES = (100, 1000, 10_000)
 TICK_NS = 50_000_000
 TICKS = 20
-"""Ticks of one measurement: a second of ROS time, so that what is done at times is in it."""
+"""Ticks of one measurement: a second of ROS time, to include periodic work."""
 
 LEAVES: tuple[dict[str, Any], ...] = (
     {"turn": {"angle": 90}, "timeout": 3600},
@@ -85,7 +85,7 @@ SHAPES = (
 
 
 def step_of(shape: Shape, nodes: int) -> dict[str, Any]:
-    """The mission's step for a tree of so many nodes."""
+    """Return the step of a mission with a tree of some nodes."""
     if nodes > WIDTH + 1:
         sizes = [(nodes - 1 + index) // WIDTH for index in range(WIDTH)]
         return {shape.kind: [step_of(shape, size) for size in sizes]}
@@ -103,12 +103,12 @@ class Constant(Behaviour):
         self._answer = status
 
     def update(self) -> Status:
-        """Say the same again."""
+        """Return the same status."""
         return self._answer
 
 
 def bare_tree(ours: Behaviour) -> Behaviour:
-    """A tree of py_trees' own composites with the shape of ours, its leaves doing nothing."""
+    """Return a tree of py_trees' composites with the shape of ours, its leaves doing nothing."""
     children = [bare_tree(child) for child in ours.children]
     if not children:
         return Constant(Status.RUNNING if isinstance(ours, ActionLeaf) else Status.SUCCESS)
@@ -119,18 +119,18 @@ def bare_tree(ours: Behaviour) -> Behaviour:
 
 
 class HeldGoalClient(RosGoalClient):
-    """Its goals are accepted at once, and run for ever."""
+    """A client whose goals are accepted at once, and run forever."""
 
     def send(self, goal: Goal, request: Any) -> None:  # noqa: ARG002 - the client's form
-        """Accept."""
+        """Accept the goal."""
         goal.on(Event.ACCEPTED)
 
     def ask_result(self, goal: Goal) -> None:
-        """Ask nobody."""
+        """Do nothing: the goal does not end."""
 
 
 class HeldMission(MissionRunner):
-    """A mission all of whose goals run on."""
+    """A mission whose goals run forever."""
 
     def goal_client(self, action: str, type_name: str) -> RosGoalClient:
         """Return a goal client that keeps its goals."""
@@ -159,11 +159,11 @@ class Ticked:
             work()  # every leaf starts
 
     def ours(self) -> float:
-        """Seconds of one tick of the mission's runner."""
+        """Return the seconds of one tick of the mission's runner."""
         return self._timed(self.runner.tick)
 
     def theirs(self) -> float:
-        """Seconds of one tick of py_trees' ``BehaviourTree``, without visitors or handlers."""
+        """Return the seconds of a tick of py_trees' ``BehaviourTree``, without visitors."""
         return self._timed(self._bare.tick)
 
     def _timed(self, tick: Callable[[], object]) -> float:
@@ -190,7 +190,7 @@ class Ticked:
 def ticked(
     shape: Shape, nodes: int, *, feedback: tuple[Any, ...] = (), with_journal: bool = False
 ) -> Iterator[Ticked]:
-    """A mission of so many nodes with every goal under way, its servers, and one who looks on."""
+    """Yield a mission of some nodes with every goal under way, its servers, and a viewer."""
     head = {"mission": "ticked", "inputs": {"battery": 0.9, "is_ready": True}}
     mission = load(json.dumps({**head, "tree": step_of(shape, nodes)}))
     with ExitStack() as made:
@@ -216,7 +216,7 @@ def ticked(
 
 
 def compare(rounds: int, sizes: tuple[int, ...]) -> None:
-    """Print what a tick costs, by shape and size."""
+    """Print the cost of a tick, by shape and size."""
     print("### One tick in which nothing changes\n")
     head = ("tree", "nodes", "ours, us a node", "py_trees, us a node", "ours to py_trees")
     table(head, (_row(shape, size, rounds) for shape in SHAPES for size in sizes))
@@ -238,7 +238,7 @@ def _row(shape: Shape, nodes: int, rounds: int) -> list[object]:
 
 
 def compare_extras(rounds: int, nodes: int) -> None:
-    """Print what feedback and a journal add to a tick."""
+    """Print the cost of feedback and a journal in a tick."""
     print(f"### The same with {nodes} nodes that all run, and more to do\n")
     shape = Shape(ALL_RUN.title, ALL_RUN.kind, TURNS)
     messages = (Turn.Feedback(current_angle=1.0), Turn.Feedback(current_angle=2.0))

@@ -82,7 +82,7 @@ S = 1_000_000_000
 
 @contextmanager
 def watcher(arguments: tuple[str, ...]) -> Iterator[int]:
-    """`bt-mission watch` on a terminal; gives the terminal's file, which somebody has to read."""
+    """Start `bt-mission watch` on a terminal. Return the terminal's file, which has to be read."""
     child, terminal = pty.fork()
     if child == 0:
         os.environ |= {"TERM": "xterm-256color", "LINES": "45", "COLUMNS": "140"}
@@ -96,14 +96,14 @@ def watcher(arguments: tuple[str, ...]) -> Iterator[int]:
 
 
 def drain(terminal: int | None) -> None:
-    """Read what the watcher has drawn, as a terminal would."""
+    """Read what the viewer has drawn, as a terminal would."""
     while terminal is not None and select.select([terminal], [], [], 0)[0]:
         os.read(terminal, 65536)
 
 
 @dataclass
 class Cost:
-    """Processor time of a turn, s: of telling, of the stage's thread, and of all other threads."""
+    """Processor time of a turn, s: publishing, the stage's thread, and all other threads."""
 
     telling: float = 0.0
     thread: float = 0.0
@@ -111,12 +111,12 @@ class Cost:
 
     @property
     def slowdown(self) -> float:
-        """By how much telling makes the mission longer."""
+        """The relative increase of the mission's time by publishing."""
         return self.telling / (self.thread - self.telling)
 
 
 class Meter:
-    """Measures what is called after each tick: all that is published for tools."""
+    """Measures the functions after each tick: all that is published for tools."""
 
     def __init__(self, stage: Stage) -> None:
         self.telling = 0.0
@@ -170,7 +170,7 @@ def measure_slowdown(turns: int, arguments: tuple[str, ...]) -> None:
         ) as stage,
     ):
         meter = Meter(stage)
-        turn(stage, meter, None)  # imports, and the first pictures
+        turn(stage, meter, None)  # imports, and the first frames
         alone, seen = [], []
         for _ in range(turns):
             alone.append(turn(stage, meter, None))
@@ -202,7 +202,7 @@ def median_ms(times_s: Iterable[float]) -> float:
 
 
 class Large:
-    """An executive with a tree of so many nodes, of which one leaf after another runs."""
+    """An executive with a tree of some nodes, whose leaves run one after another."""
 
     name = "/bt_mission"
     limits = ""
@@ -222,31 +222,31 @@ class Large:
         self.received = Received()
 
     def serve(self) -> None:
-        """Nothing comes by itself."""
+        """Do nothing: there is no network."""
 
     def find(self) -> tuple[ListedExecutive, ...]:
-        """It."""
+        """Return this executive."""
         return (ListedExecutive(self.name),)
 
     def attach(self, _name: str) -> Large:
-        """It."""
+        """Return this executive."""
         return self
 
     def take(self, *, needs_statuses: bool) -> Received:
-        """What was put there."""
+        """Return the prepared messages, once."""
         del needs_statuses
         received, self.received = self.received, Received()
         return received
 
     def send(self, command: ControlRequest) -> None:
-        """Nobody listens."""
+        """Drop a request."""
 
     def close(self) -> None:
-        """Nothing to leave."""
+        """Do nothing: there is no connection."""
 
 
 def wire(tree: events.RunStarted) -> tuple[bytes, bytes]:
-    """The tree, and the answer with all its statuses, as they come over the network."""
+    """Return the tree, and the response with all its statuses, as sent over the network."""
     nodes = [
         TreeNode(name=node.name, kind=node.kind, path=node.path, parent=node.parent)
         for node in tree.nodes

@@ -1,4 +1,4 @@
-"""How long a change takes to the screen of a browser, and what pages cost the mission.
+"""The time from a change to a browser's screen, and the cost of pages for the mission.
 
 1. A tree of 10,000 nodes changes ten times a second, and a headless Chromium shows it: from the
    change to the frame that paints it. Budget: below 100 ms.
@@ -41,7 +41,7 @@ from tests.support.watched import ScriptedExecutive, ScriptedGraph  # noqa: E402
 NODES = 10_000
 EVERY_S = 0.1
 LEGS = 60
-"""Of the mission as fast as it goes: what opening a page costs should not count for much."""
+"""Of the mission at full speed: the cost of opening a page should not count for much."""
 
 WATCH_PAINTS = """
 window.paints = {};
@@ -56,11 +56,11 @@ new MutationObserver(() => {
   channel.port2.postMessage(0);
 }).observe(document.getElementById('rows'), { subtree: true, childList: true, attributes: true });
 """
-"""Notes when the frame with each text was painted: the message to itself comes right after it."""
+"""Notes when the frame with each text was painted: the message to itself follows directly."""
 
 
 def latencies(changes: int) -> list[float]:
-    """Milliseconds from each change to its paint."""
+    """Return the milliseconds from each change to its paint."""
     executive = ScriptedExecutive("root\n" + "".join(f"  leaf {index}\n" for index in range(NODES)))
     executive.begin()
     shown = LiveMission(ScriptedGraph(executive))
@@ -99,7 +99,7 @@ async def _serve(shown: LiveMission, scene: Callable[[WebServer], Awaitable[None
 
 
 def cpu_share(mission_file: Path, *, with_page: bool, speed: float | None) -> tuple[float, float]:
-    """CPU seconds of the process for a virtual second, and for a second of the wall."""
+    """Return the CPU seconds of the process for a virtual second, and for a wall second."""
     legs = {"legs": LEGS if speed is None else 6}
     mission = load(mission_file, legs if "legs" in load(mission_file).inputs else {})
     options = StageOptions(watched=with_page)
@@ -115,7 +115,7 @@ def cpu_share(mission_file: Path, *, with_page: bool, speed: float | None) -> tu
 
 
 def _measured(run: Callable[[], Reports]) -> tuple[Reports, float]:
-    """The reports of a run, and the CPU seconds of the process for it."""
+    """Return the reports of a run, and the CPU seconds of the process for it."""
     before_s = time.process_time()
     reports = run()
     return reports, time.process_time() - before_s
@@ -138,7 +138,7 @@ def _shown(stage: Stage, folder: Path, speed: float | None) -> tuple[Reports, fl
 
 @contextmanager
 def _opened(page: Page, link: str):  # noqa: ANN202 - nothing
-    """Have the browser open the page by itself, once the server runs: nobody waits for it."""
+    """Have the browser open the page once the server runs, without waiting for it."""
     page.send("Page.navigate", url=link)
     yield
 

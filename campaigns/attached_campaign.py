@@ -46,10 +46,10 @@ _DOMAIN = ExitStack()
 
 
 def join_a_domain() -> None:
-    """Let this process and its children have a domain of their own."""
+    """Give this process and its children a separate domain."""
     domain_id = _DOMAIN.enter_context(own_domain())
     os.environ.update({"ROS_DOMAIN_ID": str(domain_id), **LOCAL})
-    # Ctrl-C is ignored by what a shell starts in the background, and by the children of that.
+    # A shell starts background processes with Ctrl-C ignored, and so are their children.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
@@ -102,7 +102,7 @@ def summarise(trials: list[dict[str, Any]]) -> None:
 
 
 def rows(trials: list[dict[str, Any]]) -> Iterator[tuple[object, ...]]:
-    """Yield a row for each thing that was done to a process."""
+    """Yield a row for each kind of disturbance of a process."""
     done = Counter(disturbance for line in trials for disturbance in line["disturbed"])
     for name, count in sorted(done.items()):
         figures = [stand[1:] for line in trials for stand in line["stood"] if stand[0] == name]

@@ -43,7 +43,7 @@ class Graph:
 
     @property
     def processes(self) -> list[Process]:
-        """All that were ever started."""
+        """All processes that were started."""
         return self._graph.processes
 
     def start(self, name: str, *options: str) -> Process:
@@ -65,7 +65,7 @@ class Graph:
 
     @property
     def journal_state(self) -> tuple[int, int]:
-        """Time and size of the journal's newest transaction: others once it is written to again."""
+        """Return time and size of the journal's newest transaction: they change with each write."""
         transactions = Path(f"{self.journal}-wal")
         if not transactions.exists():
             return 0, 0
@@ -73,24 +73,24 @@ class Graph:
         return status.st_mtime_ns, status.st_size
 
     def send(self) -> None:
-        """Give the mission to the executive that serves."""
+        """Send the mission to the serving executive."""
         path = self._mission if self.plan.text else f"{self._mission}.yaml"
         goal = f"{{path: {path}}}"
         self.clients.append(self._graph.start("actions", "send", "/execute_mission", goal))
 
     def goals(self) -> tuple[Counter[str], Counter[str]]:
-        """Goals that the servers that are there accepted, and those that they ended, by action."""
+        """Return the goals that the present servers accepted, and ended, by action."""
         output = self.running["servers"].output
         return Counter(ACCEPTED.findall(output)), Counter(ENDED.findall(output))
 
     def until(self, process: Process, words: str, limit_s: float) -> bool:
-        """Wait until a process has said something; returns whether it has."""
+        """Wait until a process has printed something. Return whether it has."""
         return self.wait(lambda: words in process.output or process.code is not None, limit_s) and (
             words in process.output
         )
 
     def wait(self, done: Callable[[], bool], limit_s: float) -> bool:
-        """Hear the truth until something holds; returns whether it came to hold in time."""
+        """Receive the truth until a condition is true. Return whether it is in time."""
         watch = Stopwatch()
         while not done():
             if watch.elapsed_s > limit_s:

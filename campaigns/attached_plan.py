@@ -1,4 +1,4 @@
-"""What is done in a trial of `campaigns/attached_campaign.py`; it follows from a number."""
+"""The disturbances of a trial of `campaigns/attached_campaign.py`; they derive from a number."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ PROCESSES = ("executive", "servers", "arbiter", "sim")
 
 @dataclass(frozen=True)
 class Disturbance:
-    """What is done to a process: `kill` (for good), `stop` (and continued) or `restart`."""
+    """A disturbance of a process: `kill` (for good), `stop` (and continued) or `restart`."""
 
     process: str
     what: str
     after_s: float
     """Seconds of the wall clock since the one before, or since the first goal was accepted."""
     lasts_s: float
-    """Until it is continued or started again."""
+    """Seconds until it is continued or started again."""
 
     def __str__(self) -> str:
         return f"{self.what} {self.process} after {self.after_s:g} s ({self.lasts_s:g} s)"
@@ -57,11 +57,11 @@ class Disturbance:
 
 @dataclass(frozen=True)
 class Plan:
-    """Everything that follows from the number of a trial."""
+    """Everything that derives from the number of a trial."""
 
     mission: str
     text: str
-    """Of the mission; empty for a shipped one."""
+    """The mission's text; empty for a shipped one."""
     world: str
     with_arbiter: bool
     serves: bool
@@ -69,7 +69,7 @@ class Plan:
     is_early: bool
     """Whether the first instant counts from the start of the executive."""
     awaits_end: bool
-    """Whether the mission is left to its own end, instead of Ctrl-C."""
+    """Whether the mission runs to its end, instead of Ctrl-C."""
     disturbances: tuple[Disturbance, ...]
 
     def __str__(self) -> str:

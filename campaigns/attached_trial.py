@@ -1,4 +1,4 @@
-"""One attached mission whose processes are killed, stopped or restarted, and what became of it."""
+"""One attached mission whose processes are killed, stopped or restarted, and its outcome."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ from bt_mission.faults.errors import ScenarioError
 from bt_mission.testing.live_graph import READY, LiveGraph, Process
 
 FIGURE_S = 0.5
-"""Within which the base stands after the last command that moves it was sent."""
+"""The base must stand within this time after the last command that moves it was sent."""
 STARTED_S, ENDED_S, STOOD_S = 300.0, 180.0, 60.0
 """Seconds of the wall clock until a process must be ready, have ended, and the base stand."""
 NOTICED_S = 1.5
-"""Seconds for which a process has to be stopped until others have to notice."""
+"""Seconds after which others must notice a stopped process."""
 HEARD_S = 1.0
-"""Seconds of the wall clock until every command that was sent before has been heard."""
+"""Seconds of the wall clock until every earlier command has been received."""
 RESUMED_S = 300.0
-"""Until a mission goes on from its journal, or is refused."""
+"""Seconds until a mission is resumed from its journal, or refused."""
 SETTLE_S = 4.0
-"""Seconds of the wall clock for which things go on after the last disturbance."""
+"""Seconds of the wall clock for which the trial continues after the last disturbance."""
 LEASE_S = 4.0
-"""Seconds of the wall clock until servers have aborted the goals of an executive that is gone."""
+"""Seconds of the wall clock until servers have aborted the goals of a missing executive."""
 
 BROKEN = ("Traceback (most", "Fatal Python error", "terminate called", "Segmentation fault")
 CODES = {"success": SUCCESS, "failure": MISSION_FAILED, "interrupted": INTERRUPTED}
@@ -51,7 +51,7 @@ CODES = {"success": SUCCESS, "failure": MISSION_FAILED, "interrupted": INTERRUPT
 
 @dataclass
 class Trial:
-    """What became of a plan."""
+    """The outcome of a plan."""
 
     number: int
     plan: str
@@ -59,7 +59,7 @@ class Trial:
     ended: str = ""
     reason: str = ""
     resumed: str = ""
-    """How a resumption from the journal ended, where there was one."""
+    """The outcome of a resumption from the journal, if there was one."""
     stood: list[list[Any]] = field(default_factory=list)
     """After which disturbance the base stood, after how many seconds of ROS time since then, and
     since the last command that moves was sent."""
@@ -69,7 +69,7 @@ class Trial:
 
 
 def carry_out(trial: int) -> Trial:
-    """Carry a trial out."""
+    """Run a trial."""
     drawn = plan(trial)
     outcome = Trial(trial, str(drawn))
     watch = Stopwatch()
@@ -132,7 +132,7 @@ def _disturb(graph: Graph, disturbance: Disturbance, outcome: Trial) -> None:
     if disturbance.what != "stop":
         graph.killed.add(process.pid)
         process.wait()
-    # A stop too short to be noticed breaks no chain; without the simulator there is no truth.
+    # A short stop has no effect; without the simulator there is no truth.
     breaks_chain = disturbance.what != "stop" or disturbance.lasts_s > NOTICED_S
     if breaks_chain and graph.running["sim"].code is None and disturbance.process != "sim":
         _watch_base(graph, outcome, since_s, moved=bool(moved))
@@ -143,7 +143,7 @@ def _disturb(graph: Graph, disturbance: Disturbance, outcome: Trial) -> None:
         os.kill(process.pid, signal.SIGCONT)
     elif disturbance.process != "executive":
         if disturbance.process == "sim":
-            truth.forget()  # its clock begins anew
+            truth.forget()  # its clock restarts
         graph.start(disturbance.process)
     elif graph.plan.serves:
         graph.start("executive").until("waits for missions", within=STARTED_S)
@@ -153,7 +153,7 @@ def _disturb(graph: Graph, disturbance: Disturbance, outcome: Trial) -> None:
 
 
 def _watch_base(graph: Graph, outcome: Trial, since_s: float, *, moved: bool) -> None:
-    """Wait until the base stands after the last disturbance, and note how soon it does."""
+    """Wait until the base stands after the last disturbance, and note when."""
     truth, what = graph.truth, outcome.disturbed[-1]
     if not graph.wait(lambda: truth.stands_since(since_s), STOOD_S):
         newest = f"at {since_s:.2f} s, newest truth {truth.seen[-1:]}"
@@ -168,7 +168,7 @@ def _watch_base(graph: Graph, outcome: Trial, since_s: float, *, moved: bool) ->
 
 
 def _resume(graph: Graph, outcome: Trial) -> None:
-    """Go on from the journal until it is written to again, or the reason is told why not."""
+    """Resume from the journal until it is written again, or the reason of a refusal is printed."""
     before = graph.journal_state
     process = graph.start("executive", "--resume")
     reports = graph.wait(
@@ -248,7 +248,7 @@ def _end_executive(graph: Graph, executive: Process, outcome: Trial) -> None:
 
 
 def check_report(report: dict[str, Any], code: int | None, output: str, servers: str) -> list[str]:
-    """Tell what is not true of a report: by the exit code, and by what both sides have said."""
+    """Return false statements of a report: by the exit code, and by the output of both sides."""
     findings = []
     if code != CODES[report["status"]]:
         findings.append(f"exit code: {code} with {report['status']}")
@@ -262,7 +262,7 @@ def check_report(report: dict[str, Any], code: int | None, output: str, servers:
 
 
 def _check_client(graph: Graph, client: Process, outcome: Trial) -> None:
-    """Who has sent the mission learns its end, or that nobody is there who could tell."""
+    """Check that the client of the mission gets its end, or learns that no server is left."""
     if not graph.wait(lambda: client.code is not None, ENDED_S):
         outcome.findings.append(f"hang: the client of serve does not end: {client.output[-500:]}")
         return
@@ -276,7 +276,7 @@ def _check_client(graph: Graph, client: Process, outcome: Trial) -> None:
 
 
 def _check_goals(graph: Graph, outcome: Trial) -> None:
-    """After the executive's end no goal goes on, and the base stands."""
+    """Check that after the executive's end no goal runs, and the base stands."""
     if graph.running["servers"].code is None:
         ended = graph.wait(lambda: graph.goals()[0] == graph.goals()[1], STOOD_S + LEASE_S)
         if not ended:
@@ -288,7 +288,7 @@ def _check_goals(graph: Graph, outcome: Trial) -> None:
 
 
 def _left(domain: str) -> Iterator[str]:
-    """Processes of ours that are still there in a domain."""
+    """Return the processes of ours that remain in a domain."""
     for entry in Path("/proc").iterdir():
         if not entry.name.isdecimal() or int(entry.name) == os.getpid():
             continue

@@ -48,18 +48,18 @@ DECEIVING = {
     *("odometry_error", "odometry_drift", "slip_wheel", "block_wheel"),
     *("push", "shove", "spawn_box", "spawn_cylinder", "move_box", "jump_clock"),
 }
-"""Faults that the servers cannot notice in time: after them a collision is no finding."""
+"""Faults that the servers cannot notice in time: a collision after them is not a finding."""
 
 MISSIONS = names("missions")
 WORLDS = names("worlds")
 RAISED = "made by a fault"
 AT_ONCE = 200
-"""Scenarios that a process runs before another takes its place, which bounds its memory."""
+"""Scenarios of a process before it is replaced, which bounds its memory."""
 
 
 @dataclass
 class Outcome:
-    """What became of a scenario."""
+    """The outcome of a scenario."""
 
     number: int
     mission: str
@@ -79,7 +79,7 @@ _DRAWN = tuple(name for name in FAULTS if name != "raise_in_leaf")
 
 
 def scenario(number: int) -> DrawnScenario:
-    """Everything that follows from a number."""
+    """Return everything that derives from a number."""
     draws = SeededDraws(f"campaign/{number}")
     mission = one_of(draws, MISSIONS) if maybe(draws, 3) else as_text(drawn_mission(draws))
     world = one_of(draws, WORLDS) if maybe(draws, 2) else as_text(drawn_world(draws))
@@ -87,7 +87,7 @@ def scenario(number: int) -> DrawnScenario:
 
 
 def carry_out(number: int) -> Outcome:
-    """Run a scenario, and say what became of it."""
+    """Run a scenario. Return its outcome."""
     drawn = scenario(number)
     outcome = Outcome(
         number,
@@ -122,7 +122,7 @@ def _watch(drawn: DrawnScenario, stages: Stages, outcome: Outcome) -> None:
         run.until_done()
     except NeverHeldError:
         outcome.findings.append("hang")
-    except ScenarioError as error:  # a fault could not begin: the draw's mistake, no finding
+    except ScenarioError as error:  # a fault could not begin: a mistake of the draw, not a finding
         outcome.reason = f"{type(error).__name__}: {error}".splitlines()[0]
     except Exception as error:  # noqa: BLE001 - this is what is looked for
         if RAISED not in str(error):
@@ -137,7 +137,7 @@ def _watch(drawn: DrawnScenario, stages: Stages, outcome: Outcome) -> None:
     moving = {mover.name for mover in run.stage.sim.physics.world.moving}
     if not any(map(_deceives, drawn.faults)):
         outcome.findings += [f"collision: {name}" for name in struck if name not in moving]
-    if run.is_done and "kill_server" not in outcome.faults:  # a dead server's last word is no news
+    if run.is_done and "kill_server" not in outcome.faults:  # a dead server's message
         going = [
             bytes(status.goal_info.goal_id.uuid).hex()
             for topic in statuses
@@ -149,12 +149,12 @@ def _watch(drawn: DrawnScenario, stages: Stages, outcome: Outcome) -> None:
 
 
 def _deceives(fault: PlannedFault) -> bool:
-    """Is somebody told what is not so? Old messages with fresh stamps are such, commands too."""
+    """Return whether a fault sends wrong data: old messages with fresh stamps, or commands."""
     return fault.name in DECEIVING or bool(fault.arguments.get("fresh_stamps"))
 
 
 def pending(path: Path, count: int) -> Iterator[int]:
-    """The numbers that have no line in the results yet."""
+    """Yield the numbers without a line in the results."""
     done = {json.loads(line)["number"] for line in path.read_text().splitlines()}
     return (number for number in range(count) if number not in done)
 
@@ -189,7 +189,7 @@ def main() -> None:
 
 
 def summary(path: Path) -> str:
-    """The figures of a campaign, in a few lines."""
+    """Return the figures of a campaign, in a few lines."""
     results = [json.loads(line) for line in path.read_text().splitlines()]
     kinds = Counter(finding.partition(":")[0] for line in results for finding in line["findings"])
     states = Counter(line["status"] or "not run" for line in results)

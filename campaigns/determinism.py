@@ -51,13 +51,13 @@ def run_batch(first: int, last: int) -> None:
 
 
 def keep_a_core_busy() -> None:
-    """Until it is ended."""
+    """Compute until it is ended."""
     while True:
         sum(range(10_000))
 
 
 def own_environment() -> dict[str, str]:
-    """This process's environment, without what the ROS wheels of its interpreter have put there.
+    """Return this process's environment, without that of the ROS wheels of its interpreter.
 
     Another interpreter would look for its libraries among those, and not find them.
     """
@@ -68,7 +68,7 @@ def own_environment() -> dict[str, str]:
 
 
 def batch(python: str, first: int, last: int, variables: dict[str, str]) -> list[dict[str, object]]:
-    """Run scenarios in a process of their own."""
+    """Run scenarios in a separate process."""
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(  # noqa: S603 - our own script
             [python, str(Path(__file__).resolve()), "--batch", str(first), str(last)],
@@ -84,7 +84,7 @@ def batch(python: str, first: int, last: int, variables: dict[str, str]) -> list
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Compare; the exit code is 1 where a trace differs."""
+    """Compare; the exit code is 1 if a trace differs."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--count", type=int, default=500, help="scenarios (default: 500)")
     parser.add_argument("--python", default=sys.executable, help="interpreter of the second run")

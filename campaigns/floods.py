@@ -1,4 +1,4 @@
-"""Floods of requests and messages: what is answered, what it costs, and whether control is on time.
+"""Floods of requests and messages: the responses, the cost, and whether control is on time.
 
 What is flooded runs in a process of its own, `bt-mission servers`, `arbiter` or `serve`, on this
 machine's clock, beside a robot that turns as it is told. Whether the servers' control step was on
@@ -39,15 +39,15 @@ from bt_mission.core.wall_clock import Stopwatch
 PERIOD_S = 0.05
 """Between two control steps, s."""
 CALM_S = 10.0
-"""For how long the control step is watched without a flood, s."""
+"""The time for which the control step is watched without a flood, s."""
 READY_S = 60.0
-"""How long a process may take until it serves, s."""
+"""The limit for a process to serve, s."""
 START_S = 10.0
-"""For how long a process that starts needs no more memory before it counts as started, s."""
+"""The time without growth of memory after which a process counts as started, s."""
 REST_S = 12.0
-"""After which servers accept goals again, s."""
+"""The time after which servers accept goals again, s."""
 WAITS_S = 3.0
-"""For how long a process is watched after a flood, s."""
+"""The time for which a process is watched after a flood, s."""
 CLIENT = Path(__file__).with_name("floods_client.py")
 
 
@@ -68,28 +68,28 @@ class Robot:
         self.node.create_subscription(TwistStamped, "cmd_vel", self._take, QoSProfile(depth=1000))
         self.node.create_timer(PERIOD_S, self._publish)
         self.stamps_s: list[float] = []
-        """Of the commands that move, in order."""
+        """The stamps of the commands that move, in order."""
         self._turn = ActionClient(self.node, Turn, "turn")
 
     def close(self) -> None:
-        """Leave."""
+        """Destroy the node."""
         self._executor.shutdown()
         self.node.destroy_node()
 
     def spin(self, seconds: float) -> None:
-        """Go on for a while."""
+        """Spin for a while."""
         watch = Stopwatch()
         while watch.elapsed_s < seconds:
             self._executor.spin_once(timeout_sec=0.02)
 
     def rest(self, usual_s: float) -> float:
-        """Go on for a pause; gives its seconds."""
+        """Spin for a pause. Return its seconds."""
         seconds = self._pauses * usual_s
         self.spin(seconds)
         return seconds
 
     def drive(self) -> None:
-        """Have the servers turn the base for as long as anything is measured."""
+        """Have the servers turn the base during all measurements."""
         watch = Stopwatch()
         goal = Turn.Goal(angle=3_600.0, angular_velocity=0.1)
         while watch.elapsed_s < READY_S:
@@ -134,7 +134,7 @@ class Robot:
 
 @dataclass
 class Flooded:
-    """What became of one flood."""
+    """The outcome of one flood."""
 
     sent: int = 0
     answered: int | None = None
@@ -143,7 +143,7 @@ class Flooded:
     cpu_s: float = 0.0
     grown_mib: float = 0.0
     late_s: list[float] = field(default_factory=list)
-    """How much later than 50 ms after the one before it each command was."""
+    """The delay of each command beyond 50 ms after the one before it."""
 
     def row(self, name: str) -> tuple[object, ...]:
         """Return the cells of a table."""
@@ -176,7 +176,7 @@ def _late(late_s: list[float]) -> tuple[str, str]:
 def watched(
     robot: Robot, target: subprocess.Popen[bytes], kind: str, name: str, count: int
 ) -> Flooded:
-    """Flood a process from another one, and see what becomes of it."""
+    """Flood a process from another one, and measure it."""
     cpu_s, resident = process_usage(target.pid)
     first = len(robot.stamps_s)
     client = subprocess.Popen(  # noqa: S603 - starts our own program
@@ -210,7 +210,7 @@ def calm(robot: Robot, target: subprocess.Popen[bytes]) -> Flooded:
 
 
 def settle(robot: Robot, target: subprocess.Popen[bytes]) -> None:
-    """Wait until a process has started: until its memory stays as it is."""
+    """Wait until a process has started: until its memory stays constant."""
     before, now = -1, 0
     while before != now:
         robot.rest(START_S)
@@ -244,7 +244,7 @@ def servers(
                 continue
             result = watched(robot, target, kind, name, many)
             if kind in ("turns", "stops"):
-                result.late_s = []  # the goal that drives is replaced, or ended
+                result.late_s = []  # the driving goal is replaced, or has ended
             yield result.row(f"servers: {kind}")
             robot.call("release")
             if kind != "stops":

@@ -30,11 +30,11 @@ from std_srvs.srv import Trigger
 from bt_mission.core.wall_clock import Stopwatch, rest
 
 PATIENCE_S = 30.0
-"""Wall time, s, without an answer after which no more are waited for."""
+"""Wall time without a response after which the client stops waiting, s."""
 
 IN_A_ROW = 20
 UNANSWERED = 2_000
-"""Requests on their way at most: the client's own reader must not drop answers."""
+"""The most open requests: the client's reader must not drop responses."""
 
 DEEP = QoSProfile(depth=20_000)
 BEHIND = Duration(seconds=10)
@@ -47,7 +47,7 @@ GOALS: dict[str, Any] = {
 
 
 class Answers:
-    """Counts answers, and those that say no, and when the last one came."""
+    """Counts responses and refusals, and notes the time of the last one."""
 
     def __init__(self) -> None:
         self.sent = self.count = self.refused = 0
@@ -68,7 +68,7 @@ class Answers:
 
 
 def request(node: Node, kind: str, name: str) -> Callable[[int], Any]:
-    """Return what sends one request of a kind, by its number, and gives a future."""
+    """Return a function that sends one request of a kind, by its number, and returns a future."""
     if kind in GOALS:
         action, goal = GOALS[kind]
         sender = ActionClient(node, action, name, goal_service_qos_profile=DEEP)
@@ -84,7 +84,7 @@ def request(node: Node, kind: str, name: str) -> Callable[[int], Any]:
 
 
 def ask(node: Node, kind: str, name: str, count: int) -> dict[str, float]:
-    """Send so many requests, and wait for the answers."""
+    """Send a number of requests, and wait for the responses."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     send = request(node, kind, name)

@@ -1,4 +1,4 @@
-"""Benchmarks and campaigns: how each is started, and what its figures must reach."""
+"""Benchmarks and campaigns: their scripts, and the targets of their figures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FILE = Path(__file__).with_name("catalogue.toml")
 
 @dataclass(frozen=True)
 class Target:
-    """What a figure must reach: `at_least` or `at_most`; with `of_old`, its ratio to a commit."""
+    """The bound of a figure: `at_least` or `at_most`; with `of_old`, its ratio to a commit."""
 
     at_least: float | None = None
     at_most: float | None = None
@@ -64,7 +64,7 @@ class Benchmark:
         ]
 
     def target(self, figure: str) -> Target | None:
-        """Return the target of a figure; the first where several patterns match its name."""
+        """Return the target of a figure; the first if several patterns match its name."""
         return next(
             (target for name, target in self.targets.items() if fnmatchcase(figure, name)), None
         )

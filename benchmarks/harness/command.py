@@ -75,7 +75,7 @@ def _count(text: str) -> int:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """List or run benchmarks; gives the exit code."""
+    """List or run benchmarks. Return the exit code."""
     command_line = parser()
     options = command_line.parse_args(arguments)
     if not options.names and (options.smoke or options.against or options.rounds):
@@ -106,7 +106,7 @@ def listing() -> str:
 
 
 def choose(names: Sequence[str]) -> list[Benchmark]:
-    """Find the benchmarks of these names.
+    """Return the benchmarks of these names.
 
     Raises:
         UsageError: Where a name is unknown; with names that are similar.
@@ -127,7 +127,7 @@ def choose(names: Sequence[str]) -> list[Benchmark]:
 
 
 def run(options: argparse.Namespace, chosen: Sequence[Benchmark]) -> int:
-    """Run benchmarks, and print the table; gives the exit code."""
+    """Run benchmarks, and print the table. Return the exit code."""
     with ExitStack() as stack:
         # As for Ctrl-C: processes end, and the checkout is removed.
         signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))

@@ -1,4 +1,4 @@
-"""What was measured, as a table in Markdown."""
+"""The measurements, as a table in Markdown."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from benchmarks.harness.running import Figure, Measurement, Plan
 
 
 def spread(values: Sequence[float], unit: str = "") -> str:
-    """Return median, least and most: ``34.0 ms (33.0 to 38.0)``."""
+    """Return median, minimum and maximum: ``34.0 ms (33.0 to 38.0)``."""
     if not values:
         return ""
     median, least, most = map(_digits, (statistics.median(values), min(values), max(values)))
@@ -32,7 +32,7 @@ def _digits(value: float) -> str:
 
 
 def is_reached(figure: Figure, target: Target | None) -> bool | None:
-    """Return whether a target is reached; None where there is none, or nothing to judge by."""
+    """Return whether a target is reached; None without a target or a value."""
     values = figure.ratios if target and target.of_old else figure.new
     return target.is_met(statistics.median(values)) if target and values else None
 

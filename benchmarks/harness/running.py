@@ -24,7 +24,7 @@ AGAINST_ROUNDS = 5
 SMOKE_LIMIT_S = 120.0
 """Wall time after which a process of the smoke has failed."""
 LAST_LINES = 12
-"""Lines of its output that are shown of a process that has failed."""
+"""Lines of output that are shown of a failed process."""
 DOMAINS = 102
 """DDS domain ids below the ephemeral ports of Linux."""
 
@@ -39,7 +39,7 @@ class NotSoundError(FailedError):
 
 @dataclass(frozen=True)
 class Plan:
-    """How benchmarks are run: `old` is measured in turns with `new`; `rounds` None is their own."""
+    """How benchmarks run: `old` is measured in turns with `new`; `rounds` None is their default."""
 
     new: Tree
     old: Tree | None = None
@@ -66,7 +66,7 @@ class Figure:
 
 @dataclass
 class Measurement:
-    """What a benchmark has given, why it has failed, and what is to be said of the other commit."""
+    """The figures of a benchmark, its failures, and remarks on the other commit."""
 
     benchmark: Benchmark
     figures: dict[str, Figure] = field(default_factory=dict)
@@ -143,7 +143,7 @@ class Runner:
         except NotSoundError as error:
             if not plan.smoke:
                 raise
-            # What it found may be the load of the machine; that it works is seen all the same.
+            # A finding may come from the load of the machine; the smoke only shows that it works.
             self._report(f"{benchmark.name} works; its findings mean nothing here: {error}")
             return
         if not (into.figures or benchmark.may_give_none):
@@ -159,7 +159,7 @@ class Runner:
             self._report(f"{into.benchmark.name}: round {number + 1} of {rounds}")
 
     async def _old_round(self, into: Measurement, old: Tree) -> dict[str, Figure] | None:
-        """Measure the other commit with the scripts of this one; where they fail, with its own."""
+        """Measure the other commit with the scripts of this one; if they fail, with its own."""
         scripts = [self._plan.new.root, old.root]
         own = f"the script of {old.commit} has measured it"
         if into.remark:
@@ -185,7 +185,7 @@ class Runner:
         scripts: Path | None = None,
         slot: int = 0,
     ) -> dict[str, Figure]:
-        """Start the processes of a benchmark one after another; gives their figures.
+        """Start the processes of a benchmark one after another. Return their figures.
 
         Raises:
             FailedError: Where one ends with an error, takes too long or measures something else.
@@ -224,7 +224,7 @@ def _environment(tree: Tree, slot: int) -> dict[str, str]:
 async def _run(
     command: list[str], folder: Path, environment: dict[str, str], output: Path | None
 ) -> int:
-    """Run a script to its end, and kill what it has started and left, however this ends."""
+    """Run a script to its end; in any case, kill its remaining processes."""
     with (output or Path(os.devnull)).open("wb") as file:
         process = await asyncio.create_subprocess_exec(
             sys.executable,
@@ -253,7 +253,7 @@ def _end_of(output: Path | None) -> str:
 
 
 def read_figures(path: Path, code: Path) -> dict[str, Figure]:
-    """Read the figures that processes have written.
+    """Read the figures of processes.
 
     Args:
         path: The file that they wrote to.

@@ -45,7 +45,7 @@ class Tree:
     path: tuple[Path, ...]
 
     def environment(self) -> dict[str, str]:
-        """The variables with which a process imports this copy."""
+        """Return the variables with which a process imports this copy."""
         already = os.environ.get("PYTHONPATH", "").split(os.pathsep)
         kept = [folder for folder in already if folder and Path(folder).resolve() != ROOT]
         paths = [*map(str, self.path), *kept]
@@ -53,7 +53,7 @@ class Tree:
 
 
 def this_tree() -> Tree:
-    """The copy that this file is in."""
+    """Return the copy of this file."""
     try:
         commit = _git("describe", "--always", "--dirty")
     except TreeError:
