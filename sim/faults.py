@@ -7,7 +7,7 @@
     robot.faults.clear()
 
 A sensor's fault shows from its next measurement on, a wheel's from the next step of the physics.
-What is random about one depends on the robot's seed and the number of the measurement alone.
+Its random values depend only on the robot's seed and the number of the measurement.
 """
 
 from __future__ import annotations

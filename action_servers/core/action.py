@@ -99,7 +99,7 @@ class Action(ActionName):
             what the action needs; returns the maneuver, or why the goal is refused. Its further
             parameters are fields of `ServerContext`, by their names.
         limits: The limits of single fields, for a robot and the parameters of its servers.
-        misfit: Why a goal, by its fields together, cannot be carried out, or None.
+        misfit: Returns why the fields of a goal are invalid together, or None.
         misfit_code: The error code with which such a goal is aborted once it is accepted, as by
             Nav2; 0 where `plan` refuses it.
         feedback: The ranges of the feedback's numbers for a goal whose fields are all known.

@@ -72,13 +72,13 @@ class Image:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """What is known of the robot at one control step; the newest message of each kind.
+    """The state of the robot at one control step: the newest message of each kind.
 
     `time_s` is ROS time in seconds, and so are the stamps. `odom` is the pose in the odometry
     frame, `velocity` the one that odometry measures, `map_pose` the pose in the map frame.
     `frame_on_map` gives the pose on the map of a frame by its name, or why it is not known.
     Anything that has not arrived yet is None. `scan`, `grid` and `image` are the same objects
-    from step to step until a newer message comes, so an identity test tells whether they are new.
+    from step to step until a newer message comes, so an identity test shows whether they are new.
     `held` says what holds the base: why what the maneuver wanted last was not commanded, or is not
     going to be now. While it `gives_way`, what is in the way of the goal does not end it.
     """
@@ -142,7 +142,7 @@ _CODES = {
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """What holds the base, as text, the command instead, and the start, s of ROS time."""
+    """The reason for which the base is held, the command instead, and the start, s of ROS time."""
 
     by: Reason
     words: str

@@ -1,4 +1,4 @@
-"""What moves around the robot, told from scans that are a while apart.
+"""The moving obstacles around the robot, from scans at two times.
 
 A point that lies where an earlier scan saw through is occupied now, and was free then: something
 has moved in (free-space violation). What only comes into view from behind something else, and what

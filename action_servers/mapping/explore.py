@@ -1,4 +1,4 @@
-"""The maneuver behind ExploreFrontiers: drive to the edges of the map until there are none."""
+"""The maneuver behind ExploreFrontiers: drive to the edges of the map until none remains."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class ExploreFrontiers:
 
     `max_duration` is in seconds, 0 for no limit, `shortest` in metres. A frontier without a path,
     or one that stays although the robot has been there, is ignored. One that could not be reached
-    is given up, and the goal ends aborted when only such ones are left.
+    is given up, and the goal ends aborted when only such ones remain.
     """
 
     needs_base = True

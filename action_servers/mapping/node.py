@@ -50,7 +50,7 @@ class MapperNode(RobotNode):
 
     The robot's pose is the transform of the map frame to odometry: another node localises, this one
     only maps. `map` is published when a cell is known to be free, then at most once a second, and
-    only when it has changed; `coverage` likewise.
+    only when it has changed; so is `coverage`.
 
     Args:
         robot: The pose and range of its lidar.

@@ -30,7 +30,7 @@ class ObstacleLayer:
         self.marks: Bools = np.zeros(survey.shape, dtype=np.bool_)
 
     def over(self, survey: Survey) -> ObstacleLayer:
-        """Return a layer over another map, with the marks that are no obstacles of that map."""
+        """Return a layer over another map, with the marks outside of that map's obstacles."""
         layer = ObstacleLayer(survey, self._memory_s)
         rows, columns = np.nonzero(self.marks)
         layer.mark(centres(self._survey, rows, columns), self._seen[rows, columns], 0.0)

@@ -27,7 +27,7 @@ MOST_RAYS = 20_000
 
 LEAST_INCREMENT_RAD = 1e-5
 FARTHEST_M = 1e8
-"""Larger coordinates, m, are invalid; those of UTM are up to 1e7."""
+"""Larger coordinates, m, are invalid; those of UTM reach 1e7."""
 
 LEAST_CELL_M, MOST_CELL_M = 1e-3, 100.0
 """Edges of the cells of a map, m."""

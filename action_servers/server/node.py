@@ -60,7 +60,7 @@ class ServerOptions(RobotNodeOptions):
         image_folder: The folder in which each camera sweep creates its folder.
         command_type: The type of `cmd_vel`; "auto" is what the robot subscribes to, and goals that
             drive are refused without a subscription.
-        extra_actions: Actions of the user. One with the name of one of ours replaces it.
+        extra_actions: Actions of the user. One with the name of a known action replaces it.
         without: Names of actions that other nodes serve.
         allow_duplicates: Drive also while several nodes publish the same odometry or clock.
         at_first: Names of the actions that are offered before `ServersNode.offer_all`; None is
@@ -142,7 +142,7 @@ class ServersNode(RobotNode):
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """What goals that drive still wait for."""
+        """The messages for which goals that drive still wait."""
         seen = self._sensors.observe()
         messages = {"scan": seen.scan, "odometry": seen.odom}
         return tuple(name for name, value in messages.items() if value is None)
@@ -187,7 +187,7 @@ class ServersNode(RobotNode):
         self.vanish()
 
     def vanish(self) -> None:
-        """Leave the graph without a word, as a process does that is killed."""
+        """Leave the graph silently, as a killed process does."""
         for adapter in self._adapters:
             adapter.destroy()
         self._adapters.clear()
@@ -207,7 +207,7 @@ class ServersNode(RobotNode):
                 self._log.info("ready: scan and odometry have come")
 
     def end(self, signal: str, executor: Executor) -> None:
-        """Stop the robot, and see every goal to its end."""
+        """Stop the robot, and wait until every goal has ended."""
         self._log.info(f"{signal}: stopping the robot and ending all goals")
         self.stop(f"the action servers were stopped by {signal}")
         for _ in range(LAST_CALLBACKS):

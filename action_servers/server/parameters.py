@@ -55,7 +55,7 @@ def limited(node: RobotNode, robot: RobotModel) -> RobotModel:
 
 
 def declare_server_parameters(node: RobotNode, robot: RobotModel, image_folder: Path) -> None:
-    """Declare what is only told, and the speed of turns, which may be set while the node runs."""
+    """Declare the fixed parameters, and the speed of turns, which may change in a run."""
     node.declare(
         "robot", ParameterSpec(robot.name, "Model of the robot: limits, hull and sensors.")
     )

@@ -61,7 +61,7 @@ class Switches:
 def watch_executives(node: Node, limits: ExecutiveLimits, pilot: Pilot) -> None:
     """Hold the base while an executive is late; end its goals when it has died or left.
 
-    A client that is no executive of ours is not watched.
+    A client other than an executive of this package is not watched.
     """
     log = log_of(node)
     timer: Timer | None = None

@@ -153,7 +153,7 @@ class Retry(HookedDecorator, py_trees.decorators.Retry):
         return super().enter()
 
     def update(self) -> Status:
-        """Count a failure, and pause after it if another attempt is left."""
+        """Count a failure, and pause after it if another attempt remains."""
         failures = self.failures
         status = super().update()
         self.feedback_message = f"attempt {min(self.failures + 1, self.num_failures)}"

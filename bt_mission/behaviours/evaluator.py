@@ -76,7 +76,7 @@ class Evaluator:
     def revise(self, node: Any, file: str) -> None:
         """Use another version of the node from now on.
 
-        What has begun keeps the values that it read.
+        A running node keeps the values that it read.
 
         Args:
             node: A node with the frame of the first one.

@@ -43,5 +43,5 @@ def place_of(function: Any) -> str:
 
 
 def cause_of(error: Exception) -> str:
-    """Return an error of ours by its message; any other with the place that raised it."""
+    """Return a BtMissionError by its message; any other error with the place that raised it."""
     return str(error) if isinstance(error, BtMissionError) else described(error)

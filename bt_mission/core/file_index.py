@@ -95,7 +95,7 @@ def files_of(path: Path) -> list[Path]:
     leaves. What is named without a path is looked up by its name from anywhere, so it is none.
 
     Raises:
-        InputError: For a file that is no YAML.
+        InputError: A file is not YAML.
     """
     files = {path.resolve(): path}
     waiting = [path]

@@ -169,7 +169,7 @@ class Connections:
 
 
 class GuardedServer(uvicorn.Server):
-    """Serves an ASGI application on a socket; signals are left to the caller.
+    """Serves an ASGI application on a socket; the caller handles signals.
 
     Args:
         app: Calls :meth:`Connections.admitted` for each request that it serves.

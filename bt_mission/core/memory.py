@@ -11,7 +11,7 @@ _USUAL = gc.get_threshold()
 
 
 def spare_collections() -> None:
-    """Collect rarely, until :func:`settle_memory` is called. For a process of ours only."""
+    """Collect rarely, until :func:`settle_memory` is called. Only for processes of this package."""
     gc.set_threshold(WHILE_LOADING)
 
 

@@ -31,7 +31,7 @@ class Quantity:
     Attributes:
         unit: Of its values; empty for a plain number.
         shape: The distribution of its draws.
-        mild: The value of that profile, from which it is drawn; likewise the others.
+        mild: The value of that profile, from which it is drawn. The other profiles have one, too.
         neutral: Its value without a draw.
         least: The smallest number that can be set.
         most: The greatest.

@@ -101,7 +101,7 @@ class Score:
 
     @property
     def percent(self) -> float:
-        """The percentage of nodes, outcomes and branches together; 100 if there are none."""
+        """The percentage of nodes, outcomes and branches together; 100 without any."""
         there = self.nodes + self.outcomes + self.branches
         return 100 * (self.reached + self.seen + self.taken) / there if there else 100.0
 

@@ -143,7 +143,7 @@ def _requirement_words(event: dict[str, Any]) -> str:
 
 
 UNSHOWN = ("t", "event", "path", "index")
-"""Fields that are not shown for an event without words of its own."""
+"""Fields that are not shown for an event that is not in `WORDS`."""
 
 WORDS: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "start": _start_words,

@@ -388,7 +388,7 @@ class MissionState:
             happened.RequirementChanged: _requirement,
         },
     )
-    """What each event changes besides the time; other events only have a line in the log."""
+    """The change by each event, besides the time; other events only have a line in the log."""
 
 
 def _copied(state: State) -> State:

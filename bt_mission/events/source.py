@@ -62,7 +62,7 @@ class ListedExecutive:
 
 @dataclass(frozen=True)
 class Received:
-    """What was received since the last call; of the camera, the newest image."""
+    """The messages received since the last call; of the camera, the newest image."""
 
     messages: tuple[told.Batch, ...] = ()
     robot: tuple[told.Robot, ...] = ()

@@ -1,4 +1,4 @@
-"""Carries a mission out: ticks its tree, and ends it with every goal accounted for.
+"""Runs a mission: ticks its tree, and ends it with every goal accounted for.
 
 The executive is driven by :meth:`Executive.tick`, called at the tick rate by a timer on the ROS
 clock. It goes through three stages: it ticks the tree until the root has a final status (or an
@@ -166,7 +166,7 @@ class Executive:
         return self._runtime.ledger.describe_left_behind()
 
     def tick(self) -> None:
-        """Tick the tree once, or see the last goals to their end."""
+        """Tick the tree once, or wait until the last goals have ended."""
         if self.is_done:
             return
         self.cycles += 1

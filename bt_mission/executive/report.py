@@ -80,9 +80,9 @@ class Report:
             are one sample in every statistic.
         nature: What differs from run to run, as it was drawn, by the names of its quantities
             (`docs/reference/nature.md`); empty where nothing was.
-        leaves: What each leaf came to, where they were counted.
+        leaves: The statistics of each leaf, if they were counted.
         failure: What made the tree fail; None where that did not.
-        requirements: What each requirement came to.
+        requirements: The result of each requirement.
         faults: What became of each fault that was planned.
     """
 

@@ -123,7 +123,7 @@ class TraceFile:
 
     @property
     def missing(self) -> str:
-        """What the file lacks, as text; empty if it is complete."""
+        """The missing part of the file, as text; empty if it is complete."""
         if self.file.is_deleted:
             return DELETED
         if self.file.fault is None:

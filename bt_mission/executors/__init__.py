@@ -2,7 +2,7 @@
 
 - ``serving``: :class:`ServingExecutor`, what the executors of live runs and of virtual time share
 - ``live``: :class:`LiveExecutor`, on the clock that the nodes have
-- ``arrivals``: what the middleware tells of having arrived
+- ``arrivals``: the arrivals that the middleware reports
 - ``entities``: what a node can be woken by, and which of it is ready
 - ``callbacks``: one callback of each kind
 - ``coroutines``: what was begun and has not ended

@@ -116,7 +116,7 @@ class Attempt:
 
     @property
     def stage(self) -> str:
-        """What the attempt waits for, as text."""
+        """The state of the attempt, as text."""
         if self.ending:
             return str(self.ending.outcome)
         if self.goal is None:

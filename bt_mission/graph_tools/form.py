@@ -60,7 +60,7 @@ class FormLine(Vertical):
     @on(events.Mount)
     @on(Input.Changed)
     def check(self) -> bool:
-        """Show the error, if any. Return whether there is none."""
+        """Show the error, if any. Return whether the value is valid."""
         entry = self.read()
         fault = entry[1] if entry else ""
         self.set_class(bool(fault), "wrong")

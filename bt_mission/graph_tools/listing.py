@@ -44,7 +44,7 @@ def entry_object(kind: Kind, entry: GraphEntry) -> dict[str, object]:
 
 
 def info_lines(entry: GraphEntry, about: InterfaceDescription) -> Iterator[str]:
-    """All that is known of an action: its nodes, and the fields of its three messages."""
+    """The description of an action: its nodes, and the fields of its three messages."""
     yield escape_control(f"{entry.name}  {about.type}")
     if about.text:
         yield f"  {escape_control(about.text)}"

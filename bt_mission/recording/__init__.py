@@ -8,5 +8,5 @@
 - ``writer``: one run on its way into a file
 - ``reading``: a file, read wherever it is cut
 - ``reader``: a file as what is known of its run (``model``)
-- ``replay``: a file as what an onlooker would have been told
+- ``replay``: a file as the messages that a viewer would have received
 """

@@ -23,7 +23,7 @@ Camera = Literal["none", "compressed", "raw"]
 
 @dataclass(frozen=True)
 class RecordingOptions:
-    """What to record besides what is always recorded.
+    """The parts of a recording that are optional.
 
     Args:
         camera: Pictures: none, each as a JPEG, or as they are. A simulated camera draws only while

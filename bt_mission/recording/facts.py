@@ -185,7 +185,7 @@ class RunFacts:
 
     @property
     def missing(self) -> str:
-        """What the recorder could not record; empty if it is complete."""
+        """The parts that the recorder could not record; empty if it is complete."""
         return str(self.summary.get("missing", ""))
 
     def _mapping(self, name: str) -> Mapping[str, Any]:

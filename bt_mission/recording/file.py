@@ -24,7 +24,7 @@ class McapFile:
     """Messages of topics with their types, in chunks of about a second.
 
     Once the disk is full, or a write fails for another reason, nothing more is written, and
-    :attr:`fault` has the reason. What was written before can be read.
+    :attr:`fault` has the reason. Everything written before can be read.
 
     Args:
         path: See :class:`OutputFile`.

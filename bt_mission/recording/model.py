@@ -203,7 +203,7 @@ class RecordedRun:
     why_cut: str
     """Why the file ends early; empty if it is complete."""
     missing: str
-    """What the recorder could not record; empty if it is complete."""
+    """The parts that the recorder could not record; empty if it is complete."""
     tree: tuple[NodeInfo, ...]
     spans: tuple[tuple[Span, ...], ...]
     """The spans of each node of the tree."""

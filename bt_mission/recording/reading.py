@@ -46,7 +46,7 @@ _HEAD, _MESSAGE_HEAD = Struct("<BQ"), Struct("<HIQQ")
 
 
 class RecordingError(BtMissionError):
-    """A file that is no recording, or nothing of which can be read."""
+    """A file that is not a recording, or cannot be read at all."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def node_of(path: Path, facts: RunFacts, robot: str) -> str:
     """Return the executive of a robot in a recording.
 
     Raises:
-        RecordingError: There is none.
+        RecordingError: The recording has no such robot.
     """
     nodes = {robot_of(node): node for node in facts.missions}
     wanted = robot.strip("/")
@@ -224,7 +224,7 @@ class RecordedFile:
 
     @property
     def missing(self) -> str:
-        """What is missing or cannot be read; empty if it is complete."""
+        """The parts that are missing or cannot be read; empty if it is complete."""
         lacks = [self.facts.missing] if self.facts.missing else []
         for kind, count in self._unread.items():
             what = "a message" if count == 1 else f"{count:,} messages"

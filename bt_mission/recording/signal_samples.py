@@ -1,4 +1,4 @@
-"""What requirements need to know at each control step, and no topic tells: a line for each step.
+"""The signals of requirements that no topic carries: a line for each control step.
 
 The lines of ``~/signals`` are JSON: ``t`` is the ROS time (ns) at which requirements were evaluated
 or would have been, ``values`` those signals that have another value than in the line before, by
@@ -52,7 +52,7 @@ class SignalSamples:
     Args:
         runner: The mission.
         take: Called with each line.
-        guarded: Makes what looks on harmless.
+        guarded: Wraps a function so that its errors do not end the run.
     """
 
     def __init__(

@@ -133,7 +133,7 @@ class RunRecorder(Onlooker):
 
     @property
     def missing(self) -> str:
-        """What the file lacks, as text; empty if it is complete."""
+        """The missing part of the file, as text; empty if it is complete."""
         if self.file.output.is_deleted:
             return DELETED
         lacks = []

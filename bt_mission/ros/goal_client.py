@@ -32,7 +32,7 @@ class Exchange:
         service: ``send_goal``, ``cancel_goal`` or ``get_result``.
         goal_id: The goal of the request.
         request: The request.
-        answer: As it came; None when this tells of the request.
+        answer: The response; None for the request.
     """
 
     action: str

@@ -42,7 +42,7 @@ SETTLE_S = 0.6
 """Wall time after which the participants of a graph count as discovered: they answer at once."""
 
 LAST_ROUNDS = 20
-"""Callbacks that may still run before a graph is left."""
+"""Callbacks that may still run before the connection to a graph is closed."""
 
 END_WAIT_S = 10.0
 """Wall time after which a mission that ends leaves the goals that nobody confirms."""
@@ -191,7 +191,7 @@ class GraphConnection:
         return duplicate_publishers(node)
 
     def host_quiet(self, name: str, namespace: str | None = None) -> Node:
-        """Make and serve a node that only watches, until the graph is left."""
+        """Make and serve a node that only watches, until the connection is closed."""
         node = quiet_node(name, self.context, namespace)
         self._exit.callback(node.destroy_node)
         self._exit.callback(destroy_actions, node)

@@ -86,7 +86,7 @@ class MissionRunner(MissionRuntime):
     Args:
         node: Owns the clients, the timer and the topics; its namespace is that of the robot, and
             its clock the mission's.
-        mission: What to carry out.
+        mission: The mission to run.
         options: See :class:`RunnerOptions`.
 
     Raises:
@@ -175,7 +175,7 @@ class MissionRunner(MissionRuntime):
         self.executive.interrupt(reason)
 
     def close(self) -> None:
-        """Destroy everything that was made on the node; further calls do nothing.
+        """Destroy the clients and topics on the node; further calls do nothing.
 
         A running mission is interrupted: its goals are cancelled, and not waited for.
         """

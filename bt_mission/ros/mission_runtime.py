@@ -38,7 +38,7 @@ class MissionRuntime:
 
     Args:
         node: Owns the clients; its namespace is that of the robot, and its clock the mission's.
-        mission: What to carry out.
+        mission: The mission to run.
         goal_seed: The UUIDs of goals are made from it.
         say: Takes each line that ``log`` nodes say; None is the ROS log.
     """

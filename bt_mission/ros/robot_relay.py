@@ -1,4 +1,4 @@
-"""A robot on the stage, told at the pace of the wall to people who look on.
+"""A robot on the stage, sent to viewers at the pace of the wall clock.
 
 Its own topics come at the pace of its clock, which may run a hundred times as fast: whoever
 subscribed to them from outside would slow the whole stage down. So a stage tells the same with few

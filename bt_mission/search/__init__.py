@@ -3,7 +3,7 @@
 - ``candidate``: one scenario that may be tried, in parts that can be left out or rounded
 - ``material``: what the mission gives to draw from
 - ``space``: all candidates: a world, a start (``starts``), inputs, obstacles and faults
-- ``guide``: what counts as found, and how near a run came to it
+- ``guide``: the failures that count, and the score of a run
 - ``reference``: a good mission; what breaks it as well is no find
 - ``strategies``: which candidates are tried next
 - ``search``: tries them, until one breaks the mission

@@ -1,4 +1,4 @@
-"""The failures that count, and the score of a run: how near it came to one."""
+"""The failures that count, and the score of a run: its distance from one."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ class Material:
     """The material from which the faults of a mission are drawn.
 
     Attributes:
-        leaves: Nodes that send goals and have a name of their own.
+        leaves: Nodes that send goals and have a unique name.
         actions: Of its goals.
         topics: With the names of their types.
         services: That it calls.

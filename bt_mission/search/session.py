@@ -55,11 +55,11 @@ class SearchOptions:
 
     Attributes:
         aim: None is a violated requirement where there are any, and else anything.
-        budget: Runs at most; those that make a find small are counted apart.
+        budget: The most runs, without those that minimize counterexamples.
         strategy: Of `STRATEGIES`.
         seed: The search follows from it.
-        simplifying_runs: Runs at most that make a find small; 0 leaves it as it was found.
-        causes: The search goes on until it has found so many different ones.
+        simplifying_runs: The most runs that minimize a counterexample; 0 does not minimize.
+        causes: The search continues until this number of different causes.
     """
 
     aim: Aim | None = None

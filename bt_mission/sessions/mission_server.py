@@ -111,14 +111,14 @@ class ServedSession(Session):
 
 @dataclass(frozen=True, kw_only=True)
 class MissionServerOptions:
-    """What a mission server carries out, and who is told.
+    """The options of a mission server.
 
     Attributes:
-        missions: What clients may have carried out.
+        missions: The missions that clients may run.
         on_new_goal: What a mission does that comes while another runs: ``replace`` or ``refuse``;
             the default of the parameter of that name.
-        allow_duplicates: Go on where several nodes publish the same odometry or clock.
-        say: Told of what happens; None is the ROS log.
+        allow_duplicates: Continue if several nodes publish the same odometry or clock.
+        say: Called with each line; None is the ROS log.
         onlookers: Makes the onlookers of each mission, before its first tick.
     """
 

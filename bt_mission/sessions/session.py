@@ -76,13 +76,13 @@ class Run:
 
 
 class Onlooker:
-    """Watches a session from :meth:`attach` to :meth:`close`: a view, a page, a film, a recorder.
+    """Watches a session from :meth:`attach` to :meth:`close`: a view, a page, a video, a recorder.
 
     It is called by the session that it is attached to: see :meth:`Session.attach`.
 
     Attributes:
         node: Receives its messages; None where it has none. A session that follows a graph serves
-            this node. The stage does not: the onlooker takes by itself what has arrived.
+            this node. The stage does not: the onlooker reads its messages alone.
         acts: Does it change the run? It is then called after all others, and an exception of it
             ends the missions.
         why_left: Why the missions are to end; empty while they may continue.
@@ -120,7 +120,7 @@ class StepCallback(Onlooker):
 
 
 class Session:
-    """Missions that are carried out together. A mission alone is a session with one run.
+    """Missions that run together. A mission alone is a session with one run.
 
     Use it as a context manager; :meth:`step` until :attr:`is_done`. `mission`, `executive` and
     the like are those of the first run.

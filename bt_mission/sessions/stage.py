@@ -64,10 +64,10 @@ class Stage(Session):
     Of the actions, those of the mission are offered, and all once somebody else may ask for them:
     the servers that nobody asks would take a twelfth of the time.
 
-    Everything that is random comes from seeds.
+    All random values derive from seeds.
 
     Args:
-        mission: What a robot alone carries out; it names world, robot and seed.
+        mission: The mission of a robot alone; it names world, robot and seed.
         robots: Instead of a mission: robots with names, in the order in which they are served.
             Relative names of a mission lie in the namespace of its robot.
         image_folder: Where this run makes a folder of its own for pictures, if it takes any.

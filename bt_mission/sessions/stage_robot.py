@@ -94,7 +94,7 @@ class FleetRobot:
         name: The namespace of all its names. A robot without one is alone on the stage, and starts
             at the world's spawn.
         mission: It says which model of robot it is for.
-        x: Its start on the map, m; y likewise.
+        x: Its start on the map, m; y: the same along y.
         yaw: Its heading there, degrees.
         model: The text of its model; None is that of the mission.
     """

@@ -38,7 +38,7 @@ class SweepColumns:
         values: Of each parameter, a value for each row; None where a row has none. Plans of faults
             and what nature has drawn are parameters, too.
         causes: Why each row has not passed; None for one that has.
-        coverage: How often each bitmap of coverage came out.
+        coverage: The number of each bitmap of coverage.
         versions: The fingerprints of the versions that the rows were made with.
     """
 

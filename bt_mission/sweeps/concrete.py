@@ -24,9 +24,9 @@ class ConcreteScenario:
 
     Attributes:
         number: Its place in the sweep or search, from 0.
-        data: What stands in its file; files are named as in the bundle.
+        data: The content of its file; files are named as in the bundle.
         parameters: The values of what is varied, by the names that the user has given.
-        plan: The name of its plan of faults; empty where there is none.
+        plan: The name of its plan of faults; empty without one.
         bundle_digest: Of the files that it is beside.
     """
 

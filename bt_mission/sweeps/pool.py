@@ -116,7 +116,7 @@ class BundlePlugin(WorkerPlugin):  # type: ignore[misc] # distributed publishes 
 
     Args:
         bundle: The files.
-        is_local: Whether it is a worker of ours, on this machine. Ctrl-C then applies only to the
+        is_local: Whether this process has started the worker. Ctrl-C then applies only to the
             client.
     """
 
@@ -219,7 +219,7 @@ class PoolOptions:
         workers: Processes on this machine; None is one for each processor.
         scheduler: Address of a scheduler of Dask instead, such as ``tcp://10.0.0.1:8786``.
         memory: Of each worker on this machine, such as ``2GiB``.
-        dashboard: Port of Dask's dashboard on this machine's loopback address; None is none.
+        dashboard: Port of Dask's dashboard on this machine's loopback address, or None.
     """
 
     workers: int | None = None
@@ -390,7 +390,7 @@ def line_of(error: BaseException) -> str:
 
 
 class ScenarioPool:
-    """Carries scenarios out on workers of Dask; use it as an asynchronous context manager.
+    """Runs scenarios on workers of Dask; use it as an asynchronous context manager.
 
     Results come back as they are made, and nothing is kept in the memory of a worker: a scenario
     whose worker dies is begun again on another one.
@@ -450,11 +450,11 @@ class ScenarioPool:
     async def rows(
         self, scenarios: Iterable[ConcreteScenario]
     ) -> AsyncGenerator[ScenarioRow, None]:
-        """Carry scenarios out, and give what each came to, in the order in which they end.
+        """Run scenarios, and yield the row of each, in the order in which they end.
 
         They are made as workers get free, so there may be any number of them. One that dies with
         its worker again and again is tried alone at the end; if it kills its worker there, too, it
-        is told as an error. Where all workers are gone, it waits for others.
+        is reported as an error. Without workers, it waits for others.
 
         Raises:
             BtMissionError: Where the scheduler is gone, or the last worker cannot take part.

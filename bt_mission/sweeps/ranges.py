@@ -84,7 +84,7 @@ class Interval:
     """A parameter with any value between two, both included.
 
     Attributes:
-        name: See :class:`Choices`; likewise `place`.
+        name: See :class:`Choices`, as for `place`.
         low: In the parameter's unit, as `high`.
         is_whole: Only whole numbers.
     """

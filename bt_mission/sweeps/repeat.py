@@ -200,7 +200,7 @@ def find_row(store: ResultStore, name: str) -> ScenarioRow:
     """Return the row of an id, of its first digits, or of a scenario's number.
 
     Raises:
-        BtMissionError: There is none, or several.
+        BtMissionError: No row matches, or several do.
     """
     rows = list(store.rows("id = ?", name))
     if not rows and name.isdecimal():

@@ -77,7 +77,7 @@ class ScenarioRow:
         faults: All faults, as texts.
         nature: What nature has drawn, by the names of its quantities.
         outcome: How the mission ended; ``error`` where it could not run, or killed its worker.
-        passed: Did everything come out as it must? For a mission that is success with no
+        passed: Whether the result is the expected one. For a mission that is success with no
             requirement violated and no goal orphaned, for a scenario what it expects.
         cause_kind: The kind of :attr:`cause`; empty where it has passed.
         reason: Why the mission ended so; where its end is not why the scenario has not passed, what
@@ -88,13 +88,13 @@ class ScenarioRow:
         wall_s: Wall time of the run with its set-up, s.
         distance_m: True length of the robot's path, m.
         least_margin: The smallest margin of all requirements; units may differ.
-        requirements: What each came to, by name.
+        requirements: The result of each, by name.
         coverage: What of the tree was reached, as hexadecimal digits (`bt_mission.coverage`).
         trace_sha256: Equal for two runs in which the same things happened at the same times.
         sample: Equal for two runs with the same outcome and signals, whatever their seeds; those
             are one sample. Empty where it could not run.
         versions: First digits of the digest of all versions; the store has them in full.
-        worker: The process that carried it out.
+        worker: The process that ran it.
         attempts: How often a worker was given it: once more for each that died with it.
     """
 

@@ -52,7 +52,7 @@ class SweepAbout:
     """What a sweep is: equal for the same sweep only.
 
     Attributes:
-        mission: Its name; likewise `file`.
+        mission: Its name; file: that of its file.
         mission_hash: SHA-256 of all files.
         scenario: The base that is varied, as a scenario file has it.
         vary: The parameters, as texts.
@@ -127,7 +127,7 @@ class ResultStore:
         """Open results to read them, also while a sweep writes.
 
         Raises:
-            BtMissionError: There are none.
+            BtMissionError: The folder has no results.
         """
         file = folder / FILE if folder.is_dir() else folder
         if not file.is_file():

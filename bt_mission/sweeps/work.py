@@ -45,9 +45,9 @@ class ScenarioWorker:
 
     Args:
         bundle: The files of all scenarios.
-        run: Carries one out, as `run_scenario` does.
+        run: Runs one, as `run_scenario` does.
 
-    Use it as a context manager, or close it: it has a folder of its own.
+    Use it as a context manager, or close it: it has a temporary folder.
     """
 
     def __init__(self, bundle: Bundle, run: Callable[..., ScenarioResult] = run_scenario) -> None:

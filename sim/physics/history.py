@@ -44,7 +44,7 @@ class SimulationState:
 
 
 class ModelCopy:
-    """A model and a state of their own, in which recorded states of a simulation are shown."""
+    """A separate model and state in which recorded states of a simulation are shown."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model = copy.copy(model)

@@ -76,7 +76,7 @@ class Prop:
 
     @property
     def name(self) -> str:
-        """What its collisions are reported as."""
+        """The name of the prop in collisions."""
         return self.obstacle.name
 
     @property

@@ -23,7 +23,7 @@ _TURN_JITTER = 0.005
 """1 sigma of the time an LDS-02 takes for a turn, relative: a few rays more or less."""
 
 _GAP_SIGMAS = 2.576
-"""An LDS-02's directions come without a reading beyond so many sigma: 1 % of them, in passing."""
+"""Beyond this number of sigma an LDS-02's direction has no reading: 1 % of them."""
 
 _NEAR, _MIDDLE = 0.3, 6.0
 _NEAR_SIGMA, _MIDDLE_SHARE, _FAR_SHARE = 0.010 / 3, 0.03 / 3, 0.05 / 3

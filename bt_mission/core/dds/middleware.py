@@ -22,7 +22,7 @@ PROFILES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 
 
 def prepare_middleware(*, alone: bool = False) -> None:
-    """Make ready for rclpy, with settings of Fast DDS for processes that die without a word.
+    """Make ready for rclpy, with settings of Fast DDS for processes that are killed.
 
     The file says which, and why. Where only this machine is to find the process, its sockets are
     bound to the loopback interface. Settings of the user's own stay.
@@ -31,7 +31,7 @@ def prepare_middleware(*, alone: bool = False) -> None:
         alone: No other process is ever to find this one, so it listens on no port.
 
     Raises:
-        BtMissionError: When it cannot be loaded, or the domain id is none.
+        BtMissionError: It cannot be loaded, or the domain id is invalid.
     """
     refuse_absent_middleware()
     ours = ("", str(FAST_DDS), str(LOOPBACK), str(ALONE))

@@ -138,7 +138,7 @@ class Journal:
 
     Args:
         path: Of the file.
-        must_exist: If not, the file is created where there is none.
+        must_exist: If not, a missing file is created.
 
     Raises:
         BtMissionError: If it cannot be opened, is in use, or is not a journal.

@@ -79,7 +79,7 @@ class FoxgloveServer(Onlooker):
         node: Owns the subscriptions.
         port: To listen on; 0 takes any that is free.
         now_ns: Gives the time of the graph, ns, with which messages are marked.
-        say: Told what cannot be served, a line at a time.
+        say: Called with a line for each topic that cannot be served.
 
     Raises:
         BtMissionError: Where it cannot listen.

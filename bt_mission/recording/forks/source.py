@@ -56,14 +56,14 @@ class ForkSource:
         name: Of the robot; empty where it is alone.
         mission: As it was recorded, whatever stands on the disk now.
         written: The same as its file has it, without what was overridden for the run.
-        world: The text of the world; likewise of the robot.
+        world: The text of the world; robot: that of the robot.
         stage: The options of the simulation, as the recorder wrote them down.
         faults: What was made to go wrong, as it is written.
         trace: The lines of the recorded trace.
         events: Their fields; the first names the format, and has no event.
         steps_ns: When the control steps were, ns.
         start_ns: When the run began, ns.
-        summary: What the run came to; empty where the recording was cut.
+        summary: The result of the run; empty if the recording was cut.
         why_cut: Why the recording ends before its end; empty where it does not.
         differences: What is of another version here, a line each.
         fleet: The name of the recorded fleet; empty of a robot alone.

@@ -76,7 +76,7 @@ class SweepResult:
 
 
 def sweep(source: ForkSource, attempt: Attempt, most: int) -> Generator[Try, None, SweepResult]:
-    """Fork at one control step after another, and yield what each came to.
+    """Fork at one control step after another, and yield the result of each.
 
     Variables are read when a node starts and by conditions, so first those steps are tried at which
     a node changed, from the last one back to the first that saves the mission. From there the next

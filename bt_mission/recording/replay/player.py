@@ -54,7 +54,7 @@ class TimelineSeeker:
         most_kept = min(MOST_KEPT, max(MOST_NODES // max(sizes, default=1), 1))
         self._spacing = max(SPACING, len(timeline.frames) // most_kept)
         self._kept = [MissionState()]
-        """A state after every so many frames, as far as the timeline has been played."""
+        """A state after every `SPACING` frames, as far as the timeline has been played."""
 
     def seek(self, time_ns: int) -> MissionState:
         """Return the state at this ROS time; the next call changes it."""

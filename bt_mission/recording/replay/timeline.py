@@ -46,7 +46,7 @@ class Timeline:
 
     Args:
         start_ns: ROS time at which the first mission in it began, ns; end_ns: of its end.
-        frames: What was told, and ``times_ns`` when.
+        frames: The items, at ``times_ns``.
         trace: The lines of the run's trace; none where another recorder has made the file.
         why_cut: Why the file ends before its end; empty where it does not.
         missing: What of it could not be recorded, or not be read; empty where all could.

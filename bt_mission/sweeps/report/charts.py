@@ -1,7 +1,7 @@
 """Figures of a sweep, as data for Plotly.
 
 Plotly takes tags such as ``<b>`` and ``<a href>`` in texts for markup, and ``%{...}`` in templates
-for values: every text of others goes through :func:`plain`, and none stands in a template.
+for values: every text of others goes through :func:`plain`, and no template contains one.
 """
 
 from __future__ import annotations

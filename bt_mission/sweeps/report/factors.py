@@ -156,8 +156,8 @@ class Pair:
 
     Attributes:
         passed: Rows are levels of the second, columns of the first.
-        total: Likewise.
-        samples: Likewise, the distinct runs.
+        total: The same for all runs.
+        samples: The same for the distinct runs.
     """
 
     first: Factor

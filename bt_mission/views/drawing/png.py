@@ -16,10 +16,10 @@ SCALE = 2
 """Pixels of the image for one of the scene: sharp on high-resolution screens."""
 
 SMOOTH = 2
-"""It is drawn larger by this factor and then made smaller, which smooths lines."""
+"""It is drawn larger by this factor and then scaled down, which smooths lines."""
 
 MOST_PIXELS = 60_000_000
-"""Of the drawing before it is made smaller: 180 MB."""
+"""Of the drawing before it is scaled down: 180 MB."""
 
 FONTS = {False: ("DejaVuSans.ttf",), True: ("DejaVuSans-Bold.ttf",)}
 

@@ -168,7 +168,7 @@ def fitting(
     columns: int,
     rows: int,
 ) -> ChartWindow | None:
-    """Return the frame of everything that is known; None without anything."""
+    """Return the frame of all known things; None without any."""
     places = [*robot.trail, *targets, *((other.x, other.y) for other in robot.others.values())]
     if robot.map is not None:
         places += _corners(robot.map)

@@ -217,7 +217,7 @@ def requirements_title(mission: MissionState) -> str:
 
 
 def node_rows(mission: MissionState, index: int, width: int, marks: Marks) -> Rows:
-    """Return everything that is known of one node, as whole texts."""
+    """Return all facts of one node, as whole texts."""
     if mission.tree is None:
         return []
     node, status = mission.tree.nodes[index], mission.statuses[index]

@@ -23,7 +23,7 @@ class WatchModel(WatchedMission):
         """Whether the selection follows the running nodes."""
         self.sought = ""
         self.hint = ""
-        """The text in place of a tree as long as there is none."""
+        """The text in place of a tree before there is one."""
 
     def take(self, received: Received, wall_s: float) -> list[Event]:
         """Apply what was received, and move the selection. Return the events that change the state.

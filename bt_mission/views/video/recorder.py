@@ -82,7 +82,7 @@ class VideoRecorder:
 
     Args:
         session: A mission on the stage.
-        views: Where the pictures come from; closed with the film.
+        views: The source of the images; closed with the video.
         file: Where the frames go, :data:`WIDTH` x :data:`HEIGHT`, :data:`FPS`.
         zones: Named places of the world.
     """
@@ -111,7 +111,7 @@ class VideoRecorder:
 
     @property
     def missing(self) -> str:
-        """What the video lacks, as text; empty if it is complete."""
+        """The missing part of the video, as text; empty if it is complete."""
         if self.file.fault is None:
             return ""
         return f"everything after {self.file.frames / FPS:.1f} s ({self.file.fault})"

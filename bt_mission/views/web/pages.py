@@ -45,7 +45,7 @@ class OpenPage:
         self._answers: dict[str, Any] = {}
 
     async def serve(self) -> None:
-        """Send and receive until the page is closed, or is not one of ours."""
+        """Send and receive until the page is closed, or sends an invalid message."""
         sender = asyncio.create_task(self._send_changes())
         listener = asyncio.create_task(self._listen())
         both = (sender, listener)
