@@ -29,7 +29,7 @@ class Simulation:
 
     A lidar 0.13 m above the floor looks over the bodies of other robots, so each of several
     carries a screen: as long and as wide as its hull, from the floor up to above the highest
-    lidar. The others' lidars and cameras see the screen, in a colour of its own; it touches
+    lidar. The others' lidars and cameras see the screen, in a separate colour; it touches
     nothing. Raises SpawnError and RobotSpawnError.
     """
 

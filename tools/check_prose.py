@@ -55,6 +55,9 @@ def main(arguments: list[str] | None = None) -> int:
         "--node", type=Path, default=ROOT / "build" / "prose", help="folder of textlint"
     )
     parser.add_argument(
+        "--docstrings", action="store_true", help="of Python, read only the public docstrings"
+    )
+    parser.add_argument(
         "--count", action="store_true", help="print only how often each rule applies"
     )
     options = parser.parse_args(arguments)
@@ -66,7 +69,7 @@ def main(arguments: list[str] | None = None) -> int:
     paths = [Path(path).resolve() for path in options.paths] or [
         ROOT / name for name in (*PAGES, *CODE)
     ]
-    findings = sorted(_checked(paths, options.node))
+    findings = sorted(_checked(paths, options.node, only_docstrings=options.docstrings))
     if options.count:
         counts = collections.Counter(finding.message for finding in findings)
         for message, count in counts.most_common():
@@ -99,7 +102,9 @@ def _wanted(package: Path) -> list[str]:
     return [f"{name}@{version}" for name, version in wanted.items()]
 
 
-def _checked(paths: Iterable[Path], node: Path) -> Iterator[Finding]:
+def _checked(
+    paths: Iterable[Path], node: Path, *, only_docstrings: bool = False
+) -> Iterator[Finding]:
     """Yield the findings of pages and of Python files."""
     pages, shadows = [], {}
     with tempfile.TemporaryDirectory() as folder:
@@ -109,7 +114,8 @@ def _checked(paths: Iterable[Path], node: Path) -> Iterator[Finding]:
                     pages.append(file)
                     continue
                 shadow = Path(folder) / f"{len(shadows)}.md"
-                shadow.write_text(shadow_of(file.read_text("utf-8")), "utf-8")
+                text = file.read_text("utf-8")
+                shadow.write_text(shadow_of(text, only_docstrings=only_docstrings), "utf-8")
                 shadows[shadow.name] = file
         user_pages = [page for page in pages if page.is_relative_to(ROOT / "docs")]
         other_pages = [page for page in pages if page not in user_pages]
@@ -160,7 +166,7 @@ def _textlint(files: list[Path], config: str, node: Path) -> Iterator[Finding]:
             yield Finding(answer["filePath"], message["line"], message["column"], advice, words)
 
 
-def shadow_of(source: str) -> str:
+def shadow_of(source: str, *, only_docstrings: bool = False) -> str:
     """Return the prose of a Python file as Markdown, each text in the line where it begins."""
     lines = [""] * (source.count("\n") + 2)
     tree = ast.parse(source)
@@ -174,6 +180,8 @@ def shadow_of(source: str) -> str:
             if isinstance(first.value.value, str) and not _is_private(node):
                 for offset, line in enumerate(first.value.value.splitlines()):
                     lines[first.value.lineno - 1 + offset] = _plain(line)
+    if only_docstrings:
+        return "\n".join(lines) + "\n"
     joined = [node for node in ast.walk(tree) if isinstance(node, ast.JoinedStr)]
     pieces = {part for node in joined for part in node.values}
     for node in ast.walk(tree):

@@ -9,7 +9,7 @@ from bt_mission.core.dds.liveliness import EXECUTIVE_LOST
 
 
 class ErrorCode(IntEnum):
-    """The reason of a goal's end; 0 is none for every action.
+    """The reason of a goal's end; 0 means no error for every action.
 
     From 900 on those of `bt_mission_interfaces`. Those of navigation are Nav2's: 1xx of
     `nav2_msgs/action/FollowPath`, 2xx of `ComputePathToPose`, 600 of `FollowWaypoints`.

@@ -1,10 +1,10 @@
 """The governor: every twist that a maneuver wants passes it on its way to the base.
 
-It asks, in this order: are the senses fresh; is the base left to the goal; can the hull stand
-before everything that the scan shows along this twist, turning included; does something move on a
-course that meets it. What is wanted is brought within the robot's own limits first, so that each
-question is about a twist that the base can drive. The answer is that twist, a slower one on the
-same arc, zero, or, while a goal drives, the way out of the way of what moves; and the reason.
+It checks, in this order: are the senses fresh; does another reason hold the base; can the hull stop
+before everything in the scan along this twist, turning included; does a moving obstacle approach on
+a collision course. The wanted twist is first limited to the robot's own limits, so that each check
+is about a twist that the base can drive. The result is that twist, a slower one on the same arc,
+zero, or, while a goal drives, a twist away from a moving obstacle; and the reason.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """The moving obstacles around the robot, from scans at two times.
 
-A point that lies where an earlier scan saw through is occupied now, and was free then: something
-has moved in (free-space violation). What only comes into view from behind something else, and what
-the robot comes nearer to by its own motion, is none of it. Such points, in clusters, are followed
-in the odometry frame.
+A point in space that an earlier scan saw as free is occupied now: an obstacle has moved in
+(free-space violation). Points that only come into view from behind an obstacle, or by the robot's
+own motion, do not count. The others are followed in clusters, in the odometry frame.
 """
 
 from __future__ import annotations

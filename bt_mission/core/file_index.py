@@ -92,7 +92,7 @@ def files_of(path: Path) -> list[Path]:
     """List a file and those that it names by their paths from its folder, and so on.
 
     They are included trees, the missions, world and robots of a scenario or fleet, and Python
-    leaves. What is named without a path is looked up by its name from anywhere, so it is none.
+    leaves. A file that is named without a path is not listed: it is looked up by its name.
 
     Raises:
         InputError: A file is not YAML.

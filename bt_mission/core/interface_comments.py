@@ -1,8 +1,8 @@
-"""What the authors of interface files say of fields: comments, units, named values.
+"""The comments in interface files: descriptions of fields, units, named values.
 
-A message class knows names, types and defaults, but not the comments. ROS's own reader of these
-files puts a heading above a group of fields and the remark behind a field into one comment; the
-unit stands in the second, so they are told apart here.
+A message class has names, types and defaults, but not the comments. ROS's reader of these files
+joins a heading above a group of fields and the remark behind a field to one comment. The unit is in
+the remark, so they are separated here.
 """
 
 from __future__ import annotations

@@ -16,8 +16,8 @@ Default: TypeAlias = bool | int | float | str
 class ParameterSpec:
     """One parameter: a text, a switch, or a number from `low` to `high`, both included.
 
-    The type is that of the default. A text is one of `choices`, or any but an empty one where
-    there are none. Unless `is_fixed`, it may be set while the node runs.
+    The type is that of the default. A text is one of `choices`, or any but an empty one without
+    choices. Unless `is_fixed`, it may be set while the node runs.
     """
 
     default: Default

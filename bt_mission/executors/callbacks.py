@@ -1,7 +1,7 @@
 """One callback of each kind of entity: take what is ready, and call.
 
-Each function returns the callback's coroutine if it is one, else None. What another receiver has
-taken, or what was destroyed since it was ready, is skipped.
+Each function returns the callback's coroutine if it is one, else None. Items that another receiver
+has taken, or that were destroyed since they were ready, are skipped.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """The signals of requirements that no topic carries: a line for each control step.
 
-The lines of ``~/signals`` are JSON: ``t`` is the ROS time (ns) at which requirements were evaluated
-or would have been, ``values`` those signals that have another value than in the line before, by
-their text, and ``state`` the state of the simulation (base64), out of which the other true signals
-follow. What stands before a line in the file had happened by then. The first line also has the
-start of the mission (``start``, ns), the number of the step (``cycle``), and ``keys``, the signals
-that every step is told of.
+The lines of ``~/signals`` are JSON. ``t`` is the ROS time (ns) at which requirements were evaluated
+or would have been. ``values`` are the signals that have another value than in the line before, by
+their text. ``state`` is the state of the simulation (base64), from which the other true signals
+follow. Everything before a line in the file had happened by then. The first line also has the start
+of the mission (``start``, ns), the number of the step (``cycle``), and ``keys``, the signals of
+every step.
 """
 
 from __future__ import annotations

@@ -82,8 +82,8 @@ class RosGoalClient(RosClient):
         node: The node of the action client.
         name: The action's name; resolved against the node's namespace.
         type_name: Such as ``bt_mission_interfaces/action/Turn``.
-        listen: Given the resolved name when a goal is sent; returns what tells why it was
-            rejected, empty where nobody knows.
+        listen: Called with the resolved name when a goal is sent; returns a reader of the reason of
+            a rejection, empty if it is not known.
         exchanges: Emits each request when it is sent, and once more when it is answered.
 
     Raises:

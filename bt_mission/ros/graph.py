@@ -50,14 +50,14 @@ END_WAIT_S = 10.0
 
 @dataclass(frozen=True)
 class NodeOptions:
-    """How a node is made.
+    """The options of a node.
 
     Attributes:
-        namespace: Of the robot; relative names lie in it.
+        namespace: The robot's namespace, in which relative names are.
         context: The rclpy context; None is the default one.
         use_sim_time: Follow ``/clock``.
         lean: No parameter services, log topic or type description for others to find.
-        has_parameters: Parameter services all the same, where others look on.
+        has_parameters: Parameter services even if `lean`, for viewers.
     """
 
     name: str = "bt_mission"

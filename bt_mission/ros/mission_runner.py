@@ -80,7 +80,7 @@ class MissionRunner(MissionRuntime):
     """Runs a mission on a node that the caller spins.
 
     Call it in the thread that spins the node. As a context manager it halts a mission that still
-    runs when the block is left, waits for its goals to end, and closes; also after Ctrl-C or
+    runs at the end of the block, waits for its goals to end, and closes; also after Ctrl-C or
     SIGTERM has shut ROS down.
 
     Args:

@@ -1,8 +1,8 @@
 """A robot on the stage, sent to viewers at the pace of the wall clock.
 
-Its own topics come at the pace of its clock, which may run a hundred times as fast: whoever
-subscribed to them from outside would slow the whole stage down. So a stage tells the same with few
-messages below the executive's name, and only while somebody listens.
+Its topics have the pace of its clock, which may run a hundred times as fast: a subscription from
+outside would slow the whole stage down. So a stage sends the same with few messages below the
+executive's name, and only with a subscription.
 """
 
 from __future__ import annotations

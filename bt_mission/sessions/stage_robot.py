@@ -35,24 +35,24 @@ from sim.world.world import Spawn, World
 
 @dataclass(frozen=True)
 class StageOptions:
-    """How a stage is set up.
+    """The options of a stage.
 
     Attributes:
         world: The world, its name, path or text; None is that of the first mission.
-        start: Where a robot alone starts: x m, y m, yaw degrees; None is where the world says.
-        nature: What differs from run to run; None is as the mission says, or else the world.
-        default_nature: Where neither these options nor mission nor world say it.
-        seed: Of all sensor noise and of nature; None is that of the first mission. Each mission's
-            own seed decides the rest.
-        visible: May other processes of this machine look on, and take part?
-        network: With `visible`, may those of other machines?
-        watched: Offer the topics and services for tools also where nobody else may look on.
-        without: Actions that the servers leave to others, by their relative names.
+        start: The start of a robot alone: x m, y m, yaw degrees; None is that of the world.
+        nature: The differences between runs; None is that of the mission, or else of the world.
+        default_nature: The nature if neither these options nor mission nor world set one.
+        seed: The seed of all sensor noise and of nature; None is that of the first mission. Each
+            mission's own seed decides the rest.
+        visible: Whether other processes of this machine may watch, and take part.
+        network: With `visible`, whether those of other machines may, too.
+        watched: Offer the topics and services for tools even if no other process can watch.
+        without: Actions that other nodes serve, by their relative names.
         nodes: Make nodes of the user, besides those that missions name; called with ``context=``.
             The nodes join the stage on its clock. Actions that they offer replace those of the
             servers.
         context: The rclpy context of all nodes, which stays; None makes one for the run.
-        props: How many obstacles can appear while it runs.
+        props: The number of obstacles that can appear during the run.
     """
 
     world: str | Path | Document | World | None = None

@@ -33,9 +33,9 @@ class Bundle:
     Attributes:
         files: The text of each file by its path, with ``/`` between folders.
         mission: The path of the mission's file.
-        worlds: What each world is called in the bundle, by the name or path that the user has
-            given; likewise of robots.
-        folder: Where the mission lies, as the user has written it; messages name its files so.
+        worlds: The name of each world in the bundle, by the user's name or path; robots: those of
+            robots.
+        folder: The mission's folder, as the user has written it; messages name its files so.
     """
 
     files: Mapping[str, str]

@@ -28,14 +28,14 @@ class SweepPlan:
     that a part of the sweep covers all points.
 
     Attributes:
-        base: What is varied.
-        parameters: What it is varied by.
+        base: The scenario that is varied.
+        parameters: The parameters of the variation.
         seeds: Of the runs; None is that of the mission, and of a sample the number of each draw.
-        sample: Draw so many points of the space instead of taking every combination. They are those
-            of a Latin hypercube: each parameter's values are evenly spread. (M. D. McKay, R. J.
-            Beckman, W. J. Conover: "A Comparison of Three Methods for Selecting Values of Input
-            Variables", Technometrics 21 (1979), 239-245; drawn by `scipy.stats.qmc`.)
-        sample_seed: The draws follow from it.
+        sample: The number of draws of the space, instead of every combination. They are those of a
+            Latin hypercube: each parameter's values are evenly spread. (M. D. McKay, R. J. Beckman,
+            W. J. Conover: "A Comparison of Three Methods for Selecting Values of Input Variables",
+            Technometrics 21 (1979), 239-245; drawn by `scipy.stats.qmc`.)
+        sample_seed: The seed of the draws.
         plans: Faults by the names of the plans.
     """
 

@@ -7,8 +7,7 @@
     review = simulation.review()
     assert all(review.clearance(state).distance > 0.05 for state in states)
 
-A record costs a run little; all computing is left for later, and done on a model and a state of
-the reviewer's own.
+A record costs a run little. All computing is done later, on a separate model and state.
 """
 
 from __future__ import annotations

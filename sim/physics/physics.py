@@ -176,7 +176,7 @@ class Physics:
         self._at_start = np.empty(mujoco.mj_stateSize(self.model, _STATE))
 
     def begin(self, robots: Sequence[Moved]) -> None:
-        """Let the springs of wheels and casters come to rest, and start time."""
+        """Let the springs of wheels and casters settle, and start time."""
         model, data = self.model, self.data
         data.qvel[:] = 0.0
         mujoco.mj_step(model, data, nstep=_SETTLING_STEPS)

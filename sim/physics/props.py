@@ -4,9 +4,9 @@
     box.move_to(1.0, 2.0, speed=0.5)
     box.remove()
 
-They are on no map. The lidar and the camera see them at once, and whoever touches one has a
-collision with its name. What moves goes its way whatever stands in it: it pushes robots at its own
-speed (`sim.physics.physics.Movers`), and passes through walls and other obstacles.
+They are not on any map. The lidar and the camera see them at once, and a robot that touches one has
+a collision with its name. Moving props are not stopped: they push robots at their own speed
+(`sim.physics.physics.Movers`), and pass through walls and other obstacles.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ from sim.world.motion import Motion
 class Obstacle:
     """Something on the floor: centre (m), direction (rad), edges along its own x, y and z (m).
 
-    A cylinder has its diameter as both edges of its footprint. What moves starts at that centre
-    and keeps its direction.
+    A cylinder has its diameter as both edges of its footprint. A moving obstacle starts at that
+    centre and keeps its direction.
     """
 
     kind: Literal["box", "cylinder"]

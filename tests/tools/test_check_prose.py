@@ -35,6 +35,13 @@ def test_a_text_stands_in_its_line():
     assert lines[8] == "expected a speed above 0, got `N`"
 
 
+def test_docstrings_alone():
+    """Messages are left out on request."""
+    lines = shadow_of(SOURCE, only_docstrings=True).splitlines()
+    assert lines[3] == "Drive at `speed`."
+    assert "".join(lines[6:]) == ""
+
+
 def test_private_docstrings_and_names_are_not_read():
     """What users never see may be short."""
     text = shadow_of(SOURCE)

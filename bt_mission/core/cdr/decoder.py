@@ -4,9 +4,9 @@ Pure: no ROS, no generated classes, so any message of any file can be read. A me
 dict (:class:`DecodedMessage`); an array of numbers a NumPy array; other arrays and sequences become
 lists. It takes a tenth of the time that rclpy takes to make its objects.
 
-The layout is CDR as DDS sends it (OMG CDR, formal/2021-01-01, 15.3, encoding version 1): four bytes
-of head, the second of which tells the byte order, then the fields in their order, each aligned to
-its own size, counted from behind the head; a text is its length with its final zero, and its bytes.
+The layout is CDR as DDS sends it (OMG CDR, formal/2021-01-01, 15.3, encoding version 1). The head
+has four bytes; the second is the byte order. The fields follow in order, each aligned to its size,
+counted from the end of the head. A text is its length with its final zero, and its bytes.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Message definitions as bags carry them, gathered from the installed interface packages.
 
-A definition is the text of the message's own ``.msg`` file and, after a line of 80 ``=`` and one
-that names it (``MSG: package/Type``), the text of each message that it is made of; MCAP calls this
-encoding ``ros2msg``. What ROS makes of ``.srv`` and ``.action`` files has no file of its own: the
-text of those messages is put together here as ``rosidl`` does it.
+A definition is the text of the message's ``.msg`` file and, after a line of 80 ``=`` and one that
+names it (``MSG: package/Type``), the text of each nested message; MCAP calls this encoding
+``ros2msg``. The messages of ``.srv`` and ``.action`` files have no files: their text is put
+together here as ``rosidl`` does it.
 """
 
 from __future__ import annotations

@@ -39,8 +39,8 @@ class MessageTemplate:
         parts: Which numbers: the message, or messages within it, each with the dotted names of
             fields that are floats or lists of floats, in the order in which they are sent.
         serialize: Gives the bytes of a message.
-        unused: So many bytes at the end are none of the message: where it ends with an empty list
-            of doubles, rclpy counts the room that would align their first.
+        unused: The number of bytes at the end that do not belong to the message: if it ends with an
+            empty list of doubles, rclpy adds the padding of its first element.
 
     Raises:
         ValueError: For a field that does not turn up in the bytes exactly once, or in that order.

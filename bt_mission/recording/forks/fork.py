@@ -90,9 +90,9 @@ class ForkedRun:
         source: The recorded run.
         change: Takes effect at the fork.
         step_ns: The control step of the fork.
-        mission: What runs. What is told of requirements that only one of the two has is not
+        mission: The running mission. Events of requirements that only one of the two has are not
             compared.
-        parted: Takes the name of the robot when its run is another one before the fork. All runs
+        parted: Called with the name of the robot when its run differs before the fork. All runs
             then end, so only the first is the cause.
     """
 

@@ -78,15 +78,15 @@ class SweepResult:
 def sweep(source: ForkSource, attempt: Attempt, most: int) -> Generator[Try, None, SweepResult]:
     """Fork at one control step after another, and yield the result of each.
 
-    Variables are read when a node starts and by conditions, so first those steps are tried at which
-    a node changed, from the last one back to the first that saves the mission. From there the next
-    step is looked for at which it is not saved. Each answer is that of a run: what comes out need
-    not be better the earlier the change is, so between the steps that were tried nothing is known.
+    Variables are read when a node starts and by conditions, so first the steps are tried at which a
+    node changed, from the last one back to the first that saves the mission. From there the next
+    step is searched at which it is not saved. Each answer is that of a run: an earlier change need
+    not have a better result, so nothing is known between the steps that were tried.
 
     Args:
         source: The recorded run.
         attempt: Forks it.
-        most: Steps at which a node changed that are tried, at most; evenly spread.
+        most: The most steps that are tried at which a node changed; evenly spread.
     """
     tries: list[Try] = []
     instants = _instants(source)

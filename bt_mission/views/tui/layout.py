@@ -63,11 +63,11 @@ class PanePlace:
 
 @dataclass(frozen=True)
 class Content:
-    """What there is to be shown, as far as it takes room.
+    """The content of a view, as far as it takes space.
 
     Attributes:
-        has_time: Is there a line of time above the last one?
-        requirements: How many the mission has.
+        has_time: Whether there is a line of time above the last one.
+        requirements: The number of requirements of the mission.
     """
 
     has_time: bool = False
