@@ -106,7 +106,8 @@ def _checked(
     paths: Iterable[Path], node: Path, *, only_docstrings: bool = False
 ) -> Iterator[Finding]:
     """Yield the findings of pages and of Python files."""
-    pages, shadows = [], {}
+    pages: list[Path] = []
+    shadows: dict[str, Path] = {}
     with tempfile.TemporaryDirectory() as folder:
         for path in paths:
             for file in _files(path):
@@ -186,7 +187,9 @@ def shadow_of(source: str, *, only_docstrings: bool = False) -> str:
     pieces = {part for node in joined for part in node.values}
     for node in ast.walk(tree):
         text = _text_of(node)
-        if text and node not in docstrings | pieces and len(_WORD.findall(text)) >= LEAST_WORDS:
+        if not isinstance(node, ast.expr) or node in docstrings | pieces:
+            continue
+        if len(_WORD.findall(text)) >= LEAST_WORDS:
             before = lines[node.lineno - 1]
             text = " ".join(map(_plain, text.splitlines()))
             lines[node.lineno - 1] = f"{before} {text}".strip()
