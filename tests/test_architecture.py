@@ -315,7 +315,7 @@ WITH_EMPTY_NAMES = (
 
 
 def bound_names(text: str) -> Iterator[tuple[int, str]]:
-    """Yield line and name of each variable, argument, function, class and attribute."""
+    """Yield line and name of each variable, argument, function, class, attribute and alias."""
     for node in ast.walk(ast.parse(text)):
         match node:
             case ast.Name(id=name, ctx=ast.Store()) | ast.Attribute(attr=name, ctx=ast.Store()):
@@ -324,7 +324,7 @@ def bound_names(text: str) -> Iterator[tuple[int, str]]:
                 yield node.lineno, name
             case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
                 yield node.lineno, name
-            case ast.ClassDef(name=name):
+            case ast.ClassDef(name=name) | ast.alias(asname=str(name)):
                 yield node.lineno, name
 
 

@@ -18,9 +18,17 @@ from py_trees.common import Status
 from bt_mission.core.geometry import yaw_of
 from bt_mission.core.stamps import to_ns as time_ns
 from bt_mission.events import events
-from bt_mission.events import messages as told
 from bt_mission.events.codec import event_of
-from bt_mission.events.messages import Batch
+from bt_mission.events.messages import (
+    Batch,
+    BatteryState,
+    CameraImage,
+    FrameTransform,
+    Map,
+    ScanPoints,
+    ZoneDisc,
+    Zones,
+)
 from bt_mission.goals.poses import NamedPose
 
 STATUSES = (Status.INVALID, Status.RUNNING, Status.SUCCESS, Status.FAILURE)
@@ -160,10 +168,10 @@ def log(message: Any) -> Batch:
     return Batch(message.run, (event,))
 
 
-def transforms(message: Any) -> tuple[told.FrameTransform, ...]:
+def transforms(message: Any) -> tuple[FrameTransform, ...]:
     """Return a ``tf2_msgs/TFMessage``, projected on the floor."""
     return tuple(
-        told.FrameTransform(
+        FrameTransform(
             transform.header.frame_id.lstrip("/"),
             transform.child_frame_id.lstrip("/"),
             transform.transform.translation.x,
@@ -174,9 +182,9 @@ def transforms(message: Any) -> tuple[told.FrameTransform, ...]:
     )
 
 
-def scan(message: Any) -> told.ScanPoints:
+def scan(message: Any) -> ScanPoints:
     """Return a ``LaserScan``."""
-    return told.ScanPoints(
+    return ScanPoints(
         message.header.frame_id.lstrip("/"),
         message.angle_min,
         message.angle_increment,
@@ -186,11 +194,11 @@ def scan(message: Any) -> told.ScanPoints:
     )
 
 
-def grid(message: Any) -> told.Map:
+def grid(message: Any) -> Map:
     """Return an ``OccupancyGrid``."""
     info = message.info
     at = info.origin
-    return told.Map(
+    return Map(
         info.resolution,
         info.width,
         info.height,
@@ -201,13 +209,13 @@ def grid(message: Any) -> told.Map:
     )
 
 
-def zones(message: Any) -> told.Zones:
+def zones(message: Any) -> Zones:
     """Return the discs of a ``MarkerArray``, each with the text that has its number."""
     names = {
         marker.id: marker.text for marker in message.markers if marker.type == TEXT_VIEW_FACING
     }
     discs = [
-        told.ZoneDisc(
+        ZoneDisc(
             names.get(marker.id, ""),
             marker.pose.position.x,
             marker.pose.position.y,
@@ -220,7 +228,7 @@ def zones(message: Any) -> told.Zones:
     sound = [
         disc for disc in discs if math.isfinite(disc.x + disc.y + disc.radius) and disc.radius > 0
     ]
-    return told.Zones(tuple(sound[:MOST_ZONES]))
+    return Zones(tuple(sound[:MOST_ZONES]))
 
 
 def _hex_colour(colour: Any) -> str:
@@ -228,14 +236,14 @@ def _hex_colour(colour: Any) -> str:
     return "#" + "".join(f"{round(255 * part):02x}" for part in parts)
 
 
-def battery(message: Any) -> told.BatteryState:
+def battery(message: Any) -> BatteryState:
     """Return a ``BatteryState``."""
-    return told.BatteryState(message.percentage, message.voltage)
+    return BatteryState(message.percentage, message.voltage)
 
 
-def image(message: Any) -> told.CameraImage:
+def image(message: Any) -> CameraImage:
     """Return an ``Image``."""
-    return told.CameraImage(
+    return CameraImage(
         message.width,
         message.height,
         message.step,

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError
-from bt_mission.events import messages as told
+from bt_mission.events.messages import Batch, CameraImage, Robot
 
 
 class Verb(StrEnum):
@@ -64,10 +64,10 @@ class ListedExecutive:
 class Received:
     """The messages received since the last call; of the camera, the newest image."""
 
-    messages: tuple[told.Batch, ...] = ()
-    robot: tuple[told.Robot, ...] = ()
+    messages: tuple[Batch, ...] = ()
+    robot: tuple[Robot, ...] = ()
     answers: tuple[ControlResponse, ...] = ()
-    image: told.CameraImage | None = None
+    image: CameraImage | None = None
 
 
 class ExecutiveSource(Protocol):
