@@ -50,9 +50,9 @@ def test_what_a_search_measures_is_not_in_the_trace(search: CommandLine) -> None
     """The distance to a branch that is taken: the file, without it, has the same trace."""
     search.write("slow.yaml", "requirements: {slow: always speed < 0.1}")
     command = "falsify careless.yaml --require slow.yaml --budget 1 --workers 1 --nature none"
-    (found,) = search.json(command, 1)["found"]
-    assert found["what"] == "slow"
-    assert found["repeats"] is True
+    (counterexample,) = search.json(command, 1)["found"]
+    assert counterexample["what"] == "slow"
+    assert counterexample["repeats"] is True
 
 
 CAREFUL = DEFECT.replace("gap: 0.2", "gap: 0.5")
