@@ -10,6 +10,7 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from action_servers.core.limits import NumberLimit  # noqa: E402 - from the root
 from action_servers.core.tuning import TUNING  # noqa: E402
 from action_servers.server.actions import action  # noqa: E402
 from bt_mission.core.actions import declared  # noqa: E402
+from bt_mission.core.error_catalogue import CatalogueEntry, catalogue, shown  # noqa: E402
 from bt_mission.core.nature import QUANTITIES, Quantity  # noqa: E402
 from bt_mission.core.robot.model import load_robot  # noqa: E402
 from bt_mission.faults import FAULTS  # noqa: E402
@@ -289,6 +291,44 @@ _KINDS = {
 }
 
 
+# ---- the page of errors ------------------------------------------------------------------------
+
+ERRORS_HEAD = """# Errors and warnings
+
+Every error and warning ends with its code, such as `[BT-203]`. This page explains each code: its
+cause, the smallest example, its cure and the corrected example. `bt-mission explain BT-203` prints
+an entry in the terminal. This page is generated (`make generated`).
+
+A code stands for one kind of mistake, and keeps its number. `bt-mission check --json` has it in the
+field `code`, and the place of its entry in `url`.
+"""
+
+
+def errors_page() -> str:
+    """Return the page of errors, from their catalogue."""
+    parts = [ERRORS_HEAD]
+    for group, members in groupby(catalogue().values(), lambda entry: entry.group):
+        entries = list(members)
+        parts.append(f"## {group}\n\n| code | mistake |\n|---|---|")
+        parts += [f"| [{each.code}](#{each.anchor}) | {each.title} |" for each in entries]
+        parts.append("")
+        parts += map(_entry, entries)
+    return "\n".join(parts)
+
+
+def _entry(entry: CatalogueEntry) -> str:
+    text = f"### {entry.code}\n\n**{entry.title}.** {entry.cause}\n\n"
+    if entry.wrong:
+        text += f"{_block(entry, entry.wrong)}\n"
+    text += f"{entry.cure}\n"
+    return f"{text}\n{_block(entry, entry.right)}" if entry.right else text
+
+
+def _block(entry: CatalogueEntry, example: str) -> str:
+    language = "console" if entry.is_command else entry.file.rpartition(".")[2]
+    return f"```{language}\n{shown(example)}\n```\n"
+
+
 # ---- the files ---------------------------------------------------------------------------------
 
 GENERATED: Mapping[Path, Callable[[str], str]] = {
@@ -298,6 +338,7 @@ GENERATED: Mapping[Path, Callable[[str], str]] = {
     DOCS / "reference" / "actions.md": actions_page,
     DOCS / "reference" / "terminal.md": lambda page: between("keys", key_table(), page),
     DOCS / "reference" / "files.md": lambda _: keys_page(),
+    DOCS / "reference" / "errors.md": lambda _: errors_page(),
     DOCS / "images" / "layers.svg": lambda _: draw(),
 }
 """Each file, and what its text becomes."""

@@ -17,11 +17,11 @@ from typing import Any
 from bt_mission.btcpp.elements import Attribute, XmlSource
 from bt_mission.btcpp.yaml_text import escaped, flow
 from bt_mission.core.diagnostics import (
-    MOST_FAULTS,
+    MOST_DIAGNOSTICS,
     Diagnostic,
     InputError,
+    diagnostic_at,
     did_you_mean,
-    fault_at,
     listed,
     quoted,
 )
@@ -49,11 +49,11 @@ _WORDS = {"true": True, "false": False}
 
 
 class MisreadError(Exception):
-    """An attribute with an invalid value: each fault is its place, a message and a hint."""
+    """An attribute with an invalid value: each diagnostic has code, place, message and hint."""
 
-    def __init__(self, *faults: tuple[At, str, str | None]) -> None:
-        super().__init__(faults)
-        self.faults = faults
+    def __init__(self, *diagnostics: tuple[str, At, str, str | None]) -> None:
+        super().__init__(diagnostics)
+        self.diagnostics = diagnostics
 
 
 # ---- values with places ----------------------------------------------------------------------
@@ -173,7 +173,9 @@ class Codec:
 
 
 def _misread(attribute: Attribute, message: str, hint: str | None = None) -> MisreadError:
-    return MisreadError((attribute.value_at, f"{message}, got {quoted(attribute.value)}", hint))
+    return MisreadError(
+        ("BT-1203", attribute.value_at, f"{message}, got {quoted(attribute.value)}", hint)
+    )
 
 
 def _reference(attribute: Attribute) -> LocatedValue | None:
@@ -232,8 +234,8 @@ def _read_list(attribute: Attribute) -> LocatedValue:
         usual = "a list is written as in YAML, such as [1.0, 0.5, 90]"
         raise MisreadError(
             *(
-                (attribute.within(max(one.column, 1) - 1), one.message, one.hint or usual)
-                for one in error.faults
+                (one.code, attribute.within(max(one.column, 1) - 1), one.message, one.hint or usual)
+                for one in error.diagnostics
             )
         ) from None
     return LocatedValue(data, _moved(place, (line, column + 1)))
@@ -284,7 +286,8 @@ def _read_flow(attribute: Attribute) -> LocatedValue:
     try:
         return located(read_yaml(attribute.value).data, attribute.value_at)
     except InputError as error:
-        raise MisreadError((attribute.value_at, error.faults[0].message, None)) from None
+        first = error.diagnostics[0]
+        raise MisreadError((first.code, attribute.value_at, first.message, None)) from None
 
 
 def _read_constant(attribute: Attribute, word: str) -> LocatedValue:
@@ -324,7 +327,7 @@ def _read_given(attribute: Attribute, word: str) -> LocatedValue:
     constant = _text_constant(attribute.value)
     if constant is None:
         message = "a text with both kinds of quotes cannot be given to a tree"
-        raise MisreadError((attribute.value_at, message, None))
+        raise MisreadError(("BT-1203", attribute.value_at, message, None))
     return located(constant, attribute.value_at)
 
 
@@ -359,7 +362,7 @@ def given(word: str) -> Codec:
     return Codec(partial(_read_given, word=word), partial(_written_given, word=word))
 
 
-# ---- faults ----------------------------------------------------------------------------------
+# ---- diagnostics -----------------------------------------------------------------------------
 
 _INSTEAD = {
     "_description": "use 'name', or a comment",
@@ -370,30 +373,30 @@ _INSTEAD = {
 
 @dataclass
 class Reporter:
-    """Collects the faults of one file."""
+    """Collects the diagnostics of one file."""
 
     source: XmlSource
-    faults: list[Diagnostic] = field(default_factory=list)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
 
-    def report(self, at: At, message: str, hint: str | None = None) -> None:
-        """Note a fault, once."""
-        fault = fault_at(at, self.source.file, self.source.lines, message, hint)
-        if len(self.faults) < MOST_FAULTS and fault not in self.faults:
-            self.faults.append(fault)
+    def report(self, code: str, at: At, message: str, hint: str | None = None) -> None:
+        """Note a diagnostic, once."""
+        diagnostic = diagnostic_at(code, at, self.source.file, self.source.lines, message, hint)
+        if len(self.diagnostics) < MOST_DIAGNOSTICS and diagnostic not in self.diagnostics:
+            self.diagnostics.append(diagnostic)
 
     def value(self, attribute: Attribute, codec: Codec) -> LocatedValue:
         """Return the value of an attribute; note what is wrong with it."""
         try:
             return codec.read(attribute)
         except MisreadError as error:
-            for fault in error.faults:
-                self.report(*fault)
+            for diagnostic in error.diagnostics:
+                self.report(*diagnostic)
             return located("", attribute.value_at)
 
     def take(self, attributes: dict[str, Attribute], name: str, at: At) -> Attribute | None:
         """Return an attribute that is needed, and leave it out of those that are still to read."""
         if name not in attributes:
-            self.report(at, f"the attribute '{name}' is missing")
+            self.report("BT-1202", at, f"the attribute '{name}' is missing")
         return attributes.pop(name, None)
 
     def refuse(
@@ -407,7 +410,7 @@ class Reporter:
             if name.startswith("_"):
                 nodes = "use nodes instead: ScriptCondition, Script, Precondition, WhileDoElse"
                 message = f"the attribute {quoted(name)} has no counterpart"
-                self.report(attribute.at, message, _INSTEAD.get(name, nodes))
+                self.report("BT-1204", attribute.at, message, _INSTEAD.get(name, nodes))
             else:
                 message = f"no attribute {quoted(name)} for {tag} (it takes: {listed(known)})"
-                self.report(attribute.at, message, did_you_mean(name, known))
+                self.report("BT-1202", attribute.at, message, did_you_mean(name, known))

@@ -69,18 +69,18 @@ def document_of(
     # Without a file that cannot be included, everything that uses its trees would be an error.
     part = reader.mission() if reader.known.has_all_files else None
     files = list(reader.files())
-    if part is not None and not any(one.faults for one in files):
+    if part is not None and not any(one.diagnostics for one in files):
         reader.refuse_size(part.place)
-    faults = [fault for one in files for fault in one.faults]
-    if faults or part is None:
-        raise InputError(in_order(faults))
+    diagnostics = [diagnostic for one in files for diagnostic in one.diagnostics]
+    if diagnostics or part is None:
+        raise InputError(in_order(diagnostics))
     return reader.document(part)
 
 
 def mission_yaml(path: str | Path) -> str:
     """Return an XML file as a YAML file. Raises InputError with everything that is wrong with it.
 
-    What is read is a mission without faults; whether its goals fit the types of ROS is for `check`.
+    The mission has no errors; `check` compares its goals with the types of ROS.
     The trees of files that it includes are written into it.
     """
     document = read_xml(path)
@@ -139,18 +139,18 @@ class _FileReader(XmlNodeReader):
         """Find the trees and ports of the file, and of those that it includes."""
         root = self.source.root
         if root.tag != "root":
-            self.report(root.at, f'expected <root BTCPP_format="4">, got <{root.tag}>')
+            self.report("BT-1202", root.at, f'expected <root BTCPP_format="4">, got <{root.tag}>')
             return
         self.refuse(root.attributes.values(), "root", ("BTCPP_format", "main_tree_to_execute"))
         found = root.attributes.get("BTCPP_format")
         if found is None:
             message = f"the attribute 'BTCPP_format' is missing; format {FORMAT} is read"
-            self.report(root.at, message, f'write <root BTCPP_format="{FORMAT}">')
+            self.report("BT-1202", root.at, message, f'write <root BTCPP_format="{FORMAT}">')
         elif found.value != FORMAT:
             message = f"expected format {FORMAT}, got {quoted(found.value)}"
-            self.report(found.value_at, message)
+            self.report("BT-1202", found.value_at, message)
         if root.text:
-            self.report(root.text_at, f"a loose text: {quoted(root.text)}")
+            self.report("BT-1202", root.text_at, f"a loose text: {quoted(root.text)}")
         for child in root.children:
             if child.tag == "TreeNodesModel":
                 self._take_models(child)
@@ -159,7 +159,11 @@ class _FileReader(XmlNodeReader):
             elif child.tag == "BehaviorTree":
                 self._take_tree(child, self._identified(child))
             else:
-                self.report(child.at, f"expected BehaviorTree or TreeNodesModel, got <{child.tag}>")
+                self.report(
+                    "BT-1202",
+                    child.at,
+                    f"expected BehaviorTree or TreeNodesModel, got <{child.tag}>",
+                )
 
     def mission(self) -> LocatedValue | None:
         """Return the whole mission."""
@@ -216,10 +220,12 @@ class _FileReader(XmlNodeReader):
         owner = self.known.owners.setdefault(name.value, self)
         if name.value in self._trees or owner is not self:
             where = "" if owner is self else f", in {owner.source.file}"
-            self.report(name.value_at, f"there is a tree {quoted(name.value)} already{where}")
+            self.report(
+                "BT-208", name.value_at, f"there is a tree {quoted(name.value)} already{where}"
+            )
         elif name.value in REGISTERED or name.value in ("Root", "root"):
             message = f"BehaviorTree.CPP has a node {quoted(name.value)}, so no tree has that ID"
-            self.report(name.value_at, message, "give the tree another ID")
+            self.report("BT-208", name.value_at, message, "give the tree another ID")
         self.known.ports.setdefault(name.value, TreePorts())
         self._trees[name.value] = tree
         names: dict[str, Attribute] = {}
@@ -227,13 +233,13 @@ class _FileReader(XmlNodeReader):
             given = use.attributes.get("name")
             if given is not None and names.setdefault(given.value, given) is not given:
                 message = f"two SubTrees of this tree have the name {quoted(given.value)}, which "
-                self.report(given.value_at, f"{message}BehaviorTree.CPP refuses")
+                self.report("BT-208", given.value_at, f"{message}BehaviorTree.CPP refuses")
 
     def _identified(self, tree: Element) -> Attribute:
         """Return the ID of a tree; the only one needs none, and is called as the file is."""
         if "ID" not in tree.attributes:
             if sum(child.tag == tree.tag for child in self.source.root.children) > 1:
-                self.report(tree.at, "the attribute 'ID' is missing")
+                self.report("BT-1202", tree.at, "the attribute 'ID' is missing")
             name = Path(self.source.file).stem
             tree.attributes["ID"] = Attribute("ID", name, tree.at, tree.at)
         return tree.attributes["ID"]
@@ -242,7 +248,7 @@ class _FileReader(XmlNodeReader):
         """Return the ID of the main tree."""
         named = root.attributes.get("main_tree_to_execute")
         if not self._trees:
-            self.report(root.at, "no <BehaviorTree> is in this file")
+            self.report("BT-1202", root.at, "no <BehaviorTree> is in this file")
             return None
         if named is None:
             used = {use.attributes["ID"].value for use in _uses(root) if "ID" in use.attributes}
@@ -250,16 +256,18 @@ class _FileReader(XmlNodeReader):
             if len(alone) == 1 or len(self._trees) == 1:
                 return (*alone, *self._trees)[0]
             message = f"which of the trees is the mission? ({listed(self._trees)})"
-            self.report(root.at, message, "write 'main_tree_to_execute' in <root>")
+            self.report("BT-1202", root.at, message, "write 'main_tree_to_execute' in <root>")
             return None
         if named.value in self._trees:
             return named.value
         if (other := self.known.owners.get(named.value)) is not None:
             message = f"the main tree lies in the included file {other.source.file}"
-            self.report(named.value_at, message, "run that file, or name a tree of this one")
+            self.report(
+                "BT-210", named.value_at, message, "run that file, or name a tree of this one"
+            )
             return None
         message = f"no tree is called {quoted(named.value)} (trees: {listed(self._trees)})"
-        self.report(named.value_at, message, did_you_mean(named.value, self._trees))
+        self.report("BT-210", named.value_at, message, did_you_mean(named.value, self._trees))
         return None
 
     def _head(self, main: str, ports: TreePorts) -> Iterator[Entry]:
@@ -273,9 +281,9 @@ class _FileReader(XmlNodeReader):
             if key in HEAD and key != "mission":
                 yield key, attribute.at, self.value(attribute, HEAD[key])
         for key, at, _ in ports.sections["needs"].values():
-            self.report(at, f"the input {quoted(key)} of the mission needs a default")
+            self.report("BT-1202", at, f"the input {quoted(key)} of the mission needs a default")
         for key, at, _ in ports.outputs.values():
-            self.report(at, f"a mission gives no outputs, such as {quoted(key)}")
+            self.report("BT-1202", at, f"a mission gives no outputs, such as {quoted(key)}")
         yield from _section("inputs", [*ports.sections["inputs"].values()])
         yield from _section("requirements", [self._requirement(one) for one in ports.requirements])
 
@@ -285,7 +293,7 @@ class _FileReader(XmlNodeReader):
         self.refuse(attributes.values(), "Metadata", _AT_REQUIREMENT)
         name, formula = attributes[REQUIREMENT], attributes.get("formula")
         if formula is None:
-            self.report(element.at, "the attribute 'formula' is missing")
+            self.report("BT-1202", element.at, "the attribute 'formula' is missing")
             return name.value, name.at, located("", element.at)
         action = attributes.get("on_violation")
         if action is None:
@@ -298,7 +306,7 @@ class _FileReader(XmlNodeReader):
         tree_id = element.attributes["ID"]
         named = self.trees[tree_id.value].tree_name(tree_id)
         if named.value in self.known.names:
-            self.report(named.value_at, f"there is a tree {quoted(named.value)} already")
+            self.report("BT-208", named.value_at, f"there is a tree {quoted(named.value)} already")
         self.known.names.add(named.value)
         return named.value
 
@@ -307,9 +315,9 @@ class _FileReader(XmlNodeReader):
         entries = [*self._description(element)]
         for attribute in ports.metadata.values():
             if attribute.name != TREE_NAME:
-                self.report(attribute.at, "only the main tree has metadata that counts")
+                self.report("BT-1202", attribute.at, "only the main tree has metadata that counts")
         for one in ports.requirements:
-            self.report(one.at, "only the main tree has requirements")
+            self.report("BT-1202", one.at, "only the main tree has requirements")
         for key, found in ports.sections.items():
             entries += _section(key, [*found.values()])
         return mapping(element.at, [*entries, ("do", element.at, self._body(element))])
@@ -323,10 +331,10 @@ class _FileReader(XmlNodeReader):
 
     def _body(self, element: Element) -> LocatedValue:
         if element.text:
-            self.report(element.text_at, f"a loose text: {quoted(element.text)}")
+            self.report("BT-1202", element.text_at, f"a loose text: {quoted(element.text)}")
         if len(element.children) != 1:
             message = f"expected 1 node in <BehaviorTree>, got {len(element.children)}"
-            self.report(element.at, message)
+            self.report("BT-1202", element.at, message)
         nodes = [self.node(child) for child in element.children]
         return nodes[0] if nodes else located({}, element.at)
 
@@ -339,12 +347,14 @@ class _FileReader(XmlNodeReader):
             count += 1
             if depth > MAX_DEPTH:
                 message = f"nested too deeply; at most {MAX_DEPTH} levels of YAML are read"
-                self.report((part.line, part.column), message)
+                self.report("BT-103", (part.line, part.column), message)
                 return
             inner = part.parts.values() if isinstance(part.parts, dict) else part.parts or ()
             waiting += [(one, depth + 1) for one in inner]
         if count > MAX_VALUES:
-            self.report((1, 1), f"more than {MAX_VALUES:,} values; a file holds at most so many")
+            self.report(
+                "BT-103", (1, 1), f"more than {MAX_VALUES:,} values; a file holds at most so many"
+            )
 
     # ---- included files ----------------------------------------------------------------------
 
@@ -353,16 +363,16 @@ class _FileReader(XmlNodeReader):
         self.refuse(element.attributes.values(), "include", ("path", "ros_pkg"))
         path, package = element.attributes.get("path"), element.attributes.get("ros_pkg")
         if path is None:
-            self.report(element.at, "the attribute 'path' is missing")
+            self.report("BT-1202", element.at, "the attribute 'path' is missing")
             return
         try:
             source = self._included_source(path.value, package.value if package else None)
         except _IncludeError as error:
             self.known.has_all_files = False
-            self.report(path.value_at, error.message, error.hint)
+            self.report(error.code, path.value_at, error.message, error.hint)
         except InputError as error:  # of the other file
             self.known.has_all_files = False
-            self.faults[:0] = error.faults
+            self.diagnostics[:0] = error.diagnostics
         else:
             if source is not None:
                 reader = _FileReader(source, known=self.known, within=self.within)
@@ -383,12 +393,12 @@ class _FileReader(XmlNodeReader):
             name = _file_among(known.texts, path, self.within[0])
         if name in self.within:
             ring = " -> ".join(PurePath(one).name for one in (*reversed(self.within), name))
-            raise _IncludeError(f"the files include each other: {ring}")
+            raise _IncludeError("BT-112", f"the files include each other: {ring}")
         if name in known.included:
             return None
         known.included.add(name)
         if len(known.included) > MOST_FILES:
-            raise _IncludeError(f"more than {MOST_FILES} files are included")
+            raise _IncludeError("BT-112", f"more than {MOST_FILES} files are included")
         return parse(read_source(name) if known.texts is None else known.texts[name], name)
 
 
@@ -413,7 +423,7 @@ def _file_among(texts: Mapping[str, str], path: str, file: str) -> str:
     like = [name for name in texts if PurePath(name).match(path)]
     found = next((name for name in (beside, *like) if name in texts), None)
     if found is None:
-        raise _IncludeError(f"no such file {quoted(path)}")
+        raise _IncludeError("BT-112", f"no such file {quoted(path)}")
     return found
 
 
@@ -423,15 +433,15 @@ def _located_file(path: str, package: str | None, file: str) -> str:
     folder = Path(file).parent if package is None else _share_folder(package)
     try:
         if package is None and not Path(file).is_file():
-            raise _IncludeError("a mission in a text has no folder to include files from")
+            raise _IncludeError("BT-112", "a mission in a text has no folder to include files from")
         real = (folder / path).resolve(strict=True)
         is_inside = real.is_relative_to(folder.resolve())
     except (OSError, RuntimeError, ValueError):  # a ring of links, a name that is too long
-        raise _IncludeError(f"no such file {quoted(path)} in {where}") from None
+        raise _IncludeError("BT-112", f"no such file {quoted(path)} in {where}") from None
     if not is_inside:
-        raise _IncludeError(f"{quoted(path)} lies outside of {where}")
+        raise _IncludeError("BT-112", f"{quoted(path)} lies outside of {where}")
     if not real.is_file():
-        raise _IncludeError(f"{quoted(path)} is no file")
+        raise _IncludeError("BT-112", f"{quoted(path)} is no file")
     return str(folder / path)
 
 
@@ -444,7 +454,9 @@ def _share_folder(package: str) -> Path:
 
         return Path(get_package_share_directory(package))
     except ImportError:
-        raise _IncludeError("ROS 2 is not there, so its packages are unknown") from None
+        raise _IncludeError("BT-112", "ROS 2 is not there, so its packages are unknown") from None
     except (LookupError, ValueError, OSError):
         hint = "source the workspace that it is in, or copy the file beside this one"
-        raise _IncludeError(f"no ROS package {quoted(package)} is installed", hint) from None
+        raise _IncludeError(
+            "BT-112", f"no ROS package {quoted(package)} is installed", hint
+        ) from None

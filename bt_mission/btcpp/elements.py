@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any, NoReturn
 from xml.parsers import expat
 
-from bt_mission.core.diagnostics import InputError, fault_at, quoted
+from bt_mission.core.diagnostics import InputError, diagnostic_at, quoted
 from bt_mission.core.text import is_shown
 from bt_mission.core.yaml.composer import At
 from bt_mission.core.yaml.document import refuse_large
@@ -81,7 +81,7 @@ class XmlSource:
 
 
 def parse(text: str, file: str) -> XmlSource:
-    """Return the elements of an XML text. Raises InputError with the first fault."""
+    """Return the elements of an XML text. Raises InputError with the first diagnostic."""
     refuse_large(text, file)
     return _XmlParser(text, file).parse()
 
@@ -110,7 +110,7 @@ class _XmlParser:
         try:
             self._parser.Parse(self._bytes, True)
         except expat.ExpatError as error:
-            self._fail(*self._explain(expat.ErrorString(error.code) or "", error))
+            self._fail("BT-1201", *self._explain(expat.ErrorString(error.code) or "", error))
         assert self._root is not None, "the parser refuses a text without an element"
         return XmlSource(self._file, self._root, self._lines)
 
@@ -131,7 +131,7 @@ class _XmlParser:
         element = Element(tag, self._place(offset + 1))
         if len(self._stack) >= MAX_DEPTH:
             message = f"nested too deeply; at most {MAX_DEPTH} levels are read"
-            self._fail(message, element.at)
+            self._fail("BT-103", message, element.at)
         values = dict(zip(flat[::2], flat[1::2], strict=True))
         at = offset + 1 + len(tag)
         while found := _ATTRIBUTE.match(self._text, at):
@@ -158,12 +158,12 @@ class _XmlParser:
     def _doctype(self, name: str, *_: Any) -> None:
         offset = self._offset(self._parser.CurrentByteIndex)
         message = f"a document type ({quoted(name)}); entities and types are not used here"
-        self._fail(message, self._place(offset), "leave out '<!DOCTYPE ...>'")
+        self._fail("BT-1201", message, self._place(offset), "leave out '<!DOCTYPE ...>'")
 
     def _declaration(self, _version: str, encoding: str | None, _standalone: int) -> None:
         if encoding is not None and encoding.lower() not in _UTF_8:
             message = f"expected text in UTF-8, got the encoding {quoted(encoding)}"
-            self._fail(message, (1, 1), "save the file as UTF-8")
+            self._fail("BT-102", message, (1, 1), "save the file as UTF-8")
 
     def _offset(self, byte: int) -> int:
         """Return the characters before a byte. Places are asked for in the order of the file."""
@@ -178,8 +178,10 @@ class _XmlParser:
         line = bisect_right(self._starts, offset)
         return line, offset - self._starts[line - 1] + 1
 
-    def _fail(self, message: str, at: At, hint: str | None = None) -> NoReturn:
-        raise InputError([fault_at(at, self._file, self._lines, message, hint)]) from None
+    def _fail(self, code: str, message: str, at: At, hint: str | None = None) -> NoReturn:
+        raise InputError(
+            [diagnostic_at(code, at, self._file, self._lines, message, hint)]
+        ) from None
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from bt_mission.btcpp.document import HEAD
 from bt_mission.btcpp.elements import Tag, xml_text
 from bt_mission.btcpp.palette import leaf_models, palette_xml, types_read, used_attributes
 from bt_mission.btcpp.scripts import CONDITION
-from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, InputError, in_order, quoted
+from bt_mission.core.diagnostics import MOST_DIAGNOSTICS, Diagnostic, InputError, in_order, quoted
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.file import MissionFile, TreeDefinition
@@ -143,15 +143,17 @@ class _NodeWriter:
     document: Document
     signatures: Mapping[str, Signature]
     limits: GoalLimitsTable
-    faults: list[Diagnostic] = field(default_factory=list)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
     _names: set[str] = field(default_factory=set)
     """Of the uses of trees so far."""
 
     def refuse(self, path: base.Path, what: str, instead: str, *, key: bool = False) -> None:
         """Note what XML has no counterpart for."""
-        if len(self.faults) < MOST_FAULTS:
+        if len(self.diagnostics) < MOST_DIAGNOSTICS:
             message = f"{what}: XML has no counterpart"
-            self.faults.append(self.document.fault(path, message, instead, key=key))
+            self.diagnostics.append(
+                self.document.diagnostic("BT-1205", path, message, instead, key=key)
+            )
 
     def node(self, data: dict[str, Any], path: base.Path) -> Tag:
         """Return a node and all below it as an element."""
@@ -270,7 +272,7 @@ class _MissionWriter:
         self._mission = mission
         self._shapes = shapes
         self._limits = GoalLimitsTable.written(MissionFile.model_validate(document.data))
-        self._faults: list[Diagnostic] = []
+        self._diagnostics: list[Diagnostic] = []
         self._signatures = {
             name: Signature(
                 name,
@@ -290,8 +292,8 @@ class _MissionWriter:
         self._models = tuple(model for model in models if model.children)
         self._refuse_files()
         self.used = used_attributes(self._bodies.values())
-        if self._faults:
-            raise InputError(in_order(self._faults))
+        if self._diagnostics:
+            raise InputError(in_order(self._diagnostics))
 
     def text(self) -> str:
         """Return the file."""
@@ -302,19 +304,21 @@ class _MissionWriter:
 
     def _refuse(self, document: Document, path: base.Path, what: str, hint: str) -> None:
         message = f"{what}: XML has no counterpart"
-        self._faults.append(document.fault(path, message, hint, key=True))
+        self._diagnostics.append(document.diagnostic("BT-1205", path, message, hint, key=True))
 
     def _tree(self, tree: Tree, name: str) -> Tag:
         document, data = tree.document, _data(tree)
         path, key = ((), "tree") if tree.is_main else (tree.path, "do")
         writer = _NodeWriter(document, self._signatures, self._limits)
         body = writer.node(data[key], (*path, key))
-        self._faults += writer.faults
+        self._diagnostics += writer.diagnostics
         for follow in tree.follow:
             what = f"the variable '{follow.variable}', which follows a topic"
             hint = "read the topic with 'wait_for' and its 'outputs', or keep the mission in YAML"
             message = f"{what}: XML has no counterpart"
-            self._faults.append(document.fault(follow.place.path, message, hint))
+            self._diagnostics.append(
+                document.diagnostic("BT-1205", follow.place.path, message, hint)
+            )
         attributes = {"ID": name}
         if text := data.get("description"):
             attributes["_description"] = text

@@ -88,7 +88,12 @@ class TreePorts:
                 self._declare_port(element, name, reporter)
         else:
             message = f"expected input_port, output_port or MetadataFields, got <{element.tag}>"
-            report(element.at, message, "a variable is either given to a tree or taken from it")
+            report(
+                "BT-1202",
+                element.at,
+                message,
+                "a variable is either given to a tree or taken from it",
+            )
 
     def _declare_port(self, element: Element, name: Attribute, reporter: Reporter) -> None:
         attributes, report = element.attributes, reporter.report
@@ -96,7 +101,7 @@ class TreePorts:
         word = "list" if label.startswith("std::vector<") else _TYPES.get(label)
         if word is None:
             expected = f"expected a type ({listed(LABELS.values())}) of the port"
-            report(element.at, f"{expected} {quoted(name.value)}, got {quoted(label)}")
+            report("BT-1203", element.at, f"{expected} {quoted(name.value)}, got {quoted(label)}")
             word = "list"
         value, section = located(word, name.value_at), "needs"
         if default := attributes.get("default"):
@@ -104,11 +109,11 @@ class TreePorts:
         if element.tag == "output_port":
             section = "outputs"
             if default:
-                report(default.at, "an output has no default")
+                report("BT-1202", default.at, "an output has no default")
         else:
             self.inputs[name.value] = word
         if any(name.value in section for section in self.sections.values()):
-            report(element.at, f"the port {quoted(name.value)} is declared twice")
+            report("BT-1202", element.at, f"the port {quoted(name.value)} is declared twice")
         self.sections[section][name.value] = (name.value, name.value_at, value)
 
 
@@ -121,13 +126,17 @@ class XmlNodeReader(Reporter):
     def node(self, element: Element) -> LocatedValue:
         """Return an element and all below it as a node."""
         if element.text:
-            self.report(element.text_at, f"a loose text in <{element.tag}>: {quoted(element.text)}")
+            self.report(
+                "BT-1202",
+                element.text_at,
+                f"a loose text in <{element.tag}>: {quoted(element.text)}",
+            )
         if element.tag in ("Action", "Condition", "Control", "Decorator"):
             rest = dict(element.attributes)
             name = rest.pop("ID", None)
             if name is None:
                 message = f"<{element.tag}> does not say which: the attribute 'ID' is missing"
-                self.report(element.at, message)
+                self.report("BT-1202", element.at, message)
                 return located({}, element.at)
             element = replace(element, tag=name.value, at=name.value_at, attributes=rest)
         if element.tag == table.SUBTREE:
@@ -138,7 +147,9 @@ class XmlNodeReader(Reporter):
         if hint is None:
             near = did_you_mean(element.tag, [*table.ELEMENTS, table.SUBTREE, *table.leaf_kinds()])
             hint = f"{near} {STAND_IN}" if near else STAND_IN
-        self.report(element.at, f"the node {quoted(element.tag)} has no counterpart", hint)
+        self.report(
+            "BT-1204", element.at, f"the node {quoted(element.tag)} has no counterpart", hint
+        )
         for child in element.children:
             self.node(child)
         return located({}, element.at)
@@ -147,23 +158,25 @@ class XmlNodeReader(Reporter):
         """Return the use of a named tree."""
         at = element.at
         for child in element.children:
-            self.report(child.at, "a SubTree has nothing in it; ID names a tree")
+            self.report("BT-1202", child.at, "a SubTree has nothing in it; ID names a tree")
         attributes = dict(element.attributes)
         tree_id = attributes.get("ID")
         if tree_id is None:
-            self.report(at, "the attribute 'ID' is missing")
+            self.report("BT-1202", at, "the attribute 'ID' is missing")
             return located({}, at)
         ports = self.trees.get(tree_id.value)
         if ports is None:
             message = f"no tree is called {quoted(tree_id.value)} (trees: {listed(self.trees)})"
-            self.report(tree_id.value_at, message, did_you_mean(tree_id.value, self.trees))
+            self.report(
+                "BT-210", tree_id.value_at, message, did_you_mean(tree_id.value, self.trees)
+            )
             return located({}, at)
         known = [*ports.inputs, *ports.outputs]
         for key in [key for key in attributes if key not in (*known, "ID", "name")]:
             if not key.startswith("_"):
                 message = f"no port {quoted(key)} of {tree_id.value} (ports: {listed(known)})"
                 hint = did_you_mean(key, known) or "declare it under TreeNodesModel, with its type"
-                self.report(attributes.pop(key).at, message, hint)
+                self.report("BT-212", attributes.pop(key).at, message, hint)
         if self._is_remapped(attributes.pop("_autoremap", None)):
             given = {key: Attribute(key, f"{{{key}}}", at, at) for key in known}
             attributes = {
@@ -185,7 +198,7 @@ class XmlNodeReader(Reporter):
             return False
         if attribute.value.lower() not in ("true", "1"):
             got = quoted(attribute.value)
-            self.report(attribute.value_at, f"expected true or false, got {got}")
+            self.report("BT-1203", attribute.value_at, f"expected true or false, got {got}")
         return True
 
 
@@ -209,10 +222,12 @@ class _Filling:
         node = self._mapping({**row.node, "name": table.NAME}, row.kind)
         if row.is_leaf:
             for child in children:
-                self._reader.report(child.at, f"<{tag}> is a leaf, with nothing in it")
+                self._reader.report("BT-1202", child.at, f"<{tag}> is a leaf, with nothing in it")
         elif row.children is not None and len(children) != row.children:
             nodes = counted(row.children, "node")
-            self._reader.report(self._at, f"expected {nodes} in <{tag}>, got {len(children)}")
+            self._reader.report(
+                "BT-1202", self._at, f"expected {nodes} in <{tag}>, got {len(children)}"
+            )
         self._reader.refuse(self._attributes.values(), tag, row.takes)
         return node
 
@@ -231,7 +246,7 @@ class _Filling:
             value = "false"
         if not any(row.fixed[name] == value for row in rows):
             message = choice.message.format(quoted(attribute.value))
-            self._reader.report(attribute.value_at, message, choice.hint)
+            self._reader.report("BT-1204", attribute.value_at, message, choice.hint)
         return value
 
     def _mapping(self, template: Mapping[str, Any], kind: str | None = None) -> LocatedValue:
@@ -295,7 +310,7 @@ class _Filling:
             return self._reader.value(attributes[0], port.codec)
         if not port.is_needed:
             return None
-        self._reader.report(self._at, f"the attribute '{port.name}' is missing")
+        self._reader.report("BT-1202", self._at, f"the attribute '{port.name}' is missing")
         return located("", self._at)
 
     def _entries(self, ports: table.Ports, attributes: list[Attribute]) -> LocatedValue:
@@ -309,7 +324,9 @@ class _Filling:
         for path, at, _ in entries:
             around = {path[:count] for count in range(1, len(path))}
             if path in whole or path in above or not whole.isdisjoint(around):
-                self._reader.report(at, f"the field {quoted('.'.join(path))} is given twice")
+                self._reader.report(
+                    "BT-1202", at, f"the field {quoted('.'.join(path))} is given twice"
+                )
             whole.add(path)
             above |= around
         return _nested(entries, self._at)
@@ -327,7 +344,7 @@ class _Filling:
         if list(node.data) != ["check"]:
             message = "expected a ScriptCondition without a name here"
             hint = "only a condition on variables decides between nodes"
-            self._reader.report(element.at, message, hint)
+            self._reader.report("BT-1204", element.at, message, hint)
             return located(True, self._at)
         assert isinstance(node.place.parts, dict)
         data = node.data["check"]
@@ -338,7 +355,7 @@ class _Filling:
     def _children(self, column: table.Children) -> LocatedValue:
         children = self._element.children
         if not children:
-            self._reader.report(self._at, f"<{self._element.tag}> has nothing in it")
+            self._reader.report("BT-1202", self._at, f"<{self._element.tag}> has nothing in it")
         # Where all children are skipped, so is their parent, which has no counterpart.
         skips = column.skips and any(_SKIP not in child.attributes for child in children)
         nodes = [
@@ -365,7 +382,7 @@ class _Filling:
         children = self._element.children
         if len(children) < 2:
             message = f"expected 2 nodes or more in <{self._element.tag}>, got {len(children)}"
-            self._reader.report(self._at, message)
+            self._reader.report("BT-1202", self._at, message)
         nodes = [self._reader.node(child) for child in children[:-1]]
         if len(nodes) == 1:
             return nodes[0]
@@ -380,7 +397,7 @@ class _Filling:
             return located({}, self._at)
         if VARIABLE.fullmatch(key.value) is None:
             message = f"expected the name of a variable, got {quoted(key.value)}"
-            self._reader.report(key.value_at, message)
+            self._reader.report("BT-1203", key.value_at, message)
         if isinstance(value.data, str) and not value.data.startswith("$"):
             value = located(repr(value.data), (value.place.line, value.place.column))
         return mapping(key.value_at, [(key.value, key.value_at, value)])

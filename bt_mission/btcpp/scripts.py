@@ -48,7 +48,7 @@ def from_script(code: str) -> str:
     for token in tokens:
         if token.kind == "name" and token.text in RESERVED - _VALUES:
             message = f"'{token.text}' is a word of our expressions, so no variable"
-            raise ScriptError(message, token.column, "give the variable another name")
+            raise ScriptError("BT-1206", message, token.column, "give the variable another name")
         if token.kind == "blank":
             text += " " * len(token.text)
             continue
@@ -60,9 +60,11 @@ def from_script(code: str) -> str:
     try:
         expression = Expression(text)
     except ExpressionError as error:
-        raise ScriptError(error.message, 1, error.hint) from None
+        raise ScriptError(error.code, error.message, 1, error.hint) from None
     if any(quantities(expression.root)):
-        raise ScriptError("a script has no units", 1, "write the number in metres or seconds")
+        raise ScriptError(
+            "BT-1206", "a script has no units", 1, "write the number in metres or seconds"
+        )
     return text
 
 
@@ -100,7 +102,7 @@ def assignments(code: str) -> list[tuple[str, int, Any]]:
         statement = _STATEMENT.match(code, at)
         assert statement is not None, "the pattern takes an empty text"
         if code[statement.end() : statement.end() + 1] == "'":
-            raise ScriptError("this quoted text is never closed", statement.end() + 1)
+            raise ScriptError("BT-1206", "this quoted text is never closed", statement.end() + 1)
         if statement.group().strip():
             found.append(_assignment(statement.group(), at, {name for name, _, _ in found}))
         at = statement.end() + 1
@@ -130,7 +132,7 @@ def _read_condition(attribute: Attribute) -> LocatedValue:
         return located(_literal(code.rstrip()), attribute.value_at)
     except ScriptError as error:
         at = attribute.within(len(attribute.value) - len(code) + error.column - 1)
-        raise MisreadError((at, error.message, error.hint)) from None
+        raise MisreadError((error.code, at, error.message, error.hint)) from None
 
 
 def _written_condition(condition: Any) -> str | None:
@@ -145,9 +147,11 @@ def _read_assignments(attribute: Attribute) -> LocatedValue:
         values = assignments(attribute.value)
     except ScriptError as error:
         at = attribute.within(error.column - 1)
-        raise MisreadError((at, error.message, error.hint)) from None
+        raise MisreadError((error.code, at, error.message, error.hint)) from None
     if not values:
-        raise MisreadError((attribute.value_at, "expected 'name := value', got nothing", None))
+        raise MisreadError(
+            ("BT-1206", attribute.value_at, "expected 'name := value', got nothing", None)
+        )
     return mapping(
         attribute.value_at,
         (
@@ -166,19 +170,19 @@ def _assignment(statement: str, offset: int, taken: set[str]) -> tuple[str, int,
     if found is None:
         start = offset + len(statement) - len(statement.lstrip()) + 1
         message = f"expected 'name := value', got {quoted(statement.strip())}"
-        raise ScriptError(message, start)
+        raise ScriptError("BT-1206", message, start)
     name, sign, right = found[1], found[2], statement[found.end() :]
     column = offset + found.start(1) + 1
     if name in taken:
         hint = "write a Script of its own for the second"
-        raise ScriptError(f"'{name}' is set twice in one Script", column, hint)
+        raise ScriptError("BT-1206", f"'{name}' is set twice in one Script", column, hint)
     try:
         if len(sign) == 2 and sign != ":=":
             return name, column, f"{name} {sign[0]} ({from_script(right.strip())})"
         return name, column, _literal(right.strip())
     except ScriptError as error:
         at = offset + found.end() + error.column
-        raise ScriptError(error.message, at, error.hint) from None
+        raise ScriptError(error.code, error.message, at, error.hint) from None
 
 
 def _tokens(code: str) -> list[Token]:
@@ -188,10 +192,12 @@ def _tokens(code: str) -> list[Token]:
         found = _TOKEN.match(code, at)
         if found is None:
             message = f"{quoted(code[at])} has no counterpart in our expressions"
-            raise ScriptError(message, at + 1, "use a leaf 'check' or 'set', whose are ours")
+            raise ScriptError(
+                "BT-1206", message, at + 1, "use a leaf 'check' or 'set', whose are ours"
+            )
         kind = found.lastgroup or ""
         if kind == "number" and found.group().isdigit() and int(found.group()) > _LARGEST:
-            raise ScriptError(f"the number {quoted(found.group())} is too large", at + 1)
+            raise ScriptError("BT-304", f"the number {quoted(found.group())} is too large", at + 1)
         tokens.append(Token(kind, found.group(), at + 1))
         at = found.end()
     return tokens
@@ -210,16 +216,20 @@ def _refuse_ambiguity(tokens: list[Token]) -> None:
         elif token.text in ("&&", "||"):
             if logic[-1] not in ("", token.text):
                 message = "'&&' and '||' are read from left to right here, and ours by precedence"
-                raise ScriptError(message, token.column, "put one of them in parentheses")
+                raise ScriptError(
+                    "BT-1206", message, token.column, "put one of them in parentheses"
+                )
             logic[-1] = token.text
         elif token.text == "!":
             _refuse_loose_not(texts[index + 2 :], token.column)
         elif token.text in ("*", "/") and before == token.text:
-            raise ScriptError(f"'{token.text * 2}' is no operator of a script", token.column)
+            raise ScriptError(
+                "BT-1206", f"'{token.text * 2}' is no operator of a script", token.column
+            )
         elif token.text in ("-", "+") and (not before or before in _BEFORE_SIGN):
             is_operand = behind == "(" or behind[:1].isalnum() or behind[:1] == "_"
             if token.text == "+" or not is_operand:
-                raise ScriptError(f"'{token.text}' cannot stand here", token.column)
+                raise ScriptError("BT-1206", f"'{token.text}' cannot stand here", token.column)
 
 
 def _refuse_loose_not(behind: list[str], column: int) -> None:
@@ -230,4 +240,4 @@ def _refuse_loose_not(behind: list[str], column: int) -> None:
         depth += {"(": 1, ")": -1}.get(behind[at], 0)
     if not behind[0] or behind[at + 1 : at + 2] not in ([], [""], [")"], ["&&"], ["||"]):
         message = "'!' is for the next name only here, and 'not' for all that follows"
-        raise ScriptError(message, column, "use parentheses")
+        raise ScriptError("BT-1206", message, column, "use parentheses")

@@ -112,7 +112,7 @@ def _refuse_nothing(name: str, part: InterfacePart) -> None:
         f"give those that matter, such as: bt-mission actions send {name} {quote(example(part))}",
         "'{}' sends a goal with all fields at their defaults, --form asks for each",
     )
-    raise BtMissionError("\n".join(lines))
+    raise BtMissionError("\n".join(lines), code="BT-1102")
 
 
 def _require_terminal() -> None:
@@ -122,7 +122,9 @@ def _require_terminal() -> None:
         BtMissionError: With what to do instead.
     """
     if not (sys.stdin.isatty() and sys.stdout.isatty()) or os.environ.get("TERM") == "dumb":
-        raise BtMissionError("--form needs a terminal; give the goal as YAML instead")
+        raise BtMissionError(
+            "--form needs a terminal; give the goal as YAML instead", code="BT-1102"
+        )
 
 
 def cancel(options: argparse.Namespace) -> int:

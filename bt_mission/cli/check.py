@@ -1,4 +1,4 @@
-"""``bt-mission check`` and ``schema``: faults of a mission file, before anything moves."""
+"""``bt-mission check`` and ``schema``: mistakes in files, before anything moves."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from bt_mission.cli.options import (
 )
 from bt_mission.cli.parser import Command, Option, each, refuse_for_kind
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import is_scenario, kind_of
+from bt_mission.core.files import docs_folder, is_scenario, kind_of
 from bt_mission.core.text import counted
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     """Load the mission that the options name and check it; gives it with all warnings.
 
     Raises:
-        InputError: With every fault, warnings included.
+        InputError: With every error and warning.
     """
     from bt_mission.core.diagnostics import InputError
     from bt_mission.core.robot.model import load_robot
@@ -44,13 +44,13 @@ def examined(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     from bt_mission.sessions.goal_checks import OUR_SERVERS
     from sim.world.loader import load_world
 
-    mission, faults = _examine(options, None if goes_to_a_graph(options) else OUR_SERVERS)
+    mission, diagnostics = _examine(options, None if goes_to_a_graph(options) else OUR_SERVERS)
     if mission is None:
-        raise InputError(faults)
+        raise InputError(diagnostics)
     if mission.world:
         load_world(mission.world, near=mission.file)
     load_robot(mission.robot, near=mission.file)
-    return observed(with_requirements(mission, options.require), options), faults
+    return observed(with_requirements(mission, options.require), options), diagnostics
 
 
 def _examine(options: argparse.Namespace, servers: Any) -> tuple[Any, tuple[Any, ...]]:
@@ -77,7 +77,7 @@ def examined_file(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     """Load and check a mission or a scenario; gives it with all warnings.
 
     Raises:
-        InputError: With every error, warnings included.
+        InputError: With every error and warning.
     """
     path = mission_file(options)
     if not is_scenario(path):
@@ -93,18 +93,18 @@ def examined_file(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         robot=options.robot,
         permissions=permissions_of(options),
     )
-    scenario, faults = examine_scenario(path, changes)
+    scenario, diagnostics = examine_scenario(path, changes)
     if scenario is None:
-        raise InputError(faults)
+        raise InputError(diagnostics)
     mission = observed(with_requirements(scenario.mission, options.require), options)
-    return replace(scenario, mission=mission), faults
+    return replace(scenario, mission=mission), diagnostics
 
 
 def examined_fleet(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     """Load and check a fleet; gives it with all warnings.
 
     Raises:
-        InputError: With every error, warnings included.
+        InputError: With every error and warning.
         BtMissionError: For options that are about a mission alone.
     """
     from bt_mission.core.diagnostics import InputError
@@ -118,10 +118,10 @@ def examined_fleet(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         require=options.require,
         permissions=permissions_of(options),
     )
-    fleet, faults = examine_fleet(mission_file(options), changes)
+    fleet, diagnostics = examine_fleet(mission_file(options), changes)
     if fleet is None:
-        raise InputError(faults)
-    return fleet, faults
+        raise InputError(diagnostics)
+    return fleet, diagnostics
 
 
 def goes_to_a_graph(options: argparse.Namespace) -> bool:
@@ -142,12 +142,15 @@ def permissions_of(options: argparse.Namespace) -> Permissions:
     return Permissions(python="name", hint=hint)
 
 
+ERRORS_PAGE = "reference/errors.md"
+"""Explains the codes, each under a heading of its own."""
+
 _PLAIN = frozenset(("world", "robot", "requirements", "ranges"))
 """Kinds of file that hold no mission."""
 
 
 def check_files(options: argparse.Namespace) -> int:
-    """Print every fault of every file, or that there is none; the exit code is the worst."""
+    """Print every diagnostic of every file, or that it is valid; the exit code is the worst."""
     each = [argparse.Namespace(**vars(options), file=file) for file in options.files]
     if options.json:
         return _check_for_programs(each)
@@ -160,15 +163,16 @@ def check_files(options: argparse.Namespace) -> int:
 
 
 def _check_file(options: argparse.Namespace) -> int:
-    """Print every fault, or that there is none."""
+    """Print every diagnostic, or that the file is valid."""
     from bt_mission.core.diagnostics import InputError
 
     try:
         found, warnings = _located(options)
     except InputError as error:
         print(error, file=sys.stderr)
-        count = sum(fault.severity == "error" for fault in error.faults)
-        print(counted(count, "error"), file=sys.stderr)
+        count = sum(each.severity == "error" for each in error.diagnostics)
+        first = next((each.code for each in error.diagnostics if each.severity == "error"), "")
+        print(f"{counted(count, 'error')}; see 'bt-mission explain {first}'", file=sys.stderr)
         return BAD_INPUT
     for warning in warnings:
         print(warning, file=sys.stderr)
@@ -218,7 +222,7 @@ def _located(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
     except InputError:
         raise
     except BtMissionError as error:
-        raise InputError([Diagnostic(str(error), str(options.file))]) from error
+        raise InputError([Diagnostic(error.code, str(error), str(options.file))]) from error
 
 
 def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
@@ -235,21 +239,21 @@ def _checked(options: argparse.Namespace) -> tuple[Any, tuple[Any, ...]]:
         return CHECKS[kind](mission_file(options), options.robot, options.world)
     if kind == "fleet":
         return examined_fleet(options)
-    found, faults = examined_file(options)
+    found, diagnostics = examined_file(options)
     if kind == "scenario":
         from bt_mission.scenarios.run import look_for_names
 
         look_for_names(found)
-        return found, faults
+        return found, diagnostics
     if goes_to_a_graph(options):
-        return found, faults
+        return found, diagnostics
     from bt_mission.core.diagnostics import InputError, in_order
     from bt_mission.sessions.stage_checks import stage_problems
 
-    faults = in_order([*faults, *stage_problems(found)])
-    if any(fault.severity == "error" for fault in faults):
-        raise InputError(faults)
-    return found, faults
+    diagnostics = in_order([*diagnostics, *stage_problems(found)])
+    if any(each.severity == "error" for each in diagnostics):
+        raise InputError(diagnostics)
+    return found, diagnostics
 
 
 def _check_against(mission: Any, options: argparse.Namespace) -> int:
@@ -262,9 +266,9 @@ def _check_against(mission: Any, options: argparse.Namespace) -> int:
     for one in findings:
         sign = "there" if one.is_there else "of another type" if one.types else "missing"
         print(f"  {one.wanted.what:7}  {one.wanted.name:{width}}  {one.wanted.type}  {sign}")
-    missing = [one.fault() for one in findings if not one.is_there]
-    for fault in missing:
-        print(fault, file=sys.stderr)
+    missing = [one.diagnostic() for one in findings if not one.is_there]
+    for diagnostic in missing:
+        print(diagnostic, file=sys.stderr)
     print(f"{len(findings) - len(missing)} of {len(findings)} are in the graph")
     refused = _print_refusals(options)
     return BAD_INPUT if missing or refused else SUCCESS
@@ -282,28 +286,38 @@ def _print_refusals(options: argparse.Namespace) -> bool:
         return False
     settings = with_parameters(servers.parameters, servers.actions)
     known = set(_examine(options, None)[1])
-    faults = [fault for fault in _examine(options, settings)[1] if fault not in known]
-    for fault in faults:
-        print(fault, file=sys.stderr)
-    print(f"goals that do not fit the limits of {NODE_NAME}: {len(faults)}")
-    return any(fault.severity == "error" for fault in faults)
+    refused = [each for each in _examine(options, settings)[1] if each not in known]
+    for diagnostic in refused:
+        print(diagnostic, file=sys.stderr)
+    print(f"goals that do not fit the limits of {NODE_NAME}: {len(refused)}")
+    return any(each.severity == "error" for each in refused)
 
 
 def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:
-    """Print faults and warnings as one JSON list: file, line, column, severity, message, hint."""
+    """Print all diagnostics as one JSON list."""
     from bt_mission.core.diagnostics import InputError
 
-    faults: list[Any] = []
+    diagnostics: list[Any] = []
     code = SUCCESS
     for options in each:
         try:
-            faults += _located(options)[1]
+            diagnostics += _located(options)[1]
         except InputError as error:
-            faults += error.faults
+            diagnostics += error.diagnostics
             code = BAD_INPUT
-    keys = ("file", "line", "column", "severity", "message", "hint")
-    print(json.dumps([{key: getattr(fault, key) for key in keys} for fault in faults], indent=2))
+    keys = ("file", "line", "column", "severity", "code", "message", "hint")
+    found = [
+        {**{key: getattr(each, key) for key in keys}, "url": _url_of(each.code)}
+        for each in diagnostics
+    ]
+    print(json.dumps(found, indent=2))
     return code
+
+
+def _url_of(code: str) -> str | None:
+    """Return where the page of errors explains a code; None where the pages are not installed."""
+    folder = docs_folder()
+    return f"{(folder / ERRORS_PAGE).as_uri()}#{code.lower()}" if folder else None
 
 
 _SCHEMAS = {
@@ -350,7 +364,7 @@ COMMANDS = {
             ),
             NO_PYTHON,
             JSON.but(
-                help="print a list with an object for each fault and warning, for editors and "
+                help="print a list with an object for each error and warning, for editors and "
                 "programs"
             ),
             Option(

@@ -34,6 +34,7 @@ COMMANDS: Mapping[str, str] = {
     "sweep-report": "tables and a page of the results of a sweep",
     "falsify": "search for a scenario that breaks a mission",
     "diff": "show the first difference between two runs, by their traces",
+    "explain": "explain the code of an error, such as BT-203, with an example",
     "doctor": "check this machine and say what to install",
     "docs": "show or search the pages of the documentation",
     "completion": "print a script that completes our commands in bash, zsh or fish",
@@ -43,7 +44,7 @@ COMMANDS: Mapping[str, str] = {
 PAGES: Mapping[str, Sequence[str]] = {
     "run": ("first-mission", "scenarios", "recording"),
     "watch": ("terminal", "watch-in-a-browser"),
-    "check": ("mission-language", "nodes"),
+    "check": ("mission-language", "nodes", "errors"),
     "convert": ("groot",),
     "new": ("own-project", "first-mission"),
     "missions": ("own-project", "mission-language"),
@@ -67,6 +68,7 @@ PAGES: Mapping[str, Sequence[str]] = {
     "sweep-report": ("sweeps", "cluster"),
     "falsify": ("break-your-mission", "search", "ranges"),
     "diff": ("trace",),
+    "explain": ("errors", "troubleshooting"),
     "doctor": ("install", "troubleshooting"),
     "completion": ("command-line-tools",),
 }

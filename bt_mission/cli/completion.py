@@ -257,6 +257,12 @@ def _mapping(value: Any) -> Mapping[Any, Any]:
     return value if isinstance(value, dict) else {}
 
 
+def _codes(_: list[str]) -> list[str]:
+    from bt_mission.core.error_catalogue import catalogue
+
+    return [*catalogue()]
+
+
 def _pages(_: list[str]) -> list[str]:
     from bt_mission.cli.pages import manual
 
@@ -287,6 +293,7 @@ KINDS: Mapping[str, Callable[[list[str]], list[str]]] = {
     "robots": lambda _: names("robots"),
     "parameters": lambda _: names("parameters"),
     "inputs": _inputs,
+    "codes": _codes,
     "pages": _pages,
     "actions": _live("actions"),
     "topics": _live("topics"),

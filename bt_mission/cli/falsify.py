@@ -258,9 +258,11 @@ def _folder(options: argparse.Namespace, base: BaseScenario) -> Path:
         return next(path for name in names if not (path := Path("found") / name).exists())
     folder: Path = options.output
     if folder.exists() and not folder.is_dir():
-        raise BtMissionError(f"{folder}: is a file; name a folder with -o")
+        raise BtMissionError(f"{folder}: is a file; name a folder with -o", code="BT-1103")
     if folder.is_dir() and any(folder.iterdir()):
-        raise BtMissionError(f"{folder}: holds something already; name another folder with -o")
+        raise BtMissionError(
+            f"{folder}: holds something already; name another folder with -o", code="BT-1103"
+        )
     return folder
 
 

@@ -60,7 +60,8 @@ def fork(options: argparse.Namespace) -> int:
     """Fork the run; gives the exit code."""
     if options.at is None and not options.sweep_at:
         raise BtMissionError(
-            "say where to fork with --at S, or look for the last instant with --sweep-at"
+            "say where to fork with --at S, or look for the last instant with --sweep-at",
+            code="BT-1102",
         )
     announce(f"running {options.file} again")
     from bt_mission.core.dds.middleware import prepare_middleware
@@ -77,13 +78,14 @@ def fork(options: argparse.Namespace) -> int:
     has_change = options.set or options.mission or options.fault or options.require
     if source.others and has_change and not options.robot:
         raise BtMissionError(
-            f"{options.file}: say with --robot whose run is changed: {', '.join(source.names)}"
+            f"{options.file}: say with --robot whose run is changed: {', '.join(source.names)}",
+            code="BT-1102",
         )
     for line in source.differences:
         print(f"{options.file}: {line}", file=sys.stderr)
     if source.others and options.video:
         raise BtMissionError(
-            f"--video does not apply to fleets: {recording.VIDEO.not_for['fleet']}"
+            f"--video does not apply to fleets: {recording.VIDEO.not_for['fleet']}", code="BT-1102"
         )
     change = ForkChange()
     if options.mission is not None:

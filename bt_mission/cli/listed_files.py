@@ -75,7 +75,9 @@ def copy_file(kind: Kind, options: argparse.Namespace) -> int:
     copies = _copies(found.path, files_of(found.path), wanted)
     for source, target in copies.items():
         if target.exists() and target.samefile(source):
-            raise BtMissionError(f"{target} is that file itself; give another name or folder")
+            raise BtMissionError(
+                f"{target} is that file itself; give another name or folder", code="BT-1103"
+            )
     if not options.force:
         refuse_existing(copies.values())
     contents = {target: _read(source) for source, target in copies.items()}
@@ -97,20 +99,25 @@ def _copies(main: Path, sources: Sequence[Path], wanted: Path) -> Mapping[Path, 
         root = Path(os.path.commonpath([one.parent for one in absolute.values()]))
         return {one: wanted / path.relative_to(root) for one, path in absolute.items()}
     if wanted.suffix not in SUFFIXES:
-        raise BtMissionError(f"{wanted}: expected a folder, or a file that ends with .yaml")
+        raise BtMissionError(
+            f"{wanted}: expected a folder, or a file that ends with .yaml", code="BT-1103"
+        )
     root = absolute[main].parent
     outside = [one for one, path in absolute.items() if not path.is_relative_to(root)]
     if outside:
         raise BtMissionError(
             f"{main.name} names {outside[0].name} in another folder, which is copied with it: "
-            "give a folder instead of a file"
+            "give a folder instead of a file",
+            code="BT-1103",
         )
     inside = {one: wanted.parent / path.relative_to(root) for one, path in absolute.items()}
     copies = inside | {main: wanted}
     same = next((one for one in copies if one != main and copies[one] == wanted), None)
     if same is not None:
         raise BtMissionError(
-            f"{main.name} names {same.name}, which is copied with it: give another file or a folder"
+            f"{main.name} names {same.name}, which is copied with it: "
+            "give another file or a folder",
+            code="BT-1103",
         )
     return copies
 
@@ -119,14 +126,18 @@ def _read(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise BtMissionError(f"cannot read {path}: {error.strerror or error}") from error
+        raise BtMissionError(
+            f"cannot read {path}: {error.strerror or error}", code="BT-101"
+        ) from error
 
 
 def _make_folder(path: Path) -> None:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise BtMissionError(f"cannot make {path}: {error.strerror or error}") from error
+        raise BtMissionError(
+            f"cannot make {path}: {error.strerror or error}", code="BT-1103"
+        ) from error
 
 
 def _command(kind: Kind, completes: str) -> Command:

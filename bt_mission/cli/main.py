@@ -63,10 +63,10 @@ def _run(arguments: Sequence[str] | None) -> int:
     try:
         code = _run_command(parser, arguments)
     except NotThereError as error:
-        print(error, file=sys.stderr)
+        print(error.headline, file=sys.stderr)
         return NO_SERVER
     except BtMissionError as error:
-        print(error, file=sys.stderr)
+        print(error.headline, file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
         return INTERRUPTED

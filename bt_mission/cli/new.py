@@ -30,6 +30,7 @@ TEMPLATES = {
     ".gitignore": "gitignore.txt",
     ".vscode/extensions.json": "extensions.json",
     ".vscode/settings.json": "settings.json",
+    ".vscode/tasks.json": "tasks.json",
     "missions/NAME.yaml": "mission.yaml",
     "missions/scenarios/box_appears.scenario.yaml": "scenario.yaml",
     "tests/test_mission.py": "test_mission.py.txt",
@@ -54,7 +55,9 @@ def make_project(options: argparse.Namespace) -> int:
     try:
         folder = Path(name)
         if folder.exists() or folder.is_symlink():
-            raise BtMissionError(f"{name} exists; give another name, or remove it first")
+            raise BtMissionError(
+                f"{name} exists; give another name, or remove it first", code="BT-1103"
+            )
         # Beside its place, so that it gets there in one step.
         with TemporaryDirectory(prefix=f".{name}.", dir=Path.cwd()) as unfinished:
             made = Path(unfinished) / name
@@ -64,7 +67,9 @@ def make_project(options: argparse.Namespace) -> int:
                 file.write_text(text, encoding="utf-8")
             made.rename(folder)
     except OSError as error:
-        raise BtMissionError(f"cannot make {name}: {error.strerror or error}") from error
+        raise BtMissionError(
+            f"cannot make {name}: {error.strerror or error}", code="BT-1103"
+        ) from error
     _print_next_steps(name, written)
     return SUCCESS
 
@@ -116,12 +121,15 @@ def _refuse_name(name: str) -> None:
     if len(Path(name).parts) > 1 or name in (".", ".."):
         raise BtMissionError(
             f"{quoted(name)} has the parts of a path: {expected}; the project is made in the "
-            "working folder, so change to the folder that it is to lie in"
+            "working folder, so change to the folder that it is to lie in",
+            code="BT-1103",
         )
     if name.lower() in _NO_NAMES:
-        raise BtMissionError(f"{quoted(name)} is a value in YAML, and no name of a mission")
+        raise BtMissionError(
+            f"{quoted(name)} is a value in YAML, and no name of a mission", code="BT-1103"
+        )
     if _VALID.fullmatch(name) is None:
-        raise BtMissionError(f"{quoted(name)} is no name of a project: {expected}")
+        raise BtMissionError(f"{quoted(name)} is no name of a project: {expected}", code="BT-1103")
 
 
 def _print_next_steps(name: str, written: Mapping[str, str]) -> None:

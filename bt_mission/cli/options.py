@@ -198,9 +198,9 @@ def known_mission_file(options: argparse.Namespace) -> Path | None:
         found = look_for("missions", path)
         hint = None if found else other_suffix("missions", path)
         if hint is not None:
-            raise InputError([Diagnostic("no such file", str(path), hint=hint)])
+            raise InputError([Diagnostic("BT-101", "no such file", str(path), hint=hint)])
         return found or path
     if (path / "missions").is_dir():
         message = f"expected a mission, got a folder; commands are called in it: cd {path}"
-        raise InputError([Diagnostic(message, str(path))])
+        raise InputError([Diagnostic("BT-111", message, str(path))])
     return look_for("missions", path) or look_deeper("missions", str(path))

@@ -38,7 +38,9 @@ def refuse_outputs(options: argparse.Namespace) -> None:
     for name, path in _files(options, *OUTPUTS):
         other = taken.setdefault(_identity(path), name)
         if other != name:
-            raise BtMissionError(f"{other} and {name} name the same file, {path}: name two")
+            raise BtMissionError(
+                f"{other} and {name} name the same file, {path}: name two", code="BT-1103"
+            )
     for name, kind, path in _given(options):
         _refuse_suffix(name, kind, path)
     for name, path in _files(options, "input"):
@@ -80,7 +82,9 @@ def refuse_existing(paths: Iterable[Path]) -> None:
     """
     for path in paths:
         if path.is_file():
-            raise BtMissionError(f"{path} exists; give another name, or --force to overwrite it")
+            raise BtMissionError(
+                f"{path} exists; give another name, or --force to overwrite it", code="BT-1103"
+            )
 
 
 def file_of_robot(path: Path, robot: str) -> Path:
@@ -108,7 +112,9 @@ def _refuse_suffix(name: str, kind: FileType, path: Path) -> None:
     if path.is_dir() or (kind.takes_devices and _is_special(path)):
         return
     if kind.suffixes and path.suffix.lower() not in kind.suffixes:
-        raise BtMissionError(f"{name}: {kind.what}, call it {path.stem}{kind.suffixes[0]}")
+        raise BtMissionError(
+            f"{name}: {kind.what}, call it {path.stem}{kind.suffixes[0]}", code="BT-1103"
+        )
 
 
 def _is_special(path: Path) -> bool:
@@ -129,14 +135,16 @@ def _refuse_place(name: str, path: Path) -> None:
     """Refuse a folder, and a file whose folder takes none."""
     folder = path.resolve().parent
     if path.is_dir():
-        raise BtMissionError(f"{name} {path}: is a folder; name a file")
+        raise BtMissionError(f"{name} {path}: is a folder; name a file", code="BT-1103")
     if not folder.is_dir():
-        raise BtMissionError(f"{name} {path}: there is no folder {path.parent}")
+        raise BtMissionError(f"{name} {path}: there is no folder {path.parent}", code="BT-1103")
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise BtMissionError(f"{name} {path}: the folder {folder} cannot be written to")
+        raise BtMissionError(
+            f"{name} {path}: the folder {folder} cannot be written to", code="BT-1103"
+        )
 
 
 def _refuse_input(taken: dict[object, str], path: Path, why: str) -> None:
     output = taken.get(_identity(path))
     if output is not None:
-        raise BtMissionError(f"{output} {path}: {why}; name another one to write")
+        raise BtMissionError(f"{output} {path}: {why}; name another one to write", code="BT-1103")

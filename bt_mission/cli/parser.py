@@ -152,13 +152,17 @@ class Option:
             if name in others and others[name].is_given(options):
                 other = others[name].name
                 if why:
-                    raise BtMissionError(f"{self.name} does not go with {other}: {why}")
-                raise BtMissionError(f"{other} and {self.name}: choose one of them")
+                    raise BtMissionError(
+                        f"{self.name} does not go with {other}: {why}", code="BT-1102"
+                    )
+                raise BtMissionError(f"{other} and {self.name}: choose one of them", code="BT-1102")
         needed = [others[name] for name in self.needs if name in others]
         if needed and not any(other.is_given(options) for other in needed):
             forms = " or ".join(f"{other.name} {other.metavar}".rstrip() for other in needed)
             reasons = "; ".join(dict.fromkeys(filter(None, self.needs.values())))
-            raise BtMissionError(f"{self.name} goes with {forms}{reasons and f': {reasons}'}")
+            raise BtMissionError(
+                f"{self.name} goes with {forms}{reasons and f': {reasons}'}", code="BT-1102"
+            )
 
 
 @dataclass(frozen=True)
@@ -239,7 +243,8 @@ def refuse_for_kind(options: argparse.Namespace, kind: str) -> None:
     for option in options.parser.options:
         if kind in option.not_for and option.is_given(options):
             raise BtMissionError(
-                f"{option.name} does not apply to {kind} files: {option.not_for[kind]}"
+                f"{option.name} does not apply to {kind} files: {option.not_for[kind]}",
+                code="BT-1102",
             )
 
 
@@ -280,7 +285,7 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Leave with an error on one line, which ends with where the help is."""
         said = escape_control(message)
-        self.exit(BAD_INPUT, f"{self.prog}: error: {said}; see '{self.prog} --help'\n")
+        self.exit(BAD_INPUT, f"{self.prog}: error: {said}; see '{self.prog} --help' [BT-1101]\n")
 
     @property
     def options(self) -> Sequence[Option]:

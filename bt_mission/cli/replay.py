@@ -56,7 +56,9 @@ def _replay_recording(options: argparse.Namespace) -> int:
         print(f"shown: {film.robots[0]}; with --robot NAME: {others}", file=sys.stderr)
     duration_s = (film.end_ns - film.start_ns) / NS
     if options.at > duration_s:
-        raise BtMissionError(f"--at {options.at:g}: the recording ends at {seconds(duration_s)}")
+        raise BtMissionError(
+            f"--at {options.at:g}: the recording ends at {seconds(duration_s)}", code="BT-1102"
+        )
     if options.once:
         return _print_once(options, film)
     if options.web:

@@ -17,6 +17,8 @@ EPILOG = (
 class RosArgumentsError(BtMissionError):
     """ROS arguments that ROS cannot read."""
 
+    code = "BT-1101"
+
 
 def split(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
     """Return the arguments of the program, and those that ROS reads, without their marks."""

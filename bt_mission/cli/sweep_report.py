@@ -48,7 +48,9 @@ def sweep_report(options: argparse.Namespace) -> int:
     """Report; gives the exit code."""
     is_stdout = str(options.csv) == "-"
     if options.json and is_stdout:
-        raise BtMissionError("--json and --csv - both print: name a file for the one or the other")
+        raise BtMissionError(
+            "--json and --csv - both print: name a file for the one or the other", code="BT-1102"
+        )
     from bt_mission.sweeps.store import FILE, ResultStore
 
     with ResultStore.read(options.folder) as store:

@@ -54,7 +54,8 @@ def _format(options: argparse.Namespace) -> str:
     if suffix not in FORMATS:
         raise BtMissionError(
             f"{options.output}: its suffix tells of no format; use .txt, .dot, .svg or .png, or "
-            "say which with --format"
+            "say which with --format",
+            code="BT-1103",
         )
     return str(suffix)
 
@@ -83,7 +84,9 @@ def _made(form: str, root: Any, title: str) -> bytes:
 def _write(content: bytes, output: Path | None) -> None:
     if output is None:
         if content.startswith(b"\x89PNG") and sys.stdout.isatty():
-            raise BtMissionError("a PNG is nothing for a terminal; write it to a file with -o")
+            raise BtMissionError(
+                "a PNG is nothing for a terminal; write it to a file with -o", code="BT-1103"
+            )
         sys.stdout.flush()
         sys.stdout.buffer.write(content)
         sys.stdout.buffer.flush()

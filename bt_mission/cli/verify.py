@@ -46,7 +46,8 @@ def verify(options: argparse.Namespace) -> int:
     if not is_recording(options.file):
         raise BtMissionError(
             f"{options.file}: a trace does not hold the signals of a run; verify takes a recording "
-            "(bt-mission run --record)"
+            "(bt-mission run --record)",
+            code="BT-1102",
         )
     robots = [options.robot] if options.robot else recorded_robots(options.file)
     if len(robots) == 1:
@@ -64,7 +65,8 @@ def verify(options: argparse.Namespace) -> int:
     if not each:
         raise BtMissionError(
             f"{options.file}: no recorded mission has requirements: name a file of them with "
-            "--require FILE"
+            "--require FILE",
+            code="BT-1102",
         )
     if options.json:
         told = [{"robot": one, **_as_dict(options, *found)} for one, found in each.items()]
@@ -107,13 +109,13 @@ def _requirements(
 ) -> tuple[Requirement, ...]:
     """Return the requirements to evaluate. Raises BtMissionError where there are none."""
     from bt_mission.core.diagnostics import InputError
-    from bt_mission.language.checks.requirements import faults_of_names, read_requirements
+    from bt_mission.language.checks.requirements import diagnostics_of_names, read_requirements
     from bt_mission.sessions.load import load
 
     if options.mission:
         mission = load(mission_file(argparse.Namespace(file=options.mission)))
         assert mission.document is not None, "it comes from a file"
-        if wrong := [*faults_of_names(mission.document, recorded.names)]:
+        if wrong := [*diagnostics_of_names(mission.document, recorded.names)]:
             raise InputError(wrong)
         own = mission.requirements
     else:
@@ -128,7 +130,9 @@ def _requirements(
         why = "the recorded mission has no requirements"
     else:
         why = "no mission is in it, and so no requirements"
-    raise BtMissionError(f"{options.file}: {why}: name a file of them with --require FILE")
+    raise BtMissionError(
+        f"{options.file}: {why}: name a file of them with --require FILE", code="BT-1102"
+    )
 
 
 def _as_dict(

@@ -40,7 +40,9 @@ def require_server(option: str) -> None:
     missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:
         needed = " and ".join(missing)
-        raise BtMissionError(f"{option} needs {needed}: pip install 'bt-mission[web]'")
+        raise BtMissionError(
+            f"{option} needs {needed}: pip install 'bt-mission[web]'", code="BT-905"
+        )
 
 
 def web_options(*instead: str) -> tuple[Option, ...]:

@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
 def _check_bokeh() -> None:
     if find_spec("bokeh") is None:
-        raise BtMissionError("--dashboard: Dask draws it with Bokeh: pip install bokeh")
+        raise BtMissionError(
+            "--dashboard: Dask draws it with Bokeh: pip install bokeh", code="BT-905"
+        )
 
 
 _LOCAL = each("scheduler", why="its workers were started with what they have")
@@ -66,7 +68,8 @@ def require_dask() -> None:
     except ImportError as error:
         raise BtMissionError(
             f"many scenarios are carried out by Dask, which is not here ({error}): "
-            "pip install 'bt-mission[sweep]'"
+            "pip install 'bt-mission[sweep]'",
+            code="BT-905",
         ) from error
 
 

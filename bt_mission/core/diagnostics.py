@@ -1,4 +1,4 @@
-"""Faults in an input file: what is wrong, where, and what to do."""
+"""Diagnostics: what is wrong with an input, where, and what to do."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from bt_mission.core.text import escape_control
 Severity = Literal["error", "warning"]
 
 SHOWN_WIDTH = 100
-"""Columns of a source line that a fault shows; longer lines are cut around the caret."""
+"""Columns of a source line that a diagnostic shows; longer lines are cut around the caret."""
 
-SHOWN_FAULTS = 50
-"""Faults an InputError prints; the rest is counted."""
+SHOWN_DIAGNOSTICS = 50
+"""Diagnostics that an InputError prints; the rest is counted."""
 
 
-MOST_FAULTS = 200
-"""After so many faults no more are looked for."""
+MOST_DIAGNOSTICS = 200
+"""The search for mistakes ends after this number of them."""
 
 CUT = "inside {} or [] a comma ends the text: put it in quotes"
 """The hint at a text that ends where a parenthesis in it is still open."""
@@ -37,12 +37,14 @@ LIKENED_NAMES = 500
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One thing wrong with an input, and its place.
+    """One mistake in an input, and its place.
 
-    `line` and `column` count from 1; line 0 means the fault is about the whole file.
-    `source` is the line itself. `hint` says what to write instead.
+    `code` is the kind of mistake, a row of `error_catalogue.toml`. `line` and `column` count from
+    1; line 0 stands for the whole file. `source` is the line itself. `hint` says what to write
+    instead.
     """
 
+    code: str
     message: str
     file: str
     line: int = 0
@@ -59,13 +61,14 @@ class Diagnostic:
 
     @property
     def headline(self) -> str:
-        """Place, message and hint, without the line of the input itself."""
+        """Place, message, hint and code, without the line of the input itself."""
         place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
         hint = f"; {self.hint}" if self.hint else ""
-        return escape_control(f"{place}: {self.severity}: {self.message}{hint}")
+        return escape_control(f"{place}: {self.severity}: {self.message}{hint} [{self.code}]")
 
 
-def fault_at(
+def diagnostic_at(
+    code: str,
     place: tuple[int, int],
     file: str,
     lines: Sequence[str],
@@ -73,50 +76,50 @@ def fault_at(
     hint: str | None = None,
     severity: Severity = "error",
 ) -> Diagnostic:
-    """Return a fault at a line and column (from 1) of a file with these lines."""
+    """Return a diagnostic at a line and column (from 1) of a file with these lines."""
     line, column = place
     source = lines[line - 1] if 0 < line <= len(lines) else ""
-    return Diagnostic(message, file, line, column, source, hint, severity)
+    return Diagnostic(code, message, file, line, column, source, hint, severity)
 
 
 class InputError(BtMissionError):
-    """An input that cannot be used, with every fault found in it."""
+    """An input that cannot be used, with all diagnostics of it."""
 
-    def __init__(self, faults: Iterable[Diagnostic]) -> None:
-        self.faults = tuple(faults)
-        super().__init__(self.faults)
+    def __init__(self, diagnostics: Iterable[Diagnostic]) -> None:
+        self.diagnostics = tuple(diagnostics)
+        super().__init__(self.diagnostics)
 
     def __str__(self) -> str:
         return "\n".join(self._shown(str))
 
     @property
     def on_one_line(self) -> str:
-        """Every fault, without the lines of the input, for where a text has but one line."""
-        return " | ".join(self._shown(lambda fault: fault.headline))
+        """All diagnostics in one line, without the lines of the input."""
+        return " | ".join(self._shown(lambda each: each.headline))
 
     def _shown(self, written: Callable[[Diagnostic], str]) -> list[str]:
-        shown = [written(fault) for fault in self.faults[:SHOWN_FAULTS]]
-        more = len(self.faults) - SHOWN_FAULTS
+        shown = [written(each) for each in self.diagnostics[:SHOWN_DIAGNOSTICS]]
+        more = len(self.diagnostics) - SHOWN_DIAGNOSTICS
         return [*shown, f"... and {more} more"] if more > 0 else shown
 
 
-def in_order(faults: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
-    """Return faults in the order of their file, each once; one file after another.
+def in_order(diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Return diagnostics in the order of their file, each once; one file after another.
 
-    Where a comma has cut a text off, faults of its rest are left out.
+    Where a comma has cut a text off, those of its rest are left out.
     """
-    given = dict.fromkeys(faults)
-    rests = [(one, _end_of_rest(one)) for one in given if one.hint == CUT]
-    found = [
-        fault
-        for fault in given
+    given = dict.fromkeys(diagnostics)
+    rests = [(each, _end_of_rest(each)) for each in given if each.hint == CUT]
+    kept = [
+        each
+        for each in given
         if not any(
-            (fault.file, fault.line) == (cut.file, cut.line) and cut.column < fault.column <= end
+            (each.file, each.line) == (cut.file, cut.line) and cut.column < each.column <= end
             for cut, end in rests
         )
     ]
-    files = list(dict.fromkeys(fault.file for fault in found))
-    return tuple(sorted(found, key=lambda one: (files.index(one.file), one.line, one.column)))
+    files = list(dict.fromkeys(each.file for each in kept))
+    return tuple(sorted(kept, key=lambda each: (files.index(each.file), each.line, each.column)))
 
 
 def _end_of_rest(cut: Diagnostic) -> int:

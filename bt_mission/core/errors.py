@@ -8,20 +8,37 @@ from typing import Any
 
 
 class BtMissionError(Exception):
-    """An error of the user, the robot or the machine, with a message that says what to do."""
+    """An error that a user can act on, with the reason in its message.
+
+    `code` is its row in `error_catalogue.toml`, such as BT-901; empty where there is none.
+    """
+
+    code: str = ""
+
+    def __init__(self, *arguments: object, code: str | None = None) -> None:
+        super().__init__(*arguments)
+        if code is not None:
+            self.code = code
+
+    @property
+    def headline(self) -> str:
+        """The message with its code."""
+        return f"{self} [{self.code}]" if self.code else str(self)
 
 
 class HintedError(BtMissionError):
-    """An error whose `hint` says what might help."""
+    """An error with a `hint` that says what might help."""
 
-    def __init__(self, message: str, hint: str | None = None) -> None:
-        super().__init__(message if hint is None else f"{message}; {hint}")
+    def __init__(self, code: str, message: str, hint: str | None = None) -> None:
+        super().__init__(message if hint is None else f"{message}; {hint}", code=code)
         self.message = message
         self.hint = hint
 
 
 class NotThereError(BtMissionError):
-    """A name that is missing in the ROS graph."""
+    """A node, topic, service or action that is not in the ROS graph."""
+
+    code = "BT-901"
 
 
 def described(error: BaseException) -> str:

@@ -85,7 +85,7 @@ def find_listed(kind: Kind, name: str) -> ListedFile:
     near = did_you_mean(name, [*names, *(Path(text).name.split(".")[0] for text in names)])
     plain = [text for text in names if "/" not in text]
     message = f"no such {kind.removesuffix('s')} (known: {listed(plain)})"
-    raise InputError([Diagnostic(message, name, hint=near)])
+    raise InputError([Diagnostic("BT-110", message, name, hint=near)])
 
 
 def files_of(path: Path) -> list[Path]:
@@ -138,7 +138,7 @@ def _listed(name: str, path: Path, kind: Kind, *, is_shipped: bool) -> ListedFil
     try:
         data = read(path).data
     except InputError as error:
-        first = error.faults[0]
+        first = error.diagnostics[0]
         description = f"cannot be read: line {first.line}: {first.message}"
     else:
         data = data if isinstance(data, dict) else {}

@@ -52,7 +52,7 @@ def find(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -
     what = "parameter file" if kind == "parameters" else kind.removesuffix("s")
     message = f"no such {what} (known: {listed(known)})"
     hint = other_suffix(kind, Path(wanted)) or did_you_mean(Path(wanted).stem, known)
-    raise InputError([Diagnostic(message, wanted, hint=hint)])
+    raise InputError([Diagnostic("BT-110", message, wanted, hint=hint)])
 
 
 def look_for(kind: Kind, name_or_path: str | Path, near: str | Path | None = None) -> Path | None:

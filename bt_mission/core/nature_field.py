@@ -38,19 +38,19 @@ def _profile(written: Any) -> Profile:
         if profile == written:
             return profile
     message = f"expected a profile of {listed(PROFILES)}, got {describe(written)}"
-    raise _refused(message, did_you_mean(str(written), PROFILES))
+    raise _refused(message, did_you_mean(str(written), PROFILES), "BT-303")
 
 
 def _number(name: str, written: Any) -> float:
     if name not in BY_NAME:
         names = tuple(BY_NAME)
         message = f"there is no quantity {quoted(name)} (known: {listed(names, len(names))})"
-        raise _refused(message, did_you_mean(name, names))
+        raise _refused(message, did_you_mean(name, names), "BT-201")
     quantity = BY_NAME[name]
     value = _in_unit(quantity, written)
     if not quantity.least <= value <= quantity.most:
         limits = f"{quantity.least:g} to {quantity.most:g} {quantity.unit}".rstrip()
-        raise _refused(f"{name}: expected {limits}, got {describe(written)}")
+        raise _refused(f"{name}: expected {limits}, got {describe(written)}", code="BT-302")
     return value
 
 
@@ -70,8 +70,8 @@ def _in_unit(quantity: Quantity, written: Any) -> float:
     raise _refused(f"{quantity.name}: expected {expected}, got {describe(written)}")
 
 
-def _refused(message: str, hint: str | None = None) -> PydanticCustomError:
-    context = {"message": message, "hint": hint, "offset": None}
+def _refused(message: str, hint: str | None = None, code: str = "BT-301") -> PydanticCustomError:
+    context = {"message": message, "hint": hint, "offset": None, "code": code}
     return PydanticCustomError("refused", "{message}", context)
 
 

@@ -165,7 +165,7 @@ class OutputFile:
 
 def cannot_write(path: Path, error: OSError) -> BtMissionError:
     """Return the error for a file that cannot be written."""
-    return BtMissionError(f"cannot write {path}: {error.strerror or error}")
+    return BtMissionError(f"cannot write {path}: {error.strerror or error}", code="BT-1103")
 
 
 def _is_special(path: Path) -> bool:

@@ -16,6 +16,8 @@ from bt_mission.executive.trace import VERSION
 class TraceError(BtMissionError):
     """A file that is not a trace, or a trace of another version."""
 
+    code = "BT-1002"
+
 
 LARGEST_NS = 2**63 - 1
 """Times of ROS are no larger, ns."""

@@ -25,14 +25,15 @@ class ParameterFile:
     values: Mapping[str, Any]
     places: Mapping[str, Keys]
 
-    def fault(self, name: str, message: str, hint: str | None = None) -> Diagnostic:
-        """Return a fault at the value of that name."""
-        return self.document.fault(self.places[name], message, hint=hint)
+    def diagnostic(self, name: str, message: str, hint: str | None = None) -> Diagnostic:
+        """Return a diagnostic at the value of that name."""
+        return self.document.diagnostic("BT-806", self.places[name], message, hint=hint)
 
     def refuse_unknown(self, known: Collection[str]) -> None:
         """Raise InputError where a name is not among the known: ROS passes over a typing error."""
         faults = [
-            self.document.fault(
+            self.document.diagnostic(
+                "BT-806",
                 self.places[name],
                 f"no such parameter '{name}' (known: {listed(sorted(known))})",
                 hint=did_you_mean(name, sorted(known)),
@@ -48,8 +49,8 @@ class ParameterFile:
 def read_parameters(path: str | Path, node: str) -> ParameterFile:
     """Read the values for a node in a parameter file: below `/**`, and below the node's name.
 
-    Sections of other nodes of this project are skipped. Raises InputError with every fault and its
-    place.
+    Sections of other nodes of this project are skipped. Raises InputError with every mistake and
+    its place.
     """
     document = read(path)
     faults: list[Diagnostic] = []
@@ -58,23 +59,29 @@ def read_parameters(path: str | Path, node: str) -> ParameterFile:
     sections = document.data if isinstance(document.data, dict) else {}
     if not sections:
         faults.append(
-            document.fault((), f"expected '{ANY_NODE}:' or '{node}:', got nothing like it")
+            document.diagnostic(
+                "BT-806", (), f"expected '{ANY_NODE}:' or '{node}:', got nothing like it"
+            )
         )
     for section, content in sections.items():
         if section not in {ANY_NODE, *NODES}:
             message = f"no such node '{section}' (known: {listed([ANY_NODE, *NODES])})"
             hint = did_you_mean(str(section), NODES)
-            faults.append(document.fault((section,), message, hint=hint, key=True))
+            faults.append(document.diagnostic("BT-806", (section,), message, hint=hint, key=True))
         elif not isinstance(content, dict) or set(content) != {PARAMETERS}:
             faults.append(
-                document.fault((section,), f"expected '{PARAMETERS}:' and nothing else in here")
+                document.diagnostic(
+                    "BT-806", (section,), f"expected '{PARAMETERS}:' and nothing else in here"
+                )
             )
         elif section in {ANY_NODE, node} and isinstance(content[PARAMETERS], dict):
             for keys, value in _leaves(content[PARAMETERS], (section, PARAMETERS)):
                 name = ".".join(str(key) for key in keys[2:])
                 values[name], places[name] = value, keys
                 if not isinstance(value, bool | int | float | str):
-                    faults.append(document.fault(keys, f"expected a value for '{name}'"))
+                    faults.append(
+                        document.diagnostic("BT-806", keys, f"expected a value for '{name}'")
+                    )
     if faults:
         raise InputError(in_order(faults))
     return ParameterFile(document, values, places)

@@ -232,7 +232,7 @@ def _refused(file: ParameterFile | None, error: Exception) -> BtMissionError:
     value = file.values[name]
     is_whole = isinstance(value, int) and "DOUBLE" in text
     hint = f"write {value}.0" if is_whole else None
-    return InputError([file.fault(name, text.removesuffix(f": {name}"), hint)])
+    return InputError([file.diagnostic(name, text.removesuffix(f": {name}"), hint)])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

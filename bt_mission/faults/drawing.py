@@ -15,7 +15,7 @@ from bt_mission.faults.values import planned_fault
 from bt_mission.faults.world import OF_A_BOX
 from bt_mission.language.requirements.formula import Condition
 
-MOST_FAULTS = 5
+MOST_DIAGNOSTICS = 5
 LONGEST_HELD_S = 3.0
 """An event has been true for so long at most when a fault begins, s."""
 
@@ -71,7 +71,7 @@ def drawn_faults(
         names: Of faults; by default those of topics, goals and feedback.
         leaves: Names or paths of leaves in which exceptions may be raised.
     """
-    count = draws.whole(0, MOST_FAULTS)
+    count = draws.whole(0, MOST_DIAGNOSTICS)
     drawable = Drawable(names or GRAPH_FAULTS, leaves)
     return tuple(fault for _ in range(count) for fault in drawn_fault(draws, drawable))
 

@@ -9,6 +9,8 @@ from bt_mission.core.errors import BtMissionError
 class ScenarioError(BtMissionError):
     """A test or a scenario asks for something that is not there."""
 
+    code = "BT-904"
+
 
 def no_such(what: str, name: str, valid: list[str]) -> ScenarioError:
     """The error for a name that is none, with those that are."""

@@ -11,8 +11,8 @@ from typing import Protocol
 from bt_mission.core.diagnostics import (
     Diagnostic,
     InputError,
+    diagnostic_at,
     did_you_mean,
-    fault_at,
     listed,
     quoted,
 )
@@ -50,8 +50,8 @@ class WrittenFault:
     """A planned fault, and what finds the place of a part of its text."""
 
     planned: PlannedFault
-    locate: Callable[[str, str | None, str, int], Diagnostic]
-    """Makes an error of a message, a hint, a part of the text and an offset in it."""
+    locate: Callable[[str, str, str | None, str, int], Diagnostic]
+    """Makes a diagnostic of code, message, hint, a part of the text and an offset in it."""
     robot: str = ""
     """Of a fleet: the robot that it is for; empty is each."""
 
@@ -64,11 +64,15 @@ class WrittenFault:
             if isinstance(value, int | float) and value >= _LONG_DELAY_S:
                 message = f"'{name}' is in seconds: {value:g} s; {value:g} ms?"
                 hint = f"write '{value:g} ms' or '{value:g} s'"
-                yield replace(self.locate(message, hint, f"{value:g}", 0), severity="warning")
+                yield replace(
+                    self.locate("BT-710", message, hint, f"{value:g}", 0), severity="warning"
+                )
 
     def diagnostic(self, problem: FaultProblem) -> Diagnostic:
         """Return a problem with its place."""
-        return self.locate(problem.message, problem.hint, problem.part, problem.offset)
+        return self.locate(
+            problem.code, problem.message, problem.hint, problem.part, problem.offset
+        )
 
 
 def fault_in_text(text: str, robots: Sequence[str] = ()) -> WrittenFault:
@@ -83,22 +87,24 @@ def fault_in_text(text: str, robots: Sequence[str] = ()) -> WrittenFault:
     named = _ROBOT.match(text) if robots else None
     robot, start = ("", 0) if named is None else (named[1], named.end())
 
-    def at(column: int, message: str, hint: str | None) -> Diagnostic:
-        return fault_at((1, column), OPTION, [text], message, hint)
+    def at(code: str, column: int, message: str, hint: str | None) -> Diagnostic:
+        return diagnostic_at(code, (1, column), OPTION, [text], message, hint)
 
-    def locate(message: str, hint: str | None, part: str, offset: int) -> Diagnostic:
-        return at(max(text.find(part, start), start) + offset + 1, message, hint)
+    def locate(code: str, message: str, hint: str | None, part: str, offset: int) -> Diagnostic:
+        return at(code, max(text.find(part, start), start) + offset + 1, message, hint)
 
     if robot and robot not in robots:
         message = f"no robot {quoted(robot)} (the fleet's robots: {listed(robots)})"
-        raise InputError([at(1, message, did_you_mean(robot, robots))])
+        raise InputError([at("BT-707", 1, message, did_you_mean(robot, robots))])
     try:
         planned = parse_fault(text[start:])
     except ExpressionError as error:
-        raise InputError([at(start + error.column, error.message, error.hint)]) from None
+        raise InputError(
+            [at(error.code, start + error.column, error.message, error.hint)]
+        ) from None
     if robots and not robot and planned.name in OF_THE_WORLD:
         message = f"{planned.name} is of one robot: begin with its name, '{robots[0]}: {text}'"
-        raise InputError([at(1, message, None)])
+        raise InputError([at("BT-707", 1, message, None)])
     return WrittenFault(planned, locate, robot)
 
 
@@ -110,7 +116,7 @@ def faults_in_texts(texts: Sequence[str], robots: Sequence[str] = ()) -> tuple[W
         try:
             found.append(fault_in_text(text, robots))
         except InputError as error:
-            wrong += error.faults
+            wrong += error.diagnostics
     if wrong:
         raise InputError(wrong)
     return tuple(found)
@@ -145,15 +151,15 @@ def planned_in(
         plans[robot] = own, plan
         for problem in plan.problems():
             fault = own[problem.number]
-            one, is_named = fault.diagnostic(problem), fault.robot == robot
-            wrong.append(one if is_named else replace(one, message=f"{one.message} [{robot}]"))
+            each, is_named = fault.diagnostic(problem), fault.robot == robot
+            wrong.append(each if is_named else replace(each, message=f"{each.message} [{robot}]"))
     if wrong:
         raise InputError(wrong)
     try:
         yield lambda report, robot="": replace(report, faults=plans[robot][1].outcomes())
     finally:
         if errors := [
-            own[number].locate(str(error), None, "", 0)
+            own[number].locate("BT-704", str(error), None, "", 0)
             for own, plan in plans.values()
             for number, error in plan.errors.items()
         ]:

@@ -29,11 +29,13 @@ class FaultProblem:
     """Why a planned fault cannot be made.
 
     Attributes:
+        code: Of the error.
         number: Of the fault among those that are planned, from 0.
         part: The part of its text that is wrong; empty is the whole.
         offset: Where in that part, from 0.
     """
 
+    code: str
     number: int
     message: str
     part: str = ""
@@ -90,9 +92,9 @@ class FaultPlan:
                 try:
                     finders[parameter.names](name)
                 except ScenarioError as error:
-                    yield FaultProblem(number, str(error), name)
+                    yield FaultProblem("BT-704", number, str(error), name)
             if why := self._run.robot.faults.lacks.get(one.kind.part):
-                yield FaultProblem(number, why, one.kind.name)
+                yield FaultProblem("BT-704", number, why, one.kind.name)
             if isinstance(one.begins, WhenTrue):
                 yield from self._unknown(number, one.begins.condition)
 
@@ -114,7 +116,7 @@ class FaultPlan:
                         placed.callback(instance.undo_all)
                         instance.fault.begin(instance)
                 except ScenarioError as error:
-                    yield FaultProblem(number, str(error))
+                    yield FaultProblem("BT-704", number, str(error))
 
     def _check_floor(self, one: PlannedFault) -> None:
         """Raise ScenarioError for a place of the map that is beside the floor."""
@@ -135,10 +137,12 @@ class FaultPlan:
         errors = [*MissionNames(self._run.mission).unknown_in(condition.root)]
         for error in errors:
             offset = error.column - 1
-            yield FaultProblem(number, error.message, condition.text, offset, error.hint)
+            yield FaultProblem(
+                error.code, number, error.message, condition.text, offset, error.hint
+            )
         why = self._conditions[number].why_unknown
         if why and not errors:
-            yield FaultProblem(number, why, condition.text)
+            yield FaultProblem("BT-704", number, why, condition.text)
 
     def outcomes(self) -> tuple[FaultOutcome, ...]:
         """What became of each, in the order of the plan."""

@@ -41,18 +41,20 @@ _BEGINNINGS = ("at", "after", "when")
 def parse_fault(text: str) -> PlannedFault:
     """Return the fault that a text describes. Raises ExpressionError, with the column."""
     if len(text) > MAX_LENGTH:
-        raise ExpressionError(f"the fault has {len(text):,} characters, at most {MAX_LENGTH:,}")
+        raise ExpressionError(
+            "BT-701", f"the fault has {len(text):,} characters, at most {MAX_LENGTH:,}"
+        )
     word = re.match(r"\s*(\w*)", text)
     assert word is not None, "it matches the empty text"
     if word[1] not in _BEGINNINGS:
         near = did_you_mean(word[1], _BEGINNINGS)
         got = quoted(word[1]) if word[1] else "nothing"
         message = f"expected a fault such as '{EXAMPLE}', got {got} in place of at, after or when"
-        raise ExpressionError(message, word.start(1) + 1, near)
+        raise ExpressionError("BT-701", message, word.start(1) + 1, near)
     colons = [one.start() for one in _QUOTED.finditer(text) if one["colon"]]
     if not colons:
         message = f"expected ':' between when a fault begins and what it is, as in '{EXAMPLE}'"
-        raise ExpressionError(message, len(text) + 1)
+        raise ExpressionError("BT-701", message, len(text) + 1)
     begins = parse_beginning(text[: colons[-1]])
     return _Parser(text, colons[-1] + 1).fault(begins)
 
@@ -78,14 +80,16 @@ def _condition(text: str, column: int) -> WhenTrue:
         end = token.column - 1 if token else len(text)
         return WhenTrue(Condition(text[:end].strip()), held_s)
     except ExpressionError as error:
-        raise ExpressionError(error.message, error.column + column - 1, error.hint) from None
+        raise ExpressionError(
+            error.code, error.message, error.column + column - 1, error.hint
+        ) from None
 
 
 def _held(parser: RequirementParser, column: int) -> float:
     held_s = parser.time()
     if held_s < CONTROL_STEP_S:
         message = f"{held_s:g} s is shorter than a control step of {CONTROL_STEP_S:g} s"
-        raise ExpressionError(message, column)
+        raise ExpressionError("BT-703", message, column)
     return held_s
 
 
@@ -125,10 +129,10 @@ class _Parser:
         token = self._take()
         if token.kind != "number":
             message = f"expected a time such as '5.0', in seconds, got {token.shown}"
-            raise ExpressionError(message, token.column)
+            raise ExpressionError("BT-701", message, token.column)
         time_s = argument_value(TIME, self._number(token, None, has_unit=True), token.column)
         if self._next.kind != "end":
-            raise ExpressionError(f"unexpected {self._next.shown}", self._next.column)
+            raise ExpressionError("BT-701", f"unexpected {self._next.shown}", self._next.column)
         assert isinstance(time_s, int | float), "it is a number"
         return float(time_s)
 
@@ -136,7 +140,9 @@ class _Parser:
         """Take the whole fault."""
         name = self._take()
         if name.kind != "word":
-            raise ExpressionError(f"expected the name of a fault, got {name.shown}", name.column)
+            raise ExpressionError(
+                "BT-701", f"expected the name of a fault, got {name.shown}", name.column
+            )
         reader = ArgumentReader(name.text, name.column)
         while self._next.kind != "end":
             self._argument(reader)
@@ -181,7 +187,7 @@ class _Parser:
                 return Given(token.text if flag is None else flag, token.column)
         if token.kind == "symbol" and token.text in "([":
             return Given(self._numbers(")" if token.text == "(" else "]", reader), token.column)
-        raise ExpressionError(f"expected a value, got {token.shown}", token.column)
+        raise ExpressionError("BT-701", f"expected a value, got {token.shown}", token.column)
 
     def _number(
         self, token: _Token, reader: ArgumentReader | None, *, has_unit: bool
@@ -189,7 +195,7 @@ class _Parser:
         is_whole = re.fullmatch(r"[-+]?[0-9]+", token.text) and len(token.text) < 20
         number = int(token.text) if is_whole else float(token.text)
         if not math.isfinite(number):
-            raise ExpressionError(f"{token.shown} is too large", token.column)
+            raise ExpressionError("BT-304", f"{token.shown} is too large", token.column)
         unit = self._next
         is_name = reader is not None and reader.knows(unit.text)
         is_unit = unit.text in UNITS or (has_unit and not is_name)
@@ -205,13 +211,17 @@ class _Parser:
         while True:
             token = self._take()
             if token.kind != "number":
-                raise ExpressionError(f"expected a number, got {token.shown}", token.column)
+                raise ExpressionError(
+                    "BT-701", f"expected a number, got {token.shown}", token.column
+                )
             found.append(self._number(token, reader, has_unit=True))
             token = self._take()
             if token.text == end:
                 return tuple(found)
             if token.text != ",":
-                raise ExpressionError(f"expected ',' or '{end}', got {token.shown}", token.column)
+                raise ExpressionError(
+                    "BT-701", f"expected ',' or '{end}', got {token.shown}", token.column
+                )
 
 
 def _tokens(text: str, start: int) -> list[_Token]:
@@ -220,7 +230,7 @@ def _tokens(text: str, start: int) -> list[_Token]:
     while at < len(text):
         match = _TOKEN.match(text, at)
         if match is None:
-            raise ExpressionError(f"unexpected {quoted(text[at])}", at + 1)
+            raise ExpressionError("BT-701", f"unexpected {quoted(text[at])}", at + 1)
         assert match.lastgroup is not None, "every alternative has a name"
         if match.lastgroup != "blank":
             found.append(_Token(match.lastgroup, match[0], at + 1))
@@ -235,4 +245,4 @@ def _unquoted(token: _Token) -> str:
         return str(json.loads(token.text))
     except ValueError:
         message = f"expected a text in quotes, got {listed([token.text])}"
-        raise ExpressionError(message, token.column) from None
+        raise ExpressionError("BT-701", message, token.column) from None

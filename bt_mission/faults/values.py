@@ -46,7 +46,9 @@ class ArgumentReader:
         if name not in FAULTS:
             near = did_you_mean(name, FAULTS)
             known = "" if near else f" (known: {listed(FAULTS, len(FAULTS))})"
-            raise ExpressionError(f"there is no fault {quoted(name)}{known}", column, near)
+            raise ExpressionError(
+                "BT-702", f"there is no fault {quoted(name)}{known}", column, near
+            )
         self._kind = FAULTS[name]
         self._column = column
         self._found: dict[str, Value] = {}
@@ -88,7 +90,9 @@ class ArgumentReader:
         if one is None:
             message = f"unexpected {_described(given.value)}"
             near = did_you_mean(str(given.value), (*self._kind.parameters, "lasting"))
-            raise ExpressionError(message, given.column, near or f"write '{self._kind.usage}'")
+            raise ExpressionError(
+                "BT-703", message, given.column, near or f"write '{self._kind.usage}'"
+            )
         value = argument_value(one, given.value, given.column)
         self._note_bare(one.name, given)
         if one.repeats:
@@ -102,7 +106,7 @@ class ArgumentReader:
         """Take the value of the argument of a name, which stands at a column."""
         kind = self._kind
         if name in self._found or (name == "lasting" and self._lasting is not None):
-            raise ExpressionError(f"'{name}' is given twice", column)
+            raise ExpressionError("BT-703", f"'{name}' is given twice", column)
         self._note_bare(name, given)
         if name == "lasting":
             self._lasting = self._read_lasting(given, column)
@@ -112,7 +116,7 @@ class ArgumentReader:
             self._found[name] = _anything(given)
         else:
             message = f"{kind.name} has no argument {quoted(name)} (known: {listed(kind.optional)})"
-            raise ExpressionError(message, column, did_you_mean(name, kind.optional))
+            raise ExpressionError("BT-703", message, column, did_you_mean(name, kind.optional))
 
     def planned(self, begins: Beginning) -> PlannedFault:
         """Return the fault with the arguments that were taken.
@@ -127,13 +131,13 @@ class ArgumentReader:
         ]
         if missing:
             message = f"{self._kind.name} needs {' and '.join(missing)}"
-            raise ExpressionError(message, self._column, f"write '{self._kind.usage}'")
+            raise ExpressionError("BT-703", message, self._column, f"write '{self._kind.usage}'")
         bare = frozenset(self._bare)
         planned = PlannedFault(begins, self._kind.name, self._found, self._lasting, bare)
         try:
             planned.make()
         except ScenarioError as error:
-            raise ExpressionError(str(error), self._column) from None
+            raise ExpressionError("BT-703", str(error), self._column) from None
         return planned
 
     def _note_bare(self, name: str, given: Given) -> None:
@@ -145,12 +149,14 @@ class ArgumentReader:
 
     def _read_lasting(self, given: Given, column: int) -> float:
         if not self._kind.lasts:
-            raise ExpressionError(f"{self._kind.name} is over at once: it has no 'lasting'", column)
+            raise ExpressionError(
+                "BT-703", f"{self._kind.name} is over at once: it has no 'lasting'", column
+            )
         value = argument_value(LASTING, given.value, given.column)
         assert isinstance(value, int | float)
         if value < CONTROL_STEP_S:
             message = f"{value:g} s is shorter than a control step of {CONTROL_STEP_S:g} s"
-            raise ExpressionError(message, given.column)
+            raise ExpressionError("BT-703", message, given.column)
         return value
 
 
@@ -174,7 +180,7 @@ def _argument(one: Parameter, given: Given) -> Value:
         return argument_value(one, given.value, given.column)
     values = given.value
     if not isinstance(values, list | tuple) or not values:
-        raise ExpressionError(f"expected a list, each of {one.expected}", given.column)
+        raise ExpressionError("BT-703", f"expected a list, each of {one.expected}", given.column)
     if not isinstance(values[0], list | tuple):
         values = (values,)
     return tuple(argument_value(one, value, given.column) for value in values)
@@ -190,7 +196,7 @@ def argument_value(one: Parameter, value: Any, column: int) -> Value:
     if found is None or not (one.accepts((found,)) if one.repeats else one.accepts(found)):
         got = quoted(value) if one.choices and isinstance(value, str) else _described(value)
         message = f"expected {one.expected} for '{one.name}', got {got}"
-        raise ExpressionError(message, column, did_you_mean(str(value), one.choices))
+        raise ExpressionError("BT-703", message, column, did_you_mean(str(value), one.choices))
     return found
 
 
@@ -238,7 +244,7 @@ def _in_unit(one: Parameter, value: float | WrittenQuantity) -> float:
             if what
             else f"'{one.name}' has no unit, got {quoted(value.unit)}"
         )
-        raise ExpressionError(message, value.column, did_you_mean(value.unit, fitting))
+        raise ExpressionError("BT-703", message, value.column, did_you_mean(value.unit, fitting))
     return converted(value.number, value.unit, one.unit)
 
 
@@ -253,7 +259,7 @@ def _anything(given: Given) -> Value:
         case list() | tuple():
             return tuple(_anything(Given(part, given.column)) for part in given.value)
     message = f"expected a number, a text or a list, got {_described(given.value)}"
-    raise ExpressionError(message, given.column)
+    raise ExpressionError("BT-703", message, given.column)
 
 
 def _described(value: Any) -> str:

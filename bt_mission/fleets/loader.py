@@ -20,7 +20,7 @@ from bt_mission.core.robot.model import load_robot
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.fleets.file import FleetFile, FleetRobotForm
 from bt_mission.fleets.plan import FleetPlan
-from bt_mission.language.checks.python_code import factory_faults
+from bt_mission.language.checks.python_code import factory_diagnostics
 from bt_mission.language.checks.requirements import with_requirements
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.inputs import SET_OPTION
@@ -79,7 +79,7 @@ def examine_fleet(
         if not isinstance(document, Document):
             document = read(look_for("missions", document) or document)
     except InputError as error:
-        return None, error.faults
+        return None, error.diagnostics
     return _Loader(document, changes or FleetChanges()).load()
 
 
@@ -89,8 +89,8 @@ class _Loader:
     def __init__(self, document: Document, changes: FleetChanges) -> None:
         self._document = document
         self._changes = changes
-        self._faults: list[Diagnostic] = []
-        self._files = NamedFiles(document, self._faults)
+        self._diagnostics: list[Diagnostic] = []
+        self._files = NamedFiles(document, self._diagnostics)
         self._declared: dict[str, Mapping[str, object]] = {}
         """The inputs of the missions that could be read, by the names of the robots."""
 
@@ -99,12 +99,12 @@ class _Loader:
         document = self._document
         reader = NodeReader(document)
         written = reader.written(FleetFile, (), document.data)
-        self._faults += reader.faults
+        self._diagnostics += reader.diagnostics
         if written is None:
-            return None, in_order(self._faults)
+            return None, in_order(self._diagnostics)
         self._check_names(written)
         if len(written.robots) > MOST:
-            return None, in_order(self._faults)
+            return None, in_order(self._diagnostics)
         world = None if written.world is None else self._files.world(written.world, ("world",))
         checked_in = self._world_name(written) if world or self._changes.world else None
         seed = written.seed if self._changes.seed is None else self._changes.seed
@@ -121,9 +121,9 @@ class _Loader:
         elif written.world is None:
             world = _world_of(missions)
         nodes = node_factories(document, written.nodes)
-        self._faults += factory_faults(nodes, self._changes.permissions)
+        self._diagnostics += factory_diagnostics(nodes, self._changes.permissions)
         if world is None or self._has_errors():
-            return None, in_order(self._faults)
+            return None, in_order(self._diagnostics)
         robots = [
             _placed(name, mission, written.robots[name], world)
             for name, mission in missions.items()
@@ -131,7 +131,7 @@ class _Loader:
         ]
         self._check_places(world, robots)
         if self._has_errors():
-            return None, in_order(self._faults)
+            return None, in_order(self._diagnostics)
         plan = FleetPlan(
             written.fleet,
             world,
@@ -141,22 +141,28 @@ class _Loader:
             nodes,
             document=document,
         )
-        return plan, in_order(self._faults)
+        return plan, in_order(self._diagnostics)
 
     def _has_errors(self) -> bool:
-        return any(one.severity == "error" for one in self._faults)
+        return any(one.severity == "error" for one in self._diagnostics)
 
-    def _note(self, path: tuple[str, ...], message: str, hint: str | None = None) -> None:
-        self._faults.append(self._document.fault(path, message, hint))
+    def _note(
+        self, code: str, path: tuple[str, ...], message: str, hint: str | None = None
+    ) -> None:
+        self._diagnostics.append(self._document.diagnostic(code, path, message, hint))
 
     def _check_names(self, written: FleetFile) -> None:
         if not 1 <= len(written.robots) <= MOST:
-            self._note(("robots",), f"expected 1 to {MOST} robots, got {len(written.robots)}")
+            self._note(
+                "BT-707", ("robots",), f"expected 1 to {MOST} robots, got {len(written.robots)}"
+            )
         for name in written.robots:
             if not NAME.fullmatch(name):
                 message = "expected a name of small letters, digits and '_', such as robot1, got "
                 message += f"{quoted(name)}: it is the namespace of the robot's topics"
-                self._faults.append(self._document.fault(("robots", name), message, key=True))
+                self._diagnostics.append(
+                    self._document.diagnostic("BT-707", ("robots", name), message, key=True)
+                )
 
     def _mission(
         self, name: str, one: FleetRobotForm, seed: int, world: str | None, own_world: World | None
@@ -179,7 +185,9 @@ class _Loader:
                 return replace(fault, source=f"{prefix}{fault.source}", column=column)
             if one in shared:
                 return fault
-            return self._document.fault(("robots", name, "inputs", one), fault.message, fault.hint)
+            return self._document.diagnostic(
+                fault.code, ("robots", name, "inputs", one), fault.message, fault.hint
+            )
 
         mission = self._files.mission(
             text,
@@ -194,7 +202,9 @@ class _Loader:
         if mission is not None and mission.map == "unknown":
             message = f"the mission '{mission.name}' draws its map ('map: unknown'), which a robot "
             message += "of a fleet cannot"
-            self._note(("robots", name, "mission"), message, "run it alone, without a fleet")
+            self._note(
+                "BT-707", ("robots", name, "mission"), message, "run it alone, without a fleet"
+            )
         return mission
 
     def _check_inputs(self, written: FleetFile) -> None:
@@ -208,11 +218,15 @@ class _Loader:
             if dot and robot not in written.robots:
                 message = f"no robot {quoted(robot)} (the fleet's robots: {listed(written.robots)})"
                 hint = did_you_mean(robot, written.robots)
-                self._faults.append(Diagnostic(message, SET_OPTION, 1, 1, source, hint))
+                self._diagnostics.append(
+                    Diagnostic("BT-707", message, SET_OPTION, 1, 1, source, hint)
+                )
             elif not dot and given not in known:
                 message = f"no mission has an input {quoted(given)} (their inputs: {listed(known)})"
                 hint = did_you_mean(given, known)
-                self._faults.append(Diagnostic(message, SET_OPTION, 1, 1, source, hint))
+                self._diagnostics.append(
+                    Diagnostic("BT-310", message, SET_OPTION, 1, 1, source, hint)
+                )
 
     def _observed(self, mission: Mission | None, written: FleetFile) -> Mission | None:
         chosen = written.observe if self._changes.observe is None else self._changes.observe
@@ -226,11 +240,11 @@ class _Loader:
             try:
                 found[name] = mission and with_requirements(mission, self._changes.require)
             except InputError as error:
-                for one in error.faults:
+                for one in error.diagnostics:
                     wrong.setdefault(one, []).append(name)
         for one, robots in wrong.items():
             whose = "" if len(robots) == len(missions) else f" [{', '.join(robots)}]"
-            self._faults.append(replace(one, message=f"{one.message}{whose}"))
+            self._diagnostics.append(replace(one, message=f"{one.message}{whose}"))
         return found
 
     def _is_robot(self, name: str, robot: str) -> bool:
@@ -239,10 +253,11 @@ class _Loader:
         try:
             load_robot(find("robots", self._files.beside(robot) or robot, near))
         except InputError as error:
-            if any(one.line for one in error.faults):
-                self._faults += error.faults
+            if any(one.line for one in error.diagnostics):
+                self._diagnostics += error.diagnostics
             else:
                 self._note(
+                    "BT-110",
                     path,
                     f"no such robot: {quoted(robot)}",
                     did_you_mean(Path(robot).stem, names("robots")),
@@ -275,9 +290,9 @@ class _Loader:
             start = ("robots", error.robot, "start")
             has_start = self._document.has(*start)
             hint = None if has_start else "without a 'start', a robot stands at the world's spawn"
-            self._note(start, str(error), hint)
+            self._note("BT-803", start, str(error), hint)
         except BtMissionError as error:
-            self._note(("robots",), str(error))
+            self._note("BT-803", ("robots",), str(error))
 
 
 def _world_of(missions: Mapping[str, Mission | None]) -> World | None:

@@ -180,14 +180,19 @@ def read_fields(text: str, shape: MessageShape, what: str) -> Mapping[str, Any]:
     document = read_text(text, what)
     problems: list[TypeMismatch] = []
     if not isinstance(document.data, Mapping):
-        fault = document.fault(
-            (), f"expected fields of {shape.name}, such as {_example(shape)}", _names(shape)
+        wrong = document.diagnostic(
+            "BT-503",
+            (),
+            f"expected fields of {shape.name}, such as {_example(shape)}",
+            _names(shape),
         )
-        raise InputError([fault])
+        raise InputError([wrong])
     filled: Mapping[str, Any] = conform(shape, document.data, _no_expressions, problems.append)
     if problems:
         raise InputError(
-            document.fault(problem.path, problem.message, problem.hint, key=problem.at_key)
+            document.diagnostic(
+                problem.code, problem.path, problem.message, problem.hint, key=problem.at_key
+            )
             for problem in problems
         )
     return filled
@@ -198,7 +203,7 @@ def read_value(text: str, shape: Shape) -> tuple[Any, str]:
     try:
         value = read_text(text, "value").data
     except InputError as error:
-        return None, error.faults[0].message
+        return None, error.diagnostics[0].message
     problems: list[TypeMismatch] = []
     value = conform(shape, value, _no_expressions, problems.append)
     if not problems:

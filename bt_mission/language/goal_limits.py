@@ -44,17 +44,17 @@ class GoalLimitsTable:
         return {**DEFAULTS, **self.mission, **self.servers.get(plain_name(action), {})}
 
 
-def server_faults(
+def server_diagnostics(
     document: Document, servers: Iterable[str], actions: Iterable[str]
 ) -> Iterator[Diagnostic]:
-    """Yield a fault for each server at the head of a file to which no goal is sent."""
+    """Yield a diagnostic for each server at the head of a file to which no goal is sent."""
     used = dict.fromkeys(plain_name(action) for action in actions)
     for name in servers:
         if plain_name(name) not in used:
             known = listed(used) if used else "none"
             message = f"no goal is sent to {quoted(name)} (goals are sent to: {known})"
             hint = did_you_mean(plain_name(name), used)
-            yield document.fault(("servers", name), message, hint, key=True)
+            yield document.diagnostic("BT-512", ("servers", name), message, hint, key=True)
 
 
 def _said(limits: BaseModel) -> Mapping[str, Any]:

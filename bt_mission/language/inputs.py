@@ -29,35 +29,35 @@ SET_OPTION = "--set"
 def overridden(
     inputs: Mapping[str, Plain], given: Mapping[str, Plain]
 ) -> tuple[dict[str, Plain], list[Diagnostic]]:
-    """Return the inputs with the given values in place, and the faults of those.
+    """Return the inputs with the given values in place, and the diagnostics of those.
 
     A value given as text is read as the default's type asks: `0.15` for a number, `[1, 2]` for
     a list, anything for a text. Whole numbers and others may replace each other.
     """
     values = dict(inputs)
-    faults = []
+    diagnostics = []
     for name, value in given.items():
         source = f"{name}={value}"
         if name not in inputs:
             message = f"no input {quoted(name)} (the mission's inputs: {listed(inputs)})"
             hint = did_you_mean(name, inputs)
-            faults.append(Diagnostic(message, SET_OPTION, 1, 1, source, hint))
+            diagnostics.append(Diagnostic("BT-310", message, SET_OPTION, 1, 1, source, hint))
             continue
         wanted = _type_of(inputs[name])
         taken = _read(value) if isinstance(value, str) and wanted != "text" else value
         try:
             taken = _in_unit(inputs[name], taken)
         except PydanticCustomError as error:
-            hint = (error.context or {}).get("hint")
+            code, hint = (error.context or {})["code"], (error.context or {}).get("hint")
             at = (1, len(name) + 2)
-            faults.append(Diagnostic(error.message(), SET_OPTION, *at, source, hint))
+            diagnostics.append(Diagnostic(code, error.message(), SET_OPTION, *at, source, hint))
             continue
         if _is_plain(taken) and _type_of(taken) == wanted:
             values[name] = taken
             continue
         message = f"input {quoted(name)} expects {WORDS[wanted]}, got {describe(value)}"
-        faults.append(Diagnostic(message, SET_OPTION, 1, len(name) + 2, source))
-    return values, faults
+        diagnostics.append(Diagnostic("BT-310", message, SET_OPTION, 1, len(name) + 2, source))
+    return values, diagnostics
 
 
 def _read(text: str) -> Any:
@@ -82,10 +82,10 @@ def _in_unit(default: Plain, value: Any) -> Any:
     if not isinstance(default, Measured):
         if unit and is_angle(unit):
             message = f"the default of the input has no unit, got {unit}"
-            raise refusal(message, "write the number without a unit")
+            raise refusal(message, "write the number without a unit", code="BT-305")
         return value
     if unit and UNITS[unit][1] != UNITS[default.unit][1]:
-        raise refusal(f"the input is in {default.unit}, got {unit}")
+        raise refusal(f"the input is in {default.unit}, got {unit}", code="BT-305")
     return Measured(converted(value, unit or default.unit, default.unit), default.unit)
 
 

@@ -1,4 +1,4 @@
-"""From a mission file to frozen nodes, or every fault in it at once. No ROS is needed."""
+"""From a mission file to frozen nodes, or every diagnostic in it at once. No ROS is needed."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any, TypeAlias
 from bt_mission.core.diagnostics import Diagnostic, InputError, in_order
 from bt_mission.core.yaml.composer import Place
 from bt_mission.core.yaml.document import Document
-from bt_mission.language.checks.mission import tree_faults
-from bt_mission.language.checks.requirements import requirement_faults
+from bt_mission.language.checks.mission import tree_diagnostics
+from bt_mission.language.checks.requirements import requirement_diagnostics
 from bt_mission.language.checks.warnings import warnings
 from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.file import MissionFile
-from bt_mission.language.goal_limits import GoalLimitsTable, server_faults
+from bt_mission.language.goal_limits import GoalLimitsTable, server_diagnostics
 from bt_mission.language.inputs import overridden
 from bt_mission.language.mission import Mission, node_factories
 from bt_mission.language.node_reader import NodeReader
@@ -23,7 +23,7 @@ from bt_mission.language.nodes.action import GoalNode
 from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.language.places import places_of
 from bt_mission.language.requirements.written import requirements_of
-from bt_mission.language.trees import TreeLibrary, all_steps, read_trees, size_faults
+from bt_mission.language.trees import TreeLibrary, all_steps, read_trees, size_diagnostics
 
 OTHER_KINDS = {
     "scenario": "'bt-mission run', 'bt-mission check' and run_scenario() take scenarios",
@@ -44,7 +44,7 @@ def read_mission(
     robot: str | None = None,
     permissions: Permissions = ANYTHING,
     zones: Mapping[str, Pose] | None = None,
-    check: Callable[[Mission], Iterable[Diagnostic]] = tree_faults,
+    check: Callable[[Mission], Iterable[Diagnostic]] = tree_diagnostics,
 ) -> Examined:
     """Return the mission in a document, checked; what is wrong with it instead of an exception.
 
@@ -55,7 +55,7 @@ def read_mission(
     for kind, hint in OTHER_KINDS.items():
         if isinstance(document.data, dict) and kind in document.data:
             message = f"expected a mission, got a {kind}"
-            return None, (document.fault((kind,), message, hint, key=True),)
+            return None, (document.diagnostic("BT-111", (kind,), message, hint, key=True),)
     reader = NodeReader(document)
     written = reader.written(MissionFile, (), document.data)
     if written is None and isinstance(document.data, dict):
@@ -73,10 +73,10 @@ def read_mission(
         reader.signatures = shelf.signatures
         tree = reader.node(document.data["tree"], ("tree",))
     follow = reader.follows((), () if written is None else written.inputs)
-    trees, faults = read_trees(shelf, reader.limits, reader.places)
-    faults = [*reader.faults, *shelf.faults, *faults]
+    trees, diagnostics = read_trees(shelf, reader.limits, reader.places)
+    diagnostics = [*reader.diagnostics, *shelf.diagnostics, *diagnostics]
     if written is None or tree is None:
-        return None, in_order(faults)
+        return None, in_order(diagnostics)
     inputs, wrong = overridden(written.inputs, set or {})
     mission = Mission(
         name=written.mission,
@@ -99,15 +99,15 @@ def read_mission(
         document=document,
         included=tuple(shelf.included),
     )
-    faults += [*wrong, *size_faults(document, mission)]
+    diagnostics += [*wrong, *size_diagnostics(document, mission)]
     goals = (step.ros_name for step in all_steps(mission) if isinstance(step, GoalNode))
-    faults += server_faults(document, written.servers, goals)
-    faults += check(mission)
-    faults += requirement_faults(mission, reader.lost_nodes)
-    if any(fault.severity == "error" for fault in faults):
-        return None, in_order(faults)
+    diagnostics += server_diagnostics(document, written.servers, goals)
+    diagnostics += check(mission)
+    diagnostics += requirement_diagnostics(mission, reader.lost_nodes)
+    if any(diagnostic.severity == "error" for diagnostic in diagnostics):
+        return None, in_order(diagnostics)
     noted = tuple(warnings(mission))
-    return replace(mission, warnings=noted), in_order([*noted, *faults])
+    return replace(mission, warnings=noted), in_order([*noted, *diagnostics])
 
 
 def _stand_in(data: Mapping[str, Any]) -> MissionFile | None:
@@ -118,7 +118,7 @@ def _stand_in(data: Mapping[str, Any]) -> MissionFile | None:
 
 def required(examined: Examined) -> Mission:
     """Return the mission that was read. Raises InputError with everything wrong with it."""
-    mission, faults = examined
+    mission, diagnostics = examined
     if mission is None:
-        raise InputError(faults)
+        raise InputError(diagnostics)
     return mission

@@ -102,6 +102,7 @@ class Unknowable(Exception):  # noqa: N818 - not an error
 class TypeMismatch:
     """Something that does not fit: where (at the key or at the value), what, and a hint."""
 
+    code: str
     path: Path
     message: str
     hint: str | None = None
@@ -124,9 +125,9 @@ def field_at(message: MessageShape, dotted: str) -> Shape:
     shape: Shape = message
     for name in dotted.split("."):
         if not isinstance(shape, MessageShape):
-            raise UnknownField(f"{quoted(dotted)}: {shape.name} has no fields of its own")
+            raise UnknownField("BT-502", f"{quoted(dotted)}: {shape.name} has no fields of its own")
         if name not in shape.fields:
-            raise UnknownField(*_unknown_field(shape, name))
+            raise UnknownField("BT-502", *_unknown_field(shape, name))
         shape = shape.fields[name]
     return shape
 
@@ -186,7 +187,7 @@ class _Conforming:
         return self.message(shape, value, path)
 
     def refuse(self, path: Path, message: str, hint: str | None = None) -> None:
-        self.report(TypeMismatch(path, message, hint))
+        self.report(TypeMismatch("BT-503", path, message, hint))
 
     def refuse_kind(self, shape: Shape, value: Any, path: Path) -> None:
         words = "a mapping" if isinstance(shape, MessageShape) else "a list"
@@ -241,7 +242,7 @@ class _Conforming:
                 filled[name] = self.value(shape.fields[name], part, (*path, name))
                 continue
             text, hint = _unknown_field(shape, name)
-            self.report(TypeMismatch((*path, name), text, hint, at_key=True))
+            self.report(TypeMismatch("BT-502", (*path, name), text, hint, at_key=True))
         return filled
 
     def three(self, shape: MessageShape, value: Any, path: Path) -> Any:

@@ -65,9 +65,9 @@ class NodeFactory:
         """The file that names it."""
         return self.document.file
 
-    def fault(self, message: str, hint: str | None = None) -> Diagnostic:
+    def diagnostic(self, code: str, message: str, hint: str | None = None) -> Diagnostic:
         """Return an error at its place."""
-        return self.document.fault(self.path, message, hint)
+        return self.document.diagnostic(code, self.path, message, hint)
 
 
 def node_factories(document: Document, targets: Sequence[str]) -> tuple[NodeFactory, ...]:

@@ -1,7 +1,7 @@
-"""From the nodes of a mission file to models, one by one, so that no fault hides another.
+"""From the nodes of a mission file to models, one by one, so that no mistake hides another.
 
-A node with a fault is kept without its faulty parts where that leaves a node, so that what is
-below and behind it is looked at too; such a draft is never run.
+A node with mistakes is kept without its wrong parts where that leaves a node, so that the nodes
+below and behind it are checked, too; such a draft is never run.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from typing import Any, TypeVar
 import pydantic
 
 from bt_mission.core.diagnostics import (
-    MOST_FAULTS,
+    MOST_DIAGNOSTICS,
     Diagnostic,
     describe,
     listed,
     quoted,
 )
 from bt_mission.core.yaml.document import Document
-from bt_mission.core.yaml.models import model_faults
+from bt_mission.core.yaml.models import model_diagnostics
 from bt_mission.language.action_names import BROKEN
 from bt_mission.language.expressions.values import Type
 from bt_mission.language.file import TreeDefinition
@@ -57,9 +57,9 @@ class Signature:
 
 @dataclass
 class NodeReader(Reading):
-    """Reads nodes and collects the faults of all.
+    """Reads nodes and collects all diagnostics.
 
-    `lost` are the outputs of nodes with faults: they have a writer, though none that is kept.
+    `lost` are the outputs of nodes with mistakes: they have a writer, though none that is kept.
     `lost_nodes` are the names of those nodes, and of the nodes in them.
     """
 
@@ -69,13 +69,13 @@ class NodeReader(Reading):
     def written(
         self, model: type[WrittenModel], path: tuple[Key, ...], data: Any
     ) -> WrittenModel | None:
-        """Return a mapping as a model; its faulty parts are noted and left out."""
+        """Return a mapping as a model; its wrong parts are noted and left out."""
         try:
             return model.model_validate(data)
         except pydantic.ValidationError as error:
-            found = model_faults(self.document, error, model, path)
-            self.faults += [_remedied(fault, model) for fault in found]
-            if error.error_count() > MOST_FAULTS:
+            found = model_diagnostics(self.document, error, model, path)
+            self.diagnostics += [_remedied(diagnostic, model) for diagnostic in found]
+            if error.error_count() > MOST_DIAGNOSTICS:
                 return None
             for detail in error.errors(include_url=False):
                 data = _without(data, detail["loc"])
@@ -97,7 +97,9 @@ class NodeReader(Reading):
                 break
             if not isinstance(entry, dict):
                 example = "'topic', 'type', 'field' and 'as', or a list of such mappings"
-                self.fault(place, f"expected a mapping with {example}, got {describe(entry)}")
+                self.report(
+                    "BT-301", place, f"expected a mapping with {example}, got {describe(entry)}"
+                )
                 continue
             settings = self.written(FollowSettings, place, entry)
             name = entry.get("as")
@@ -108,10 +110,10 @@ class NodeReader(Reading):
             name = settings.variable
             if name in inputs:
                 message = f"'{name}' is an input, and inputs never change; choose another name"
-                self.fault((*place, "as"), message)
+                self.report("BT-408", (*place, "as"), message)
             elif name in found:
                 message = f"'{name}' follows a topic already, in line {found[name].line}"
-                self.fault((*place, "as"), message)
+                self.report("BT-408", (*place, "as"), message)
             else:
                 position = NodePlace(*self.document.position(place), place)
                 found[name] = Follow(settings, self.document.file, position)
@@ -133,10 +135,10 @@ class NodeReader(Reading):
         """Return a node with all below it, or None where nothing of it can be kept."""
         if self.is_full:
             return None
-        before = len(self.faults)
+        before = len(self.diagnostics)
         kind = self.kind(data, path)
         node = None if kind is None else self.node_of(kind, data, path)
-        if len(self.faults) > before and isinstance(data, dict):
+        if len(self.diagnostics) > before and isinstance(data, dict):
             outputs, values = data.get("outputs"), data.get("set")
             lost = [*outputs.values()] if isinstance(outputs, dict) else []
             lost += values if isinstance(values, dict) else ()
@@ -154,7 +156,7 @@ class NodeReader(Reading):
             if key not in known and not self.is_full:
                 message = f"no modifier {quoted(key)} for {kind} (it takes: {listed(modifiers)})"
                 hint = remedies.unknown_modifier(key, modifiers)
-                self.fault((*path, key), message, hint, key=True)
+                self.report("BT-204", (*path, key), message, hint, key=True)
         fields = {key: data[key] for key in data if key in known}
         fields["@place"] = NodePlace(*self.document.position(path), path)
         if self.is_misshapen(kind, data[kind], path):
@@ -181,7 +183,7 @@ class NodeReader(Reading):
         if issubclass(KINDS[kind], CompositeNode) and isinstance(value, dict) and value:
             wrong = f"expected a list, got {describe(value)}", remedies.NO_DASHES
         if wrong is not None:
-            self.fault((*path, kind), *wrong)
+            self.report("BT-207", (*path, kind), *wrong)
         return wrong is not None
 
     def kind(self, data: Any, path: tuple[Key, ...]) -> str | None:
@@ -191,7 +193,7 @@ class NodeReader(Reading):
             hint = f"write '{data}: ...'" if is_kind else None
             if isinstance(data, list) and data:
                 hint = remedies.LIST_OF_NODES
-            self.fault(path, f"expected {NODE}, got {describe(data)}", hint)
+            self.report("BT-206", path, f"expected {NODE}, got {describe(data)}", hint)
             return None
         kinds: list[str] = [key for key in data if key in KINDS]
         if len(kinds) > 1 and TIMEOUT in kinds:
@@ -204,34 +206,35 @@ class NodeReader(Reading):
             message = f"two kinds in one node: {quoted(kinds[0])} and {quoted(kinds[1])}"
             around = [kind for kind in kinds[:2] if "do" in KINDS[kind].child_keys]
             hint = remedies.two_kinds(kinds[0], kinds[1], around)
-            self.fault((*path, kinds[1]), message, hint, key=True)
+            self.report("BT-205", (*path, kinds[1]), message, hint, key=True)
         elif not data:
-            self.fault(path, f"expected {NODE}, got an empty mapping")
+            self.report("BT-206", path, f"expected {NODE}, got an empty mapping")
         else:
             strange = (key for key in data if key not in _MODIFIERS and key != TIMEOUT)
             key = next(strange, next(iter(data)))
             message, hint = remedies.unknown_kind(key, KINDS, _MODIFIERS)
             if key in BROKEN:
                 message, hint = f"the plug-in {quoted(key)} does not work: {BROKEN[key]}", None
-            self.fault((*path, key), message, hint, key=True)
+            code = "BT-215" if key in BROKEN else "BT-203"
+            self.report(code, (*path, key), message, hint, key=True)
         return None
 
 
-def _remedied(fault: Diagnostic, model: type[Written]) -> Diagnostic:
-    """Return a fault with a remedy where a modifier of a node stands among its settings.
+def _remedied(diagnostic: Diagnostic, model: type[Written]) -> Diagnostic:
+    """Return a diagnostic with a remedy where a modifier of a node stands among its settings.
 
     Also where a topic to be followed has no type.
     """
-    if model is FollowSettings and fault.message == "'type' is missing":
-        return replace(fault, hint=remedies.TYPE_OF_TOPIC)
-    found = _UNKNOWN_KEY.match(fault.message)
+    if model is FollowSettings and diagnostic.message == "'type' is missing":
+        return replace(diagnostic, hint=remedies.TYPE_OF_TOPIC)
+    found = _UNKNOWN_KEY.match(diagnostic.message)
     if found is None or not issubclass(model, NodeModel) or found[1] not in model.keys:
-        return fault
-    return replace(fault, hint=remedies.beside(found[1], model.kind))
+        return diagnostic
+    return replace(diagnostic, hint=remedies.beside(found[1], model.kind))
 
 
 def _draft(written: NodeModel | None, below: list[NodeModel], place: NodePlace) -> SequenceNode:
-    """Return what can be kept of a node with faults: the nodes below it."""
+    """Return what can be kept of a node with mistakes: the nodes below it."""
     name = "" if written is None else written.name
     return SequenceNode.model_construct(children=tuple(below), name=name, place=place)
 

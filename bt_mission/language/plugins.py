@@ -58,7 +58,9 @@ def find_factory(target: str, file: str) -> Callable[..., Any]:
         where, name, file, callable, "functions or classes"
     )
     if not callable(found):
-        raise PythonError(f"{target} is no function and no class", "it has to return an rclpy node")
+        raise PythonError(
+            "BT-215", f"{target} is no function and no class", "it has to return an rclpy node"
+        )
     return found
 
 
@@ -72,7 +74,7 @@ def _member(where: str, name: str, file: str, is_wanted: Callable[[Any], bool], 
             if is_wanted(value) and not key.startswith("_")
         ]
         has = f"{wanted}: {listed(known)}" if known else f"it has no {wanted}"
-        raise PythonError(f"no '{name}' in {where} ({has})", did_you_mean(name, known))
+        raise PythonError("BT-215", f"no '{name}' in {where} ({has})", did_you_mean(name, known))
     return getattr(module, name)
 
 
@@ -94,10 +96,12 @@ def locate(target: str, file: str, folders: tuple[Path, ...] | None) -> None:
     elif where.endswith(".py"):
         path = _leaf_file(where, file)
         if folders is not None and not is_within(path, folders):
-            raise PythonError(f"{where} lies outside of the folders that missions come from")
+            raise PythonError(
+                "BT-216", f"{where} lies outside of the folders that missions come from"
+            )
     elif folders is not None:
         hint = f"put it into a file beside the mission, and write 'file.py:{name}'"
-        raise PythonError(f"the module {quoted(where)} may not be imported here", hint)
+        raise PythonError("BT-216", f"the module {quoted(where)} may not be imported here", hint)
 
 
 _KINDS: dict[type, Type] = {
@@ -137,7 +141,7 @@ def _entry_point(name: str) -> EntryPoint:
         known = sorted(one.name for one in there)
         has = f"known: {listed(known)}" if known else f"no package has any of '{GROUP}'"
         hint = did_you_mean(name, known) or "a class is written as 'module:Class'"
-        raise PythonError(f"no plug-in is called '{name}' ({has})", hint)
+        raise PythonError("BT-215", f"no plug-in is called '{name}' ({has})", hint)
     return found[0]
 
 
@@ -146,23 +150,25 @@ def _plugged(name: str) -> Any:
     try:
         return found.load()
     except (Exception, SystemExit) as error:
-        raise PythonError(f"the plug-in '{name}' ({found.value}) {_why(error)}") from error
+        raise PythonError(
+            "BT-215", f"the plug-in '{name}' ({found.value}) {_why(error)}"
+        ) from error
 
 
 def _imported(module: str) -> Any:
     try:
         return importlib.import_module(module)
     except (Exception, SystemExit) as error:  # whatever a user's module raises
-        raise PythonError(f"the module {module} {_why(error)}") from error
+        raise PythonError("BT-215", f"the module {module} {_why(error)}") from error
 
 
 def _leaf_file(where: str, file: str) -> Path:
     folder = Path(file).resolve().parent
     path = (folder / where).resolve()
     if not path.is_relative_to(folder):
-        raise PythonError(f"{where} lies outside of the folder of the mission")
+        raise PythonError("BT-216", f"{where} lies outside of the folder of the mission")
     if not path.is_file():
-        raise PythonError(f"no such file: {where}", "it is looked for beside the mission")
+        raise PythonError("BT-215", f"no such file: {where}", "it is looked for beside the mission")
     return path
 
 
@@ -178,13 +184,13 @@ def _from_file(where: str, path: Path) -> Any:
             spec.loader.exec_module(module)
         except (Exception, SystemExit) as error:  # whatever a user's module raises
             del sys.modules[key]
-            raise PythonError(f"{where} {_why(error)}") from error
+            raise PythonError("BT-215", f"{where} {_why(error)}") from error
     return sys.modules[key]
 
 
 def _behaviour(found: Any, target: str) -> type[Behaviour]:
     if not _is_behaviour(found):
-        raise PythonError(f"{target} is no class of a py_trees Behaviour")
+        raise PythonError("BT-215", f"{target} is no class of a py_trees Behaviour")
     kind: type[Behaviour] = found
     return kind
 

@@ -47,7 +47,7 @@ class TreeLibrary:
     permissions: Permissions = ANYTHING
     included: list[Document] = field(default_factory=list)
     signatures: dict[str, Signature] = field(default_factory=dict)
-    faults: list[Diagnostic] = field(default_factory=list)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
     _read: set[Path] = field(default_factory=set)
 
     def gather(self, document: Document, written: MissionFile | Library) -> None:
@@ -61,12 +61,14 @@ class TreeLibrary:
     ) -> None:
         if written.include and not self.permissions.includes:
             message = "this mission may not include files"
-            self.faults.append(document.fault(("include",), message, self.permissions.hint))
+            self.diagnostics.append(
+                document.diagnostic("BT-112", ("include",), message, self.permissions.hint)
+            )
             written = written.model_copy(update={"include": []})
         for index, entry in enumerate(written.include):
             if index == MOST_FILES:
                 message = f"more than {MOST_FILES} files are included"
-                self.faults.append(document.fault(("include", index), message))
+                self.diagnostics.append(document.diagnostic("BT-112", ("include", index), message))
                 break
             self._include(document, ("include", index), entry, within)
         for name, content in written.trees.items():
@@ -75,18 +77,20 @@ class TreeLibrary:
                 other = self.signatures[name]
                 line, _ = other.document.position(other.path, key=True)
                 message = f"there is a tree '{name}' already, in {other.document.file}:{line}"
-                self.faults.append(document.fault(path, message, key=True))
+                self.diagnostics.append(document.diagnostic("BT-208", path, message, key=True))
                 continue
             reader = NodeReader(document)
             definition = reader.written(TreeDefinition, path, content)
-            self.faults += reader.faults
+            self.diagnostics += reader.diagnostics
             if definition is not None:
                 types: dict[str, Type | None] = dict(definition.needs)
                 for given, value in definition.inputs.items():
                     if given in definition.needs:
                         place = (*path, "inputs", given)
                         message = f"'{given}' is needed, so it can have no value of its own"
-                        self.faults.append(document.fault(place, message, key=True))
+                        self.diagnostics.append(
+                            document.diagnostic("BT-212", place, message, key=True)
+                        )
                     types[given] = type_of(value)
                 self.signatures[name] = Signature(name, definition, types, document, path)
 
@@ -97,26 +101,31 @@ class TreeLibrary:
         try:
             shown, path = self._located(document, entry, attached)
         except InputError as error:
-            self.faults += [document.fault(place, one.message, one.hint) for one in error.faults]
+            self.diagnostics += [
+                document.diagnostic(each.code, place, each.message, each.hint)
+                for each in error.diagnostics
+            ]
             return
         if path in within:
             ring = " -> ".join(one.name for one in (*within[within.index(path) :], path))
-            self.faults.append(document.fault(place, f"the files include each other: {ring}"))
+            self.diagnostics.append(
+                document.diagnostic("BT-112", place, f"the files include each other: {ring}")
+            )
         elif path not in self._read:
             self._read.add(path)
             if len(self._read) > MOST_FILES:
                 message = f"more than {MOST_FILES} files are included"
-                self.faults.append(document.fault(place, message))
+                self.diagnostics.append(document.diagnostic("BT-112", place, message))
                 return
             try:
                 included = attached or self._read_file(shown)
             except InputError as error:
-                self.faults += error.faults
+                self.diagnostics += error.diagnostics
                 return
             self.included.append(included)
             reader = NodeReader(included)
             library = reader.written(Library, (), included.data)
-            self.faults += reader.faults
+            self.diagnostics += reader.diagnostics
             if library is not None:
                 self._gather(included, library, (*within, path))
 
@@ -128,7 +137,7 @@ class TreeLibrary:
         if attached is not None:
             path = Path(attached.file)
             if texts is None and not self.permissions.allows(path, "missions"):
-                raise InputError([Diagnostic(f"no such file {quoted(entry)}", entry)])
+                raise InputError([Diagnostic("BT-112", f"no such file {quoted(entry)}", entry)])
             return path, _real(path) or path
         if texts is None:
             return _located(document, entry, self.permissions)
@@ -136,7 +145,7 @@ class TreeLibrary:
         for name in [beside, *(name for name in texts if PurePath(name).match(entry))]:
             if name in texts:
                 return Path(name), Path(name)
-        raise InputError([Diagnostic(f"no such file {quoted(entry)}", entry)])
+        raise InputError([Diagnostic("BT-112", f"no such file {quoted(entry)}", entry)])
 
     def _read_file(self, path: Path) -> Document:
         texts = self.permissions.texts
@@ -151,7 +160,7 @@ def read_trees(
     `limits` and `places` are the mission's, also for the goals of trees that it includes.
     """
     trees: dict[str, Tree] = {}
-    faults: list[Diagnostic] = []
+    diagnostics: list[Diagnostic] = []
     for name, signature in shelf.signatures.items():
         document, path = signature.document, (*signature.path, "do")
         found: object = document.data
@@ -160,7 +169,7 @@ def read_trees(
         reader = NodeReader(document, shelf.signatures, limits, places)
         body = reader.node(found, path)
         follow = reader.follows(signature.path, signature.types)
-        faults += reader.faults
+        diagnostics += reader.diagnostics
         if body is not None:
             trees[name] = Tree(
                 name=name,
@@ -173,11 +182,11 @@ def read_trees(
                 follow=follow,
                 lost=frozenset(reader.lost),
             )
-    return trees, faults
+    return trees, diagnostics
 
 
-def size_faults(document: Document, mission: Mission) -> Iterator[Diagnostic]:
-    """Yield a fault for trees that use themselves, or for a mission that grows without measure."""
+def size_diagnostics(document: Document, mission: Mission) -> Iterator[Diagnostic]:
+    """Yield a diagnostic for trees that use themselves, or a mission that is too large."""
     trees = mission.trees
     uses = {name: [one for one in _uses(tree.body) if one in trees] for name, tree in trees.items()}
     try:
@@ -188,7 +197,7 @@ def size_faults(document: Document, mission: Mission) -> Iterator[Diagnostic]:
         ring = [*ring[first:], *ring[:first]]
         more = ("...",) if len(ring) > SHOWN_RING else ()
         message = f"a tree cannot use itself: {' -> '.join((*ring[:SHOWN_RING], *more, ring[0]))}"
-        yield trees[ring[0]].document.fault(trees[ring[0]].path, message, key=True)
+        yield trees[ring[0]].document.diagnostic("BT-211", trees[ring[0]].path, message, key=True)
         return
     sizes: dict[str, tuple[int, int]] = {}
     for name in order:
@@ -196,10 +205,14 @@ def size_faults(document: Document, mission: Mission) -> Iterator[Diagnostic]:
     count, levels = _size(mission.tree, sizes)
     if count > MOST_NODES:
         message = f"the mission has {count:,} nodes, each use of a tree counted"
-        yield document.fault(("tree",), f"{message}; at most {MOST_NODES:,} are built", key=True)
+        yield document.diagnostic(
+            "BT-209", ("tree",), f"{message}; at most {MOST_NODES:,} are built", key=True
+        )
     if levels > MOST_LEVELS:
         message = f"the mission has {levels:,} levels of nodes, those of the trees it uses counted"
-        yield document.fault(("tree",), f"{message}; at most {MOST_LEVELS} are built", key=True)
+        yield document.diagnostic(
+            "BT-209", ("tree",), f"{message}; at most {MOST_LEVELS} are built", key=True
+        )
 
 
 def reached(node: NodeModel, mission: Mission) -> Iterator[NodeModel]:
@@ -252,14 +265,14 @@ def _located(document: Document, entry: str, permissions: Permissions) -> tuple[
         is_link = any(_is_link(one) for one in candidates)
         missing = f"the links of {quoted(entry)} lead to no file"
         raise InputError(
-            [Diagnostic(missing if is_link else f"no such file {quoted(entry)}", entry)]
+            [Diagnostic("BT-112", missing if is_link else f"no such file {quoted(entry)}", entry)]
         )
     real = _real(found)
     assert real is not None
     allowed = [base.resolve(), *shipped]
     if not any(real.is_relative_to(folder) for folder in allowed):
         message = f"{quoted(entry)} lies outside of the folder of the file that includes it"
-        raise InputError([Diagnostic(message, entry)])
+        raise InputError([Diagnostic("BT-112", message, entry)])
     return found, real
 
 

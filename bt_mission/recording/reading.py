@@ -48,6 +48,8 @@ _HEAD, _MESSAGE_HEAD = Struct("<BQ"), Struct("<HIQQ")
 class RecordingError(BtMissionError):
     """A file that is not a recording, or cannot be read at all."""
 
+    code = "BT-1001"
+
 
 @dataclass(frozen=True)
 class Channel:

@@ -30,9 +30,11 @@ class ServedRecordings:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise BtMissionError(f"--record: {folder}: {error.strerror}") from error
+            raise BtMissionError(f"--record: {folder}: {error.strerror}", code="BT-1103") from error
         if not os.access(folder, os.W_OK | os.X_OK):
-            raise BtMissionError(f"--record: the folder {folder} cannot be written to")
+            raise BtMissionError(
+                f"--record: the folder {folder} cannot be written to", code="BT-1103"
+            )
         self._folder = folder
         self._say = say
 

@@ -57,15 +57,15 @@ class NameFinding:
         """Whether it exists, with the wanted type."""
         return self.wanted.type in self.types
 
-    def fault(self) -> Diagnostic:
-        """Return the error, at the step that uses the name."""
+    def diagnostic(self) -> Diagnostic:
+        """What is wrong, at the node that needs it."""
         wanted, step = self.wanted, self.wanted.step
         if self.types:
             message = f"{wanted.name} is a {listed(self.types)} in the graph, not a {wanted.type}"
         else:
             what = "publisher of" if wanted.is_followed else wanted.what
             message = f"no {what} {wanted.name} in the graph"
-        return Diagnostic(message, wanted.file, step.line, step.column, hint=self.hint)
+        return Diagnostic("BT-510", message, wanted.file, step.line, step.column, hint=self.hint)
 
 
 def find_missing(mission: Mission, namespace: str | None = None) -> list[NameFinding]:

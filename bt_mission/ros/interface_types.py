@@ -38,6 +38,8 @@ _TEXT_BY_NAME = {"octet": "byte", "boolean": "bool", "float": "float32", "double
 class FillError(BtMissionError):
     """Values that do not fit into a message: each with the dotted name of its field."""
 
+    code = "BT-503"
+
 
 MAX_NAME = 255
 """Characters of a type's name; longer ones are not possible as names of files either."""
@@ -94,14 +96,14 @@ def _type(folder: str, name: str) -> Any:
     package, _, rest = name.partition("/")
     middle, _, short = rest.partition("/")
     if middle != folder or not package.isidentifier() or not short.isidentifier():
-        raise UnknownType(f"expected a type such as {example}, got {quoted(name)}")
+        raise UnknownType("BT-501", f"expected a type such as {example}, got {quoted(name)}")
     if len(name) > MAX_NAME or name not in _types_of(package):
         message = f"the {what} type {name} is not installed"
-        raise UnknownType(message, did_you_mean(name, installed(folder)))
+        raise UnknownType("BT-501", message, did_you_mean(name, installed(folder)))
     try:
         return getattr(importlib.import_module(f"{package}.{folder}"), short)
     except (ImportError, AttributeError) as error:
-        raise UnknownType(f"the {what} type {name} cannot be loaded: {error}") from error
+        raise UnknownType("BT-501", f"the {what} type {name} cannot be loaded: {error}") from error
 
 
 def installed(folder: str) -> tuple[str, ...]:
@@ -185,7 +187,7 @@ def fill(message: Any, values: Mapping[str, Any]) -> Any:
         try:
             return late.as_text() if wants_text else late.as_value()
         except ExpressionError as error:
-            problems.append(TypeMismatch(path, str(error)))
+            problems.append(TypeMismatch("BT-503", path, str(error)))
             raise Unknowable from error
 
     kind: Any = type(message)

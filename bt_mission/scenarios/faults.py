@@ -30,7 +30,9 @@ class FaultReader:
         """Take a box, or a cylinder where it has a radius; it is there from the start."""
         if not isinstance(written, Mapping):
             example = "'at: [1.0, 0.5]' and 'size: [0.2, 0.2, 0.3]'"
-            self._note(path, f"expected a mapping such as {example}, got {describe(written)}")
+            self._note(
+                "BT-703", path, f"expected a mapping such as {example}, got {describe(written)}"
+            )
             return
         name = "spawn_cylinder" if "radius" in written else "spawn_box"
         self._add(path, name, lambda reader: self._by_name(reader, written, path))
@@ -43,7 +45,9 @@ class FaultReader:
         elif isinstance(written, str) and written:
             self._text(written, path)
         else:
-            self._note(path, f"expected a fault such as '{EXAMPLE}', got {describe(written)}")
+            self._note(
+                "BT-701", path, f"expected a fault such as '{EXAMPLE}', got {describe(written)}"
+            )
 
     # ---- text ----------------------------------------------------------------------------
 
@@ -51,21 +55,23 @@ class FaultReader:
         """Take a text, which is a key and its value where it has no quotes."""
         document = self._document
 
-        def at(offset: int, message: str, hint: str | None) -> Diagnostic:
+        def at(code: str, offset: int, message: str, hint: str | None) -> Diagnostic:
             if not key:
-                return document.fault(path, message, hint, offset=offset)
+                return document.diagnostic(code, path, message, hint, offset=offset)
             in_value = offset - len(f"{key}: ")
             if in_value < 0:
-                return document.fault((*path, key), message, hint, key=True, offset=offset)
-            return document.fault((*path, key), message, hint, offset=in_value)
+                return document.diagnostic(
+                    code, (*path, key), message, hint, key=True, offset=offset
+                )
+            return document.diagnostic(code, (*path, key), message, hint, offset=in_value)
 
-        def locate(message: str, hint: str | None, part: str, offset: int) -> Diagnostic:
-            return at(max(text.find(part), 0) + offset, message, hint)
+        def locate(code: str, message: str, hint: str | None, part: str, offset: int) -> Diagnostic:
+            return at(code, max(text.find(part), 0) + offset, message, hint)
 
         try:
             self.faults.append(WrittenFault(parse_fault(text), locate))
         except ExpressionError as error:
-            self.wrong.append(at(error.column - 1, error.message, error.hint))
+            self.wrong.append(at(error.code, error.column - 1, error.message, error.hint))
 
     # ---- obstacles -----------------------------------------------------------------------
 
@@ -80,11 +86,11 @@ class FaultReader:
     def _add(self, path: Path, name: str, take: Callable[[ArgumentReader], None]) -> None:
         document = self._document
 
-        def locate(message: str, hint: str | None, part: str, _: int) -> Diagnostic:
+        def locate(code: str, message: str, hint: str | None, part: str, _: int) -> Diagnostic:
             for key, value in _parts(document, path):
                 if part and value == part:
-                    return document.fault((*path, *key), message, hint)
-            return document.fault(path, message, hint)
+                    return document.diagnostic(code, (*path, *key), message, hint)
+            return document.diagnostic(code, path, message, hint)
 
         count = len(self.wrong)
         try:
@@ -93,16 +99,18 @@ class FaultReader:
             if len(self.wrong) == count:
                 self.faults.append(WrittenFault(reader.planned(AtTime(0.0)), locate))
         except ExpressionError as error:
-            self.wrong.append(document.fault(path, error.message, error.hint))
+            self.wrong.append(document.diagnostic(error.code, path, error.message, error.hint))
 
     def _located(self, path: Path, take: Callable[[], None], *, key: bool = False) -> None:
         try:
             take()
         except ExpressionError as error:
-            self.wrong.append(self._document.fault(path, error.message, error.hint, key=key))
+            self.wrong.append(
+                self._document.diagnostic(error.code, path, error.message, error.hint, key=key)
+            )
 
-    def _note(self, path: Path, message: str) -> None:
-        self.wrong.append(self._document.fault(path, message))
+    def _note(self, code: str, path: Path, message: str) -> None:
+        self.wrong.append(self._document.diagnostic(code, path, message))
 
 
 def _beginning_of(written: Mapping[str, Any]) -> str:

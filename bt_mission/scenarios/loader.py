@@ -10,8 +10,8 @@ from bt_mission.core.diagnostics import Diagnostic, InputError, did_you_mean, in
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import Document, read
 from bt_mission.faults.planned import WhenTrue
-from bt_mission.language.checks.python_code import factory_faults
-from bt_mission.language.checks.requirements import MissionNames, faults_of_names
+from bt_mission.language.checks.python_code import factory_diagnostics
+from bt_mission.language.checks.requirements import MissionNames, diagnostics_of_names
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.mission import Mission, node_factories
 from bt_mission.language.node_reader import NodeReader
@@ -61,7 +61,7 @@ def examine_scenario(
     try:
         document = source if isinstance(source, Document) else read(source)
     except InputError as error:
-        return None, error.faults
+        return None, error.diagnostics
     return _Loader(document, changes or ScenarioChanges()).load()
 
 
@@ -71,24 +71,24 @@ class _Loader:
     def __init__(self, document: Document, changes: ScenarioChanges) -> None:
         self._document = document
         self._changes = changes
-        self._faults: list[Diagnostic] = []
-        self._files = NamedFiles(document, self._faults)
+        self._diagnostics: list[Diagnostic] = []
+        self._files = NamedFiles(document, self._diagnostics)
 
     def load(self) -> tuple[Scenario | None, tuple[Diagnostic, ...]]:
         document = self._document
         reader = NodeReader(document)
         written = reader.written(ScenarioFile, (), document.data)
-        self._faults += reader.faults
+        self._diagnostics += reader.diagnostics
         made = FaultReader(document)
         if isinstance(document.data, dict):
             for key, take in (("obstacles", made.obstacle), ("faults", made.fault)):
                 several = document.data.get(key)
                 for number, one in enumerate(several if isinstance(several, list) else ()):
                     take(one, (key, number))
-        self._faults += made.wrong
-        self._faults += (doubt for fault in made.faults for doubt in fault.doubts())
+        self._diagnostics += made.wrong
+        self._diagnostics += (doubt for fault in made.faults for doubt in fault.doubts())
         if written is None:
-            return None, in_order(self._faults)
+            return None, in_order(self._diagnostics)
         has_world = self._changes.world is None and written.world is not None
         world = self._files.world(written.world, ("world",)) if has_world else None
         mission = self._mission(written, world)
@@ -97,16 +97,16 @@ class _Loader:
             if written.observe is not None:
                 mission = replace(mission, observe=written.observe)
             nodes = node_factories(document, written.nodes)
-            self._faults += factory_faults(nodes, self._changes.permissions)
+            self._diagnostics += factory_diagnostics(nodes, self._changes.permissions)
             mission = replace(mission, nodes=(*mission.nodes, *nodes))
             self._check_names(mission, written, made)
             self._check_cameras(mission, made)
-        if mission is None or any(one.severity == "error" for one in self._faults):
-            return None, in_order(self._faults)
+        if mission is None or any(one.severity == "error" for one in self._diagnostics):
+            return None, in_order(self._diagnostics)
         start = written.start
         self._check_start(mission, written, world)
-        if any(one.severity == "error" for one in self._faults):
-            return None, in_order(self._faults)
+        if any(one.severity == "error" for one in self._diagnostics):
+            return None, in_order(self._diagnostics)
         scenario = Scenario(
             name=written.scenario,
             description=written.description,
@@ -119,7 +119,7 @@ class _Loader:
             limit=written.limit,
             document=document,
         )
-        return scenario, in_order(self._faults)
+        return scenario, in_order(self._diagnostics)
 
     # ---- the mission and its place -------------------------------------------------------
 
@@ -141,7 +141,7 @@ class _Loader:
         """Return an error of an input's value with the place where the value was given."""
         if name in self._changes.set:
             return fault
-        return self._document.fault(("inputs", name), fault.message, fault.hint)
+        return self._document.diagnostic(fault.code, ("inputs", name), fault.message, fault.hint)
 
     def _check_start(self, mission: Mission, written: ScenarioFile, world: World | None) -> None:
         """Note a start beside the floor of the world."""
@@ -156,7 +156,7 @@ class _Loader:
         if abs(start.x) > length / 2 or abs(start.y) > width / 2:
             message = f"({start.x:g}, {start.y:g}) is outside the world '{world.name}', which is "
             message += f"{length:g} m by {width:g} m around (0, 0)"
-            self._faults.append(self._document.fault(("start",), message))
+            self._diagnostics.append(self._document.diagnostic("BT-709", ("start",), message))
 
     # ---- what names parts of the mission -------------------------------------------------
 
@@ -164,8 +164,10 @@ class _Loader:
         known = {one.name for one in mission.requirements}
         for name in written.requirements.keys() & known:
             message = f"the mission has a requirement {quoted(name)} already"
-            self._faults.append(self._document.fault(("requirements", name), message, key=True))
-        self._faults += faults_of_names(self._document, MissionNames(mission))
+            self._diagnostics.append(
+                self._document.diagnostic("BT-208", ("requirements", name), message, key=True)
+            )
+        self._diagnostics += diagnostics_of_names(self._document, MissionNames(mission))
         added = requirements_of(written.requirements)
         return replace(mission, requirements=(*mission.requirements, *added))
 
@@ -174,7 +176,9 @@ class _Loader:
         if cameras and not has_camera(mission):
             for fault in cameras:
                 message = f"{fault.planned.name}: the robot '{mission.robot}' has no camera"
-                self._faults.append(fault.locate(message, None, fault.planned.name, 0))
+                self._diagnostics.append(
+                    fault.locate("BT-508", message, None, fault.planned.name, 0)
+                )
 
     def _check_names(self, mission: Mission, written: ScenarioFile, made: FaultReader) -> None:
         names = MissionNames(mission)
@@ -182,31 +186,39 @@ class _Loader:
             begins = fault.planned.begins
             if isinstance(begins, WhenTrue):
                 for error in names.unknown_in(begins.condition.root):
-                    self._faults.append(
+                    self._diagnostics.append(
                         fault.locate(
-                            error.message, error.hint, begins.condition.text, error.column - 1
+                            error.code,
+                            error.message,
+                            error.hint,
+                            begins.condition.text,
+                            error.column - 1,
                         )
                     )
             leaf = fault.planned.arguments.get("leaf")
             if isinstance(leaf, str) and names.lacks(leaf):
                 message = f"no node is named {quoted(leaf)}"
-                self._faults.append(fault.locate(message, names.near(leaf), leaf, 0))
+                self._diagnostics.append(fault.locate("BT-705", message, names.near(leaf), leaf, 0))
         expect = written.expect
         if expect.failed and names.lacks(expect.failed):
             message = f"no node is named {quoted(expect.failed)}"
             hint = names.near(expect.failed)
-            self._faults.append(self._document.fault(("expect", "failed"), message, hint))
+            self._diagnostics.append(
+                self._document.diagnostic("BT-705", ("expect", "failed"), message, hint)
+            )
         known = [one.name for one in mission.requirements]
         for number, name in enumerate(expect.violated):
             if name not in known:
                 message = f"there is no requirement {quoted(name)}"
                 path = ("expect", "violated", number)
-                self._faults.append(self._document.fault(path, message, did_you_mean(name, known)))
+                self._diagnostics.append(
+                    self._document.diagnostic("BT-705", path, message, did_you_mean(name, known))
+                )
         for fault in made.faults:
             time_s = getattr(fault.planned.begins, "time_s", 0.0)
             if time_s >= written.limit:
                 message = f"{time_s:g} s is past the limit of the scenario, {written.limit:g} s"
-                self._faults.append(fault.locate(message, None, "", 0))
+                self._diagnostics.append(fault.locate("BT-705", message, None, "", 0))
 
 
 def _expectation(written: ScenarioFile) -> Expectation:

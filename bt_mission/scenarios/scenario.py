@@ -102,7 +102,7 @@ class Scenario:
         except SpawnError as error:
             paths: tuple[tuple[Key, ...], ...] = (("start",), ("world", "spawn"), ("world",), ())
             path = next(one for one in paths if self.document.has(*one))
-            raise InputError([self.document.fault(path, str(error))]) from error
+            raise InputError([self.document.diagnostic("BT-803", path, str(error))]) from error
 
     def judge(self, report: Report) -> ScenarioResult:
         """Compare the result with the expected one."""
@@ -141,15 +141,17 @@ class Scenario:
             if one.verdict == "violated" and not is_expected:
                 written = self.document.has("requirements", one.name)
                 path: tuple[Key, ...] = ("requirements", one.name) if written else ()
-                yield self.document.fault(path, f"requirement {one}")
+                yield self.document.diagnostic("BT-706", path, f"requirement {one}")
             elif is_expected and one.verdict != "violated":
                 message = f"expected a violation of {quoted(one.name)}, got: {one}"
                 number = self.expect.violated.index(one.name)
-                yield self.document.fault(("expect", "violated", number), message)
+                yield self.document.diagnostic("BT-706", ("expect", "violated", number), message)
 
     def _fault(self, key: str, message: str) -> Diagnostic:
         path: tuple[Key, ...] = ("expect", key) if self.document.has("expect", key) else ("expect",)
-        return self.document.fault(path if self.document.has("expect") else (), message)
+        return self.document.diagnostic(
+            "BT-706", path if self.document.has("expect") else (), message
+        )
 
 
 @dataclass(frozen=True)

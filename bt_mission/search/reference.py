@@ -76,7 +76,7 @@ def load_reference(path: Path, base: BaseScenario, ranges: RangesFile) -> BaseSc
         with ScenarioWorker(made.bundle) as worker:
             worker.load(made.concrete({}))
     except InputError as error:
-        message = "; ".join(fault.message for fault in error.faults if fault.severity == "error")
+        message = "; ".join(each.message for each in error.diagnostics if each.severity == "error")
         raise BtMissionError(f"{path}: does not fit the scenario: {message}") from error
     return made
 

@@ -23,8 +23,8 @@ from bt_mission.core.diagnostics import (
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.robot.model import load_robot
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.language.checks.mission import tree_faults
-from bt_mission.language.checks.python_code import factory_faults
+from bt_mission.language.checks.mission import tree_diagnostics
+from bt_mission.language.checks.python_code import factory_diagnostics
 from bt_mission.language.checks.warnings import word_inputs
 from bt_mission.language.expressions.places import Pose
 from bt_mission.language.expressions.values import Plain
@@ -72,7 +72,7 @@ def examine(
             document = document_of(source)
             return read_mission(document, values, seed, world, robot, permissions, zones, check)
         except InputError as error:
-            return None, error.faults
+            return None, error.diagnostics
 
     values = dict(set or {})
     mission, faults = checked(values)
@@ -101,11 +101,11 @@ def _faults(
 ) -> Iterator[Diagnostic]:
     """Yield what does not fit this machine, and the errors of a mission's nodes."""
     is_staged = servers is not None
-    yield from factory_faults(mission.nodes, permissions, is_needed=is_staged)
-    yield from _place_faults(mission, permissions)
-    yield from _base_faults(mission)
+    yield from factory_diagnostics(mission.nodes, permissions, is_needed=is_staged)
+    yield from _place_diagnostics(mission, permissions)
+    yield from _base_diagnostics(mission)
     yield from word_inputs(mission)
-    yield from _camera_faults(mission, permissions)
+    yield from _camera_diagnostics(mission, permissions)
     find: FindShapes | None = None
     try:
         from bt_mission.ros.interface_types import shapes  # noqa: PLC0415 - the rest works without
@@ -114,8 +114,10 @@ def _faults(
     except ImportError as error:
         message = f"ROS 2 is not there ({error}), so types and fields were not checked"
         hint = "try 'bt-mission doctor'"
-        yield Diagnostic(message, mission.file, hint=hint, severity="warning")
-    yield from tree_faults(mission, find, _goal_rules(mission, servers, permissions), permissions)
+        yield Diagnostic("BT-511", message, mission.file, hint=hint, severity="warning")
+    yield from tree_diagnostics(
+        mission, find, _goal_rules(mission, servers, permissions), permissions
+    )
 
 
 def _goal_rules(
@@ -140,7 +142,7 @@ def _goal_rules(
         return None  # reported elsewhere, or when it is used
 
 
-def _place_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
+def _place_diagnostics(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
     """Yield a fault for a world or robot that is not there."""
     document = mission.document
     places: tuple[tuple[files.Kind, str, str | None], ...] = (
@@ -155,9 +157,9 @@ def _place_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagno
         hint = did_you_mean(wanted, known)
         written = document.data.get(key) == wanted
         yield (
-            document.fault((key,), message, hint)
+            document.diagnostic("BT-110", (key,), message, hint)
             if written
-            else Diagnostic(message, f"--{key}", hint=hint)
+            else Diagnostic("BT-110", message, f"--{key}", hint=hint)
         )
 
 
@@ -166,7 +168,7 @@ def _is_there(kind: files.Kind, wanted: str, mission: Mission, permissions: Perm
     return path is not None and permissions.allows(path, kind)
 
 
-def _base_faults(mission: Mission) -> Iterator[Diagnostic]:
+def _base_diagnostics(mission: Mission) -> Iterator[Diagnostic]:
     """Yield a warning for every parallel of which two children move the base."""
     for tree in mission.all_trees:
         for step in tree.body.walk():
@@ -183,7 +185,9 @@ def _base_faults(mission: Mission) -> Iterator[Diagnostic]:
             if len(movers) > 1:
                 what = "two branches of a parallel move the base"
                 message = f"{what}; the later goal ends the earlier"
-                yield tree.document.fault(movers[1].path, message, severity="warning")
+                yield tree.document.diagnostic(
+                    "BT-239", movers[1].path, message, severity="warning"
+                )
 
 
 def has_camera(mission: Mission) -> bool:
@@ -194,7 +198,7 @@ def has_camera(mission: Mission) -> bool:
         return True  # reported elsewhere, or when it is used
 
 
-def _camera_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
+def _camera_diagnostics(mission: Mission, permissions: Permissions) -> Iterator[Diagnostic]:
     """Yield a fault for every goal that takes pictures with a robot that has no camera."""
     steps = [
         (tree.document, step)
@@ -208,4 +212,4 @@ def _camera_faults(mission: Mission, permissions: Permissions) -> Iterator[Diagn
         name = load_robot(mission.robot, near=mission.file).name
         for document, step in steps:
             message = f"{step.ros_name} needs a camera; a {name} has none"
-            yield document.fault(step.path, message)
+            yield document.diagnostic("BT-508", step.path, message)

@@ -44,8 +44,10 @@ def check_world(path: Path, robot: str | None = None, _world: str | None = None)
     problem = start_problem(world, model)
     if problem is not None:
         place = ("spawn",) if document.has("spawn") else ()
-        raise InputError([document.fault(place, problem)])
-    warnings = tuple(document.fault((), text, severity="warning") for text in unseen(world, model))
+        raise InputError([document.diagnostic("BT-803", place, problem)])
+    warnings = tuple(
+        document.diagnostic("BT-805", (), text, severity="warning") for text in unseen(world, model)
+    )
     summary = f"{counted(len(world.obstacles), 'obstacle')}, {counted(len(world.zones), 'zone')}"
     return CheckedFile(str(path), world.name, summary), warnings
 
@@ -58,10 +60,10 @@ def check_robot(path: Path, _robot: str | None = None, world: str | None = None)
     """
     document = read(path)
     robot = load_robot(document)
-    wrong = [document.fault(key, message) for key, message in rate_problems(robot)]
+    wrong = [document.diagnostic("BT-804", key, message) for key, message in rate_problems(robot)]
     problem = start_problem(load_world(world or DEFAULT_WORLD), robot, Spawn())
     if problem is not None:
-        wrong.append(document.fault((), problem))
+        wrong.append(document.diagnostic("BT-803", (), problem))
     if wrong:
         raise InputError(wrong)
     sensors = ["lidar", "imu", *(["camera"] if robot.camera else [])]
@@ -77,8 +79,8 @@ def check_requirements(path: Path, _robot: str | None = None, _world: str | None
     document = read(path)
     reader = NodeReader(document)
     written = reader.written(RequirementsFile, (), document.data)
-    if written is None or reader.faults:
-        raise InputError(reader.faults)
+    if written is None or reader.diagnostics:
+        raise InputError(reader.diagnostics)
     return CheckedFile(str(path), path.stem, counted(len(written.requirements), "requirement")), ()
 
 

@@ -78,7 +78,7 @@ class ServerGoalRules:
         self._settings = settings
         self._world = world
 
-    def faults(
+    def diagnostics(
         self, document: Document, node: InterfaceNode, values: Mapping[str, Any]
     ) -> Iterator[Diagnostic]:
         """Yield why our servers refuse a goal, and numbers that look as if of another unit."""
@@ -98,11 +98,11 @@ class ServerGoalRules:
         if misfit is not None:
             path = (*node.path, *node.sent_path)
             message = f"{misfit}: the server of {node.ros_name} does not carry that out"
-            yield document.fault(path, message)
+            yield document.diagnostic("BT-504", path, message)
         for path, pose in _poses(node, values):
-            yield from self._pose_faults(document, path, pose)
+            yield from self._pose_diagnostics(document, path, pose)
 
-    def _pose_faults(
+    def _pose_diagnostics(
         self, document: Document, path: Path, stamped: Mapping[str, Any]
     ) -> Iterator[Diagnostic]:
         """Yield why a robot cannot stand at a pose, and a yaw that looks like radians."""
@@ -111,7 +111,7 @@ class ServerGoalRules:
         if self._checker is not None and stamped["header"]["frame_id"] in ("", MAP_FRAME):
             why = self._checker.fault(position["x"], position["y"])
         if why is not None:
-            yield document.fault(path, why)
+            yield document.diagnostic("BT-505", path, why)
         yaw = math.degrees(2.0 * math.atan2(turn["z"], turn["w"]))
         is_list = isinstance(document.find(path).parts, list | tuple)
         if is_list and is_like_radians(yaw):
@@ -153,7 +153,7 @@ class ServerGoalRules:
             why = f"{limit.field} is missing, so it is {value!r}, and it must be {limit.words}"
         message = f"{why}: the server of {node.ros_name} refuses that (limit: {source})"
         hint = _in_degrees(limit, value) if isinstance(limit, NumberLimit) else limit.hint(value)
-        return document.fault(path, message, hint)
+        return document.diagnostic("BT-504", path, message, hint)
 
 
 def _value(values: Mapping[str, Any], dotted: str) -> Any:
@@ -204,14 +204,16 @@ def _suspicion(
     elif limit.unit == "rad" and is_like_degrees(value):
         turns = abs(value) / math.tau
         message = f"'{limit.field}' is in radians, and {value:g} of them are {turns:.1f} turns"
-        yield document.fault(path, message, _in_degrees(limit, value), severity="warning")
+        yield document.diagnostic(
+            "BT-309", path, message, _in_degrees(limit, value), severity="warning"
+        )
 
 
 def _in_radians(document: Document, path: Path, what: str, value: float) -> Diagnostic:
     degrees = round(math.degrees(value) / _STEP_DEG) * _STEP_DEG
     message = f"{what} is in degrees, and {value:g} looks like {degrees:g} of them in radians"
     hint = f"for {degrees:g} degrees write {degrees:g}"
-    return document.fault(path, message, hint, severity="warning")
+    return document.diagnostic("BT-309", path, message, hint, severity="warning")
 
 
 def _poses(

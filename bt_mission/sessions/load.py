@@ -71,7 +71,7 @@ def convert(path: str | Path) -> str:
         return mission_yaml(path)
     if suffix not in SUFFIXES:
         raise BtMissionError(
-            f"{path}: expected a file with the suffix {', '.join((*SUFFIXES, XML))}"
+            f"{path}: expected a file with the suffix {', '.join((*SUFFIXES, XML))}", code="BT-1103"
         )
     return mission_xml(read(path), installed_shapes())
 

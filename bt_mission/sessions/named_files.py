@@ -34,7 +34,7 @@ class NamedFiles:
 
     def __init__(self, document: Document, faults: list[Diagnostic]) -> None:
         self._document = document
-        self._faults = faults
+        self._diagnostics = faults
 
     def text_of(self, written: Any, path: Sequence[str]) -> Document | None:
         """Read the text of a mission; None if it has an error.
@@ -52,7 +52,7 @@ class NamedFiles:
         try:
             return None if file is None else document_of(file)
         except InputError as error:
-            self._faults += error.faults
+            self._diagnostics += error.diagnostics
             return None
 
     def mission(
@@ -72,7 +72,7 @@ class NamedFiles:
         if text is None:
             return None
         mission, faults = examine(text, **changes)
-        self._faults += [
+        self._diagnostics += [
             locate(fault.source.partition("=")[0], fault) if fault.file == SET_OPTION else fault
             for fault in faults
         ]
@@ -86,14 +86,14 @@ class NamedFiles:
                 return world_in(document, tuple(path))
             return load_world(self.beside(written) or written, near=document.file)
         except InputError as error:
-            first = error.faults[0]
+            first = error.diagnostics[0]
             if isinstance(written, dict) or first.line:
-                self._faults += error.faults
+                self._diagnostics += error.diagnostics
             else:  # there is no such world
                 message = f"{quoted(written)}: {first.message}"
-                self._faults.append(document.fault(path, message, first.hint))
+                self._diagnostics.append(document.diagnostic(first.code, path, message, first.hint))
         except BtMissionError as error:
-            self._faults.append(document.fault(path, str(error)))
+            self._diagnostics.append(document.diagnostic(error.code, path, str(error)))
         return None
 
     def beside(self, name: str) -> Path | None:
@@ -106,9 +106,9 @@ class NamedFiles:
         if file is None:
             message = f"no such mission: {quoted(name)}, beside this file or among the shipped ones"
             hint = did_you_mean(Path(name).stem, names("missions"))
-            self._faults.append(self._document.fault(path, message, hint))
+            self._diagnostics.append(self._document.diagnostic("BT-110", path, message, hint))
         elif (kind := kind_of(file)) != "mission":
             message = f"{quoted(name)} is a {kind}; expected a mission"
-            self._faults.append(self._document.fault(path, message))
+            self._diagnostics.append(self._document.diagnostic("BT-111", path, message))
             return None
         return file

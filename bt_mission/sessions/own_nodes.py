@@ -112,7 +112,7 @@ def _imported(factory: NodeFactory) -> Callable[..., Any]:
     try:
         return find_factory(factory.target, factory.file)
     except PythonError as error:
-        _refuse(factory, error.message, error.hint)
+        _refuse(factory, error.message, error.hint, error.code)
 
 
 def _destroy(factory: Factory, node: Node) -> None:
@@ -129,7 +129,9 @@ def name_of(factory: Factory) -> str:
     return str(getattr(factory, "__qualname__", factory))
 
 
-def _refuse(factory: Factory, message: str, hint: str | None = None) -> NoReturn:
+def _refuse(
+    factory: Factory, message: str, hint: str | None = None, code: str = "BT-215"
+) -> NoReturn:
     if isinstance(factory, NodeFactory):
-        raise InputError([factory.fault(message, hint)]) from None
-    raise BtMissionError(f"{message}; {hint}" if hint else message) from None
+        raise InputError([factory.diagnostic(code, message, hint)]) from None
+    raise BtMissionError(f"{message}; {hint}" if hint else message, code=code) from None

@@ -43,6 +43,8 @@ MOST_RAISED = 200
 class StageError(BtMissionError):
     """The stage cannot continue."""
 
+    code = "BT-903"
+
 
 def free_folder(parent: Path) -> Path:
     """Return the first of ``run_001``, ``run_002``, ... that does not exist; it is not created.

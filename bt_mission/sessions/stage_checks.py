@@ -59,10 +59,10 @@ def stage_problems(mission: Mission) -> Iterator[Diagnostic]:
     except (BtMissionError, InputError):
         return  # reported elsewhere
     for _, message in rate_problems(robot):
-        yield document.fault(("robot",), f"robot {robot.name}: {message}")
+        yield document.diagnostic("BT-804", ("robot",), f"robot {robot.name}: {message}")
     problem = None if world is None else start_problem(world, robot)
     if problem is not None:
-        yield document.fault(("world",), problem)
+        yield document.diagnostic("BT-803", ("world",), problem)
     yield from _missing_topics(mission, robot)
 
 
@@ -91,7 +91,7 @@ def _missing_topics(mission: Mission, robot: RobotModel) -> Iterator[Diagnostic]
             message = f"nothing in the simulation publishes {quoted(name)}"
             near = did_you_mean(_plain(name), known)
             hint = near or f"topics: {listed(sorted(known), len(known))}"
-            yield document.fault(path, message, hint, severity="warning")
+            yield document.diagnostic("BT-509", path, message, hint, severity="warning")
 
 
 def _plain(name: str) -> str:

@@ -175,6 +175,6 @@ def requirements_in_files(paths: Sequence[Path]) -> dict[str, Any]:
         written = document.data.get("requirements") if isinstance(document.data, dict) else None
         if not isinstance(written, dict):
             message = "expected a mapping 'requirements:'"
-            raise InputError([document.fault((), message)])
+            raise InputError([document.diagnostic("BT-111", (), message)])
         requirements |= written
     return requirements

@@ -49,7 +49,7 @@ _MOST_STEPS = 1_000
 
 # ---- parameters -------------------------------------------------------------------------------
 
-_OPTION = Diagnostic("", "--vary", 1, 1)
+_OPTION = Diagnostic("BT-708", "", "--vary", 1, 1)
 
 
 @dataclass(frozen=True)
@@ -387,7 +387,9 @@ class RangesFile:
         for key, name in (("worlds", "world"), ("robots", "robot")):
             if values := getattr(self.ranges, key):
                 self.parameters += (
-                    replace(values, name=name, place=self.document.fault((key,), "")),
+                    replace(
+                        values, name=name, place=self.document.diagnostic("BT-708", (key,), "")
+                    ),
                 )
 
     @property
@@ -408,13 +410,13 @@ class RangesFile:
         self, written: Mapping[str, Parameter], key: str, before: str = ""
     ) -> Iterator[Parameter]:
         for name, values in written.items():
-            place = self.document.fault((key, name), "")
+            place = self.document.diagnostic("BT-708", (key, name), "")
             yield replace(values, name=f"{before}{name}", place=place)
 
     def _wrong_kinds(self) -> Iterator[Diagnostic]:
         for number, kind in enumerate(self.ranges.faults.kinds or ()):
             if unknown := unknown_kind(kind):
-                yield self.document.fault(("faults", "kinds", number), *unknown)
+                yield self.document.diagnostic("BT-702", ("faults", "kinds", number), *unknown)
 
     def _wrong_plans(self) -> Iterable[Diagnostic]:
         reader = FaultReader(self.document)
@@ -433,19 +435,22 @@ class RangesFile:
             InputError: With each of them.
         """
         wrong = [
-            self.document.fault((key,), f"{reader} does not read {quoted(key)}", key=True)
+            self.document.diagnostic(
+                "BT-708", (key,), f"{reader} does not read {quoted(key)}", key=True
+            )
             for key in self.ranges.model_fields_set.intersection(NOT_READ[reader])
         ]
         if reader == "sweep" and self.ranges.start == "anywhere":
             message = "a sweep has ranges of 'x', 'y' and 'yaw'; 'anywhere' is for falsify"
-            wrong.append(self.document.fault(("start",), message))
+            wrong.append(self.document.diagnostic("BT-708", ("start",), message))
         if wrong:
             raise InputError(in_order(wrong))
 
     def check_worlds(self, near: Path) -> None:
         """Look for the worlds. Raises InputError with those that are not there."""
         wrong = [
-            self.document.fault(
+            self.document.diagnostic(
+                "BT-110",
                 ("worlds", number),
                 f"no such world: {quoted(world)}",
                 did_you_mean(world, names("worlds")),
@@ -477,21 +482,21 @@ class RangesFile:
                 known = ", ".join(mission.inputs) or "none"
                 message = f"the mission has no input {quoted(name)} (its inputs: {known})"
                 hint = did_you_mean(name, mission.inputs)
-                yield self.document.fault(("inputs", name), message, hint, key=True)
+                yield self.document.diagnostic("BT-310", ("inputs", name), message, hint, key=True)
 
     def _needing_camera(self, mission: Mission) -> Iterator[Diagnostic]:
         for number, kind in enumerate(self.ranges.faults.kinds or ()):
             if kind.partition("_")[0] == "camera" and not has_camera(mission):
                 message = f"{quoted(kind)}: the robot '{mission.robot}' has no camera"
-                yield self.document.fault(("faults", "kinds", number), message)
+                yield self.document.diagnostic("BT-508", ("faults", "kinds", number), message)
 
     def _unknown_names(self, mission: Mission) -> Iterator[Diagnostic]:
         known = MissionNames(mission)
         for number, formula in enumerate(self.ranges.assume):
             for unknown in known.unknown_in(formula.root):
                 offset = unknown.column - 1
-                yield self.document.fault(
-                    ("assume", number), unknown.message, unknown.hint, offset=offset
+                yield self.document.diagnostic(
+                    unknown.code, ("assume", number), unknown.message, unknown.hint, offset=offset
                 )
 
 
@@ -528,10 +533,12 @@ def with_fault_plans(plans: Mapping[str, list[Any]], paths: Sequence[Path]) -> d
         file.refuse_others("--fault-plan")
         if not file.ranges.plans:
             message = "expected plans such as 'plans: {blind: [at 5.0: drop scan lasting 2]}'"
-            raise InputError([file.document.fault((), message)])
+            raise InputError([file.document.diagnostic("BT-708", (), message)])
         for name, faults in file.ranges.plans.items():
             if name in named:
                 message = f"a plan {quoted(name)} is there already"
-                raise InputError([file.document.fault(("plans", name), message, key=True)])
+                raise InputError(
+                    [file.document.diagnostic("BT-208", ("plans", name), message, key=True)]
+                )
             named[name] = faults
     return named

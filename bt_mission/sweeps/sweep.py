@@ -41,8 +41,8 @@ def _look(worker: ScenarioWorker, scenario: ConcreteScenario) -> None:
         where = f"the plan '{scenario.plan}'" if scenario.plan else "--fault"
         raise InputError(
             [
-                Diagnostic(fault.message, where, 1, 1, fault.source, fault.hint)
-                for fault in error.faults
+                Diagnostic(fault.code, fault.message, where, 1, 1, fault.source, fault.hint)
+                for fault in error.diagnostics
             ]
         ) from error
 

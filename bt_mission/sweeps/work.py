@@ -86,7 +86,7 @@ class ScenarioWorker:
                 replace(
                     fault, message=self._for_user(fault.message), file=self._for_user(fault.file)
                 )
-                for fault in error.faults
+                for fault in error.diagnostics
             ) from error
 
     def refuse_values(self, base: BaseScenario, parameters: Iterable[Parameter]) -> None:
@@ -103,8 +103,10 @@ class ScenarioWorker:
                     self.load(base.concrete({parameter.name: value}))
                 except InputError as error:
                     wrong += [
-                        replace(parameter.place, message=each.message, hint=each.hint)
-                        for each in error.faults
+                        replace(
+                            parameter.place, code=each.code, message=each.message, hint=each.hint
+                        )
+                        for each in error.diagnostics
                         if each.severity == "error"
                     ]
         if wrong:
@@ -144,7 +146,7 @@ class ScenarioWorker:
                 result = self._run(self.load(scenario), with_coverage=True)
             row = row_of(scenario, result, wall_s=watch.elapsed_s)
         except InputError as error:
-            row = row_of_error(scenario, "; ".join(fault.message for fault in error.faults))
+            row = row_of_error(scenario, "; ".join(fault.message for fault in error.diagnostics))
         except BtMissionError as error:
             row = row_of_error(scenario, self._for_user(str(error)))
         except Exception as error:  # noqa: BLE001 - one scenario must not stop the others

@@ -27,6 +27,8 @@ PAUSE_NS = 1_000_000
 class DiscoveryError(BtMissionError):
     """Endpoints of this process were not matched."""
 
+    code = "BT-902"
+
 
 def wait_for_matching(nodes: Sequence[Node]) -> None:
     """Return when all endpoints of ``nodes`` that belong together are matched.

@@ -22,6 +22,8 @@ ROUNDS = 25
 class NoVirtualTimeError(BtMissionError):
     """Messages within this process arrive late, so virtual time cannot be trusted."""
 
+    code = "BT-902"
+
 
 @cache
 def self_test() -> None:

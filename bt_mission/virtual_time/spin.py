@@ -17,6 +17,8 @@ from bt_mission.executors.serving import ServingExecutor
 class TimeStuckError(BtMissionError):
     """Callbacks keep each other busy, so virtual time cannot advance."""
 
+    code = "BT-903"
+
 
 class NothingDueError(BtMissionError):
     """There is neither a timer nor a world that could move time."""

@@ -26,6 +26,8 @@ _EXPECTED = (
 class RobotSpawnError(BtMissionError):
     """Robots that cannot be in one world under their names."""
 
+    code = "BT-803"
+
 
 @dataclass(frozen=True)
 class RobotSpawn:

@@ -21,6 +21,8 @@ class SpawnError(BtMissionError):
         robot: Its name; empty for a robot alone.
     """
 
+    code = "BT-803"
+
     def __init__(self, message: str, robot: str = "") -> None:
         super().__init__(message)
         self.robot = robot

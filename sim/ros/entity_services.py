@@ -190,7 +190,9 @@ class EntityServices:
                 fill_result(result.result, Code.OK)
             except BtMissionError as error:
                 failed += 1
-                code = error.code if isinstance(error, RefusedError) else Code.OPERATION_FAILED
+                code = (
+                    error.result_code if isinstance(error, RefusedError) else Code.OPERATION_FAILED
+                )
                 fill_result(result.result, code, str(error))
         if failed:
             text = f"{failed} of {len(request.spawn_requests)} were not spawned; see results"

@@ -71,7 +71,7 @@ class RefusedError(BtMissionError):
 
     def __init__(self, code: int, text: str) -> None:
         super().__init__(text)
-        self.code = int(code)
+        self.result_code = int(code)
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +130,7 @@ def _guarded(control: RunControl, answer: Callable[[Any, Any], None]) -> Callabl
             response.result.result = int(Code.OK)
             answer(request, response)
         except BtMissionError as error:
-            code = error.code if isinstance(error, RefusedError) else Code.OPERATION_FAILED
+            code = error.result_code if isinstance(error, RefusedError) else Code.OPERATION_FAILED
             response = type(response)()
             fill_result(response.result, code, str(error))
         return response

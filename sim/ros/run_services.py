@@ -215,7 +215,7 @@ class RunServices:
         try:
             self._check_steps(wanted)
         except RefusedError as error:
-            fill_result(result, error.code, str(error))
+            fill_result(result, error.result_code, str(error))
             return
         ended = Future(executor=self._node.executor)
         steps = StepRun(wanted, on_step, lambda: ended.set_result(None))

@@ -30,6 +30,8 @@ _SHADOW_MAP = 4096
 class NoDisplayError(BtMissionError):
     """No window can be opened on this machine."""
 
+    code = "BT-907"
+
     def __init__(self, why: str) -> None:
         super().__init__(
             f"--view: {why}; look on in a terminal with `bt-mission watch`, or film a run with "

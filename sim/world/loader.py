@@ -19,7 +19,7 @@ from sim.world.world import World
 
 
 def load_world(name_or_path: str | Path | Document, near: str | Path | None = None) -> World:
-    """Return a world, by its name or file, or of its text. Raises InputError with every fault.
+    """Return a world, by its name or file, or of its text. Raises InputError with every mistake.
 
     `near` is a file beside which a world of that name is looked for first, such as a mission.
     """
@@ -30,12 +30,12 @@ def load_world(name_or_path: str | Path | Document, near: str | Path | None = No
 
 
 def world_in(document: Document, path: tuple[str | int, ...] = ()) -> World:
-    """Return the world at a path of a document. Raises InputError with every fault."""
+    """Return the world at a path of a document. Raises InputError with every mistake."""
     world = validate(document, World, path)
     found_problems = problems(world)
     if found_problems:
         raise InputError(
-            document.fault((*path, *problem.path), problem.message, problem.hint)
+            document.diagnostic(problem.code, (*path, *problem.path), problem.message, problem.hint)
             for problem in found_problems
         )
     return world
@@ -43,8 +43,9 @@ def world_in(document: Document, path: tuple[str | int, ...] = ()) -> World:
 
 @dataclass(frozen=True)
 class WorldProblem:
-    """Something wrong with a world, and the path of it in what was written."""
+    """A mistake in a world, and its path in the file."""
 
+    code: str
     path: tuple[str | int, ...]
     message: str
     hint: str | None = None
@@ -79,6 +80,7 @@ def _names(world: World) -> Iterator[WorldProblem]:
         name = placed.obstacle.name
         if name in seen:
             yield WorldProblem(
+                "BT-208",
                 (section, index, "name"),
                 f"the name '{name}' is taken by {seen[name]}",
                 "give every obstacle a name of its own: collisions are reported by it",
@@ -87,7 +89,9 @@ def _names(world: World) -> Iterator[WorldProblem]:
     zones: set[str] = set()
     for index, zone in enumerate(world.zones):
         if zone.name in zones:
-            yield WorldProblem(("zones", index, "name"), f"there are two zones named '{zone.name}'")
+            yield WorldProblem(
+                "BT-208", ("zones", index, "name"), f"there are two zones named '{zone.name}'"
+            )
         zones.add(zone.name)
 
 
@@ -96,33 +100,40 @@ def _places(world: World) -> Iterator[WorldProblem]:
         obstacle = placed.obstacle
         if not _on_floor(world, obstacle.x, obstacle.y):
             yield WorldProblem(
-                placed.path, f"'{obstacle.name}' stands {_beside(world, obstacle.x, obstacle.y)}"
+                "BT-801",
+                placed.path,
+                f"'{obstacle.name}' stands {_beside(world, obstacle.x, obstacle.y)}",
             )
         for x, y in obstacle.motion.reach if obstacle.motion else ():
             if not _on_floor(world, x, y):
                 where = f"'{obstacle.name}' moves to where it would stand {_beside(world, x, y)}"
-                yield WorldProblem((*placed.path, "motion"), where)
+                yield WorldProblem("BT-801", (*placed.path, "motion"), where)
                 break
     for index, patch in enumerate(world.slippery):
         if not _on_floor(world, patch.x, patch.y):
             where = f"'{patch.name}' lies {_beside(world, patch.x, patch.y)}"
-            yield WorldProblem(("slippery", index), where)
+            yield WorldProblem("BT-801", ("slippery", index), where)
     for index, zone in enumerate(world.zones):
         path = ("zones", index)
         if not _on_floor(world, zone.x, zone.y):
-            yield WorldProblem(path, f"zone '{zone.name}' lies {_beside(world, zone.x, zone.y)}")
+            yield WorldProblem(
+                "BT-801", path, f"zone '{zone.name}' lies {_beside(world, zone.x, zone.y)}"
+            )
         elif inside := _obstacle_at(world, zone.x, zone.y):
             yield WorldProblem(
-                path, f"the centre of zone '{zone.name}' lies inside '{inside.name}'"
+                "BT-802", path, f"the centre of zone '{zone.name}' lies inside '{inside.name}'"
             )
 
 
 def _spawn(world: World) -> Iterator[WorldProblem]:
     spawn = world.spawn
     if not _on_floor(world, spawn.x, spawn.y):
-        yield WorldProblem(("spawn",), f"the spawn lies {_beside(world, spawn.x, spawn.y)}")
+        yield WorldProblem(
+            "BT-801", ("spawn",), f"the spawn lies {_beside(world, spawn.x, spawn.y)}"
+        )
     elif inside := _obstacle_at(world, spawn.x, spawn.y):
         yield WorldProblem(
+            "BT-802",
             ("spawn",),
             f"the spawn ({spawn.x:g}, {spawn.y:g}) lies inside '{inside.name}'",
             "move it to where the robot has room",

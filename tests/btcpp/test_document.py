@@ -22,10 +22,10 @@ def faults_of(text):
     """Return the faults of a text: line, column, message and hint."""
     with pytest.raises(InputError) as caught:
         document_of(text, "m.xml")
-    assert all(fault.source for fault in caught.value.faults)
+    assert all(fault.source for fault in caught.value.diagnostics)
     return [
         (diagnostic.line, diagnostic.column, diagnostic.message, diagnostic.hint)
-        for diagnostic in caught.value.faults
+        for diagnostic in caught.value.diagnostics
     ]
 
 
@@ -49,15 +49,15 @@ def test_every_element_has_its_counterpart():
 ONE = "<AlwaysSuccess/>"
 
 
-def test_faults_of_the_mission_point_into_the_xml_file(tmp_path):
+def test_diagnostics_of_the_mission_point_into_the_xml_file(tmp_path):
     """As deep as into an expression within an attribute."""
     path = tmp_path / "m.xml"
     path.write_text(in_tree('<turn angle="90 + $step" timeout="0"/>'), encoding="utf-8")
     with pytest.raises(InputError) as caught:
         load(path)
-    assert [str(fault).splitlines()[0] for fault in caught.value.faults] == [
-        f"{path}:2:40: error: '$step' is an undefined variable (defined: none)",
-        f"{path}:2:55: error: expected seconds above 0, got the number 0",
+    assert [str(fault).splitlines()[0] for fault in caught.value.diagnostics] == [
+        f"{path}:2:40: error: '$step' is an undefined variable (defined: none) [BT-402]",
+        f"{path}:2:55: error: expected seconds above 0, got the number 0 [BT-302]",
     ]
 
 

@@ -10,7 +10,7 @@ def fault_of(text):
     """Return the one fault of a text: line, column, message, hint."""
     with pytest.raises(InputError) as caught:
         parse(text, "m.xml")
-    (fault,) = caught.value.faults
+    (fault,) = caught.value.diagnostics
     return fault.line, fault.column, fault.message, fault.hint
 
 

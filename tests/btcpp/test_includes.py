@@ -173,7 +173,7 @@ def test_where_all_are_skipped_there_is_no_counterpart(nodes: str) -> None:
     """The parent is skipped, too, which no node of a mission can be."""
     with pytest.raises(InputError) as caught:
         tree_of(nodes)
-    (fault,) = caught.value.faults
+    (fault,) = caught.value.diagnostics
     assert fault.message == "the attribute '_skipIf' has no counterpart"
     assert fault.hint is not None
     assert "a Sequence or Fallback that has a child without it" in fault.hint

@@ -60,7 +60,7 @@ def test_all_that_cannot_be_said_is_found_at_once():
     node = "choose:\n  - retry: {attempts: 2, pause: 1}\n    do: {log: a}\n  - log: b"
     with pytest.raises(InputError) as caught:
         xml_of(in_mission(node))
-    assert [fault.line for fault in caught.value.faults] == [4, 5]
+    assert [fault.line for fault in caught.value.diagnostics] == [4, 5]
 
 
 @pytest.mark.parametrize(
@@ -76,10 +76,10 @@ def test_ports_that_xml_cannot_have_are_errors(definition, message):
     """The file of the mission is told, whatever tree it is in."""
     with pytest.raises(InputError) as caught:
         xml_of(f"mission: m\ntrees:\n  t: {definition}\ntree: {{log: a}}\n")
-    assert [fault.message for fault in caught.value.faults] == [
+    assert [fault.message for fault in caught.value.diagnostics] == [
         f"{message}: XML has no counterpart"
     ]
-    assert [fault.line for fault in caught.value.faults] == [3]
+    assert [fault.line for fault in caught.value.diagnostics] == [3]
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_a_variable_that_follows_a_topic_is_an_error(text, line):
     follow = "{topic: b, type: std_msgs/msg/Int32, field: data, as: b}"
     with pytest.raises(InputError) as caught:
         xml_of(text.replace("FOLLOW", follow))
-    assert [(fault.line, fault.message) for fault in caught.value.faults] == [
+    assert [(fault.line, fault.message) for fault in caught.value.diagnostics] == [
         (line, "the variable 'b', which follows a topic: XML has no counterpart")
     ]
 

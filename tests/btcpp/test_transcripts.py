@@ -33,7 +33,7 @@ def errors_or(result: Callable[[], str]) -> str:
     except InputError as error:
         return "\n".join(
             f"{each.line}:{each.column}: {each.message}" + (f"; {each.hint}" if each.hint else "")
-            for each in error.faults
+            for each in error.diagnostics
         )
     except ScriptError as error:
         return f"{error.column}: {error.message}" + (f"; {error.hint}" if error.hint else "")

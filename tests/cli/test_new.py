@@ -114,7 +114,7 @@ def test_what_exists_is_kept(kind: str, cli: CommandLine) -> None:
     else:
         path.mkdir() if kind == "folder" else path.touch()
     error = cli.refused(f"new {NAME}")
-    assert error == f"{NAME} exists; give another name, or remove it first\n"
+    assert error == f"{NAME} exists; give another name, or remove it first [BT-1103]\n"
     assert [each.name for each in Path().iterdir()] == [NAME]
     assert not path.is_dir() or list(path.iterdir()) == []
 
@@ -131,7 +131,7 @@ def test_a_disk_that_is_full_leaves_nothing(
         return write(path, text, **options)
 
     monkeypatch.setattr(Path, "write_text", fail)
-    assert cli.refused(f"new {NAME}") == f"cannot make {NAME}: No space left on device\n"
+    assert cli.refused(f"new {NAME}") == f"cannot make {NAME}: No space left on device [BT-1103]\n"
     assert list(Path().iterdir()) == []
 
 
@@ -144,7 +144,7 @@ def test_a_folder_that_may_not_be_written_is_named(
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
     monkeypatch.setattr("bt_mission.cli.new.TemporaryDirectory", refuse)
-    assert cli.refused(f"new {NAME}") == f"cannot make {NAME}: Permission denied\n"
+    assert cli.refused(f"new {NAME}") == f"cannot make {NAME}: Permission denied [BT-1103]\n"
 
 
 def test_inside_of_a_project_it_asks_first(

@@ -5,7 +5,7 @@ import pytest
 from bt_mission.core.diagnostics import (
     CUT,
     LIKENED_NAMES,
-    SHOWN_FAULTS,
+    SHOWN_DIAGNOSTICS,
     SHOWN_WIDTH,
     Diagnostic,
     InputError,
@@ -18,12 +18,14 @@ from bt_mission.core.diagnostics import (
 from bt_mission.core.errors import BtMissionError
 
 
-def test_a_fault_shows_place_words_hint_line_and_caret():
+def test_a_diagnostic_shows_place_words_hint_code_line_and_caret():
     """The first line can be clicked in an editor; the caret stands under the column."""
     source = "    turn: {angel: 90}"
-    fault = Diagnostic("no field 'angel' in turn", "a.yaml", 7, 12, source, "did you mean 'angle'?")
-    assert str(fault).splitlines() == [
-        "a.yaml:7:12: error: no field 'angel' in turn; did you mean 'angle'?",
+    diagnostic = Diagnostic(
+        "BT-100", "no field 'angel' in turn", "a.yaml", 7, 12, source, "did you mean 'angle'?"
+    )
+    assert str(diagnostic).splitlines() == [
+        "a.yaml:7:12: error: no field 'angel' in turn; did you mean 'angle'? [BT-100]",
         "        turn: {angel: 90}",
         "               ^",
     ]
@@ -31,57 +33,65 @@ def test_a_fault_shows_place_words_hint_line_and_caret():
 
 def test_a_warning_says_so():
     """Severity stands where compilers put it."""
-    fault = Diagnostic("never read", "a.yaml", 1, 1, "x: 1", severity="warning")
-    assert str(fault).startswith("a.yaml:1:1: warning: never read")
+    diagnostic = Diagnostic("BT-100", "never read", "a.yaml", 1, 1, "x: 1", severity="warning")
+    assert str(diagnostic).startswith("a.yaml:1:1: warning: never read")
 
 
-def test_a_fault_of_a_whole_file_has_no_place():
+def test_a_diagnostic_of_a_whole_file_has_no_place():
     """A missing file has no line to show."""
-    assert str(Diagnostic("no such file", "a.yaml")) == "a.yaml: error: no such file"
+    assert (
+        str(Diagnostic("BT-100", "no such file", "a.yaml"))
+        == "a.yaml: error: no such file [BT-100]"
+    )
 
 
 @pytest.mark.parametrize("column", [1, 400, 1000])
 def test_a_long_line_is_cut_around_the_caret(column):
-    """What is shown is the part that the fault is about, and the caret stays under it."""
+    """What is shown is the part that the diagnostic is about, and the caret stays under it."""
     source = "".join(str(i % 10) for i in range(1000))
-    _, shown, caret = str(Diagnostic("wrong", "a.yaml", 1, column, source)).splitlines()
+    _, shown, caret = str(Diagnostic("BT-100", "wrong", "a.yaml", 1, column, source)).splitlines()
     assert len(shown) <= SHOWN_WIDTH + len("    ...  ...")
     assert shown[caret.index("^")] == source[column - 1]
 
 
 def test_wide_and_control_characters_keep_the_caret_in_place():
     """A CJK character takes two cells; a tab is shown as one blank."""
-    _, shown, caret = str(Diagnostic("wrong", "a.yaml", 1, 4, "\t前x: 1")).splitlines()
+    _, shown, caret = str(Diagnostic("BT-100", "wrong", "a.yaml", 1, 4, "\t前x: 1")).splitlines()
     assert shown == "     前x: 1"
     assert caret.index("^") == len("     ") + len("前x") + 1
 
 
-def test_an_input_error_joins_its_faults_and_counts_what_it_leaves_out():
-    """A file with a thousand faults does not fill a thousand screens."""
-    faults = [Diagnostic(f"fault {i}", "a.yaml") for i in range(SHOWN_FAULTS + 7)]
-    error = InputError(faults)
+def test_an_input_error_joins_its_diagnostics_and_counts_what_it_leaves_out():
+    """A file with a thousand mistakes does not fill a thousand screens."""
+    diagnostics = [
+        Diagnostic("BT-100", f"mistake {i}", "a.yaml") for i in range(SHOWN_DIAGNOSTICS + 7)
+    ]
+    error = InputError(diagnostics)
     assert isinstance(error, BtMissionError)
-    assert error.faults == tuple(faults)
+    assert error.diagnostics == tuple(diagnostics)
     lines = str(error).splitlines()
-    assert lines[0] == "a.yaml: error: fault 0"
+    assert lines[0] == "a.yaml: error: mistake 0 [BT-100]"
     assert lines[-1] == "... and 7 more"
-    assert len(lines) == SHOWN_FAULTS + 1
+    assert len(lines) == SHOWN_DIAGNOSTICS + 1
 
 
-def test_faults_are_put_in_the_order_of_the_file_each_once():
-    """What two passes find is said once."""
-    late, early = Diagnostic("late", "a", 2, 1), Diagnostic("early", "a", 1, 9)
+def test_diagnostics_are_put_in_the_order_of_the_file_each_once():
+    """What two passes find is reported once."""
+    late, early = Diagnostic("BT-100", "late", "a", 2, 1), Diagnostic("BT-100", "early", "a", 1, 9)
     assert in_order([late, early, late]) == (early, late)
 
 
-def test_the_rest_of_a_text_that_a_comma_cuts_off_has_no_faults():
+def test_the_rest_of_a_text_that_a_comma_cuts_off_has_no_diagnostics():
     """Up to the next value: what is wrong behind it, or in another line, stays."""
     source = "{a: max(1, 2) > 1, b: 3 +}"
-    cut = Diagnostic("cut", "m.yaml", 3, 10, source, CUT)
-    in_rest = [Diagnostic("rest", "m.yaml", 3, column, source) for column in (12, 18)]
-    others = [Diagnostic("other", "m.yaml", 3, 20, source), Diagnostic("other", "m.yaml", 4, 12)]
+    cut = Diagnostic("BT-100", "cut", "m.yaml", 3, 10, source, CUT)
+    in_rest = [Diagnostic("BT-100", "rest", "m.yaml", 3, column, source) for column in (12, 18)]
+    others = [
+        Diagnostic("BT-100", "other", "m.yaml", 3, 20, source),
+        Diagnostic("BT-100", "other", "m.yaml", 4, 12),
+    ]
     assert in_order([*in_rest, *others, cut]) == (cut, *others)
-    alone = Diagnostic("cut", "m.yaml", 3, 8, "a: max(1", CUT)
+    alone = Diagnostic("BT-100", "cut", "m.yaml", 3, 8, "a: max(1", CUT)
     assert in_order([alone, *others]) == (alone, *others)
 
 
@@ -125,7 +135,7 @@ def test_quoted_text_stays_on_one_short_line():
 
 
 def test_a_name_is_compared_with_some_hundreds_only():
-    """Twenty thousand comparisons for each of two hundred faults would take a minute."""
+    """Twenty thousand comparisons for each of two hundred diagnostics would take a minute."""
     names = [f"other{i}" for i in range(LIKENED_NAMES)]
     assert did_you_mean("turn", [*names, "turm"]) is None
     assert did_you_mean("turn", ["turm", *names]) == "did you mean 'turm'?"

@@ -82,7 +82,7 @@ def test_a_wrong_name_gets_the_nearest() -> None:
     """Also of those that lie deeper."""
     with pytest.raises(InputError) as caught:
         find_listed("missions", "meanwile")
-    (fault,) = caught.value.faults
+    (fault,) = caught.value.diagnostics
     assert fault.hint == "did you mean 'meanwhile'?"
     assert fault.message.startswith("no such mission (known: explore, ")
 

@@ -81,7 +81,7 @@ def test_an_unknown_name_is_told_with_the_known_ones():
     """And the nearest of them."""
     with pytest.raises(InputError) as caught:
         files.find("robots", "wafle")
-    (fault,) = caught.value.faults
+    (fault,) = caught.value.diagnostics
     assert fault.file == "wafle"
     assert fault.message.startswith("no such robot (known: ")
     assert fault.hint == "did you mean 'waffle'?"

@@ -207,4 +207,4 @@ def test_of_too_many_robots_none_is_looked_at(fleet: Write) -> None:
     faults = faults_of(fleet(f"robots:\n{robots}"))
     ((line, column, message),) = faults
     assert (line, column) == (3, 3)
-    assert message.endswith("error: expected 1 to 16 robots, got 17")
+    assert message.endswith("error: expected 1 to 16 robots, got 17 [BT-707]")

@@ -161,7 +161,7 @@ def test_without_a_server_it_says_what_it_looked_for(ros: Any, type_in: Any) -> 
     assert (done.code, done.out) == (5, "")
     assert done.err == (
         "no action /tur in the graph (looked for 2 s); there are: /spin, /turn; "
-        "did you mean '/turn'?\n"
+        "did you mean '/turn'? [BT-901]\n"
     )
     given = type_in(
         "actions",

@@ -5,24 +5,25 @@ from pathlib import Path
 import pytest
 
 from bt_mission.sessions.check import examine
+from tests.support.transcripts import assert_written
 
 BROKEN = Path(__file__).parent / "broken"
 NAMES = sorted(path.stem for path in BROKEN.glob("*.yaml"))
 
 
 def message_of(file: str) -> str:
-    """Return everything that is said of a mission file, as `bt-mission check` says it."""
-    _, faults = examine(file)
-    return "\n".join(str(fault) for fault in faults)
+    """Return all diagnostics of a mission file as `bt-mission check` prints them."""
+    _, diagnostics = examine(file)
+    return "\n".join(map(str, diagnostics))
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_broken_mission_gets_its_located_message(name, monkeypatch):
-    """The message is the expected one, to the letter: place, words, hint, line and caret."""
+    """The whole message is the expected one: place, words, hint, code, line and caret."""
     monkeypatch.chdir(BROKEN)
-    expected = (BROKEN / f"{name}.txt").read_text(encoding="utf-8")
-    assert message_of(f"{name}.yaml") + "\n" == expected
-    assert ": error: " in expected
+    actual = message_of(f"{name}.yaml") + "\n"
+    assert ": error: " in actual
+    assert_written(BROKEN / f"{name}.txt", actual)
 
 
 def test_there_are_at_least_twenty():

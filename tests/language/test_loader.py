@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from bt_mission.core.diagnostics import MOST_FAULTS, InputError
+from bt_mission.core.diagnostics import MOST_DIAGNOSTICS, InputError
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.expressions.expression import Expression, Template, Text
 from bt_mission.language.nodes.action import GoalNode
@@ -25,7 +25,7 @@ def messages(text, **options):
     """Return (line, message) of every fault in a mission."""
     with pytest.raises(InputError) as caught:
         load(text, **options)
-    return [(fault.line, fault.message) for fault in caught.value.faults]
+    return [(fault.line, fault.message) for fault in caught.value.diagnostics]
 
 
 def test_the_head_of_a_mission():
@@ -201,5 +201,5 @@ def test_outputs_of_a_node_with_a_fault_still_have_a_writer():
 def test_after_many_faults_no_more_are_looked_for():
     """A file of a thousand broken nodes is refused as quickly as one of two hundred."""
     text = "mission: m\ntree:\n  sequence:\n" + "    - wait: -1\n" * 1000
-    assert len(messages(text)) == MOST_FAULTS
-    assert len(messages(text.replace("-1", "$x"))) == MOST_FAULTS
+    assert len(messages(text)) == MOST_DIAGNOSTICS
+    assert len(messages(text.replace("-1", "$x"))) == MOST_DIAGNOSTICS

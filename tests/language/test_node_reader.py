@@ -16,7 +16,7 @@ def read_node(text):
 def test_sound_parts_of_a_node_are_kept():
     """A bad timeout does not hide the goal; a bad field does not hide the others."""
     reader, step = read_node("{turn: {angle: 9, angular_velocity: }, timeout: -1, name: x}")
-    assert len(reader.faults) == 2
+    assert len(reader.diagnostics) == 2
     assert (step.sent, step.timeout, step.name) == ({"angle": 9}, None, "x")
 
 
@@ -25,13 +25,13 @@ def test_a_service_and_a_wait_for_a_message_are_steps_of_their_own():
     reader, step = read_node(
         "{service: {name: stop, type: std_srvs/srv/Trigger}, outputs: {message: said}}"
     )
-    assert reader.faults == []
+    assert reader.diagnostics == []
     assert (step.kind, step.ros_name, step.sent) == ("service", "stop", {})
     assert (step.timeout, step.server_timeout, step.outputs) == (5.0, 5.0, {"message": "said"})
     reader, step = read_node(
         "{wait_for: {topic: odom, type: nav_msgs/msg/Odometry, until: x > 1}, timeout: 2 * n}"
     )
-    assert reader.faults == []
+    assert reader.diagnostics == []
     assert (step.kind, step.ros_name, step.condition.text) == ("wait_for", "odom", "x > 1")
     assert step.timeout.text == "2 * n"
 
@@ -39,7 +39,7 @@ def test_a_service_and_a_wait_for_a_message_are_steps_of_their_own():
 def test_what_is_below_a_node_that_cannot_be_kept_is_read_all_the_same():
     """A repeat without a count still has a child with faults."""
     reader, step = read_node("{repeat: {}, do: {sequence: [{wait: 1}, {wait: -1}]}}")
-    assert [fault.message for fault in in_order(reader.faults)] == [
+    assert [fault.message for fault in in_order(reader.diagnostics)] == [
         "'count', 'while' or 'until' is missing",
         "expected seconds, 0 or more, got the number -1",
     ]

@@ -84,19 +84,19 @@ def test_a_package_brings_leaves_and_actions(installed: Path) -> None:
     assert done.stdout.splitlines() == [
         (
             "mission.yaml:9:15: error: the plug-in 'gone' (my_robot:Gone) cannot be imported: "
-            "AttributeError: module 'my_robot' has no attribute 'Gone'"
+            "AttributeError: module 'my_robot' has no attribute 'Gone' [BT-215]"
         ),
         (
             "mission.yaml:10:15: error: no plug-in is called 'blonk' (known: blink, gone); "
-            "did you mean 'blink'?"
+            "did you mean 'blink'? [BT-215]"
         ),
         (
             "mission.yaml:11:7: error: the plug-in 'wrong' does not work: my_robot:WRONG is no "
-            "ActionName, but str"
+            "ActionName, but str [BT-215]"
         ),
         (
             "mission.yaml:12:7: error: the plug-in 'missing' does not work: my_robots:CHARGE "
-            "cannot be imported: ModuleNotFoundError: No module named 'my_robots'"
+            "cannot be imported: ModuleNotFoundError: No module named 'my_robots' [BT-215]"
         ),
         "turn charge",
     ]

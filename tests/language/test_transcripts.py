@@ -15,7 +15,7 @@ import pytest
 
 from bt_mission.core.diagnostics import InputError
 from bt_mission.core.yaml.document import read_text
-from bt_mission.language.checks.mission import tree_faults
+from bt_mission.language.checks.mission import tree_diagnostics
 from bt_mission.language.expressions.expression import Expression, Template
 from bt_mission.language.expressions.outcomes import outcomes, range_of
 from bt_mission.language.expressions.syntax import Name
@@ -116,7 +116,9 @@ def requirement(line: str) -> str:
     except ExpressionError as error:
         return as_line(error)
     except InputError as error:
-        return "\n".join(f"{each.line}:{each.column}: {each.headline}" for each in error.faults)
+        return "\n".join(
+            f"{each.line}:{each.column}: {each.headline}" for each in error.diagnostics
+        )
     return "valid"
 
 
@@ -164,7 +166,7 @@ def action(line: str) -> str:
         f"    - action: {{name: /b, type: a/action/B, goal: {goal}}}\n      {modifier}\n"
         f"    - {'log: $y' if modifier.startswith('outputs') else 'wait: 1'}\n"
     )
-    faults = tree_faults(mission, lambda _: SHAPES)
+    faults = tree_diagnostics(mission, lambda _: SHAPES)
     lines = [f"{each.source[each.column - 1 :]!r}: {each.message}" for each in faults]
     return "\n".join(lines) or "valid"
 
@@ -181,7 +183,7 @@ def node(text: str) -> str:
     document = read_text(text, "n.yaml")
     reader = NodeReader(document)
     reader.node(document.data, ())
-    return "\n".join(f"{each.message}; {each.hint}" for each in reader.faults) or "valid"
+    return "\n".join(f"{each.message}; {each.hint}" for each in reader.diagnostics) or "valid"
 
 
 INPUTS: dict[str, Any] = {
@@ -232,7 +234,7 @@ def test_outputs_have_the_types_of_their_fields(output, after, expected):
         "mission: m\ntree:\n  sequence:\n    - action: {name: /b, type: a/action/B}\n"
         f"      outputs: {{{output}}}\n    - {after}\n"
     )
-    faults = tree_faults(mission, lambda _: SHAPES)
+    faults = tree_diagnostics(mission, lambda _: SHAPES)
     assert [(fault.line, fault.message) for fault in faults] == expected
 
 
@@ -242,7 +244,7 @@ def test_an_unknown_type_has_the_place_of_the_type_and_hides_nothing_else():
     def find(name):
         if name == "a/action/B":
             return SHAPES
-        raise UnknownType(f"the action type {name} is not installed", "did you mean 'x'?")
+        raise UnknownType("BT-501", f"the action type {name} is not installed", "did you mean 'x'?")
 
     mission = load(
         "mission: m\ntree:\n  sequence:\n"
@@ -250,7 +252,7 @@ def test_an_unknown_type_has_the_place_of_the_type_and_hides_nothing_else():
         "    - turn: {angle: 9}\n"
         "    - action: {name: /b, type: a/action/B, goal: {what: 1}}\n"
     )
-    results = list(tree_faults(mission, find))
+    results = list(tree_diagnostics(mission, find))
     assert [(fault.line, fault.column) for fault in results] == [(4, 32), (5, 7), (6, 51)]
     assert results[0].message == "the action type a/action/C is not installed"
     assert results[0].hint == "did you mean 'x'?"

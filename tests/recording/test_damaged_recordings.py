@@ -211,4 +211,6 @@ def test_a_trace_whose_time_cannot_be_is_refused_with_the_line(tmp_path, capsys)
         '{"trace_version": 3}\n{"t": 0, "event": "x"}\n{"t": 1' + "0" * 400 + ', "event": "x"}\n'
     )
     assert main(["replay", str(path)]) == 2
-    assert capsys.readouterr().err == f"{path}:3: no event: expected 't' in ns and 'event'\n"
+    assert (
+        capsys.readouterr().err == f"{path}:3: no event: expected 't' in ns and 'event' [BT-1002]\n"
+    )

@@ -64,12 +64,12 @@ def test_each_name_is_found_or_missing_or_of_another_type(monkeypatch: pytest.Mo
         ("service", "/spot", False),
         ("topic", "/robot1/speech", True),
     ]
-    assert [str(item.fault()) for item in missing if not item.is_there] == [
+    assert [str(item.diagnostic()) for item in missing if not item.is_there] == [
         (
             "m.yaml:9:7: error: /robot1/stop is a std_srvs/srv/SetBool in the graph, not a "
-            "std_srvs/srv/Trigger"
+            "std_srvs/srv/Trigger [BT-510]"
         ),
-        "m.yaml:10:7: error: no service /spot in the graph",
+        "m.yaml:10:7: error: no service /spot in the graph [BT-510]",
     ]
 
 
@@ -93,11 +93,11 @@ def test_a_topic_that_is_followed_has_to_be_published(monkeypatch: pytest.Monkey
         ("/robot1/heard", False),
         ("/robot1/speech2", False),
     ]
-    assert [str(item.fault()).partition("; ")[0] for item in missing if not item.is_there] == [
-        "m.yaml:5:5: error: no publisher of /robot1/heard in the graph",
+    assert [str(item.diagnostic()).partition("; ")[0] for item in missing if not item.is_there] == [
+        "m.yaml:5:5: error: no publisher of /robot1/heard in the graph [BT-510]",
         (
             "m.yaml:6:5: error: /robot1/speech2 is a std_msgs/msg/String in the graph, not a "
-            "std_msgs/msg/Bool"
+            "std_msgs/msg/Bool [BT-510]"
         ),
     ]
 

@@ -181,7 +181,7 @@ def test_a_mission_that_is_none_has_its_place(scenario: Any, mission: str, messa
     path = scenario("", mission=mission)
     with pytest.raises(InputError, match="error") as caught:
         load_scenario(path)
-    first = caught.value.faults[0]
+    first = caught.value.diagnostics[0]
     assert message in first.message
     assert first.file == str(path)
 

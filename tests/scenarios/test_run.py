@@ -107,7 +107,10 @@ def test_names_that_are_not_there_are_errors_before_the_start(scenario: Any) -> 
     for find in (run_scenario, lambda file: look_for_names(load_scenario(file))):
         with pytest.raises(InputError) as caught:
             find(path)
-        assert [(fault.line, fault.column) for fault in caught.value.faults] == [(7, 16), (8, 23)]
+        assert [(fault.line, fault.column) for fault in caught.value.diagnostics] == [
+            (7, 16),
+            (8, 23),
+        ]
 
 
 @pytest.mark.parametrize(("text", "place"), [("start: {x: 2.0}\n", (6, 8)), ("", (9, 10))])
@@ -119,7 +122,7 @@ def test_a_start_without_room_is_an_error(scenario: Any, text: str, place: tuple
     for find in (run_scenario, lambda file: look_for_names(load_scenario(file))):
         with pytest.raises(InputError) as caught:
             find(path)
-        (fault,) = caught.value.faults
+        (fault,) = caught.value.diagnostics
         assert "does not fit at the spawn" in fault.message
         assert (fault.line, fault.column) == place
 
@@ -145,7 +148,7 @@ def test_an_obstacle_without_a_place_is_an_error_before_the_start(
     for find in (run, lambda file: look_for_names(load_scenario(file))):
         with pytest.raises(InputError) as caught:
             find(path)
-        (fault,) = caught.value.faults
+        (fault,) = caught.value.diagnostics
         assert message in fault.message
         assert fault.line == 7
     assert not steps
@@ -156,7 +159,7 @@ def test_obstacles_of_the_start_are_tried_together(scenario: Any) -> None:
     box = "  - at 0: spawn_box at (1, 0)\n"
     with pytest.raises(InputError) as caught:
         look_for_names(load_scenario(scenario(f"faults:\n{box}{box}")))
-    assert [fault.line for fault in caught.value.faults] == [8]
+    assert [fault.line for fault in caught.value.diagnostics] == [8]
     for other in (f"  - at 0: remove_box\n{box}", "  - at 1: move_box at (8, 0) nearest_free\n"):
         look_for_names(load_scenario(scenario(f"faults:\n{box}{other}")))
 

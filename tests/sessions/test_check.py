@@ -45,7 +45,9 @@ def test_without_ros_a_warning_says_what_was_not_checked(monkeypatch):
     result = first_lines("mission: m\nrobot: x\ntree: {turn: {angel: 9}, timeout: 9}")
     assert len(result) == 2
     assert result[0].startswith("m.yaml: warning: ROS 2 is not there (")
-    assert result[0].endswith("so types and fields were not checked; try 'bt-mission doctor'")
+    assert result[0].endswith(
+        "so types and fields were not checked; try 'bt-mission doctor' [BT-511]"
+    )
     assert result[1].startswith("m.yaml:2:8: error: no robot 'x'")
 
 
@@ -101,7 +103,7 @@ LEGS = (
             {"legs": "2.5"},
             (
                 "--set:1:6: error: expected an integer of at least 1, got the number 2.5, in "
-                "m.yaml:4:19"
+                "m.yaml:4:19 [BT-302]"
             ),
         ),
         (
@@ -109,7 +111,7 @@ LEGS = (
             (
                 "--set:1:7: error: fwd_velocity must be from 0.01 to 0.26 m/s, got 9: the server "
                 "of explore_forward refuses that (limit: max_linear_velocity of the robot "
-                "'waffle'), in m.yaml:6:37"
+                "'waffle'), in m.yaml:6:37 [BT-504]"
             ),
         ),
     ],
@@ -141,11 +143,11 @@ def test_the_parameters_of_servers_that_run_are_the_limits():
     assert result == [
         (
             "m.yaml:2:22: error: angle must be from -45 to 45 deg, got 90: the server of turn "
-            "refuses that (limit: parameter turn_limit of the servers)"
+            "refuses that (limit: parameter turn_limit of the servers) [BT-504]"
         ),
         (
             "m.yaml:2:44: error: angular_velocity must be from 0.05 to 0.5 rad/s, got 1.5: the "
-            "server of turn refuses that (limit: max_angular_velocity of the robot)"
+            "server of turn refuses that (limit: max_angular_velocity of the robot) [BT-504]"
         ),
     ]
     assert examined(text, servers=with_parameters(slow, frozenset({"move"}))) == (True, [])

@@ -293,7 +293,7 @@ def test_factories_that_make_no_node(tmp_path: Path, code: str, words: str) -> N
     mission = load(written(tmp_path, "server.py:make", code))
     with pytest.raises(InputError) as caught:
         ran(mission, tmp_path)
-    (fault,) = caught.value.faults
+    (fault,) = caught.value.diagnostics
     assert (Path(fault.file).name, fault.line, fault.column) == ("turns.yaml", 3, 9)
     assert words in fault.message
 

@@ -36,6 +36,11 @@ def assert_transcript(path: Path, output_of: Callable[[str], str]) -> None:
         output = output_of(line)
         actual += f"$ {line}".rstrip() + f"\n{output}"
         actual += "\n" if output and not output.endswith("\n") else ""
+    assert_written(path, actual)
+
+
+def assert_written(path: Path, actual: str) -> None:
+    """Compare a text with a file, or write it there where WRITE_TRANSCRIPTS is set."""
     if "WRITE_TRANSCRIPTS" in os.environ:
         path.write_text(actual, encoding="utf-8")
-    assert actual == expected
+    assert actual == path.read_text(encoding="utf-8")

@@ -314,7 +314,7 @@ def look_away(*_args, **_kwargs):
 
 def misplace(*_args, **_kwargs):
     """See something wrong, and not say where."""
-    return iter([Diagnostic("planted", "m.yaml")])
+    return iter([Diagnostic("BT-100", "planted", "m.yaml")])
 
 
 @pytest.mark.parametrize(
@@ -323,9 +323,9 @@ def misplace(*_args, **_kwargs):
         ((scope, "_naming_faults"), crash, "KeyError in test_fuzz.py:crash"),
         ((scope, "_naming_faults"), hang, "more than 0.5 s of the processor"),
         ((scope, "_naming_faults"), misplace, "a fault without a place"),
-        ((scope, "number_faults"), look_away, "all values are known, wait"),
+        ((scope, "number_diagnostics"), look_away, "all values are known, wait"),
         ((scope, "evaluate_constants"), look_away, "known beforehand, log"),
-        ((scope, "reference_faults"), look_away, "a name that is not known, log"),
+        ((scope, "reference_diagnostics"), look_away, "a name that is not known, log"),
         ((leaves.Wait, "update"), crash, "KeyError in test_fuzz.py:crash"),
         ((Ledger, "is_settled"), False, "the mission does not end"),
     ],
@@ -333,9 +333,9 @@ def misplace(*_args, **_kwargs):
 def test_a_planted_fault_is_found(where, planted, kind, folder, monkeypatch):
     """In the check, in a leaf, or where the check does not see what it ought to."""
     nodes = {
-        "number_faults": "{wait: n - 3}",
+        "number_diagnostics": "{wait: n - 3}",
         "evaluate_constants": "{log: '${1 / (n - 2)}'}",
-        "reference_faults": "{log: '$n $nobody'}",
+        "reference_diagnostics": "{log: '$n $nobody'}",
     }
     node = nodes.get(where[1], "{wait: n}")
     text = f"mission: m\ninputs: {{n: 2}}\ntree: {{sequence: [{node}, {{log: $n}}]}}\n"

@@ -57,6 +57,8 @@ _ORDERS = {b"\0\0": ">", b"\0\1": "<"}
 class DecodingError(BtMissionError, ValueError):
     """A message that does not fit its definition."""
 
+    code = "BT-1001"
+
 
 class DecodedMessage(dict[str, Any]):
     """The values of a message by the names of its fields, which are attributes, too."""

@@ -14,7 +14,13 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, InputError, fault_at, quoted
+from bt_mission.core.diagnostics import (
+    MOST_DIAGNOSTICS,
+    Diagnostic,
+    InputError,
+    diagnostic_at,
+    quoted,
+)
 from bt_mission.core.yaml.parser_messages import MAX_DEPTH, TOO_DEEP, translate
 
 MAX_VALUES = 100_000
@@ -108,7 +114,7 @@ def compose(text: str, file: str) -> tuple[Any, Place]:
     except yaml.YAMLError as error:
         reader.fail(*translate(error, reader.lines))
     except (RecursionError, MemoryError):
-        reader.fail("the file is nested too deeply to be read", (1, 1))
+        reader.fail("BT-103", "the file is nested too deeply to be read", (1, 1))
     return reader.finish()
 
 
@@ -117,7 +123,7 @@ class _EventReader:
     text: str
     file: str
     lines: tuple[str, ...] = ()
-    faults: list[Diagnostic] = field(default_factory=list)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
     stack: list[_Open] = field(default_factory=list)
     anchors: dict[str, _Open] = field(default_factory=dict)
     values: int = 0
@@ -127,14 +133,14 @@ class _EventReader:
     def __post_init__(self) -> None:
         self.lines = split_lines(self.text)
 
-    def note(self, message: str, at: At, hint: str | None = None) -> None:
-        if len(self.faults) >= MOST_FAULTS:
-            raise InputError(self.faults)
-        self.faults.append(fault_at(at, self.file, self.lines, message, hint))
+    def note(self, code: str, message: str, at: At, hint: str | None = None) -> None:
+        if len(self.diagnostics) >= MOST_DIAGNOSTICS:
+            raise InputError(self.diagnostics)
+        self.diagnostics.append(diagnostic_at(code, at, self.file, self.lines, message, hint))
 
-    def fail(self, message: str, at: At) -> None:
-        self.note(message, at)
-        raise InputError(self.faults) from None
+    def fail(self, code: str, message: str, at: At) -> None:
+        self.note(code, message, at)
+        raise InputError(self.diagnostics) from None
 
     def refuse_characters(self) -> None:
         """Refuse characters that YAML does not allow, and tabs that indent."""
@@ -142,20 +148,22 @@ class _EventReader:
         if bad:
             lines = split_lines(self.text[: bad.start()])
             message = f"a control character (U+{ord(bad.group()):04X}); this is no YAML text"
-            self.fail(message, (len(lines), len(lines[-1]) + 1))
+            self.fail("BT-102", message, (len(lines), len(lines[-1]) + 1))
         for tab in _TAB_INDENT.finditer(self.text):
             line = len(split_lines(self.text[: tab.start()]))
-            self.note("a tab; YAML is indented with spaces", (line, tab.end() - tab.start()))
-            if len(self.faults) == 20:
+            self.note(
+                "BT-104", "a tab; YAML is indented with spaces", (line, tab.end() - tab.start())
+            )
+            if len(self.diagnostics) == 20:
                 break
-        if self.faults:
-            raise InputError(self.faults)
+        if self.diagnostics:
+            raise InputError(self.diagnostics)
 
     def finish(self) -> tuple[Any, Place]:
-        if self.root is None or (self.root[0] is None and not self.faults):
-            self.fail("the file is empty", (1, 1))
-        if self.faults:
-            raise InputError(sorted(self.faults, key=lambda fault: (fault.line, fault.column)))
+        if self.root is None or (self.root[0] is None and not self.diagnostics):
+            self.fail("BT-109", "the file is empty", (1, 1))
+        if self.diagnostics:
+            raise InputError(sorted(self.diagnostics, key=lambda fault: (fault.line, fault.column)))
         assert self.root is not None
         return self.root
 
@@ -180,13 +188,15 @@ class _EventReader:
                 self.documents += 1
                 if self.documents > 1:
                     line, _ = _start(event)
-                    self.fail("a second document; a file holds one", (line, 1))
+                    self.fail("BT-108", "a second document; a file holds one", (line, 1))
 
     def begin(self, event: Any) -> At:
         """Return the place of a value, after its anchor on the same line; refuse a tag."""
         line, column = _start(event)
         if event.tag is not None:
-            self.note(f"the tag {quoted(event.tag)}; tags are not used here", (line, column))
+            self.note(
+                "BT-108", f"the tag {quoted(event.tag)}; tags are not used here", (line, column)
+            )
         if event.anchor is None and event.tag is None:
             return line, column
         rest = self.lines[line - 1][column - 1 :] if line <= len(self.lines) else ""
@@ -196,10 +206,12 @@ class _EventReader:
     def open(self, new: _Open, event: Any) -> None:
         top = self.stack[-1] if self.stack else None
         if top is not None and isinstance(top.data, dict) and top.key is None:
-            self.fail("expected a name as key, got a list or a mapping", self.begin(event))
+            self.fail(
+                "BT-107", "expected a name as key, got a list or a mapping", self.begin(event)
+            )
         self.stack.append(new)
         if len(self.stack) > MAX_DEPTH:
-            self.fail(TOO_DEEP, (new.place.line, new.place.column))
+            self.fail("BT-103", TOO_DEEP, (new.place.line, new.place.column))
         if new.anchor is not None:
             self.anchors[new.anchor] = new
 
@@ -222,11 +234,11 @@ class _EventReader:
         key: str = event.value
         if _is_plain(event) and not isinstance(self.number_or_text(key, at), str):
             got = "nothing" if key == "" else key
-            self.note(f"expected a name as key, got {got[:60]}", at, self.point_hint(*at))
+            self.note("BT-107", f"expected a name as key, got {got[:60]}", at, self.point_hint(*at))
         assert top.place.keys is not None
         if key in top.place.keys:
             first = top.place.keys[key][0]
-            self.note(f"duplicate key {quoted(key)} (first in line {first})", at)
+            self.note("BT-106", f"duplicate key {quoted(key)} (first in line {first})", at)
         top.key, top.key_at = key, at
 
     def point_hint(self, line: int, column: int) -> str | None:
@@ -240,15 +252,15 @@ class _EventReader:
         at = _start(event)
         target = self.anchors.get(event.anchor)
         if target is None:
-            self.fail(f"no anchor '&{event.anchor}' before this alias", at)
+            self.fail("BT-108", f"no anchor '&{event.anchor}' before this alias", at)
             return
         if not target.closed:
-            self.fail(f"the alias '*{event.anchor}' contains itself", at)
+            self.fail("BT-108", f"the alias '*{event.anchor}' contains itself", at)
         top = self.stack[-1] if self.stack else None
         if top is not None and isinstance(top.data, dict) and top.key is None:
-            self.fail("expected a name as key, got an alias", at)
+            self.fail("BT-107", "expected a name as key, got an alias", at)
         if len(self.stack) + target.height > MAX_DEPTH:
-            self.fail(TOO_DEEP, at)
+            self.fail("BT-103", TOO_DEEP, at)
         self.add(target.data, target.place, target.size, target.height, at)
 
     def add(self, data: Any, place: Place, size: int, height: int, at: At | None = None) -> None:
@@ -257,7 +269,7 @@ class _EventReader:
         if self.values > MAX_VALUES:
             what = "aliases blow the file up: " if at else ""
             message = f"{what}more than {MAX_VALUES:,} values; a file holds at most so many"
-            self.fail(message, at or (place.line, place.column))
+            self.fail("BT-103", message, at or (place.line, place.column))
         if not self.stack:
             self.root = (data, place)
             return
@@ -282,7 +294,7 @@ class _EventReader:
         if text[:1] not in _NUMBER_START:
             return _WORDS.get(text, text)
         if _NOT_FINITE.fullmatch(text):
-            self.note(f"expected a finite number, got {text}", at)
+            self.note("BT-304", f"expected a finite number, got {text}", at)
             return 0.0
         number: int | float
         if _INTEGER.fullmatch(text) or _PREFIXED.fullmatch(text):
@@ -293,6 +305,6 @@ class _EventReader:
         else:
             return text
         if (isinstance(number, int) and abs(number) > MAX_INTEGER) or math.isinf(number):
-            self.note(f"the number {quoted(text)} is too large", at)
+            self.note("BT-304", f"the number {quoted(text)} is too large", at)
             return 0
         return number

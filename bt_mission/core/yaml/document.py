@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bt_mission.core.diagnostics import Diagnostic, InputError, Severity, fault_at
+from bt_mission.core.diagnostics import Diagnostic, InputError, Severity, diagnostic_at
 from bt_mission.core.yaml.composer import Place, compose, split_lines
 
 MAX_BYTES = 1_000_000
@@ -64,8 +64,9 @@ class Document:
         place = self.find(path)
         return place.line, place.column
 
-    def fault(
+    def diagnostic(
         self,
+        code: str,
         path: Sequence[Key],
         message: str,
         hint: str | None = None,
@@ -82,7 +83,7 @@ class Document:
         line, column = self.position(path, key=key)
         if offset is not None:
             column += offset if key else self._shift(self.find(path), offset)
-        return fault_at((line, column), self.file, self.lines, message, hint, severity)
+        return diagnostic_at(code, (line, column), self.file, self.lines, message, hint, severity)
 
     def _shift(self, place: Place, offset: int) -> int:
         if place.text is None:
@@ -109,7 +110,7 @@ def refuse_large(text: str, file: str) -> None:
 def _refuse_size(size: int, file: str) -> None:
     if size > MAX_BYTES:
         message = f"the file is too large: {size:,} bytes, at most {MAX_BYTES:,} are read"
-        raise InputError([Diagnostic(message, file)])
+        raise InputError([Diagnostic("BT-103", message, file)])
 
 
 def read(path: str | Path) -> Document:
@@ -126,22 +127,24 @@ def read_source(path: str | Path) -> str:
         *before, last = contents[: error.start].split(b"\n")
         column = len(last.decode("utf-8", "replace")) + 1
         message = f"expected text in UTF-8, got the byte 0x{contents[error.start]:02x}"
-        raise InputError([Diagnostic(message, str(path), len(before) + 1, column)]) from error
+        raise InputError(
+            [Diagnostic("BT-102", message, str(path), len(before) + 1, column)]
+        ) from error
 
 
 def _contents(path: Path, file: str) -> bytes:
     try:
         if path.is_dir():
-            raise InputError([Diagnostic("expected a file, got a folder", file)])
+            raise InputError([Diagnostic("BT-101", "expected a file, got a folder", file)])
         if not path.exists():
-            raise InputError([Diagnostic("no such file", file)])
+            raise InputError([Diagnostic("BT-101", "no such file", file)])
         if not path.is_file():
-            raise InputError([Diagnostic("expected a file, got a device or pipe", file)])
+            raise InputError([Diagnostic("BT-101", "expected a file, got a device or pipe", file)])
         _refuse_size(path.stat().st_size, file)
         with path.open("rb") as stream:
             contents = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise InputError([Diagnostic(f"cannot read the file: {reason}", file)]) from error
+        raise InputError([Diagnostic("BT-101", f"cannot read the file: {reason}", file)]) from error
     _refuse_size(len(contents), file)
     return contents

@@ -1,10 +1,11 @@
-"""From data to pydantic models, with pydantic's errors in our words, located."""
+"""From data to pydantic models; errors of pydantic become diagnostics with places."""
 
 from __future__ import annotations
 
 import json
 import types
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import reduce
 from operator import getitem
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
@@ -13,7 +14,7 @@ import pydantic
 from pydantic_core import ErrorDetails
 
 from bt_mission.core.diagnostics import (
-    MOST_FAULTS,
+    MOST_DIAGNOSTICS,
     Diagnostic,
     InputError,
     describe,
@@ -59,7 +60,7 @@ _LIMITS = {
 
 
 def validate(document: Document, model: type[Model], path: Sequence[Key] = ()) -> Model:
-    """Return the part of a document at `path` as a model. Raises InputError with all faults.
+    """Return the part of a document at `path` as a model. Raises InputError with all errors.
 
     Types are taken strictly: no number from a text, no truth from a number.
     """
@@ -68,57 +69,65 @@ def validate(document: Document, model: type[Model], path: Sequence[Key] = ()) -
         # As JSON, because only there a strict model takes a list for a tuple.
         return model.model_validate_json(json.dumps(data), strict=True)
     except pydantic.ValidationError as error:
-        raise InputError(model_faults(document, error, model, path)) from error
+        raise InputError(model_diagnostics(document, error, model, path)) from error
 
 
-def model_faults(
+def model_diagnostics(
     document: Document, error: pydantic.ValidationError, model: Any, path: Sequence[Key] = ()
 ) -> list[Diagnostic]:
     """Return a pydantic error as diagnostics, in the order of the file, one for each place."""
-    merged: dict[tuple[int, int, str], Diagnostic] = {}
-    for detail in error.errors(include_url=False)[:MOST_FAULTS]:
-        fault = _fault(document, detail, model, path)
-        is_type = fault.message.startswith("expected")
-        what = (fault.line, fault.column, "" if is_type else fault.message)
-        merged[what] = _merged(merged[what], fault) if what in merged else fault
-    return sorted(merged.values(), key=lambda fault: (fault.line, fault.column))
+    found: dict[tuple[int, int, str], Diagnostic] = {}
+    for detail in error.errors(include_url=False)[:MOST_DIAGNOSTICS]:
+        each = _diagnostic(document, detail, model, path)
+        is_type = each.message.startswith("expected")
+        what = (each.line, each.column, "" if is_type else each.message)
+        found[what] = _merged(found[what], each) if what in found else each
+    return sorted(found.values(), key=lambda each: (each.line, each.column))
 
 
-def _merged(fault: Diagnostic, other: Diagnostic) -> Diagnostic:
+def _merged(earlier: Diagnostic, other: Diagnostic) -> Diagnostic:
     """Return the errors of two members of a union as one: "expected a or b, got c"."""
-    first, separator, got = fault.message.partition(", got ")
+    first, separator, got = earlier.message.partition(", got ")
     second, _, other_got = other.message.partition(", got ")
     if not separator or got != other_got or second in first:
-        return fault
+        return earlier
     message = f"{first} or {second.removeprefix('expected ')}, got {got}"
-    return Diagnostic(
-        message, fault.file, fault.line, fault.column, fault.source, fault.hint, fault.severity
-    )
+    return replace(earlier, message=message)
 
 
-def _fault(document: Document, detail: ErrorDetails, model: Any, path: Sequence[Key]) -> Diagnostic:
+def _diagnostic(
+    document: Document, detail: ErrorDetails, model: Any, path: Sequence[Key]
+) -> Diagnostic:
     where, names = _in_document(document, detail["loc"], model, path)
     kind, got = detail["type"], describe(detail["input"])
     context: Mapping[str, Any] = detail.get("ctx", {})
     last = detail["loc"][-1] if detail["loc"] else ""
     if kind == "missing":
-        return document.fault(where, f"{quoted(str(last))} is missing")
+        return document.diagnostic("BT-202", where, f"{quoted(str(last))} is missing")
     if kind == "extra_forbidden":
         message = f"unknown key {quoted(str(last))} (valid: {listed(names)})"
-        return document.fault(where, message, did_you_mean(str(last), names), key=True)
+        return document.diagnostic(
+            "BT-201", where, message, did_you_mean(str(last), names), key=True
+        )
     if kind in _LIMITS:
-        return document.fault(where, f"expected {_LIMITS[kind].format(**context)}, got {got}")
+        return document.diagnostic(
+            "BT-302", where, f"expected {_LIMITS[kind].format(**context)}, got {got}"
+        )
     if kind in _EXPECTED:
         hint = word_for_boolean(detail["input"]) if kind.startswith("bool") else None
-        return document.fault(where, f"expected {_EXPECTED[kind]}, got {got}", hint)
+        return document.diagnostic("BT-301", where, f"expected {_EXPECTED[kind]}, got {got}", hint)
     if kind in ("literal_error", "enum"):
         literals = str(context["expected"]).replace(" or ", ", ").split(", ")
         valid = [name.strip("'") for name in literals]
         hint = did_you_mean(str(detail["input"]), valid)
-        return document.fault(where, f"expected one of {listed(valid)}, got {got}", hint)
+        return document.diagnostic(
+            "BT-303", where, f"expected one of {listed(valid)}, got {got}", hint
+        )
     message = detail["msg"].removeprefix("Value error, ")
     offset = context.get("offset")
-    return document.fault(where, message, context.get("hint"), key=last == "[key]", offset=offset)
+    code = context.get("code", "BT-307")
+    is_key = last == "[key]"
+    return document.diagnostic(code, where, message, context.get("hint"), key=is_key, offset=offset)
 
 
 def _in_document(

@@ -1,4 +1,4 @@
-"""The errors of the YAML parser, in our words and at the most helpful place."""
+"""Errors of the YAML parser in plain words, at the place that helps most."""
 
 from __future__ import annotations
 
@@ -43,9 +43,16 @@ _PROBLEMS = {
     "exceeded maximum nesting depth": TOO_DEEP,
 }
 
+_CODES = {TOO_DEEP: "BT-103", _TAB: "BT-104", _PROBLEMS["found undefined tag handle"]: "BT-108"}
 
-def translate(error: Any, lines: tuple[str, ...]) -> tuple[str, tuple[int, int]]:
-    """Return message, and line and column (from 1), for an error of the YAML parser."""
+
+def translate(error: Any, lines: tuple[str, ...]) -> tuple[str, str, tuple[int, int]]:
+    """Return code, message, and line and column (from 1), for an error of the YAML parser."""
+    message, at = _translated(error, lines)
+    return _CODES.get(message, "BT-105"), message, at
+
+
+def _translated(error: Any, lines: tuple[str, ...]) -> tuple[str, tuple[int, int]]:
     problem = getattr(error, "problem", None) or "the text cannot be read"
     context = getattr(error, "context", None) or ""
     start = _place(getattr(error, "context_mark", None), lines)

@@ -79,7 +79,8 @@ class Recovery:
             elif self._waited_ns >= SERVER_WAIT_NS:
                 raise BtMissionError(
                     f"'{owner}' had a goal at {client.name} when its process died, and no server "
-                    "is there now; start it, then resume again"
+                    "is there now; start it, then resume again",
+                    code="BT-906",
                 )
         if len(self._goals) < len(self._clients):
             return False
@@ -87,7 +88,7 @@ class Recovery:
             return False
         left = self._runtime.ledger.describe_left_behind()
         if left:
-            raise BtMissionError(f"nobody confirms the end of {', '.join(left)}")
+            raise BtMissionError(f"nobody confirms the end of {', '.join(left)}", code="BT-906")
         return True
 
     def finish(self, paths: Mapping[Behaviour, str]) -> None:
@@ -135,4 +136,6 @@ def _restoring(what: str) -> Iterator[None]:
     except BtMissionError:
         raise
     except Exception as error:  # the memory of a node may be anything
-        raise BtMissionError(f"{what} cannot be restored: {cause_of(error)}") from error
+        raise BtMissionError(
+            f"{what} cannot be restored: {cause_of(error)}", code="BT-906"
+        ) from error

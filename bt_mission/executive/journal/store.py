@@ -152,11 +152,15 @@ class Journal:
                 raise self._nothing_there()
             for link in (Path(f"{target}-wal"), Path(f"{target}-journal")):
                 if link.is_symlink():
-                    raise BtMissionError(f"{link}: a symbolic link beside a journal; delete it")
+                    raise BtMissionError(
+                        f"{link}: a symbolic link beside a journal; delete it", code="BT-906"
+                    )
             if target.exists() and not target.is_file():
-                raise BtMissionError(f"{path}: cannot open the journal: not a regular file")
+                raise BtMissionError(
+                    f"{path}: cannot open the journal: not a regular file", code="BT-906"
+                )
             if target.exists() and 0 < target.stat().st_size < SHORTEST:
-                raise BtMissionError(f"{path}: not a journal")
+                raise BtMissionError(f"{path}: not a journal", code="BT-906")
             self._database = sqlite3.connect(target, timeout=0, isolation_level=None)
         except (sqlite3.Error, OSError, ValueError) as error:
             raise self._not_opened(error) from error
@@ -178,7 +182,8 @@ class Journal:
         if not self._is_empty and self._read().about.end is None:
             raise BtMissionError(
                 f"{self.path}: the mission of this journal has not ended; continue it with "
-                "--resume, or delete the file"
+                "--resume, or delete the file",
+                code="BT-906",
             )
         with self._transaction():
             self._database.execute("DROP TABLE IF EXISTS state")
@@ -198,22 +203,27 @@ class Journal:
         state = self._read()
         theirs, ours = state.about.head, _head_of(mission, namespace)
         if theirs.mission != ours.mission:
-            raise BtMissionError(f"{self.path}: the journal of another mission, '{theirs.mission}'")
+            raise BtMissionError(
+                f"{self.path}: the journal of another mission, '{theirs.mission}'", code="BT-906"
+            )
         if theirs.sources != ours.sources:
             raise BtMissionError(
-                f"{self.path}: the mission file has changed since this journal was started"
+                f"{self.path}: the mission file has changed since this journal was started",
+                code="BT-906",
             )
         for key, option in (("inputs", "--set"), ("seed", "--seed"), ("namespace", "--namespace")):
             then, now = getattr(theirs, key), getattr(ours, key)
             if then != now:
                 raise BtMissionError(
                     f"{self.path}: the journal of a run with other {key}: {then!r}, not {now!r} "
-                    f"({option})"
+                    f"({option})",
+                    code="BT-906",
                 )
         if state.about.end is not None:
             ended = ": ".join(filter(None, (state.about.end.status, state.about.end.reason)))
             raise BtMissionError(
-                f"{self.path}: this mission has ended: {ended}; start it again without --resume"
+                f"{self.path}: this mission has ended: {ended}; start it again without --resume",
+                code="BT-906",
             )
         return state
 
@@ -240,7 +250,9 @@ class Journal:
         tables = self._database.execute("SELECT sql FROM sqlite_master").fetchall()
         (version,) = self._database.execute("PRAGMA user_version").fetchone()
         if tables and (tables != [(_TABLE,)] or version != VERSION):
-            raise BtMissionError(f"{self.path}: not a journal of this version of bt-mission")
+            raise BtMissionError(
+                f"{self.path}: not a journal of this version of bt-mission", code="BT-906"
+            )
         self._database.execute("PRAGMA synchronous=OFF")  # of a new file nothing can be lost yet
         self._database.execute("PRAGMA journal_mode=WAL")
         self._database.execute("PRAGMA synchronous=NORMAL")
@@ -284,14 +296,18 @@ class Journal:
                 self._database.execute("BEGIN")
                 yield
         except (sqlite3.Error, TypeError, ValueError, OverflowError, RecursionError) as error:
-            raise BtMissionError(f"{self.path}: cannot write the journal: {error}") from error
+            raise BtMissionError(
+                f"{self.path}: cannot write the journal: {error}", code="BT-906"
+            ) from error
 
     def _not_opened(self, error: Exception) -> BtMissionError:
         code = getattr(error, "sqlite_errorcode", None)
         if code == sqlite3.SQLITE_BUSY:
-            return BtMissionError(f"{self.path}: another mission that is running has this journal")
+            return BtMissionError(
+                f"{self.path}: another mission that is running has this journal", code="BT-906"
+            )
         if code == sqlite3.SQLITE_NOTADB:
-            return BtMissionError(f"{self.path}: not a journal")
+            return BtMissionError(f"{self.path}: not a journal", code="BT-906")
         if code == sqlite3.SQLITE_CORRUPT:
             return self._damaged(error)
         if code is not None:  # SQLite does not pass on the error of the system
@@ -300,15 +316,16 @@ class Journal:
             except OSError as reason:
                 error = reason
         why = (error.strerror if isinstance(error, OSError) else None) or error
-        return BtMissionError(f"{self.path}: cannot open the journal: {why}")
+        return BtMissionError(f"{self.path}: cannot open the journal: {why}", code="BT-906")
 
     def _nothing_there(self) -> BtMissionError:
-        return BtMissionError(f"{self.path}: there is no journal to resume from")
+        return BtMissionError(f"{self.path}: there is no journal to resume from", code="BT-906")
 
     def _damaged(self, why: object) -> BtMissionError:
         return BtMissionError(
             f"{self.path}: damaged: {why}; delete the file and start the mission again, since what "
-            "it had done is not known"
+            "it had done is not known",
+            code="BT-906",
         )
 
 
@@ -353,7 +370,9 @@ def decode(name: str, data: Any, unpack: Unpack) -> Any:
     if "bytes" in data:
         return bytes.fromhex(data["bytes"])
     if "lost" in data:
-        raise BtMissionError(f"the variable '{name}' was a {data['lost']}, which no journal keeps")
+        raise BtMissionError(
+            f"the variable '{name}' was a {data['lost']}, which no journal keeps", code="BT-906"
+        )
     return unpack(data["message"])
 
 

@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from typing import Any
 
-from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic
+from bt_mission.core.diagnostics import MOST_DIAGNOSTICS, Diagnostic
 from bt_mission.core.interface_units import unit_of_field
 from bt_mission.core.units import COMPUTED, UNITS
-from bt_mission.language.checks.python_code import leaf_faults
+from bt_mission.language.checks.python_code import leaf_diagnostics
 from bt_mission.language.checks.scope import (
     Variables,
     Visit,
-    node_faults,
-    reference_faults,
+    node_diagnostics,
+    reference_diagnostics,
     walk,
     written_by,
 )
@@ -31,13 +31,13 @@ from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.permissions import Permissions
 
 
-def tree_faults(
+def tree_diagnostics(
     mission: Mission,
     find: FindShapes | None = None,
     rules: GoalRules | None = None,
     permissions: Permissions | None = None,
 ) -> list[Diagnostic]:
-    """Return what is wrong with the nodes of a mission, at most `MOST_FAULTS`.
+    """Return what is wrong with the nodes of a mission, at most `MOST_DIAGNOSTICS`.
 
     Args:
         mission: As it could be read.
@@ -46,35 +46,37 @@ def tree_faults(
         permissions: What becomes of Python leaves; without it they are not looked at.
     """
     checker = TypeChecker(find, rules, expected_failures(mission) if rules else frozenset())
-    faults = (
-        fault for tree in mission.all_trees for fault in _faults_in(tree, checker, permissions)
+    diagnostics = (
+        diagnostic
+        for tree in mission.all_trees
+        for diagnostic in _faults_in(tree, checker, permissions)
     )
-    return list(islice(faults, MOST_FAULTS))
+    return list(islice(diagnostics, MOST_DIAGNOSTICS))
 
 
 def _faults_in(
     tree: Tree, checker: TypeChecker, permissions: Permissions | None
 ) -> Iterator[Diagnostic]:
     for follow in tree.follow:
-        yield from checker.follow_faults(tree.document, follow)
+        yield from checker.follow_diagnostics(tree.document, follow)
     for visit in walk(tree, checker.output_type):
-        yield from dict.fromkeys(_node_faults(tree, visit, checker, permissions))
-    yield from _promise_faults(tree, visit.variables)
+        yield from dict.fromkeys(_node_diagnostics(tree, visit, checker, permissions))
+    yield from _promise_diagnostics(tree, visit.variables)
 
 
-def _node_faults(
+def _node_diagnostics(
     tree: Tree, visit: Visit, checker: TypeChecker, permissions: Permissions | None
 ) -> Iterator[Diagnostic]:
     node, variables, is_behind = visit
-    yield from node_faults(visit)
+    yield from node_diagnostics(visit)
     if isinstance(node, InterfaceNode) and not is_behind:
-        yield from _message_faults(node, variables)
-        yield from checker.faults(node, variables)
+        yield from _message_diagnostics(node, variables)
+        yield from checker.diagnostics(node, variables)
     elif isinstance(node, PythonNode) and permissions is not None:
-        yield from leaf_faults(tree, node, permissions, variables)
+        yield from leaf_diagnostics(tree, node, permissions, variables)
 
 
-def _promise_faults(tree: Tree, variables: Variables) -> Iterator[Diagnostic]:
+def _promise_diagnostics(tree: Tree, variables: Variables) -> Iterator[Diagnostic]:
     """Yield the outputs of a tree that nothing in it writes, or that have another type.
 
     `variables` are those behind its last node.
@@ -88,13 +90,13 @@ def _promise_faults(tree: Tree, variables: Variables) -> Iterator[Diagnostic]:
         path = (*tree.path, "outputs", name)
         if name not in written | tree.types.keys():
             message = f"no node of the tree '{tree.name}' assigns '{name}'"
-            yield tree.document.fault(path, message, key=True)
+            yield tree.document.diagnostic("BT-213", path, message, key=True)
         elif not fits(types.get(name), wanted):
             message = f"'{name}' is written as {WORDS[types[name]]}, not as {WORDS[wanted]}"
-            yield tree.document.fault(path, message, key=True)
+            yield tree.document.diagnostic("BT-213", path, message, key=True)
 
 
-def _message_faults(node: InterfaceNode, variables: Variables) -> Iterator[Diagnostic]:
+def _message_diagnostics(node: InterfaceNode, variables: Variables) -> Iterator[Diagnostic]:
     """Yield what is wrong with the names in a node, as far as that is seen without its types."""
     for path, text in _texts(node.sent, (*node.path, *node.sent_path)):
         readings = (text.template, text.expression)
@@ -102,15 +104,15 @@ def _message_faults(node: InterfaceNode, variables: Variables) -> Iterator[Diagn
         if found is None:  # which of the two errors counts, only the field's type can tell
             continue
         marked = [name for name in found.references if name.variable]
-        yield from reference_faults(path, marked, variables)
-        yield from _unit_faults(node, path, text, variables)
+        yield from reference_diagnostics(path, marked, variables)
+        yield from _unit_diagnostics(node, path, text, variables)
     if node.condition is not None:
         marked = [name for name in node.condition.references if name.variable]
         path = (*node.path, *node.condition_path)
-        yield from reference_faults(path, marked, variables, is_on_messages=True)
+        yield from reference_diagnostics(path, marked, variables, is_on_messages=True)
 
 
-def _unit_faults(
+def _unit_diagnostics(
     node: InterfaceNode, path: Path, text: Text, variables: Variables
 ) -> Iterator[Diagnostic]:
     """Yield the inputs in an expression whose unit is another one than that of the field."""
@@ -129,7 +131,7 @@ def _unit_faults(
             turned = {"deg": "degrees", "rad": "radians"}.get(unit)
             hint = f"write '{turned}({name.shown})'" if turned and UNITS[unit][1] == base else None
             message = f"'{name.shown}' is in {value.unit}, the field is in {unit}"
-            yield variables.fault(path, ExpressionError(message, name.column, hint))
+            yield variables.diagnostic(path, ExpressionError("BT-305", message, name.column, hint))
 
 
 def _texts(value: Any, path: Path) -> Iterator[tuple[Path, Text]]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from bt_mission.core.diagnostics import Diagnostic, describe, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import Document, Key
-from bt_mission.language.checks.scope import Variables, expression_faults
+from bt_mission.language.checks.scope import Variables, expression_diagnostics
 from bt_mission.language.expressions.expression import Expression
 from bt_mission.language.expressions.values import WORDS, fits, type_of
 from bt_mission.language.mission import NodeFactory, Tree
@@ -21,50 +21,50 @@ from bt_mission.language.plugins import (
 )
 
 
-def factory_faults(
+def factory_diagnostics(
     factories: Iterable[NodeFactory], permissions: Permissions, *, is_needed: bool = True
 ) -> Iterator[Diagnostic]:
     """Yield what is wrong with factories of nodes; those that are needed are imported."""
     for one in factories:
-        found = [*_code_faults(one.document, one.path, one.target, "node", permissions)]
+        found = [*_code_diagnostics(one.document, one.path, one.target, "node", permissions)]
         yield from found
         if is_needed and permissions.python == "import" and not found:
             try:
                 find_factory(one.target, one.file)
             except PythonError as error:
-                yield one.fault(error.message, error.hint)
+                yield one.diagnostic(error.code, error.message, error.hint)
 
 
-def _code_faults(
+def _code_diagnostics(
     document: Document, path: tuple[Key, ...], target: str, what: str, permissions: Permissions
 ) -> Iterator[Diagnostic]:
     if permissions.python == "refuse":
         message = f"the Python {what} {quoted(target)} is refused"
-        yield document.fault(path, message, permissions.hint)
+        yield document.diagnostic("BT-216", path, message, permissions.hint)
         return
     try:
         locate(target, document.file, permissions.folders)
     except PythonError as error:
-        yield document.fault(path, error.message, error.hint)
+        yield document.diagnostic(error.code, path, error.message, error.hint)
         return
     if permissions.python == "name":
         message = f"Python code, which was not imported: {quoted(target)}"
-        yield document.fault(path, message, permissions.hint, severity="warning")
+        yield document.diagnostic("BT-217", path, message, permissions.hint, severity="warning")
 
 
-def leaf_faults(
+def leaf_diagnostics(
     tree: Tree, node: PythonNode, permissions: Permissions, variables: Variables
 ) -> Iterator[Diagnostic]:
     """Yield what is wrong with a Python leaf and its use; its module is imported if it may be."""
     document, place = tree.document, (*node.path, "python")
-    found = [*_code_faults(document, place, node.target, "leaf", permissions)]
+    found = [*_code_diagnostics(document, place, node.target, "leaf", permissions)]
     yield from found
     if found or permissions.python != "import":
         return
     try:
         kind = find_class(node.target, document.file)
     except PythonError as error:
-        yield document.fault(place, error.message, error.hint)
+        yield document.diagnostic(error.code, place, error.message, error.hint)
         return
     attributes = attributes_of(kind)
     known = listed(attributes) if attributes else "none"
@@ -73,10 +73,14 @@ def leaf_faults(
             if name not in attributes:
                 path = (*node.path, key, name)
                 message = f"no attribute {quoted(name)} on {kind.__name__} (it declares: {known})"
-                yield document.fault(path, message, did_you_mean(name, attributes), key=True)
+                yield document.diagnostic(
+                    "BT-215", path, message, did_you_mean(name, attributes), key=True
+                )
     for name, value in node.inputs.items():
         wanted, path = attributes.get(name), (*node.path, "inputs", name)
         if wanted is not None and isinstance(value, Expression):
-            yield from expression_faults(path, value, variables, wanted)
+            yield from expression_diagnostics(path, value, variables, wanted)
         elif wanted is not None and not fits(type_of(value), wanted):
-            yield document.fault(path, f"expected {WORDS[wanted]}, got {describe(value)}")
+            yield document.diagnostic(
+                "BT-301", path, f"expected {WORDS[wanted]}, got {describe(value)}"
+            )

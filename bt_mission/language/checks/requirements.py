@@ -51,39 +51,41 @@ def read_requirements(
         InputError: With everything that is wrong with them.
     """
     found: list[Requirement] = []
-    faults: list[Diagnostic] = []
+    diagnostics: list[Diagnostic] = []
     for path in paths:
         document = read(path)
         reader = NodeReader(document)
         written = reader.written(RequirementsFile, (), document.data)
-        faults += reader.faults
+        diagnostics += reader.diagnostics
         if written is None:
             continue
-        faults += faults_of_names(document, names)
+        diagnostics += diagnostics_of_names(document, names)
         for name in written.requirements.keys() & {*known, *(one.name for one in found)}:
             message = f"there is a requirement {quoted(name)} already"
-            faults.append(document.fault(("requirements", name), message, key=True))
+            diagnostics.append(
+                document.diagnostic("BT-208", ("requirements", name), message, key=True)
+            )
         found += requirements_of(written.requirements)
-    if faults:
-        raise InputError(faults)
+    if diagnostics:
+        raise InputError(diagnostics)
     return tuple(found)
 
 
-def requirement_faults(mission: Mission, lost: Collection[str] = ()) -> Iterator[Diagnostic]:
+def requirement_diagnostics(mission: Mission, lost: Collection[str] = ()) -> Iterator[Diagnostic]:
     """Yield the nodes and variables that are named in requirements and are not in the mission.
 
     Args:
         lost: Names of nodes that could not be read, of which enough is said elsewhere.
     """
-    return faults_of_names(mission.document, MissionNames(mission, lost))
+    return diagnostics_of_names(mission.document, MissionNames(mission, lost))
 
 
-def faults_of_names(document: Document, names: KnownNames) -> Iterator[Diagnostic]:
+def diagnostics_of_names(document: Document, names: KnownNames) -> Iterator[Diagnostic]:
     """Yield what the requirements of a file name, and is not there."""
     for path, root in _formulas(document):
         for error in names.unknown_in(root):
             offset = error.column - 1
-            yield document.fault(path, error.message, error.hint, offset=offset)
+            yield document.diagnostic(error.code, path, error.message, error.hint, offset=offset)
 
 
 class KnownNames:
@@ -118,7 +120,7 @@ class KnownNames:
             defined, name = self._variables, signal.arguments[0] if signal.arguments else ""
             if signal.name == "$" and defined is not None and name not in defined:
                 message = f"'${name}' is an undefined variable (defined: {listed(defined)})"
-                yield ExpressionError(message, signal.column, did_you_mean(name, defined))
+                yield ExpressionError("BT-603", message, signal.column, did_you_mean(name, defined))
             known = SIGNALS.get(signal.name)
             if known is not None and "node" in known.arguments and self._nodes is not None:
                 yield from self._unknown_node(name, signal.column, needs_goal=known.is_of_goal)
@@ -133,7 +135,9 @@ class KnownNames:
         wanted = sorted(one for one, acts in nodes.items() if acts or not needs_goal)
         what = "node is" if has_goal is None else "node has a goal and is"
         message = f"no {what} named {quoted(name)} (named: {listed(wanted, 12)})"
-        yield ExpressionError(message, column, self._hint(name) or did_you_mean(name, wanted))
+        yield ExpressionError(
+            "BT-603", message, column, self._hint(name) or did_you_mean(name, wanted)
+        )
 
     def _has_goal(self, node: str) -> bool | None:
         """Return whether a node has a goal; None where there is no such node."""

@@ -63,10 +63,10 @@ class Variables:
     left: dict[str, int] = field(default_factory=dict)
     """Those of a `for_each` that has ended, with its line."""
 
-    def fault(self, path: Path, error: ExpressionError, offset: int = 0) -> Diagnostic:
+    def diagnostic(self, path: Path, error: ExpressionError, offset: int = 0) -> Diagnostic:
         """Return an error in an expression as one at its place in the document."""
         offset += error.column - 1
-        return self.document.fault(path, error.message, error.hint, offset=offset)
+        return self.document.diagnostic(error.code, path, error.message, error.hint, offset=offset)
 
     def note(self, name: str, found: Type | None) -> None:
         """Take in that a variable is written; where writers disagree, its type is not known."""
@@ -118,16 +118,20 @@ class Variables:
             return f"'{name}' is what the for_each in line {line} goes through; choose another name"
         return None
 
-    def unknown(self, name: Name) -> tuple[str, str | None] | None:
-        """Return what is wrong with a name that is not known here, and a hint, or None."""
+    def unknown(self, name: Name) -> tuple[str, str, str | None] | None:
+        """Return code, message and hint for a name that is not known here, or None."""
         if name.name in self.types:
             return None
         if name.name in self.left:
-            return f"is known only inside the for_each in line {self.left[name.name]}", None
+            return (
+                "BT-403",
+                f"is known only inside the for_each in line {self.left[name.name]}",
+                None,
+            )
         if name.name in self.lines:
-            return f"is used before assignment, in line {self.lines[name.name]}", None
+            return "BT-403", f"is used before assignment, in line {self.lines[name.name]}", None
         why = f"is an undefined variable (defined: {listed(self.types)})"
-        return why, did_you_mean(name.name, [*self.types, "true", "false"])
+        return "BT-402", why, did_you_mean(name.name, [*self.types, "true", "false"])
 
     def fixes(self, names: frozenset[str]) -> bool:
         """Return whether these names have the same values in every run of this mission."""
@@ -172,7 +176,7 @@ def _walk(node: NodeModel, variables: Variables, output_type: OutputType) -> Ite
             yield Visit(node, variables, is_behind=True)
         return
     types, loops, name = variables.types, variables.loops, node.variable
-    # That a name is taken already is a fault of its own; it then keeps what it was.
+    # A name that is taken already has its own diagnostic, and keeps its type.
     shadowed = {name: types[name]} if name in types else {}
     around = {name: loops[name]} if name in loops else {}
     elements = variables.elements(node.elements)
@@ -205,7 +209,7 @@ def written_by(node: NodeModel) -> tuple[str, ...]:
     return tuple(write.variable for write in node.writes())
 
 
-def node_faults(visit: Visit) -> Iterator[Diagnostic]:
+def node_diagnostics(visit: Visit) -> Iterator[Diagnostic]:
     """Yield what is wrong with the names and types in a node, messages left out."""
     node, variables, is_behind = visit
     around = variables
@@ -214,21 +218,21 @@ def node_faults(visit: Visit) -> Iterator[Diagnostic]:
             continue
         place = (*node.path, *path)
         if isinstance(value, Template):
-            yield from template_faults(place, value, around)
+            yield from template_diagnostics(place, value, around)
         elif isinstance(value, Expression):
             if isinstance(wanted, NumberRule):
-                yield from number_faults(place, value, around, wanted)
+                yield from number_diagnostics(place, value, around, wanted)
             else:
-                yield from expression_faults(place, value, around, wanted)
+                yield from expression_diagnostics(place, value, around, wanted)
         if assigns is not None:
             if around is variables:
                 around = replace(variables, types=ChainMap({}, variables.types))
             around.note(assigns, around.type_of(value))
     if not is_behind:
-        yield from _naming_faults(node, variables)
+        yield from _naming_diagnostics(node, variables)
 
 
-def _naming_faults(node: NodeModel, variables: Variables) -> Iterator[Diagnostic]:
+def _naming_diagnostics(node: NodeModel, variables: Variables) -> Iterator[Diagnostic]:
     """Yield the variables that a node must not write."""
     for path, name, what, *_ in node.writes():
         why = variables.fixed(name)
@@ -236,26 +240,30 @@ def _naming_faults(node: NodeModel, variables: Variables) -> Iterator[Diagnostic
             is_known = name in variables.types
             why = f"'{name}' is a variable already; choose another name" if is_known else None
         if why is not None:
-            yield variables.document.fault((*node.path, *path), why, key=what == "variable")
+            yield variables.document.diagnostic(
+                "BT-408", (*node.path, *path), why, key=what == "variable"
+            )
 
 
-def number_faults(
+def number_diagnostics(
     path: Path, value: Expression, variables: Variables, rule: NumberRule
 ) -> Iterator[Diagnostic]:
     """Yield what is wrong with an expression that must give a number."""
     if value.draws or not variables.fixes(value.names):
-        yield from expression_faults(path, value, variables, rule.type, expected=rule.words)
+        yield from expression_diagnostics(path, value, variables, rule.type, expected=rule.words)
         return
     try:
         result = value.evaluate(variables.inputs, random.Random(0))
     except ExpressionError as error:
-        yield variables.fault(path, error)
+        yield variables.diagnostic(path, error)
         return
     if not rule.allows(result):
-        yield variables.document.fault(path, rule.refuses(describe(result), result))
+        yield variables.document.diagnostic(
+            rule.code_of(result), path, rule.refuses(describe(result), result)
+        )
 
 
-def expression_faults(
+def expression_diagnostics(
     path: Path,
     value: Expression,
     variables: Variables,
@@ -277,11 +285,11 @@ def expression_faults(
     """
     loose = _loose_word(value.root, variables, expected)
     if loose is not None:
-        yield variables.fault(path, loose, offset)
+        yield variables.diagnostic(path, loose, offset)
         return
-    faults = list(reference_faults(path, value.references, variables, message, offset))
-    yield from faults
-    if faults:
+    diagnostics = list(reference_diagnostics(path, value.references, variables, message, offset))
+    yield from diagnostics
+    if diagnostics:
         return
 
     def type_at(name: Name) -> Type | None:
@@ -298,7 +306,7 @@ def expression_faults(
             value.root.expect(type_at, wanted)
         evaluate_constants(value.root, variables.inputs, is_constant, wanted)
     except ExpressionError as error:
-        yield variables.fault(path, error, offset)
+        yield variables.diagnostic(path, error, offset)
 
 
 def _loose_word(
@@ -312,11 +320,12 @@ def _loose_word(
     unknown = variables.unknown(word)
     if unknown is None or named is not None:
         return None if unknown is None or named is None else named[1].unknown(word.name)
-    message = f"expected {expected}, got {quoted(word.name)}, which {unknown[0]}"
-    return ExpressionError(message, 1, unknown[1])
+    code, why, hint = unknown
+    message = f"expected {expected}, got {quoted(word.name)}, which {why}"
+    return ExpressionError(code, message, 1, hint)
 
 
-def reference_faults(
+def reference_diagnostics(
     path: Path,
     references: Iterable[Name],
     variables: Variables,
@@ -325,7 +334,7 @@ def reference_faults(
     *,
     is_on_messages: bool = False,
 ) -> Iterator[Diagnostic]:
-    """Yield a fault for every name that is neither a value of the message nor a known variable.
+    """Yield a diagnostic for every name that is no field of the message and no known variable.
 
     `is_on_messages` tells that fields may be read where these are not known.
     """
@@ -336,18 +345,18 @@ def reference_faults(
                 found = field_at(message, name.name)
             except UnknownField as error:
                 if name.name not in variables.types:
-                    wrong = ExpressionError(error.message, name.column, error.hint)
-                    yield variables.fault(path, wrong, offset)
+                    wrong = ExpressionError(error.code, error.message, name.column, error.hint)
+                    yield variables.diagnostic(path, wrong, offset)
                 continue
             if isinstance(found, MessageShape):
-                wrong = ExpressionError(too_much(name.name, found), name.column)
-                yield variables.fault(path, wrong, offset)
+                wrong = ExpressionError("BT-502", too_much(name.name, found), name.column)
+                yield variables.diagnostic(path, wrong, offset)
         elif (unknown := variables.unknown(name)) is not None:
-            hint = unknown[1]
+            code, why, hint = unknown
             if hint is None and name.variable and may_be_field:
                 hint = f"a field is written without '$': {name.name}"
-            wrong = ExpressionError(f"'{name.shown}' {unknown[0]}", name.column, hint)
-            yield variables.fault(path, wrong, offset)
+            wrong = ExpressionError(code, f"'{name.shown}' {why}", name.column, hint)
+            yield variables.diagnostic(path, wrong, offset)
 
 
 def _field(message: MessageShape | None, name: Name) -> Shape | None:
@@ -360,10 +369,10 @@ def _field(message: MessageShape | None, name: Name) -> Shape | None:
         return None
 
 
-def template_faults(path: Path, value: Template, variables: Variables) -> Iterator[Diagnostic]:
+def template_diagnostics(path: Path, value: Template, variables: Variables) -> Iterator[Diagnostic]:
     """Yield what is wrong with the names in a template."""
     for hole in value.holes:
-        yield from expression_faults(
+        yield from expression_diagnostics(
             path, hole.expression, variables, hole.wanted, offset=hole.offset
         )
 

@@ -8,14 +8,14 @@ from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import Any, Protocol
 
-from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic, describe, listed
+from bt_mission.core.diagnostics import MOST_DIAGNOSTICS, Diagnostic, describe, listed
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.checks.scope import (
     MOST_ELEMENTS,
     Variables,
-    expression_faults,
+    expression_diagnostics,
     names_read,
-    template_faults,
+    template_diagnostics,
 )
 from bt_mission.language.expressions.expression import Expression, Late, Template, Text
 from bt_mission.language.expressions.outcomes import Range, outcomes
@@ -62,7 +62,7 @@ class GoalRules(Protocol):
     false or empty; None stands for a value that only the run can tell.
     """
 
-    def faults(
+    def diagnostics(
         self, document: Document, node: InterfaceNode, values: Mapping[str, Any]
     ) -> Iterable[Diagnostic]:
         """Return why a server refuses the goal of a node, and what is suspicious in it."""
@@ -108,12 +108,14 @@ class TypeChecker:
         except UnknownField:
             return None
 
-    def faults(self, node: InterfaceNode, variables: Variables) -> Iterator[Diagnostic]:
+    def diagnostics(self, node: InterfaceNode, variables: Variables) -> Iterator[Diagnostic]:
         """Yield everything in one node that does not fit its type, for each element of a loop."""
         shapes = self._shapes(node)
         if isinstance(shapes, UnknownType):
             path, is_key = (*node.path, *node.type_path), node.type_path[-1] != "type"
-            yield variables.document.fault(path, shapes.message, shapes.hint, key=is_key)
+            yield variables.document.diagnostic(
+                shapes.code, path, shapes.message, shapes.hint, key=is_key
+            )
         if isinstance(shapes, InterfaceShapes):
             for each in islice(variables.for_each_element(names_read(node)), MOST_ELEMENTS):
                 yield from self._misfits(node, shapes, each)
@@ -125,63 +127,67 @@ class TypeChecker:
         if node.sent_path:
             reader = _GoalReader((*node.path, *node.sent_path), variables, node.keys)
             values = conform(shapes.sends, node.sent, reader.read, reader.report)
-            yield from reader.faults
-            if self._rules is not None and not reader.faults:
+            yield from reader.diagnostics
+            if self._rules is not None and not reader.diagnostics:
                 whole = completed(shapes.sends, values)
-                for fault in self._rules.faults(variables.document, node, whole):
+                for diagnostic in self._rules.diagnostics(variables.document, node, whole):
                     is_expected = id(node) in self._expected_failures
-                    yield replace(fault, severity="warning") if is_expected else fault
+                    yield replace(diagnostic, severity="warning") if is_expected else diagnostic
                 ranges = self._rules.feedback(node, whole)
         if shapes.asks is not None and node.condition is not None:
-            faults = list(_condition_faults(node, node.condition, shapes.asks, variables))
-            yield from faults or _settled_condition(node, node.condition, ranges, variables)
+            diagnostics = list(_condition_diagnostics(node, node.condition, shapes.asks, variables))
+            yield from diagnostics or _settled_condition(node, node.condition, ranges, variables)
         for write in node.writes():
             path, field = (*node.path, *write.path), str(write.path[-1])
-            yield from _field_faults(variables.document, path, field, shapes.keeps, is_key=True)
+            yield from _field_diagnostics(
+                variables.document, path, field, shapes.keeps, is_key=True
+            )
 
-    def follow_faults(self, document: Document, follow: Follow) -> Iterator[Diagnostic]:
+    def follow_diagnostics(self, document: Document, follow: Follow) -> Iterator[Diagnostic]:
         """Yield what does not fit the type of a topic in a variable that follows it."""
         shapes, path, settings = self._shapes(follow), follow.place.path, follow.settings
         if isinstance(shapes, UnknownType):
-            yield document.fault((*path, "type"), shapes.message, shapes.hint)
+            yield document.diagnostic(shapes.code, (*path, "type"), shapes.message, shapes.hint)
         if not isinstance(shapes, InterfaceShapes):
             return
-        faults = [*_field_faults(document, (*path, "field"), settings.field, shapes.keeps)]
-        yield from faults
-        wanted = None if faults else value_type(field_at(shapes.keeps, settings.field))
+        diagnostics = [
+            *_field_diagnostics(document, (*path, "field"), settings.field, shapes.keeps)
+        ]
+        yield from diagnostics
+        wanted = None if diagnostics else value_type(field_at(shapes.keeps, settings.field))
         for key, value in (("initial", settings.initial), ("default", settings.default)):
             if wanted is not None and value is not None and not fits(type_of(value), wanted):
                 message = f"expected {WORDS[wanted]}, as the field has, got {describe(value)}"
-                yield document.fault((*path, key), message)
+                yield document.diagnostic("BT-503", (*path, key), message)
 
 
-def _condition_faults(
+def _condition_diagnostics(
     node: InterfaceNode, asked: Expression, message: MessageShape, variables: Variables
 ) -> Iterator[Diagnostic]:
     """Yield what is wrong with a condition on the feedback, or on the message of a topic."""
     path = (*node.path, *node.condition_path)
-    faults = list(expression_faults(path, asked, variables, "bool", message))
-    yield from faults
+    diagnostics = list(expression_diagnostics(path, asked, variables, "bool", message))
+    yield from diagnostics
     read = {name.name.partition(".")[0] for name in asked.references if not name.variable}
-    if not faults and message.fields.keys().isdisjoint(read):
+    if not diagnostics and message.fields.keys().isdisjoint(read):
         if node.interface == "action" and not variables.given.issuperset(asked.names):
             return
         what = "the feedback" if node.interface == "action" else message.name
         text = f"the condition reads no field of {what} ({listed(message.fields)})"
-        yield variables.document.fault(path, text)
+        yield variables.document.diagnostic("BT-506", path, text)
 
 
-def _field_faults(
+def _field_diagnostics(
     document: Document, path: Path, field: str, kept: MessageShape, *, is_key: bool = False
 ) -> Iterator[Diagnostic]:
     """Yield what is wrong with a field that is kept of a result, a response or a message."""
     try:
         shape = field_at(kept, field)
     except UnknownField as error:
-        yield document.fault(path, error.message, error.hint, key=is_key)
+        yield document.diagnostic(error.code, path, error.message, error.hint, key=is_key)
         return
     if isinstance(shape, MessageShape):
-        yield document.fault(path, too_much(field, shape), key=is_key)
+        yield document.diagnostic("BT-502", path, too_much(field, shape), key=is_key)
 
 
 def _settled_condition(
@@ -213,7 +219,7 @@ def _settled_condition(
         message = f"this condition holds from the first feedback on: with this goal {reach}"
     else:
         message = f"this condition never holds: with this goal {reach}"
-    yield variables.document.fault(path, message, severity="warning")
+    yield variables.document.diagnostic("BT-507", path, message, severity="warning")
 
 
 def _words(ends: Range) -> str:
@@ -234,27 +240,29 @@ class _GoalReader:
         at: Where it stands.
         variables: Those known there.
         modifiers: The keys that may stand beside it.
-        faults: What is wrong with it; the values are then of no use.
+        diagnostics: What is wrong with it; the values are then of no use.
     """
 
     at: Path
     variables: Variables
     modifiers: Collection[str]
-    faults: list[Diagnostic] = field(default_factory=list)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
 
     def report(self, problem: TypeMismatch) -> None:
-        if len(self.faults) >= MOST_FAULTS:
+        if len(self.diagnostics) >= MOST_DIAGNOSTICS:
             return
         path, hint = (*self.at, *problem.path), problem.hint
         if problem.at_key and len(problem.path) == 1 and problem.path[0] in self.modifiers:
             hint = beside(str(problem.path[0]), str(self.at[-1]))
         document = self.variables.document
-        self.faults.append(document.fault(path, problem.message, hint, key=problem.at_key))
+        self.diagnostics.append(
+            document.diagnostic(problem.code, path, problem.message, hint, key=problem.at_key)
+        )
 
     def read(self, path: Path, shape: Shape, text: Text | Late) -> Any:
         """Return the value that a text has in every run. Raises Unknowable where it varies."""
         assert isinstance(text, Text), "a loaded goal holds nothing that is resolved"
-        if len(self.faults) >= MOST_FAULTS:
+        if len(self.diagnostics) >= MOST_DIAGNOSTICS:
             raise Unknowable
         at, is_text = (*self.at, *path), isinstance(shape, Scalar) and shape.type == "text"
         reading = text.template if is_text else text.expression
@@ -263,20 +271,22 @@ class _GoalReader:
                 raise reading
             is_fixed = not reading.draws and self.variables.fixes(reading.names)
             if isinstance(reading, Template):
-                faults = [*template_faults(at, reading, self.variables)]
+                diagnostics = [*template_diagnostics(at, reading, self.variables)]
             elif is_fixed:
-                faults = []
+                diagnostics = []
             else:
                 words, wanted = _wanted(shape)
-                faults = [*expression_faults(at, reading, self.variables, wanted, expected=words)]
-            self.faults += faults
-            if is_fixed and not faults:
+                diagnostics = [
+                    *expression_diagnostics(at, reading, self.variables, wanted, expected=words)
+                ]
+            self.diagnostics += diagnostics
+            if is_fixed and not diagnostics:
                 return reading.evaluate(self.variables.inputs, random.Random(0))
         except ExpressionError as error:
             if isinstance(error, LooseText):
                 message = f"expected {_wanted(shape)[0]} or an expression: {error.message}"
-                error = ExpressionError(message, error.column, error.hint)
-            self.faults.append(self.variables.fault(at, error))
+                error = ExpressionError(error.code, message, error.column, error.hint)
+            self.diagnostics.append(self.variables.diagnostic(at, error))
         raise Unknowable
 
 

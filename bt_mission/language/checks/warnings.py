@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import TypeAlias
 
-from bt_mission.core.diagnostics import Diagnostic, fault_at, listed, quoted
+from bt_mission.core.diagnostics import Diagnostic, diagnostic_at, listed, quoted
 from bt_mission.core.yaml.document import Document
 from bt_mission.core.yaml.models import word_for_boolean
 from bt_mission.language.checks.scope import names_read
@@ -27,8 +27,8 @@ from bt_mission.language.nodes.leaves import CheckNode, LogNode
 from bt_mission.language.nodes.subtree import TreeNode
 from bt_mission.language.trees import used
 
-Finding: TypeAlias = tuple[Path, str, str | None]
-"""Where something stands in its document, what is suspicious about it, and a hint."""
+Finding: TypeAlias = tuple[str, Path, str, str | None]
+"""Code, place in the document, message and hint of something suspicious."""
 
 
 def warnings(mission: Mission) -> Iterator[Diagnostic]:
@@ -38,13 +38,15 @@ def warnings(mission: Mission) -> Iterator[Diagnostic]:
         if tree.is_main or tree.name in names:
             read = frozenset(tree.outputs).union(*map(names_read, tree.body.walk()))
             yield from _head_warnings(tree, read)
-            for path, message, hint in _findings(tree, read):
-                yield tree.document.fault(path, message, hint, severity="warning")
+            for code, path, message, hint in _findings(tree, read):
+                yield tree.document.diagnostic(code, path, message, hint, severity="warning")
             yield from _cut_texts(tree)
     for name, tree in mission.trees.items():
         if name not in names and tree.document is mission.document:
             message = f"the tree '{name}' is never used"
-            yield tree.document.fault(tree.path, message, key=True, severity="warning")
+            yield tree.document.diagnostic(
+                "BT-231", tree.path, message, key=True, severity="warning"
+            )
 
 
 def word_inputs(mission: Mission) -> Iterator[Diagnostic]:
@@ -60,7 +62,7 @@ def word_inputs(mission: Mission) -> Iterator[Diagnostic]:
             written = tree.document.lines[line - 1][column - 1 :]
             if written.startswith(str(value)):
                 message = f"the input '{name}' is the string '{value}'"
-                yield tree.document.fault(path, message, hint, severity="warning")
+                yield tree.document.diagnostic("BT-306", path, message, hint, severity="warning")
 
 
 def _head_warnings(tree: Tree, read: frozenset[str]) -> Iterator[Diagnostic]:
@@ -70,11 +72,15 @@ def _head_warnings(tree: Tree, read: frozenset[str]) -> Iterator[Diagnostic]:
         if name not in read:
             place = next(one for one in ("inputs", "needs") if _has(document, (*head, one), name))
             message = f"the input '{name}' is never read"
-            yield document.fault((*head, place, name), message, key=True, severity="warning")
+            yield document.diagnostic(
+                "BT-231", (*head, place, name), message, key=True, severity="warning"
+            )
     for follow in tree.follow:
         if follow.variable not in read:
             message = f"the variable '{follow.variable}' is never read"
-            yield document.fault((*follow.place.path, "as"), message, severity="warning")
+            yield document.diagnostic(
+                "BT-231", (*follow.place.path, "as"), message, severity="warning"
+            )
 
 
 def _has(document: Document, path: Path, name: str) -> bool:
@@ -104,11 +110,11 @@ def _findings(tree: Tree, read: frozenset[str]) -> Iterator[Finding]:
         endless = node.endless()
         if endless is not None and id(node) not in bounded:
             message = f"{endless} has no timeout: it may take for ever"
-            yield node.path, message, "add 'timeout: SECONDS'"
+            yield "BT-234", node.path, message, "add 'timeout: SECONDS'"
         for write in node.writes():
             if write.variable not in read:
                 message = f"the {write.what} '{write.variable}' is never read"
-                yield (*node.path, *write.path), message, None
+                yield "BT-231", (*node.path, *write.path), message, None
 
 
 def _ids_below(tree: Tree, kind: type[NodeModel]) -> set[int]:
@@ -169,7 +175,7 @@ def _unreached(node: InTurnNode, ends: Mapping[int, Ends]) -> Iterator[Finding]:
     for before, after in pairwise(node.children):
         if node.goes_on not in ends[id(before)]:
             where = f"the node before it, in line {before.line}"
-            yield after.path, f"never reached: {where}, never {never}", None
+            yield "BT-232", after.path, f"never reached: {where}, never {never}", None
             return
 
 
@@ -186,7 +192,7 @@ def _restarted(node: InTurnNode) -> Iterator[Finding]:
                 f"once it has {ended}, this {child.kind} begins anew in every tick while a "
                 f"later one runs: the {node.kind} in line {node.line} has 'memory: false'"
             )
-            yield child.path, message, "put what takes time last, or leave 'memory' out"
+            yield "BT-233", child.path, message, "put what takes time last, or leave 'memory' out"
 
 
 # ---- variables and conditions ----------------------------------------------------------------
@@ -204,7 +210,12 @@ def _unsure_cleanup(node: FinallyNode, tree: NodeModel) -> Iterator[Finding]:
     for reader in node.cleanup.walk():
         for name in sorted(names_read(reader) & unsure):
             message = f"'{name}' has no value where 'do' is halted before it is written"
-            yield reader.path, message, f"'set' '{name}' before the finally in line {node.line}"
+            yield (
+                "BT-237",
+                reader.path,
+                message,
+                f"'set' '{name}' before the finally in line {node.line}",
+            )
 
 
 def _unmoved_loop(node: RepeatNode, followed: set[str]) -> Iterator[Finding]:
@@ -217,7 +228,7 @@ def _unmoved_loop(node: RepeatNode, followed: set[str]) -> Iterator[Finding]:
             names = listed(f"'{name}'" for name in sorted(condition.names))
             why = f"nothing below 'do' assigns {names}" if names else "it reads no variable"
             path = (*node.path, "repeat", key)
-            yield path, f"no round changes this condition: {why}", None
+            yield "BT-235", path, f"no round changes this condition: {why}", None
 
 
 _BRACES = re.compile(r"(?<!\$)\{(\w+)\}")
@@ -228,7 +239,7 @@ def _bare_braces(node: LogNode, variables: set[str]) -> Iterator[Finding]:
     for name in dict.fromkeys(_BRACES.findall(node.message.text)):
         if name in variables:
             message = f"'{{{name}}}' is shown as it is, not as the value of '{name}'"
-            yield (*node.path, "log"), message, f"write '${{{name}}}'"
+            yield "BT-236", (*node.path, "log"), message, f"write '${{{name}}}'"
 
 
 _CONSEQUENCES = {
@@ -248,7 +259,7 @@ def _constant_condition(node: ConditionalNode) -> Iterator[Finding]:
         what = "always holds" if value else "never holds"
         message = f"this condition {what}: {_CONSEQUENCES[node.kind, value]}"
         hint = "let it read a variable, such as '$count > 2'"
-        yield (*node.path, node.kind), message, hint
+        yield "BT-235", (*node.path, node.kind), message, hint
 
 
 def _constant(node: ConditionalNode) -> bool | None:
@@ -293,4 +304,4 @@ def _cut(document: Document, path: Path, text: str) -> Iterator[Diagnostic]:
         message = f"'#' begins a comment, so all that is left is {quoted(text)}"
         hint = "put the text in quotes"
         at = line, column + len(text) + 1
-        yield fault_at(at, document.file, document.lines, message, hint, "warning")
+        yield diagnostic_at("BT-113", at, document.file, document.lines, message, hint, "warning")

@@ -125,7 +125,7 @@ class Template:
     def __post_init__(self) -> None:
         if "$" in self.text and len(self.text) > MAX_TEMPLATE:
             message = f"a text with '$' has {len(self.text):,} characters"
-            raise ExpressionError(f"{message}; at most {MAX_TEMPLATE:,} are read")
+            raise ExpressionError("BT-409", f"{message}; at most {MAX_TEMPLATE:,} are read")
         object.__setattr__(self, "parts", tuple(_parts(self.text)))
 
     @property
@@ -296,7 +296,7 @@ def _parts(text: str) -> list[str | Hole]:
         hole = _HOLE.match(text, dollar)
         if hole is None:
             hint = "write '$$' for a dollar sign"
-            raise ExpressionError("expected a name or '{' after '$'", dollar + 1, hint)
+            raise ExpressionError("BT-407", "expected a name or '{' after '$'", dollar + 1, hint)
         at = hole.end()
         if hole["escaped"]:
             parts.append("$")
@@ -305,7 +305,7 @@ def _parts(text: str) -> list[str | Hole]:
         else:
             close = _CLOSE.match(text, at)
             if close is None:
-                raise ExpressionError("this '${' is never closed with '}'", dollar + 1)
+                raise ExpressionError("BT-407", "this '${' is never closed with '}'", dollar + 1)
             with _errors_moved(at):
                 parts.append(_hole(at, text[at : close.end() - 1]))
             at = close.end()
@@ -321,7 +321,9 @@ def _hole(at: int, text: str) -> Hole:
     form = text[colon + 1 :].strip()
     if not form or not _FORMAT.fullmatch(form):
         message = f"expected a number format such as '.2f' behind ':', got {quoted(form)}"
-        raise ExpressionError(message, colon + 2, "'.2f' gives two decimals, '03d' three digits")
+        raise ExpressionError(
+            "BT-407", message, colon + 2, "'.2f' gives two decimals, '03d' three digits"
+        )
     return Hole(at, _expression(text[:colon]), form)
 
 
@@ -331,7 +333,9 @@ def _errors_moved(offset: int) -> Iterator[None]:
     try:
         yield
     except ExpressionError as error:
-        raise ExpressionError(error.message, error.column + offset, error.hint) from None
+        raise ExpressionError(
+            error.code, error.message, error.column + offset, error.hint
+        ) from None
 
 
 def _expression(text: str) -> Expression:

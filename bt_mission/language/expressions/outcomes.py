@@ -179,5 +179,5 @@ def _has_constant_parts(
         value = part.evaluate(scope)
         divides = isinstance(node, Arithmetic) and node.symbol in _DIVIDES and part is node.right
         if divides and value == 0:
-            raise ExpressionError("division by zero", node.column)
+            raise ExpressionError("BT-406", "division by zero", node.column)
     return False

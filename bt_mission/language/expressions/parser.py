@@ -92,7 +92,7 @@ def parse(text: str) -> Parsed:
     """
     found = _tried(text)
     if isinstance(found, ExpressionError):
-        raise type(found)(found.message, found.column, found.hint)
+        raise type(found)(found.code, found.message, found.column, found.hint)
     return found
 
 
@@ -119,9 +119,9 @@ def tokenized(text: str, symbols: str = "") -> list[Token]:
     """
     if len(text) > MAX_LENGTH:
         message = f"the expression has {len(text):,} characters; at most {MAX_LENGTH:,} are read"
-        raise ExpressionError(message)
+        raise ExpressionError("BT-409", message)
     if not text.strip():
-        raise ExpressionError("the expression is empty")
+        raise ExpressionError("BT-401", "the expression is empty")
     tokens = []
     at = 0
     while at < len(text):
@@ -144,13 +144,13 @@ def tokenized(text: str, symbols: str = "") -> list[Token]:
 
 def _bad_character(text: str, at: int) -> ExpressionError:
     if text[at] in "'\"":
-        return ExpressionError("this quoted text is never closed", at + 1)
+        return ExpressionError("BT-401", "this quoted text is never closed", at + 1)
     if text[at] == "$":
-        return ExpressionError("expected a name after '$'", at + 1)
+        return ExpressionError("BT-401", "expected a name after '$'", at + 1)
     found = text[at : at + 2] if text[at : at + 2] in _INSTEAD else text[at]
     instead = _INSTEAD.get(found)
     hint = f"write '{instead}'" if instead else None
-    return ExpressionError(f"unexpected token {quoted(found)}", at + 1, hint)
+    return ExpressionError("BT-401", f"unexpected token {quoted(found)}", at + 1, hint)
 
 
 @dataclass
@@ -184,14 +184,14 @@ class ExpressionParser:
         self.depth += 1
         if self.depth > MAX_DEPTH:
             message = f"the expression is nested too deeply; at most {MAX_DEPTH} levels are read"
-            raise ExpressionError(message, self.next.column)
+            raise ExpressionError("BT-409", message, self.next.column)
 
     def end(self) -> None:
         """Refuse what goes on behind a whole formula."""
         token = self.next
         if token.kind != "end":
             message = f"expected an operator or the end, got {quoted(token.text)}"
-            raise LooseText(message, token.column, self.number_hint(token))
+            raise LooseText("BT-401", message, token.column, self.number_hint(token))
 
     def number_hint(self, token: Token) -> str | None:
         """Return how a number is written that has a decimal comma, or no unit of ours behind it."""
@@ -213,7 +213,9 @@ class ExpressionParser:
             condition = self.operation(0)
             if not self.takes("else"):
                 message = f"expected 'else' for the 'if' in {self._read_from(token)}"
-                raise ExpressionError(message, self.next.column, "write 'a if condition else b'")
+                raise ExpressionError(
+                    "BT-401", message, self.next.column, "write 'a if condition else b'"
+                )
             node = syntax.Conditional(token.column, condition, node, self.either())
         self.depth -= 1
         return node
@@ -289,7 +291,7 @@ class ExpressionParser:
                 return syntax.Constant(token.column, _CONSTANTS[token.text])
             if token.text in FUNCTIONS:
                 message = f"expected '(' after the function {token.text}"
-                raise ExpressionError(message, token.column + len(token.text))
+                raise ExpressionError("BT-401", message, token.column + len(token.text))
             return self.name(syntax.Name(token.column, token.text, variable=False))
         if token.kind == "symbol" and token.text == "(":
             node = self.either()
@@ -297,7 +299,7 @@ class ExpressionParser:
             return node
         got = quoted(token.text) if token.text else "the end"
         message = f"expected a number, a name or a '(', got {got}"
-        raise ExpressionError(message, token.column)
+        raise ExpressionError("BT-401", message, token.column)
 
     def quantity(self, token: Token) -> syntax.Constant:
         """Take the unit behind a number, if there is one."""
@@ -326,7 +328,7 @@ class ExpressionParser:
         if not self.takes(closing):
             message = f"expected '{closing}' for the '{opened.text}' in {self._read_from(opened)}"
             hint = CUT if self.next.kind == "end" else None
-            raise ExpressionError(message, self.next.column, hint)
+            raise ExpressionError("BT-401", message, self.next.column, hint)
 
     def _read_from(self, first: Token) -> str:
         """Return the text that was read from a token on, with the name directly before it."""
@@ -344,7 +346,9 @@ class ExpressionParser:
         function = FUNCTIONS.get(token.text)
         if function is None:
             message = f"no function {quoted(token.text)} (known: {listed(FUNCTIONS)})"
-            raise ExpressionError(message, token.column, did_you_mean(token.text, FUNCTIONS))
+            raise ExpressionError(
+                "BT-405", message, token.column, did_you_mean(token.text, FUNCTIONS)
+            )
         opened = self.tokens[self.at - 1]
         arguments = []
         if not self.takes(")"):
@@ -354,7 +358,7 @@ class ExpressionParser:
             self.close(opened)
         if not function.least <= len(arguments) <= function.most:
             message = f"expected {function.usage}, got {len(arguments)} arguments"
-            raise ExpressionError(message, token.column)
+            raise ExpressionError("BT-405", message, token.column)
         self.draws = self.draws or function.random
         return syntax.FunctionCall(token.column, token.text, tuple(arguments), function.random)
 
@@ -363,5 +367,7 @@ def _number(token: Token) -> float:
     whole = token.text.isdigit()
     number: float = int(token.text) if whole else float(token.text)
     if abs(number) > MAX_MAGNITUDE and (whole or math.isinf(number)):
-        raise ExpressionError(f"the number {quoted(token.text)} is too large", token.column)
+        raise ExpressionError(
+            "BT-304", f"the number {quoted(token.text)} is too large", token.column
+        )
     return number

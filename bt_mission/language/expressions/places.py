@@ -53,10 +53,10 @@ class Places:
         """Return the error for a text that names no place."""
         if not self.all:
             message = f"no place {quoted(text)}: the mission has no 'places', its world no zones"
-            return ExpressionError(message, column, "write a pose: [x m, y m, yaw deg]")
+            return ExpressionError("BT-308", message, column, "write a pose: [x m, y m, yaw deg]")
         hint = did_you_mean(text.strip().removeprefix(_ZONE), self.all)
         return ExpressionError(
-            f"no place {quoted(text)} (places: {listed(self.all)})", column, hint
+            "BT-308", f"no place {quoted(text)} (places: {listed(self.all)})", column, hint
         )
 
 

@@ -75,7 +75,9 @@ class SyntaxNode(ABC):
         """Infer a type, which must fit."""
         found = self.infer(types)
         if not fits(found, wanted):
-            raise ExpressionError(f"expected {WORDS[wanted]}, got {WORDS[found]}", self.column)
+            raise ExpressionError(
+                "BT-404", f"expected {WORDS[wanted]}, got {WORDS[found]}", self.column
+            )
         return found
 
 
@@ -113,11 +115,13 @@ class Name(SyntaxNode):
         if self.name in scope.variables:
             value = scope.variables[self.name]
             if isinstance(value, NoValue):
-                raise ExpressionError(f"'{self.shown}' has no value: {value.reason}", self.column)
+                raise ExpressionError(
+                    "BT-410", f"'{self.shown}' has no value: {value.reason}", self.column
+                )
             return value
         known = [*scope.variables, *(() if self.variable else scope.fields)]
         message = f"'{self.shown}' has no value (those that have: {listed(known)})"
-        raise ExpressionError(message, self.column, did_you_mean(self.name, known))
+        raise ExpressionError("BT-410", message, self.column, did_you_mean(self.name, known))
 
     @override
     def infer(self, types: Types) -> Type | None:
@@ -180,11 +184,11 @@ class Arithmetic(Binary):
                 _refuse_large_power(left, right, self.column)
             value = _ARITHMETIC[self.symbol](left, right)
         except ZeroDivisionError:
-            raise ExpressionError("division by zero", self.column) from None
+            raise ExpressionError("BT-406", "division by zero", self.column) from None
         except OverflowError:
-            raise ExpressionError("the result is too large", self.column) from None
+            raise ExpressionError("BT-406", "the result is too large", self.column) from None
         if isinstance(value, complex):
-            raise ExpressionError("the result is not a number", self.column)
+            raise ExpressionError("BT-406", "the result is not a number", self.column)
         return bounded(value, self.column, was_finite=was_finite)
 
     @override
@@ -293,7 +297,7 @@ class FunctionCall(SyntaxNode):
             value = function.apply(*([scope.draw] if self.draws else []), *values)
         except (ValueError, OverflowError) as error:
             reason = str(error) if "math" not in str(error) else "the result is not a number"
-            raise ExpressionError(f"{self.name}: {reason}", self.column) from None
+            raise ExpressionError("BT-406", f"{self.name}: {reason}", self.column) from None
         if isinstance(value, int | float):
             return bounded(value, self.column, was_finite=was_finite)
         return value
@@ -337,7 +341,7 @@ class Conditional(SyntaxNode):
             return None
         if not fits(value, otherwise) and not fits(otherwise, value):
             message = f"one value of 'if' is {WORDS[value]}, the other one {WORDS[otherwise]}"
-            raise ExpressionError(message, self.column)
+            raise ExpressionError("BT-404", message, self.column)
         return joined((value, otherwise))
 
 
@@ -359,7 +363,9 @@ class Subscript(SyntaxNode):
         index: int = self.index.need(scope, "integer")
         if not -len(values) <= index < len(values):
             message = f"the list has {len(values)} elements, none at {index}"
-            raise ExpressionError(message, self.index.column, "the first one is 0, the last one -1")
+            raise ExpressionError(
+                "BT-406", message, self.index.column, "the first one is 0, the last one -1"
+            )
         return values[index]
 
     @override
@@ -393,13 +399,13 @@ def _refuse_large_power(base: float, exponent: float, column: int) -> None:
     whole = isinstance(base, int) and isinstance(exponent, int)
     grows = whole and exponent > 0 and abs(base) > 1
     if grows and exponent * math.log2(abs(base)) > math.log2(MAX_MAGNITUDE) + 1:
-        raise ExpressionError("the result is too large", column)
+        raise ExpressionError("BT-406", "the result is too large", column)
 
 
 def _refuse_comparison(left: Type | None, right: Type | None, symbol: str, column: int) -> None:
     sides = {"number" if one == "integer" else one for one in (left, right)}
     if len(sides) > 1:
         message = f"cannot compare {WORDS[left]} with {WORDS[right]}"
-        raise ExpressionError(message, column)
+        raise ExpressionError("BT-404", message, column)
     if symbol not in ("==", "!=") and sides != {"number"}:
-        raise ExpressionError(f"'{symbol}' compares numbers, got {WORDS[left]}", column)
+        raise ExpressionError("BT-404", f"'{symbol}' compares numbers, got {WORDS[left]}", column)

@@ -155,7 +155,7 @@ def _agreed(
     for found in known[1:]:
         if found != known[0]:
             first, other = (shown_unit(one) or "no unit" for one in (known[0], found))
-            raise ExpressionError(f"units do not fit: {first} and {other}", node.column)
+            raise ExpressionError("BT-305", f"units do not fit: {first} and {other}", node.column)
     return known[0] if known else None
 
 
@@ -180,7 +180,7 @@ def settled(root: SyntaxNode, unit: str, of_name: UnitOfName = lambda _: "") -> 
     wanted = DIMENSIONS.get(UNITS[unit][1]) if unit in UNITS else None
     if unit and unit != SI and wanted is None:
         message = f"the field is in {unit}, got {first.number:g} {first.unit}"
-        raise ExpressionError(message, first.column, "write the number without a unit")
+        raise ExpressionError("BT-305", message, first.column, "write the number without a unit")
 
     def dimension_of_name(node: SyntaxNode) -> Dimension | None:
         return COMPUTED.get(of_name(node)) if isinstance(node, Name) else None
@@ -190,7 +190,7 @@ def settled(root: SyntaxNode, unit: str, of_name: UnitOfName = lambda _: "") -> 
         fitting = ", ".join(name for name, one in COMPUTED.items() if one == wanted)
         got = shown_unit(found) or "a number without a unit"
         message = f"the field is in {unit} ({fitting}), got {got}"
-        raise ExpressionError(message, first.column)
+        raise ExpressionError("BT-305", message, first.column)
     return _settled(root, unit, of_name, dimension_of_name)
 
 
@@ -224,7 +224,7 @@ def _number(quantity: Quantity, unit: str) -> float:
     if is_angle(quantity.unit) and not unit:
         degrees = f"{quantity.number:g} {quantity.unit}"
         message = f"{degrees}: nothing here says whether the number is in degrees or in radians"
-        raise ExpressionError(message, quantity.column, "write the number without a unit")
+        raise ExpressionError("BT-305", message, quantity.column, "write the number without a unit")
     value = quantity.value
     assert isinstance(value, int | float)
     for part in unit.split("/") if unit in UNITS else ():

@@ -32,8 +32,8 @@ WORDS: dict[Type | None, str] = {
 class ExpressionError(BtMissionError):
     """An expression that cannot be read or evaluated; `column` counts from 1 in its text."""
 
-    def __init__(self, message: str, column: int = 1, hint: str | None = None) -> None:
-        super().__init__(message)
+    def __init__(self, code: str, message: str, column: int = 1, hint: str | None = None) -> None:
+        super().__init__(message, code=code)
         self.message = message
         self.column = column
         self.hint = hint
@@ -54,7 +54,7 @@ class NoValue:
 
 
 class LooseText(ExpressionError):  # noqa: N818 - what it is says more than that it is an error
-    """A text that goes on where an expression ends: words, rather than a formula."""
+    """A text with more words behind an expression: probably no formula."""
 
 
 def type_of(value: object) -> Type | None:
@@ -102,17 +102,17 @@ def bounded(value: float, column: int, *, was_finite: bool) -> float:
     """Return a number an operation gave; refuse one that it made too large or undefined."""
     if isinstance(value, int):
         if abs(value) > MAX_MAGNITUDE:
-            raise ExpressionError("the result is too large", column)
+            raise ExpressionError("BT-406", "the result is too large", column)
     elif was_finite and not math.isfinite(value):
         what = "not a number" if math.isnan(value) else "too large"
-        raise ExpressionError(f"the result is {what}", column)
+        raise ExpressionError("BT-406", f"the result is {what}", column)
     return value
 
 
 def mismatch(value: object, wanted: Type, column: int) -> ExpressionError:
     """Return the error for a value of the wrong type."""
     got = WORDS[type_of(value)] if isinstance(value, dict) else _described(value)
-    return ExpressionError(f"expected {WORDS[wanted]}, got {got}", column)
+    return ExpressionError("BT-404", f"expected {WORDS[wanted]}, got {got}", column)
 
 
 def _described(value: object) -> str:

@@ -30,7 +30,7 @@ from pydantic import BaseModel, ConfigDict, Field, SkipValidation, WithJsonSchem
 from pydantic.json_schema import SkipJsonSchema
 from typing_extensions import override
 
-from bt_mission.core.diagnostics import MOST_FAULTS, Diagnostic
+from bt_mission.core.diagnostics import MOST_DIAGNOSTICS, Diagnostic
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.expressions.expression import Expression, Value, written_text
 from bt_mission.language.expressions.places import Places
@@ -134,10 +134,11 @@ class Reading:
     signatures: Mapping[str, Any] = field(default_factory=dict)
     limits: GoalLimitsTable = field(default_factory=GoalLimitsTable)
     places: Places = field(default_factory=Places)
-    faults: list[Diagnostic] = field(default_factory=list)
+    diagnostics: list[Diagnostic] = field(default_factory=list)
 
-    def fault(
+    def report(
         self,
+        code: str,
         path: Path,
         message: str,
         hint: str | None = None,
@@ -145,13 +146,15 @@ class Reading:
         key: bool = False,
         offset: int | None = None,
     ) -> None:
-        """Note a fault at a value, at an offset in its text, or at its key."""
-        self.faults.append(self.document.fault(path, message, hint, key=key, offset=offset))
+        """Note a diagnostic at a value, at an offset in its text, or at its key."""
+        self.diagnostics.append(
+            self.document.diagnostic(code, path, message, hint, key=key, offset=offset)
+        )
 
     @property
     def is_full(self) -> bool:
-        """Whether there are as many faults as anybody reads."""
-        return len(self.faults) >= MOST_FAULTS
+        """Whether the most diagnostics that are shown have been noted."""
+        return len(self.diagnostics) >= MOST_DIAGNOSTICS
 
 
 Content = TypeVar("Content")
@@ -235,7 +238,7 @@ class NodeModel(InFile, Written):
     def completed(self, _reading: Reading) -> Self:
         """Return the node with what the rest of the mission says of it.
 
-        What only the parts of a node together show, or the mission, is noted as a fault.
+        What is wrong with the parts of a node together is noted as a diagnostic.
         """
         return self
 

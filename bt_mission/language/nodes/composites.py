@@ -97,7 +97,7 @@ class ParallelNode(base.CompositeNode):
                 message = f"{what} is called {quoted(name)} (children with names: "
                 message += f"{listed(names)})"
                 path = (*self.path, "succeed_when", index)
-                reading.fault(path, message, did_you_mean(name, names))
+                reading.report("BT-214", path, message, did_you_mean(name, names))
         return self
 
     @override
@@ -130,7 +130,7 @@ class ChooseNode(base.CompositeNode):
         count = len(self.children)
         if self.weights and len(self.weights) != count:
             message = f"expected {count} weights, one a child, got {len(self.weights)}"
-            reading.fault((*self.path, "weights"), message)
+            reading.report("BT-214", (*self.path, "weights"), message)
         return self
 
     @override

@@ -27,7 +27,7 @@ class RepeatSettings(base.Written):
     def _say_how_often(self) -> Self:
         if self.count is None and not self.has_condition:
             what = "'count', 'while' or 'until' is missing"
-            raise fields.refusal(what, "write 'repeat: {count: 3}'")
+            raise fields.refusal(what, "write 'repeat: {count: 3}'", code="BT-202")
         return self
 
     @property

@@ -61,6 +61,12 @@ class NumberRule:
             return f"expected {self.words}, at most {self.most:,}, got {shown}"
         return f"expected {self.words}, got {shown}"
 
+    @staticmethod
+    def code_of(value: object) -> str:
+        """Return the code of the error for a value that is not allowed."""
+        is_number = isinstance(value, int | float) and not isinstance(value, bool)
+        return "BT-302" if is_number else "BT-301"
+
     def parse(self, value: Any) -> float | Expression:
         """Return a constant, or the expression that a text holds."""
         if isinstance(value, str):
@@ -69,7 +75,7 @@ class NumberRule:
                 return expression
             value = expression.evaluate({}, random.Random(0))
         if not self.allows(value):
-            raise refusal(self.refuses(describe(value), value))
+            raise refusal(self.refuses(describe(value), value), code=self.code_of(value))
         number: float = value
         return number
 
@@ -78,7 +84,7 @@ class NumberRule:
         if self.unit and isinstance(value, str) and is_quantity(value):
             value = self.parse(value)
         if not self.allows(value):
-            raise refusal(self.refuses(describe(value), value))
+            raise refusal(self.refuses(describe(value), value), code=self.code_of(value))
         return float(value)
 
 
@@ -95,10 +101,10 @@ WEIGHT = NumberRule("a weight above 0", 0, MOST_WEIGHT, itself=False)
 
 
 def refusal(
-    message: str, hint: str | None = None, offset: int | None = None
+    message: str, hint: str | None = None, offset: int | None = None, code: str = "BT-301"
 ) -> PydanticCustomError:
-    """Return the error for pydantic that `located.validate` turns into a fault with this text."""
-    context: dict[str, Any] = {"message": message, "hint": hint, "offset": offset}
+    """Return the error for pydantic that `model_diagnostics` turns into one with this text."""
+    context: dict[str, Any] = {"message": message, "hint": hint, "offset": offset, "code": code}
     return PydanticCustomError("refused", "{message}", context)
 
 
@@ -115,7 +121,7 @@ def parsed(kind: Callable[[str], Kind], text: str, words: str = "", unit: str | 
     except ExpressionError as error:
         loose = words and isinstance(error, LooseText)
         message = f"expected {words} or an expression: {error.message}" if loose else error.message
-        raise refusal(message, error.hint, error.column - 1) from None
+        raise refusal(message, error.hint, error.column - 1, error.code) from None
 
 
 def is_quantity(text: str) -> bool:
@@ -253,7 +259,7 @@ def input_value(value: Any) -> Any:
                 if isinstance(part, Measured) and is_angle(part.unit):
                     if (index, len(parts)) != (2, 3) or "/" in part.unit:
                         message = f"{value[index]}: an angle in a list is the yaw of a pose"
-                        raise refusal(message, "write the number without a unit")
+                        raise refusal(message, "write the number without a unit", code="BT-305")
                     parts[index] = converted(part, part.unit, "deg")
             return parts
     return value
@@ -284,7 +290,7 @@ def text_rule(pattern: re.Pattern[str], expected: str) -> Callable[[Any], str]:
 
     def rule(value: Any) -> str:
         if not isinstance(value, str) or not pattern.fullmatch(value):
-            raise refusal(f"expected {expected}, got {describe(value)}")
+            raise refusal(f"expected {expected}, got {describe(value)}", code="BT-307")
         return value
 
     return rule

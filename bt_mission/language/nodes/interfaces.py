@@ -136,7 +136,7 @@ class InterfaceNode(base.NodeModel):
             condition = self.condition.in_unit("", unit_of)
         except ExpressionError as error:
             place = (*self.path, *self.condition_path)
-            reading.fault(place, error.message, error.hint, offset=error.column - 1)
+            reading.report(error.code, place, error.message, error.hint, offset=error.column - 1)
             return node
         return node if condition is self.condition else node.with_condition(condition)
 

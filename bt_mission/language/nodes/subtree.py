@@ -59,20 +59,22 @@ class TreeNode(base.OutputsNode):
         if signature is None:
             known = listed(reading.signatures)
             message = f"no tree is called {quoted(self.tree)} (trees: {known})"
-            reading.fault(name_path, message, did_you_mean(self.tree, reading.signatures))
+            reading.report(
+                "BT-210", name_path, message, did_you_mean(self.tree, reading.signatures)
+            )
             return self
         definition = signature.definition
         self._compare_inputs(signature.types, path, reading)
         missing = [one for one in definition.needs if one not in self.inputs]
         if missing:
             message = f"{self.tree} needs a value for {listed(missing)}"
-            reading.fault(name_path, message, "give it under 'inputs'")
+            reading.report("BT-212", name_path, message, "give it under 'inputs'")
         gives = definition.outputs
         for result in self.outputs:
             if result not in gives and not reading.is_full:
                 message = f"no output {quoted(result)} of {self.tree} (it gives: {listed(gives)})"
                 hint = did_you_mean(result, gives)
-                reading.fault((*self.path, "outputs", result), message, hint, key=True)
+                reading.report("BT-212", (*self.path, "outputs", result), message, hint, key=True)
         return self.model_copy(update={"takes": signature.types, "gives": gives})
 
     def _compare_inputs(
@@ -84,11 +86,13 @@ class TreeNode(base.OutputsNode):
             place = (*path, "inputs", given)
             if given not in takes:
                 message = f"no input {quoted(given)} in {self.tree} (it takes: {listed(takes)})"
-                reading.fault(place, message, did_you_mean(given, takes), key=True)
+                reading.report("BT-212", place, message, did_you_mean(given, takes), key=True)
             elif not isinstance(value, Expression):
                 wanted = takes[given]
                 if wanted is not None and not fits(type_of(value), wanted):
-                    reading.fault(place, f"expected {WORDS[wanted]}, got {describe(value)}")
+                    reading.report(
+                        "BT-212", place, f"expected {WORDS[wanted]}, got {describe(value)}"
+                    )
 
     @override
     def reads(self) -> Iterator[base.Read]:

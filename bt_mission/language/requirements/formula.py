@@ -68,10 +68,12 @@ class Condition(Clause):
         for node in walk(root):
             if isinstance(node, Temporal) and node.word in FUTURE:
                 message = f"'{node.word}' looks ahead; a condition is about now and before"
-                raise ExpressionError(message, node.column, _BACK.get(node.word))
+                raise ExpressionError("BT-604", message, node.column, _BACK.get(node.word))
         value = _only_value(root, outer="when")
         if value is not None:
-            raise ExpressionError(f"this is {'always' if value else 'never'} true", root.column)
+            raise ExpressionError(
+                "BT-606", f"this is {'always' if value else 'never'} true", root.column
+            )
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,9 @@ def check_formula(root: SyntaxNode) -> None:
             for name in dict.fromkeys(one.name for one in signals_in(root))
             if name in SIGNALS and SIGNALS[name].range != _ANY
         )
-        raise ExpressionError(f"this {what}" + (f": {reach}" if reach else ""), root.column)
+        raise ExpressionError(
+            "BT-606", f"this {what}" + (f": {reach}" if reach else ""), root.column
+        )
 
 
 _BACK = {
@@ -218,37 +222,37 @@ def _check_times(node: SyntaxNode, outer: str | None) -> None:
             if not outer:
                 message = "this speaks of the start alone"
                 hint = "write 'always ...' or 'eventually ...'"
-                raise ExpressionError(message, node.column, hint)
+                raise ExpressionError("BT-604", message, node.column, hint)
 
 
 def _check_place(node: Temporal, outer: str | None) -> None:
     word = node.word
     if not outer and word in EDGES:
         message = f"'{word}' compares the start with what was before"
-        raise ExpressionError(message, node.column, f"write 'eventually {word}(...)'")
+        raise ExpressionError("BT-604", message, node.column, f"write 'eventually {word}(...)'")
     if not outer and word not in FUTURE:
         message = f"'{word}' looks back from the start alone"
-        raise ExpressionError(message, node.column, f"write 'always {word} ...'")
+        raise ExpressionError("BT-604", message, node.column, f"write 'always {word} ...'")
     if outer and word in FUTURE and not node.window.is_bounded:
         message = f"'{word}' inside '{outer}' needs a window"
-        raise ExpressionError(message, node.column, _WINDOWED[word])
+        raise ExpressionError("BT-605", message, node.column, _WINDOWED[word])
     for inner in walk(node) if word in EDGES else ():
         if isinstance(inner, Temporal) and inner.word in FUTURE:
             message = f"'{inner.word}' looks ahead, which '{word}' cannot"
-            raise ExpressionError(message, inner.column)
+            raise ExpressionError("BT-604", message, inner.column)
 
 
 def _check_window(node: Temporal | Measure) -> None:
     if node.window.end < CONTROL_STEP_S:
         message = f"the window is shorter than a control step of {CONTROL_STEP_S:g} s"
-        raise ExpressionError(message, node.column)
+        raise ExpressionError("BT-605", message, node.column)
 
 
 def _refuse_times(node: SyntaxNode) -> None:
     """Refuse words of time inside a calculation, but for those of what is measured in it."""
     if isinstance(node, Temporal):
         message = f"'{node.word}' cannot stand inside a calculation or an 'if'"
-        raise ExpressionError(message, node.column)
+        raise ExpressionError("BT-604", message, node.column)
     parts = node.parts
     if isinstance(node, Measure):
         _check_window(node)

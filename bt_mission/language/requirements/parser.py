@@ -114,7 +114,7 @@ class RequirementParser(ExpressionParser):
             return self.whenever()
         if token.kind == "name" and token.text in JOINING:
             message = f"expected a signal or a number, got {quoted(token.text)}"
-            raise ExpressionError(message, token.column)
+            raise ExpressionError("BT-601", message, token.column)
         return super().atom()
 
     def temporal(self) -> SyntaxNode:
@@ -133,7 +133,7 @@ class RequirementParser(ExpressionParser):
         trigger = self.either()
         if not self.takes(":", "then"):
             message = f"expected ':' or 'then' after 'whenever ...', got {self.got}"
-            raise ExpressionError(message, self.next.column)
+            raise ExpressionError("BT-601", message, self.next.column)
         then = self.either()
         return whenever(trigger, then, self.within(), token.column)
 
@@ -146,7 +146,7 @@ class RequirementParser(ExpressionParser):
     def take(self) -> Token:
         token = super().take()
         if token.text == "=" and not self.takes_equals:
-            raise ExpressionError("unexpected token '='", token.column, "write '=='")
+            raise ExpressionError("BT-601", "unexpected token '='", token.column, "write '=='")
         return token
 
     @override
@@ -161,7 +161,9 @@ class RequirementParser(ExpressionParser):
         if token.text == "=":
             self.take()
         if token.kind != "end" and token.text == ":":
-            raise ExpressionError("unexpected ':'", token.column, "it stands behind 'whenever ...'")
+            raise ExpressionError(
+                "BT-601", "unexpected ':'", token.column, "it stands behind 'whenever ...'"
+            )
         super().end()
 
     # ---- time ----------------------------------------------------------------------------
@@ -172,10 +174,12 @@ class RequirementParser(ExpressionParser):
         if token := self.takes("between"):
             start = self.time()
             if not self.takes("and"):
-                raise ExpressionError("expected 'and' and a second time", self.next.column)
+                raise ExpressionError(
+                    "BT-605", "expected 'and' and a second time", self.next.column
+                )
             end = self.time()
             if not start < end:
-                raise ExpressionError("the window ends before it begins", token.column)
+                raise ExpressionError("BT-605", "the window ends before it begins", token.column)
             return TimeWindow(start, end)
         token = self.takes("within", "for")
         if token is None:
@@ -183,7 +187,7 @@ class RequirementParser(ExpressionParser):
         if (token.text == "within") is not some:
             right = "within" if some else "for"
             message = f"expected '{word.text} {right} ...', got '{word.text} {token.text}'"
-            raise ExpressionError(message, token.column)
+            raise ExpressionError("BT-605", message, token.column)
         return TimeWindow(0.0, self.time())
 
     def within(self) -> TimeWindow | None:
@@ -196,11 +200,13 @@ class RequirementParser(ExpressionParser):
         if token is None:
             return window
         if not self.takes("far"):
-            raise ExpressionError(f"expected 'far' after 'so', got {self.got}", self.next.column)
+            raise ExpressionError(
+                "BT-605", f"expected 'far' after 'so', got {self.got}", self.next.column
+            )
         if word.text not in LOOKING_BACK or not window.is_bounded:
             message = "'so far' belongs behind a window that looks back"
             hint = "such as 'historically for 5 s so far'"
-            raise ExpressionError(message, token.column, hint)
+            raise ExpressionError("BT-605", message, token.column, hint)
         return replace(window, so_far=True)
 
     def time(self) -> float:
@@ -208,13 +214,15 @@ class RequirementParser(ExpressionParser):
         token = self.take()
         if token.kind != "number":
             got = quoted(token.text) if token.text else "the end"
-            raise ExpressionError(f"expected a time such as '0.5 s', got {got}", token.column)
+            raise ExpressionError(
+                "BT-605", f"expected a time such as '0.5 s', got {got}", token.column
+            )
         if self.next.kind != "name" or self.next.text not in COMPUTED:
             return float(token.text)
         unit = self.take()
         if unit.text not in TIMES:
             message = f"expected a time ({', '.join(TIMES)}), got {quoted(unit.text)}"
-            raise ExpressionError(message, unit.column)
+            raise ExpressionError("BT-605", message, unit.column)
         return in_base(float(token.text), unit.text)
 
     # ---- signals -------------------------------------------------------------------------
@@ -226,12 +234,14 @@ class RequirementParser(ExpressionParser):
         signal = SIGNALS.get(node.name)
         if signal is None and self.tokens[max(self.at - 2, 0)].text in ("==", "!="):
             message = f"unknown signal {quoted(node.name)}"
-            raise ExpressionError(message, node.column, f"a text stands in quotes: '{node.name}'")
+            raise ExpressionError(
+                "BT-602", message, node.column, f"a text stands in quotes: '{node.name}'"
+            )
         if signal is None:
             raise _unknown(node.name, node.column)
         if signal.arguments:
             message = f"expected {_usage(node.name)}, got '{node.name}' alone"
-            raise ExpressionError(message, node.column)
+            raise ExpressionError("BT-602", message, node.column)
         return SignalValue(node.column, node.name)
 
     @override
@@ -241,7 +251,9 @@ class RequirementParser(ExpressionParser):
         if token.text in FUNCTIONS:
             found = super().call(token)
             if self.draws:
-                raise ExpressionError("a requirement cannot draw random numbers", token.column)
+                raise ExpressionError(
+                    "BT-604", "a requirement cannot draw random numbers", token.column
+                )
             return found
         signal = SIGNALS.get(token.text)
         if signal is None:
@@ -249,7 +261,7 @@ class RequirementParser(ExpressionParser):
         arguments = self.names_in(token)
         if len(arguments) != len(signal.arguments):
             message = f"expected {_usage(token.text)}, got {len(arguments)} arguments"
-            raise ExpressionError(message, token.column)
+            raise ExpressionError("BT-602", message, token.column)
         if token.text == OUTCOME:
             return self.outcome(token, arguments[0])
         return SignalValue(token.column, token.text, tuple(arguments))
@@ -262,10 +274,10 @@ class RequirementParser(ExpressionParser):
             if argument.kind != "text":
                 got = quoted(argument.text) if argument.text else "the end"
                 message = f"expected {_usage(token.text)}, got {got}"
-                raise ExpressionError(message, argument.column, "quote names: 'scan'")
+                raise ExpressionError("BT-601", message, argument.column, "quote names: 'scan'")
             arguments.append(argument.text[1:-1])
             if self.next.text != ")" and not self.takes(","):
-                raise ExpressionError("expected ',' or ')'", self.next.column)
+                raise ExpressionError("BT-601", "expected ',' or ')'", self.next.column)
         return arguments
 
     def outcome(self, token: Token, node: str) -> SyntaxNode:
@@ -276,10 +288,10 @@ class RequirementParser(ExpressionParser):
         name = named.text.strip("'\"")
         if symbol is None or named.kind not in ("name", "text"):
             message = f"expected {_usage(OUTCOME)} = and an outcome, such as 'canceled'"
-            raise ExpressionError(message, token.column)
+            raise ExpressionError("BT-602", message, token.column)
         if name not in OUTCOMES:
             message = f"unknown outcome {quoted(name)} (known: {listed(OUTCOMES)})"
-            raise ExpressionError(message, named.column, did_you_mean(name, OUTCOMES))
+            raise ExpressionError("BT-303", message, named.column, did_you_mean(name, OUTCOMES))
         found = SignalValue(token.column, OUTCOME, (node, name))
         return Not(token.column, found) if symbol.text == "!=" else found
 
@@ -317,14 +329,14 @@ class RequirementParser(ExpressionParser):
         """Take a word."""
         if not self.takes(word):
             message = f"expected '{word}' and {what}, got {self.got}"
-            raise ExpressionError(message, self.next.column)
+            raise ExpressionError("BT-601", message, self.next.column)
 
 
 def _expect_edge(node: SyntaxNode | None, where: str, column: int) -> Temporal:
     if isinstance(node, Temporal) and node.word in EDGES:
         return node
     message = f"expected starts(...) or ends(...) in {where}"
-    raise ExpressionError(message, node.column if node is not None else column)
+    raise ExpressionError("BT-604", message, node.column if node is not None else column)
 
 
 def _usage(name: str) -> str:
@@ -334,8 +346,10 @@ def _usage(name: str) -> str:
 
 def _unknown(name: str, column: int) -> ExpressionError:
     if name in INSTEAD:
-        return ExpressionError(f"unknown word {quoted(name)}", column, f"write '{INSTEAD[name]}'")
+        return ExpressionError(
+            "BT-602", f"unknown word {quoted(name)}", column, f"write '{INSTEAD[name]}'"
+        )
     words = (*SIGNALS, *WORDS, *EDGES, *MEASURES, "whenever")
     hint = did_you_mean(name, words)
     message = f"unknown signal {quoted(name)} (known: {listed(SIGNALS)})"
-    return ExpressionError(message, column, hint)
+    return ExpressionError("BT-602", message, column, hint)

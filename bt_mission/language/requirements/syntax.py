@@ -54,7 +54,7 @@ class SignalValue(SyntaxNode):
     @override
     def evaluate(self, scope: EvaluationScope) -> Plain:
         if self.key not in scope.fields:
-            raise ExpressionError(f"'{self.key}' has no value", self.column)
+            raise ExpressionError("BT-410", f"'{self.key}' has no value", self.column)
         return scope.fields[self.key]
 
     @override
@@ -87,7 +87,9 @@ class Temporal(SyntaxNode):
 
     @override
     def evaluate(self, scope: EvaluationScope) -> Plain:
-        raise ExpressionError(f"'{self.word}' is about more than one instant", self.column)
+        raise ExpressionError(
+            "BT-604", f"'{self.word}' is about more than one instant", self.column
+        )
 
     @override
     def infer(self, types: Types) -> Type | None:

@@ -63,14 +63,14 @@ class RequirementForm(Written):
     @model_validator(mode="after")
     def _is_whole(self) -> RequirementForm:
         if self.formula is not None and (self.whenever or self.then or self.within):
-            raise refusal("expected 'formula', or 'whenever' and 'then', got both")
+            raise refusal("expected 'formula', or 'whenever' and 'then', got both", code="BT-601")
         if self.formula is None and (self.whenever is None or self.then is None):
-            raise refusal("expected 'formula', or 'whenever' and 'then'")
+            raise refusal("expected 'formula', or 'whenever' and 'then'", code="BT-601")
         if self.formula is None:
             try:
                 check_formula(self.root)
             except ExpressionError as error:
-                raise refusal(error.message, error.hint) from None
+                raise refusal(error.message, error.hint, code=error.code) from None
         return self
 
     @property

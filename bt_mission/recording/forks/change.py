@@ -136,7 +136,7 @@ def refuse_earlier(faults: Iterable[WrittenFault], at_s: float) -> None:
         begins = fault.planned.begins
         if not isinstance(begins, WhenTrue) and begins.time_s < at_s - ROUNDING_S:
             message = f"it begins before the fork, whose control step is at {seconds(at_s)}"
-            wrong.append(fault.locate(message, None, str(begins.time_s), 0))
+            wrong.append(fault.locate("BT-1004", message, None, str(begins.time_s), 0))
     if wrong:
         raise InputError(wrong)
 
@@ -150,4 +150,4 @@ def _plain(text: str) -> Plain:
 
 
 def _fault(name: str, value: object, message: str, hint: str | None = None) -> Diagnostic:
-    return Diagnostic(message, SET_OPTION, 1, 1, f"{name}={value}", hint)
+    return Diagnostic("BT-1004", message, SET_OPTION, 1, 1, f"{name}={value}", hint)

@@ -63,7 +63,7 @@ def _other_heads(before: Mission, after: Mission) -> Iterator[Diagnostic]:
         old, other = _head(before, name), _head(after, name)
         if old != other:
             message = f"'{name}' is settled when a run begins: it was {old}, and is {other} here"
-            yield after.document.fault((name,), message)
+            yield after.document.diagnostic("BT-1004", (name,), message)
 
 
 def _head(mission: Mission, name: str) -> str:
@@ -85,16 +85,20 @@ def frame_change(before: Mission, after: Mission) -> Diagnostic | None:
 
 def _frame_changes(before: Mission, after: Mission) -> Iterator[Diagnostic]:
     if _followed(before) != _followed(after):
-        yield after.main.document.fault(("follow",), "other variables follow topics")
+        yield after.main.document.diagnostic(
+            "BT-1004", ("follow",), "other variables follow topics"
+        )
     yield from _node_changes(before.tree, after.tree, after.main)
     for name in used(before):
         old, other = before.trees[name], after.trees.get(name)
         if other is None:
-            yield after.main.document.fault(("trees",), f"there is no tree '{name}'")
+            yield after.main.document.diagnostic(
+                "BT-1004", ("trees",), f"there is no tree '{name}'"
+            )
             continue
         if _signature(old) != _signature(other):
             message = f"the tree '{name}' has other inputs, outputs or variables"
-            yield other.document.fault(other.path, message, key=True)
+            yield other.document.diagnostic("BT-1004", other.path, message, key=True)
         yield from _node_changes(old.body, other.body, other)
 
 
@@ -103,7 +107,9 @@ def _node_changes(before: NodeModel, after: NodeModel, tree: Tree) -> Iterator[D
     while waiting:
         old, other, parent = waiting.pop()
         if old is None or other is None or old.frame != other.frame:
-            yield tree.document.fault((other or parent).path, _difference(old, other))
+            yield tree.document.diagnostic(
+                "BT-1004", (other or parent).path, _difference(old, other)
+            )
             return
         below = zip_longest(old.below, other.below)
         waiting += reversed([(*pair, other) for pair in below])

@@ -18,8 +18,8 @@ from bt_mission.core.text import seconds
 from bt_mission.core.versions import versions
 from bt_mission.core.yaml.document import Document, read_text
 from bt_mission.executive.trace import VERSION
-from bt_mission.language.checks.mission import tree_faults
-from bt_mission.language.checks.python_code import factory_faults
+from bt_mission.language.checks.mission import tree_diagnostics
+from bt_mission.language.checks.python_code import factory_diagnostics
 from bt_mission.language.loader import read_mission, required
 from bt_mission.language.mission import Mission, NodeFactory, node_factories
 from bt_mission.language.permissions import Permissions
@@ -45,6 +45,8 @@ NO_PYTHON = Permissions(
 
 class ForkError(BtMissionError):
     """A recording that cannot run again, or not with this change."""
+
+    code = "BT-1003"
 
 
 @dataclass(frozen=True)
@@ -333,7 +335,7 @@ def _missions_of(
         raise ForkError(f"{file.path}: it has no seed")
     zones = zones_in(_text_of(file, "world", "worlds/").data)
     permissions = replace(permissions, texts=texts)
-    check = partial(tree_faults, permissions=permissions)
+    check = partial(tree_diagnostics, permissions=permissions)
     written = required(read_mission(document, permissions=permissions, zones=zones))
     mission = required(
         read_mission(
@@ -353,7 +355,7 @@ def _missions_of(
         observe=float(facts.texts.get("observe", "0")),
         requirements=requirements_in(file),
     )
-    faults = [*factory_faults(mission.nodes, permissions)]
+    faults = [*factory_diagnostics(mission.nodes, permissions)]
     if faults:
         raise InputError(faults)
     return written, mission

@@ -31,7 +31,8 @@ def png(scene: Scene) -> bytes:
     if width * height > MOST_PIXELS:
         raise BtMissionError(
             f"the tree is too large for a PNG ({width // SMOOTH} x {height // SMOOTH} pixels); "
-            "draw it as SVG"
+            "draw it as SVG",
+            code="BT-1103",
         )
     image = Image.new("RGB", (width, height), PAPER)
     draw = ImageDraw.Draw(image)

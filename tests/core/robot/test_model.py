@@ -79,7 +79,7 @@ def test_wrong_file_is_told_every_fault_with_its_place(tmp_path):
     with pytest.raises(InputError) as caught:
         load_robot(path)
     reported = str(caught.value)
-    assert len(caught.value.faults) == 3
+    assert len(caught.value.diagnostics) == 3
     assert "unknown key 'colour'" in reported
     assert "expected more than 0.0, got the number -0.033" in reported
     assert "expected an integer, got string 'many'" in reported

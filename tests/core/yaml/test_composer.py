@@ -18,7 +18,7 @@ def refused(text):
     """Return (line, column, message) of every fault in a text."""
     with pytest.raises(InputError) as caught:
         compose(text, "a.yaml")
-    return [(fault.line, fault.column, fault.message) for fault in caught.value.faults]
+    return [(fault.line, fault.column, fault.message) for fault in caught.value.diagnostics]
 
 
 @pytest.mark.parametrize(

@@ -36,25 +36,25 @@ def test_files_that_cannot_be_read_are_refused(tmp_path):
     missing, folder, pipe = tmp_path / "x.yaml", tmp_path / "folder", tmp_path / "pipe"
     folder.mkdir()
     os.mkfifo(pipe)
-    assert refusal(missing) == f"{missing}: error: no such file"
-    assert refusal(folder) == f"{folder}: error: expected a file, got a folder"
-    assert refusal(pipe) == f"{pipe}: error: expected a file, got a device or pipe"
+    assert refusal(missing) == f"{missing}: error: no such file [BT-101]"
+    assert refusal(folder) == f"{folder}: error: expected a file, got a folder [BT-101]"
+    assert refusal(pipe) == f"{pipe}: error: expected a file, got a device or pipe [BT-101]"
     assert "cannot read the file" in refusal(tmp_path / ("x" * 5000))
-    assert refusal("a\0b") == "a\\x00b: error: no such file"
+    assert refusal("a\0b") == "a\\x00b: error: no such file [BT-101]"
 
 
 def test_a_loop_of_links_is_refused(tmp_path):
     """A link to itself leads nowhere."""
     loop = tmp_path / "loop.yaml"
     loop.symlink_to(loop)
-    assert refusal(loop) == f"{loop}: error: no such file"
+    assert refusal(loop) == f"{loop}: error: no such file [BT-101]"
 
 
 def test_a_large_file_is_refused_unread(tmp_path):
     """Ten megabytes: the message says the size."""
     path = tmp_path / "large.yaml"
     path.write_bytes(b"a" * 10_000_000)
-    expected = "the file is too large: 10,000,000 bytes, at most 1,000,000 are read"
+    expected = "the file is too large: 10,000,000 bytes, at most 1,000,000 are read [BT-103]"
     assert refusal(path) == f"{path}: error: {expected}"
 
 
@@ -69,10 +69,10 @@ def test_other_encodings_are_refused_where_they_begin(tmp_path):
     """Line and column of the first byte that is no UTF-8."""
     path = tmp_path / "latin.yaml"
     path.write_bytes("a: 1\nb: héllo\n".encode("latin-1"))
-    assert refusal(path) == f"{path}:2:5: error: expected text in UTF-8, got the byte 0xe9"
+    assert refusal(path) == f"{path}:2:5: error: expected text in UTF-8, got the byte 0xe9 [BT-102]"
 
 
-def test_a_fault_is_found_by_path():
+def test_a_position_is_found_by_path():
     """At the value, at the key, or at the deepest part that exists."""
     document = read_text("a:\n  - {b: 1}\n", "a.yaml")
     assert document.position(("a", 0, "b")) == (2, 9)
@@ -95,4 +95,4 @@ def test_a_fault_is_found_by_path():
 def test_a_caret_goes_into_a_text_where_it_stands_as_written(line, column):
     """With escapes or folding the place inside is not known, and the text itself is shown."""
     document = read_text(line)
-    assert document.fault(("a",), "here", offset=6).column == column
+    assert document.diagnostic("BT-100", ("a",), "here", offset=6).column == column

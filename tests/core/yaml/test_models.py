@@ -40,7 +40,7 @@ def messages(text):
         validate(read_text(text, "car.yaml"), Car)
     return [
         (fault.line, fault.column, "; ".join(filter(None, (fault.message, fault.hint))))
-        for fault in caught.value.faults
+        for fault in caught.value.diagnostics
     ]
 
 
@@ -58,7 +58,7 @@ def test_a_part_of_a_document_can_be_taken():
     document = read_text("cars:\n  - {name: 1}\n")
     with pytest.raises(InputError) as caught:
         validate(document, Car, ("cars", 0))
-    assert (caught.value.faults[0].line, caught.value.faults[0].column) == (2, 12)
+    assert (caught.value.diagnostics[0].line, caught.value.diagnostics[0].column) == (2, 12)
 
 
 @pytest.mark.parametrize(

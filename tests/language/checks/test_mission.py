@@ -19,9 +19,12 @@ def test_warnings_are_few_and_located():
         )
     )
     assert [str(fault).splitlines()[0] for fault in mission.warnings] == [
-        "m.yaml:2:19: warning: the input 'idle' is never read",
-        "m.yaml:5:7: warning: turn has no timeout: it may take for ever; add 'timeout: SECONDS'",
-        "m.yaml:6:31: warning: the output 'turned' is never read",
+        "m.yaml:2:19: warning: the input 'idle' is never read [BT-231]",
+        (
+            "m.yaml:5:7: warning: turn has no timeout: it may take for ever; "
+            "add 'timeout: SECONDS' [BT-234]"
+        ),
+        "m.yaml:6:31: warning: the output 'turned' is never read [BT-231]",
     ]
 
 
@@ -50,7 +53,7 @@ def test_a_wait_for_a_message_without_a_limit_is_warned_of():
     assert [str(fault).splitlines()[0] for fault in mission.warnings] == [
         (
             "m.yaml:4:7: warning: the wait for odom has no timeout: it may take for ever; "
-            "add 'timeout: SECONDS'"
+            "add 'timeout: SECONDS' [BT-234]"
         ),
     ]
 
@@ -89,7 +92,7 @@ def test_a_node_that_is_never_reached_is_warned_of(before, never):
     kind = "fallback" if never == "fails" else "sequence"
     lines = notes(f"  {kind}:\n    - {before}\n    - {{log: $x}}\n    - {{wait: 1}}\n")
     place = "m.yaml:6:7: "
-    text = f"{place}never reached: the node before it, in line 5, never {never}"
+    text = f"{place}never reached: the node before it, in line 5, never {never} [BT-232]"
     assert [line for line in lines if "read" not in line] == [text]
 
 
@@ -123,7 +126,7 @@ def test_what_takes_time_under_a_reactive_parent_is_warned_of():
         (
             "m.yaml:6:7: once it has succeeded, this sequence begins anew in every tick while a "
             "later one runs: the sequence in line 4 has 'memory: false'; put what takes time last, "
-            "or leave 'memory' out"
+            "or leave 'memory' out [BT-233]"
         )
     ]
 
@@ -134,6 +137,6 @@ def test_variables_that_nobody_reads_are_warned_of():
         "  sequence:\n    - set: {a: x, b: 1}\n    - for_each: {c: [1]}\n      do: {log: $a}\n"
     )
     assert output == [
-        "m.yaml:5:22: the variable 'b' is never read",
-        "m.yaml:6:21: the variable 'c' is never read",
+        "m.yaml:5:22: the variable 'b' is never read [BT-231]",
+        "m.yaml:6:21: the variable 'c' is never read [BT-231]",
     ]

@@ -19,7 +19,7 @@ def faults(*nodes, inputs="{n: 2, word: hello}"):
     try:
         load(text)
     except InputError as error:
-        return [(fault.line, fault.column, fault.message) for fault in error.faults]
+        return [(fault.line, fault.column, fault.message) for fault in error.diagnostics]
     return []
 
 

@@ -270,7 +270,7 @@ def test_a_mismatch_says_what_was_there():
 
 def test_an_error_prints_with_hint_and_column():
     """Where it is not located in a file."""
-    assert str(ExpressionError("wrong", 4, "write 'x'")) == "wrong; write 'x' (column 4)"
+    assert str(ExpressionError("BT-401", "wrong", 4, "write 'x'")) == "wrong; write 'x' (column 4)"
 
 
 def test_the_second_side_is_evaluated_only_where_it_matters():

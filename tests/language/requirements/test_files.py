@@ -33,8 +33,8 @@ def test_a_fault_in_such_a_file_has_its_place(tmp_path: Path, text: str, message
     file.write_text(text)
     with pytest.raises(InputError) as refused:
         with_requirements(load(MISSION), [file])
-    assert any(message in fault.message for fault in refused.value.faults)
-    assert {fault.file for fault in refused.value.faults} == {str(file)}
+    assert any(message in fault.message for fault in refused.value.diagnostics)
+    assert {fault.file for fault in refused.value.diagnostics} == {str(file)}
 
 
 def test_a_file_that_is_not_there_is_said(tmp_path: Path) -> None:
@@ -88,6 +88,6 @@ def test_requirements_in_xml_are_checked(tmp_path: Path, metadata: str, message:
     line = text[: text.index(old)].count("\n") + 1
     with pytest.raises(InputError) as refused:
         load(xml)
-    (fault,) = refused.value.faults
+    (fault,) = refused.value.diagnostics
     assert fault.line == line
     assert message in str(fault)

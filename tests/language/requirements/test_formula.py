@@ -30,7 +30,7 @@ def test_a_colon_in_a_requirement_wants_quotes() -> None:
     with pytest.raises(InputError) as refused:
         load(MISSION.format(f"{line}  # soon"))
     written = "gets on: 'eventually within 60 s: succeeded(\"visit A\")'"
-    assert f"quote the text: {written}" in refused.value.faults[0].headline
+    assert f"quote the text: {written}" in refused.value.diagnostics[0].headline
     (requirement,) = load(MISSION.format(f"{written}  # soon")).requirements
     assert (requirement.name, requirement.text) == (
         "gets on",

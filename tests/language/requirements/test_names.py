@@ -32,7 +32,7 @@ def refusal(formula: str) -> str:
     """Return what is said of a formula that names a node."""
     with pytest.raises(InputError) as refused:
         load(MISSION.format(formula=formula))
-    (fault,) = refused.value.faults
+    (fault,) = refused.value.diagnostics
     assert fault.line == 3
     return f"{fault.message}; {fault.hint}"
 
@@ -79,4 +79,4 @@ def test_the_error_for_the_kind_of_an_unnamed_root_says_its_name() -> None:
             "mission: plain\nrequirements:\n  it: never failed('sequence')\n"
             "tree:\n  sequence: [{wait: 1}]\n"
         )
-    assert refused.value.faults[0].hint == "the root has the mission's name: 'plain'"
+    assert refused.value.diagnostics[0].hint == "the root has the mission's name: 'plain'"

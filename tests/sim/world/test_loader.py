@@ -95,7 +95,7 @@ def test_a_problem_is_told_with_its_place(tmp_path):
     )
     with pytest.raises(InputError) as caught:
         load_world(path)
-    (fault,) = caught.value.faults
+    (fault,) = caught.value.diagnostics
     assert (fault.line, fault.column) == (3, 8)
     assert fault.source == "spawn: {x: 1, y: 1}"
     assert fault.hint == "move it to where the robot has room"

@@ -125,7 +125,7 @@ def judge(path: Path) -> Verdict:
     try:
         converted = convert(path)
     except InputError as error:
-        return Verdict(accepted=False, finding=_misplaced(error.faults))
+        return Verdict(accepted=False, finding=_misplaced(error.diagnostics))
     if path.suffix == ".yaml":
         mission, _ = read_mission(document_of(path))
         if mission is None:  # mission_xml reads more than is sound
@@ -145,7 +145,7 @@ def judge(path: Path) -> Verdict:
     try:
         xml = mission_xml(read_text(converted, "m.yaml"))
     except InputError as error:
-        return Verdict(True, finding=_misplaced(error.faults))
+        return Verdict(True, finding=_misplaced(error.diagnostics))
     return _compared(xml, meant, "XML again")
 
 

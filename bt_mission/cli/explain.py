@@ -1,0 +1,70 @@
+"""``bt-mission explain``: what the code of an error means, with an example and a cure."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import asdict
+from itertools import groupby
+from textwrap import fill, indent
+
+from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.options import JSON
+from bt_mission.cli.parser import Command, Option
+from bt_mission.core.error_catalogue import CatalogueEntry, catalogue, entry_of, shown
+
+EPILOG = """\
+examples:
+  bt-mission explain BT-203    what is wrong, why, and how it is corrected
+  bt-mission explain 203       the same
+  bt-mission explain           all codes, with their titles
+"""
+
+
+def explain(options: argparse.Namespace) -> int:
+    """Print entries of the catalogue; without a code its list."""
+    entries = [*map(entry_of, options.codes)] or [*catalogue().values()]
+    if options.json:
+        print(json.dumps([asdict(entry) for entry in entries], indent=2))
+    elif options.codes:
+        print("\n\n".join(map(explained, entries)))
+    else:
+        for group, members in groupby(entries, lambda entry: entry.group):
+            print(group)
+            for entry in members:
+                print(f"  {entry.code:8} {entry.title}")
+            print()
+        print("bt-mission explain CODE shows one with an example")
+    return SUCCESS
+
+
+def explained(entry: CatalogueEntry) -> str:
+    """Return an entry as text."""
+    parts = [f"{entry.code}: {entry.title}", fill(entry.cause)]
+    if entry.wrong:
+        line = f", line {entry.line}" if entry.line else ""
+        wrong = "Wrong:" if entry.is_command else f"Wrong ({entry.file}{line}):"
+        parts += [f"{wrong}\n\n{indent(shown(entry.wrong), '    ')}"]
+    parts.append(fill(f"Cure: {entry.cure}"))
+    if entry.right:
+        parts.append(f"Right:\n\n{indent(shown(entry.right), '    ')}")
+    return "\n\n".join(parts)
+
+
+COMMANDS = {
+    "explain": Command(
+        explain,
+        "Explains the codes at the end of errors and warnings: the cause, the smallest example and "
+        "its correction. Without a code it lists all.",
+        (
+            Option(
+                "codes code",
+                "such as BT-203, bt-203 or 203 (default: list all codes)",
+                nargs="*",
+                completes="codes",
+            ),
+            JSON.but(help="print a list with an object for each code"),
+        ),
+        EPILOG,
+    )
+}

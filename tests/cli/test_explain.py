@@ -1,0 +1,130 @@
+"""The catalogue of errors: every example has its mistake, and no code is missing or unused."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from bt_mission.core.error_catalogue import GROUPS, PROMPT, CatalogueEntry, catalogue
+from tests.support.command_line import CommandLine
+
+ROOT = Path(__file__).resolve().parents[2]
+ENTRIES = list(catalogue().values())
+FILES = [entry for entry in ENTRIES if entry.wrong and not entry.is_command]
+CALLS = [entry for entry in ENTRIES if entry.is_command]
+WITHOUT_EXAMPLE = {
+    *("BT-410", "BT-510", "BT-511"),  # of a run, of a graph, of a machine without ROS
+    *("BT-804", "BT-806"),  # of whole files of robots and parameters
+    *("BT-901", "BT-902", "BT-903", "BT-904", "BT-905", "BT-906", "BT-907"),
+    *("BT-1003", "BT-1004"),
+}
+"""Codes whose examples would be longer than an explanation; tests of their rooms raise them."""
+
+
+def write(folder: Path, entry: CatalogueEntry, content: str) -> None:
+    """Write an example and the files beside it."""
+    for name, text in {**entry.beside, entry.file: content}.items():
+        (folder / name).write_text(text.removeprefix("\n"), encoding="utf-8")
+
+
+def checked(cli: CommandLine, entry: CatalogueEntry, content: str) -> list[tuple[int, str, str]]:
+    """Return line, code and severity of every diagnostic of an example."""
+    write(cli.folder, entry, content)
+    cli.call(f"check --json {entry.file}")
+    found = json.loads(cli.out)
+    return [(each["line"], each["code"], each["severity"]) for each in found]
+
+
+@pytest.mark.parametrize("entry", FILES, ids=lambda entry: entry.code)
+def test_an_example_has_its_mistake_and_no_other(cli: CommandLine, entry: CatalogueEntry) -> None:
+    """At its line; the corrected example has no error and no warning of this code."""
+    found = checked(cli, entry, entry.wrong)
+    assert [(line, code) for line, code, _ in found if code == entry.code] == [
+        (entry.line, entry.code)
+    ], found
+    assert {code for _, code, severity in found if severity == "error"} <= {entry.code}
+    assert checked(cli, entry, entry.right) == []
+
+
+@pytest.mark.parametrize("entry", CALLS, ids=lambda entry: entry.code)
+def test_a_command_is_refused_with_its_code(cli: CommandLine, entry: CatalogueEntry) -> None:
+    """The corrected command succeeds."""
+    for name, text in entry.beside.items():
+        (cli.folder / name).write_text(text, encoding="utf-8")
+    program = f"{PROMPT}bt-mission "
+    assert cli.call(entry.wrong.strip().removeprefix(program)) in (1, 2)
+    assert f"[{entry.code}]" in cli.out + cli.err
+    assert cli.call(entry.right.strip().removeprefix(program)) == 0, cli.err
+
+
+def test_every_code_of_the_sources_is_in_the_catalogue_and_none_is_unused() -> None:
+    """A new error touches the place that raises it, and the catalogue."""
+    used = {
+        code
+        for package in ("bt_mission", "action_servers", "sim")
+        for path in (ROOT / package).rglob("*.py")
+        for code in re.findall(r'"(BT-[0-9]+)"', path.read_text(encoding="utf-8"))
+    }
+    assert used == set(catalogue())
+    assert {entry.code for entry in ENTRIES if not entry.wrong} == WITHOUT_EXAMPLE
+
+
+def test_codes_are_in_order_and_texts_are_sentences() -> None:
+    """Each is in a group, with a cause and a cure."""
+    numbers = [int(entry.code.removeprefix("BT-")) for entry in ENTRIES]
+    assert numbers == sorted(numbers)
+    assert {number // 100 for number in numbers} == set(GROUPS)
+    for entry in ENTRIES:
+        assert entry.title[0].isupper()
+        assert not entry.title.endswith(".")
+        for text in (entry.cause, entry.cure):
+            assert text[0].isupper() or text[0] == "`"
+            assert text.endswith((".", "`."))
+
+
+@pytest.mark.parametrize("code", ["BT-203", "bt-203", "203", "BT203"])
+def test_a_code_is_explained_however_it_is_written(cli: CommandLine, code: str) -> None:
+    """With title, cause, example, cure and the corrected example."""
+    entry = catalogue()["BT-203"]
+    out = cli(f"explain {code}")
+    assert out.startswith(f"BT-203: {entry.title}\n")
+    assert "    trun: {angle: 90}" not in entry.right
+    assert "      trun: {angle: 90}\n" in out
+    assert "      turn: {angle: 90}\n" in out
+
+
+def test_without_a_code_all_are_listed(cli: CommandLine) -> None:
+    """By groups, and as JSON."""
+    out = cli("explain")
+    assert all(f"  {entry.code:8} {entry.title}\n" in out for entry in ENTRIES)
+    assert all(f"{group}\n" in out for group in GROUPS.values())
+    listed = json.loads(cli("explain --json"))
+    assert [each["code"] for each in listed] == list(catalogue())
+    (entry,) = json.loads(cli("explain --json 203"))
+    assert entry["title"] == catalogue()["BT-203"].title
+
+
+@pytest.mark.parametrize("code", ["BT-999", "unknown", "''"])
+def test_an_unknown_code_is_refused_with_the_nearest(cli: CommandLine, code: str) -> None:
+    """Three of them."""
+    cli(f"explain {code}", 2)
+    assert cli.err.count("BT-") >= 3
+
+
+def test_editors_get_the_code_and_a_link_to_its_explanation(cli: CommandLine) -> None:
+    """The link leads to a heading of the page of errors."""
+    cli.write("m.yaml", "mission: m\ntree: {trun: 1}\n")
+    (found,) = json.loads(cli("check --json m.yaml", 2))
+    assert found["code"] == "BT-203"
+    page, _, anchor = found["url"].partition("#")
+    assert anchor == "bt-203"
+    text = Path(page.removeprefix("file://")).read_text(encoding="utf-8")
+    assert "\n### BT-203\n" in text
+
+
+def test_codes_are_completed(cli: CommandLine) -> None:
+    """All of them."""
+    assert cli.lines("completion --names codes") == list(catalogue())
