@@ -12,7 +12,8 @@ from tests.support.project import ROOT
 PAGE = ROOT / "docs" / "reference" / "api.md"
 MODULES = re.findall(r"^\.\. automodule:: (\S+)$", PAGE.read_text("utf-8"), re.MULTILINE)
 PAGES = sorted({ROOT / "README.md", *(ROOT / "docs").rglob("*.md")})
-CODE = sorted((ROOT / "docs").rglob("*.py"))
+SITE = ROOT / "docs" / "site"
+CODE = sorted(path for path in (ROOT / "docs").rglob("*.py") if not path.is_relative_to(SITE))
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 OURS = ("bt_mission", "action_servers", "sim")
 
