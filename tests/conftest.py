@@ -40,7 +40,7 @@ settings.load_profile("bt_mission")
 
 
 class ScriptedServer:
-    """A courier whose server answers when the test says so."""
+    """A goal client whose server answers when the test lets it."""
 
     def __init__(self, name: str = "/turn", *, ready: bool = True) -> None:
         self.name = name

@@ -11,7 +11,7 @@ from bt_mission.goals.goal import Event, Goal, Phase
 
 
 class Requests:
-    """A courier that writes down what it is asked to carry."""
+    """A goal client that records its requests."""
 
     name = "/turn"
     type_name = "test_msgs/action/Test"
@@ -39,7 +39,7 @@ class Requests:
 
 
 def goal_in(phase: Phase) -> tuple[Goal, Requests]:
-    """A goal in a phase, and what its courier is asked."""
+    """A goal in a phase, with the recorded requests of its client."""
     requests = Requests()
     return Goal(bytes(16), requests, "turn left", phase=phase), requests
 

@@ -164,9 +164,9 @@ def test_halting_never_blocks_a_tick(ros: Any) -> None:
     halts = []
     cancel = RosGoalClient.send_cancel
 
-    def noted(courier: RosGoalClient, goal: Any) -> None:
+    def noted(goal_client: RosGoalClient, goal: Any) -> None:
         halts.append((ros.now_s, node.executive.ticks))
-        cancel(courier, goal)
+        cancel(goal_client, goal)
 
     node.goal_client("turn", turn.type_name).send_cancel = noted.__get__(
         node.goal_client("turn", turn.type_name)
