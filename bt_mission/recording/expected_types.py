@@ -7,13 +7,7 @@ from collections.abc import Mapping
 from functools import cache
 
 from bt_mission.core.cdr.decoder import Decoder, DecodingError
-from bt_mission.core.cdr.definitions import (
-    Definitions,
-    Field,
-    NoDefinitionError,
-    parse,
-    share_folders,
-)
+from bt_mission.core.cdr.definitions import Field, NoDefinitionError, definition_of, parse
 
 _FAMILIES = {
     **dict.fromkeys(("byte", "char"), "an integer"),
@@ -59,7 +53,7 @@ def _installed(type_name: str) -> Mapping[str, str]:
     if not _NAME.fullmatch(type_name):
         return {}
     try:
-        definition = Definitions(share_folders()).of(type_name)
+        definition = definition_of(type_name)
     except NoDefinitionError:
         return {}
     return {field.name: _kind(field) for field in parse(type_name, definition)[""]}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
@@ -42,8 +42,8 @@ class McapFile:
         self.messages = 0
         self.bytes = 0
         """Bytes written, as of the last flush."""
-        self._waiting: list[Message] = []
-        self._last_ns = 0
+        self._newest_ns = self._last_ns = 0
+        """The times of the newest message, and of the newest at the last flush."""
         self._schemas: dict[str, int] = {}
         self._stream = self.output.stream
         self._writer = ChunkWriter(self._stream)
@@ -69,14 +69,17 @@ class McapFile:
             )
         return self._writer.add_channel(topic, ENCODING, self._schemas[type_name], metadata)
 
-    def write(self, time_ns: int, messages: Iterable[tuple[int, bytes]]) -> None:
+    def write(self, time_ns: int, messages: Sequence[Message]) -> None:
         """Add the messages of one instant, each the number of its channel and its bytes.
 
         They are flushed a second after the last time, or when many are waiting.
         """
-        self._waiting += [(channel, time_ns, data) for channel, data in messages]
+        if not messages or self.fault is not None:
+            return
+        self._writer.add_messages(time_ns, messages)
+        self._newest_ns = time_ns
         is_late = not 0 <= time_ns - self._last_ns < FLUSH_NS
-        if self._waiting and (is_late or len(self._waiting) > MOST_WAITING):
+        if is_late or self._writer.waiting > MOST_WAITING:
             self.flush()
 
     def attach(self, name: str, media_type: str, data: bytes, time_ns: int) -> None:
@@ -89,20 +92,20 @@ class McapFile:
 
     def flush(self) -> None:
         """End the chunk, and hand everything to the operating system."""
-        waiting, self._waiting = self._waiting, []
+        waiting = self._writer.waiting
 
         def write() -> None:
             if waiting:
-                self._writer.write_messages(waiting)
+                self._writer.write_chunk()
             self._stream.flush()
 
         self._try(write)
         if self.fault is not None:
             return
         self.bytes = self._writer.bytes_written
-        self.messages += len(waiting)
+        self.messages += waiting
         if waiting:
-            self.kept_ns = self._last_ns = waiting[-1][1]
+            self.kept_ns = self._last_ns = self._newest_ns
 
     def abandon(self, why: str) -> None:
         """Write nothing more."""

@@ -14,13 +14,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 
-from bt_mission.core.cdr.decoder import Decoder, Take
-from bt_mission.core.cdr.definitions import (
-    Definitions,
-    NoDefinitionError,
-    share_folders,
-    with_plain_names,
-)
+from bt_mission.core.cdr.decoder import Decoder, Take, decoder_of
+from bt_mission.core.cdr.definitions import NoDefinitionError, definition_of, with_plain_names
 from bt_mission.core.dds.liveliness import RECORDER
 from bt_mission.core.dds.liveliness import TOPIC as PRESENCE
 from bt_mission.core.errors import described
@@ -94,9 +89,7 @@ class RunRecorder(Onlooker):
         self.file = file or McapFile(path, f"bt-mission {versions()['bt-mission']}")
         self._session = session
         self._options = options or RecordingOptions()
-        self._definitions = Definitions(share_folders())
         self._looked_ns = session.now_ns
-        self._decoders: dict[str, Decoder] = {}
         self._pending: list[tuple[int, bytes]] = []
         self._has_head = False
         self._start_ns = session.now_ns
@@ -304,7 +297,7 @@ class RunRecorder(Onlooker):
 
     def trimming(self, type_name: str, *, has_fixed_shape: bool) -> Callable[[Take], Take] | None:
         """Return a function that removes rclpy's additions from messages; None if too slow."""
-        decoder = self._decoder(type_name)
+        decoder = decoder_of(type_name)
         if has_fixed_shape or decoder.has_known_length:
             return partial(decoder.trimming, has_fixed_shape=has_fixed_shape)
         return None
@@ -350,7 +343,7 @@ class RunRecorder(Onlooker):
     def _channel(self, topic: str, type_name: str, offered_qos: str) -> int:
         """Make a channel. Return its number, 0 if the definition of its type is not installed."""
         try:
-            definition = self._definitions.of(type_name)
+            definition = definition_of(type_name)
         except NoDefinitionError as error:
             self._topics.faults[topic] = str(error)
             return 0
@@ -365,12 +358,7 @@ class RunRecorder(Onlooker):
     def open_own(self, topic: str, type_name: str) -> Take:
         """The same for messages that are serialized here."""
         take = self._open_channel(topic, type_name)
-        return self._decoder(type_name).trimming(take, has_fixed_shape=False)
-
-    def _decoder(self, type_name: str) -> Decoder:
-        if type_name not in self._decoders:
-            self._decoders[type_name] = Decoder(type_name, self._definitions.of(type_name))
-        return self._decoders[type_name]
+        return decoder_of(type_name).trimming(take, has_fixed_shape=False)
 
     # ---- besides topics --------------------------------------------------------------------
 

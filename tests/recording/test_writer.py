@@ -20,8 +20,9 @@ from std_msgs.msg import Float64
 
 import bt_mission
 from bt_mission import read_recording
-from bt_mission.core.cdr.definitions import Definitions, NoDefinitionError
+from bt_mission.core.cdr.definitions import NoDefinitionError, definition_of
 from bt_mission.core.files import names
+from bt_mission.recording import writer
 from bt_mission.recording.contents import files_of
 from bt_mission.recording.file import McapFile
 from bt_mission.sessions.load import load
@@ -298,14 +299,13 @@ def test_a_topic_whose_type_is_not_installed_is_named(
     record: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The others are recorded."""
-    whole = Definitions.of
 
-    def without_scans(self: Definitions, type_name: str) -> str:
+    def without_scans(type_name: str) -> str:
         if type_name.endswith("/LaserScan"):
             raise NoDefinitionError(f"no definition of {type_name} is installed")
-        return whole(self, type_name)
+        return definition_of(type_name)
 
-    monkeypatch.setattr(Definitions, "of", without_scans)
+    monkeypatch.setattr(writer, "definition_of", without_scans)
     run = record()
     missing = "/scan (no definition of sensor_msgs/msg/LaserScan is installed)"
     assert run.recorder.missing == missing

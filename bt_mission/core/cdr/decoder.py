@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bt_mission.core.cdr.definitions import Definitions, Field, parse, share_folders
+from bt_mission.core.cdr.definitions import Field, definition_of, parse
 from bt_mission.core.errors import BtMissionError
 
 Take = Callable[[bytes], None]
@@ -335,4 +335,4 @@ def decoder_of(type_name: str) -> Decoder:
     Raises:
         NoDefinitionError: When its definition is not installed.
     """
-    return Decoder(type_name, Definitions(share_folders()).of(type_name))
+    return Decoder(type_name, definition_of(type_name))

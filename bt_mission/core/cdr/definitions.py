@@ -140,6 +140,21 @@ class Definitions:
         return None
 
 
+@cache
+def _installed() -> Definitions:
+    return Definitions(share_folders())
+
+
+@cache
+def definition_of(type_name: str) -> str:
+    """Return the whole definition of an installed type, such as ``nav_msgs/msg/Odometry``.
+
+    Raises:
+        NoDefinitionError: It is not installed.
+    """
+    return _installed().of(type_name)
+
+
 def with_plain_names(type_name: str, definition: str) -> tuple[str, str]:
     """Name a type, and those that it is made of, as every reader of definitions takes it.
 

@@ -16,7 +16,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from starlette.applications import Starlette
 from starlette.routing import WebSocketRoute
 
-from bt_mission.core.cdr.definitions import Definitions, share_folders, with_plain_names
+from bt_mission.core.cdr.definitions import definition_of, with_plain_names
 from bt_mission.core.dds.publishers import CLOCK
 from bt_mission.core.diagnostics import listed
 from bt_mission.core.errors import BtMissionError, described
@@ -100,7 +100,6 @@ class FoxgloveServer(Onlooker):
         app = Starlette(routes=[WebSocketRoute("/{path:path}", self._clients.open)])
         self._server = GuardedServer(app, connections, FRAMES, most_bytes=MOST_BYTES)
         self._turning: _Turning | None = None
-        self._definitions = Definitions(share_folders())
         self._topics: dict[str, _ServedTopic | None] = {}
         """None is a topic that cannot be served."""
         self._since_search, self._since_time = Stopwatch(), Stopwatch()
@@ -168,7 +167,7 @@ class FoxgloveServer(Onlooker):
         if len(types) > 1:
             raise BtMissionError(f"it has several types: {listed(sorted(types))}")
         message_class = topic_type(types[0])
-        name, definition = with_plain_names(types[0], self._definitions.of(types[0]))
+        name, definition = with_plain_names(types[0], definition_of(types[0]))
         words = {
             "topic": topic,
             "encoding": "cdr",
