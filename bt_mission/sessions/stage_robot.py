@@ -263,7 +263,7 @@ class StageRun(Run):
             time_ns=self.runner.now_ns,
             pose=robot.pose,
             lidar=(spec.x, spec.y, 0.0),
-            ranges=robot.scan(0),
+            ranges=robot.look_around(),
             reach=(spec.min_range, spec.max_range),
             charge=battery.percentage,
             voltage=battery.voltage,

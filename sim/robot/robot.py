@@ -359,6 +359,10 @@ class SimulatedRobot:
         """Return the lidar's ranges now, m; `index` counts its measurements (noise)."""
         return self._lidar.scan(index)
 
+    def look_around(self) -> npt.NDArray[np.float32]:
+        """Return the lidar's ranges now, m, for a viewer: the measurements stay as they are."""
+        return self._lidar.look()
+
     # ---- inside --------------------------------------------------------------------------
 
     def _switch_motors(self, *, on: bool) -> None:

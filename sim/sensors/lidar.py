@@ -230,6 +230,7 @@ class LidarSensor(Sensor):
     @override
     def restart(self) -> None:
         self._last: npt.NDArray[np.float32] | None = None
+        self._index = 0
 
     @override
     def constants(self) -> Mapping[str, Any]:
@@ -255,7 +256,18 @@ class LidarSensor(Sensor):
         faults = self.faults
         if not faults.frozen or self._last is None:
             self._last = self._lidar.measure(self.mount.physics.data, index, faults)
+            self._index = index
         return self._last
+
+    def look(self) -> npt.NDArray[np.float32]:
+        """Return the ranges now, m, with the noise of the newest measurement.
+
+        It changes nothing, so that a viewer does not change what a frozen lidar shows, and draws no
+        noise.
+        """
+        if self.faults.frozen and self._last is not None:
+            return self._last
+        return self._lidar.measure(self.mount.physics.data, self._index, self.faults)
 
     @override
     def numbers(self, index: int) -> list[float]:
