@@ -85,6 +85,10 @@ class RecordedMessage:
             self._message = self.channel.decode(self.data)
         return self._message
 
+    def forget(self) -> None:
+        """Drop the decoded fields: who keeps the message keeps its bytes only."""
+        self._message = None
+
 
 class MissionMessage(RecordedMessage):
     """A message of the mission's executive."""
@@ -252,23 +256,28 @@ def happenings(file: RecordedFile) -> Iterator[tuple[int, RecordedMessage]]:
 
 def fold(
     file: RecordedFile,
-    take: Callable[[int, Any], None],
+    *takes: Callable[[int, Any], None],
     among: Iterable[tuple[int, RecordedMessage]] | None = None,
 ) -> None:
-    """Pass on everything in a file; what cannot be read is noted in the file.
+    """Pass on everything in a file; what cannot be read is noted in the file, once a message.
 
     Args:
-        take: Called with the time, ns, and the message.
+        takes: Each is called with the time, ns, and the message.
         among: These messages of the file instead of all.
 
     Raises:
         RecordingError: As :func:`happenings`.
     """
     for time_ns, happening in happenings(file) if among is None else among:
-        try:
-            take(time_ns, happening)
-        except UNREADABLE as error:
-            file.note_unread(happening.channel, error)
+        unread: Exception | None = None
+        for take in takes:
+            try:
+                take(time_ns, happening)
+            except UNREADABLE as error:
+                unread = unread or error
+        if unread is not None:
+            file.note_unread(happening.channel, unread)
+        happening.forget()
 
 
 def _is_readable(happening: RecordedMessage) -> bool:

@@ -138,7 +138,7 @@ def read_run(path: Path, robot: str | None = None) -> RecordedRun:
         RecordingError: The file is invalid, or has no run of a mission.
     """
     file = RecordedFile(path, robot)
-    run = _RunReader(file)
+    run = RunReader(file)
     fold(file, run.take)
     return run.run()
 
@@ -167,8 +167,8 @@ def spans_of(
     return tuple(map(tuple, spans))
 
 
-class _RunReader:
-    """Reads messages one by one."""
+class RunReader:
+    """Reads messages one by one: a fold of a recording."""
 
     def __init__(self, file: RecordedFile) -> None:
         self._file = file

@@ -6,7 +6,7 @@ import base64
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 from bt_mission.core.stamps import NS
 from bt_mission.events.events import RunStarted
@@ -52,11 +52,7 @@ _OF_TRUTH = {name.removeprefix("odometry."): read for name, read in OF_ODOMETRY.
 
 
 class RecordingSurvey:
-    """The content of a recording, known before its signals are read.
-
-    Raises:
-        RecordingError: The file is invalid, cannot be opened, or has no message.
-    """
+    """The content of a recording, known before its signals are read: a fold of all messages."""
 
     def __init__(self, file: RecordedFile) -> None:
         self.file = file
@@ -69,11 +65,25 @@ class RecordingSurvey:
         """Whether the messages are in the order of time."""
         self._newest_ns, self._oldest_ns = 0, LARGEST_NS
         self._first_samples: dict[str, Mapping[str, Any]] = {}
-        fold(file, self._take)
+
+    @classmethod
+    def of(cls, file: RecordedFile) -> Self:
+        """Read a file.
+
+        Raises:
+            RecordingError: The file is invalid, cannot be opened, or has no message.
+        """
+        survey = cls(file)
+        fold(file, survey.take)
         if file.first_ns is None:
             why = f": {file.why_cut}" if file.why_cut else ""
             raise RecordingError(f"{file.path}: no message is in it{why}")
-        self.first_ns = self._oldest_ns
+        return survey
+
+    @property
+    def first_ns(self) -> int:
+        """The time of the oldest message."""
+        return self._oldest_ns
 
     @property
     def first_sample(self) -> Mapping[str, Any] | None:
@@ -98,7 +108,8 @@ class RecordingSurvey:
                 return SimulationModel(data, self.file.facts.simulation)
         raise ValueError("the model of the simulation is not in the recording")
 
-    def _take(self, time_ns: int, happening: RecordedMessage) -> None:
+    def take(self, time_ns: int, happening: RecordedMessage) -> None:
+        """Take the next message."""
         topic = happening.channel.topic
         self.is_in_order = self.is_in_order and time_ns >= self._newest_ns
         self._newest_ns = time_ns

@@ -23,9 +23,10 @@ from bt_mission.language.requirements.formula import (
 from bt_mission.language.requirements.syntax import EVERYTHING, Measure, Temporal
 from bt_mission.recording.happenings import TEXT, RecordedMessage, SignalLine, fold, happenings
 from bt_mission.recording.model import RecordedRequirement, RecordedRun
-from bt_mission.recording.reader import read_run
+from bt_mission.recording.reader import RunReader
 from bt_mission.recording.reading import RecordedFile, RecordingError
 from bt_mission.recording.recorded_signals import RecordedSignals, RecordingSurvey
+from bt_mission.recording.replay.timeline import Timeline, TimelineReader
 from bt_mission.recording.signal_samples import requirements_in
 from bt_mission.requirements.monitor import Monitor, Monitors, RequirementResult
 
@@ -62,13 +63,21 @@ class RecordedRequirements:
         path: The file.
         namespace: The robot's namespace; None is that of the recording.
         robot: The robot of several with missions; None is the first.
+        survey: The content of the file, if it is known.
 
     Raises:
         RecordingError: The file is invalid, cannot be opened, or has no message.
     """
 
-    def __init__(self, path: Path, namespace: str | None = None, robot: str | None = None) -> None:
-        self.survey = RecordingSurvey(RecordedFile(path, robot))
+    def __init__(
+        self,
+        path: Path,
+        namespace: str | None = None,
+        robot: str | None = None,
+        *,
+        survey: RecordingSurvey | None = None,
+    ) -> None:
+        self.survey = survey or RecordingSurvey.of(RecordedFile(path, robot))
         self._robot = robot
         self._namespace = namespace
 
@@ -127,7 +136,7 @@ class RecordedRequirements:
         if self.survey.first_sample is not None or self.survey.is_in_order:
             fold(file, clock.take)
         else:
-            fold(file, clock.take, _sorted(file, signals))
+            fold(file, clock.take, among=_sorted(file, signals))
         clock.finish(file.last_ns)
         why_open = self._why_open(file, signals)
         is_interrupted = signals.mission.ending == "interrupted"
@@ -265,16 +274,12 @@ def _speaks_of_instants(requirement: Requirement) -> bool:
     )
 
 
-def recorded_requirements(path: Path, robot: str | None = None) -> tuple[RecordedRequirement, ...]:
+def recorded_requirements(recorded: RecordedRequirements) -> tuple[RecordedRequirement, ...]:
     """Return the results of the requirements of a recorded run, with their margins over time.
-
-    Args:
-        robot: See `read_run`.
 
     Raises:
         RecordingError: The file is invalid, or a requirement cannot be read by this version.
     """
-    recorded = RecordedRequirements(path, robot=robot)
     requirements = recorded.own()
     if not requirements:
         return ()
@@ -288,8 +293,11 @@ def recorded_requirements(path: Path, robot: str | None = None) -> tuple[Recorde
     )
 
 
-def read_verified_run(path: Path, robot: str | None = None) -> RecordedRun:
-    """Read a recording, with the results of its requirements.
+def read_verified_run(path: Path, robot: str | None = None) -> tuple[RecordedRun, Timeline]:
+    """Read a recording, with the results of its requirements, and its timeline.
+
+    The file is read once, and a second time only if there are requirements: what they need is
+    known at its end.
 
     Args:
         robot: See `read_run`.
@@ -297,9 +305,15 @@ def read_verified_run(path: Path, robot: str | None = None) -> RecordedRun:
     Raises:
         RecordingError: The file is invalid, or has no run of a mission.
     """
-    run = read_run(path, robot)
+    file = RecordedFile(path, robot)
+    run_reader, timeline_reader = RunReader(file), TimelineReader(file)
+    survey = RecordingSurvey(file)
+    fold(file, run_reader.take, timeline_reader.take, survey.take)
+    run, timeline = run_reader.run(), timeline_reader.timeline()
     try:
-        return replace(run, requirements=recorded_requirements(path, robot))
+        recorded = RecordedRequirements(path, robot=robot, survey=survey)
+        run = replace(run, requirements=recorded_requirements(recorded))
     except RecordingError as error:
         missing = "; ".join(filter(None, (run.missing, f"its requirements ({error})")))
-        return replace(run, missing=missing)
+        run = replace(run, missing=missing)
+    return run, timeline

@@ -75,7 +75,7 @@ def test_a_counterexample_fails_until_the_mission_is_fixed(search: CommandLine) 
     data = read(scenario).data
     assert data["mission"] == "../../careless.yaml"
     assert data["expect"] == {"outcome": "any"}
-    assert read_verified_run(Path(results["recording"])).summary is not None
+    assert read_verified_run(Path(results["recording"]))[0].summary is not None
     messages = data_of(Path(results["report"]))[""]["messages"]
     assert "keeps its distance" in json.dumps(messages)
     assert outcome in " ".join(scenario.read_text("utf-8").replace("#", "").split())

@@ -21,6 +21,7 @@ from bt_mission.recording.contents import string_message
 from bt_mission.recording.file import McapFile
 from bt_mission.recording.reading import Channel, RecordedFile, RecordingError
 from bt_mission.recording.verification import (
+    RecordedRequirements,
     read_verified_run,
     recorded_requirements,
 )
@@ -344,7 +345,7 @@ def test_margins_over_time(tmp_path: Path) -> None:
         "  done: eventually succeeded('b')\ntree:",
     )
     (reported, *_) = run(load(text), tmp_path / "run.mcap")
-    slow, calms, done = recorded_requirements(tmp_path / "run.mcap")
+    slow, calms, done = recorded_requirements(RecordedRequirements(tmp_path / "run.mcap"))
     assert (slow.is_of_instants, calms.is_of_instants, done.is_of_instants) == (True, False, True)
     assert slow.result == reported
     worst = int(slow.margins.argmin())
@@ -353,4 +354,4 @@ def test_margins_over_time(tmp_path: Path) -> None:
     known = [margin for margin in calms.margins if math.isfinite(margin)]
     assert known == sorted(known, reverse=True)
     assert set(done.margins) == {-math.inf, math.inf}
-    assert read_verified_run(tmp_path / "run.mcap").requirements[0].result == reported
+    assert read_verified_run(tmp_path / "run.mcap")[0].requirements[0].result == reported

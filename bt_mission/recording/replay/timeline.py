@@ -86,13 +86,13 @@ def read_timeline(path: Path, robot: str | None = None) -> Timeline:
         RecordingError: The file is invalid, or has no tree of a mission.
     """
     file = RecordedFile(path, robot)
-    timeline = _TimelineReader(file)
+    timeline = TimelineReader(file)
     fold(file, timeline.take)
     return timeline.timeline()
 
 
-class _TimelineReader:
-    """Reads messages one by one."""
+class TimelineReader:
+    """Reads messages one by one: a fold of a recording."""
 
     def __init__(self, file: RecordedFile) -> None:
         self._file = file

@@ -18,7 +18,6 @@ from markupsafe import Markup
 from bt_mission.core.html.pages import render
 from bt_mission.core.output import write_file
 from bt_mission.events.mission_state import MissionState
-from bt_mission.recording.replay.timeline import read_timeline
 from bt_mission.recording.robots import recorded_robots
 from bt_mission.recording.verification import read_verified_run
 from bt_mission.views.web.encoding import shown
@@ -101,8 +100,7 @@ def robot_runs(recording: Path, robot: str | None = None) -> Iterator[RobotRun]:
     """Yield the run of each robot in a recording; errors as :func:`write_report`."""
     robots: Sequence[str | None] = [robot] if robot is not None else recorded_robots(recording)
     for name in robots if len(robots) > 1 else [robot]:
-        run = read_verified_run(recording, name)
-        timeline = read_timeline(recording, name)
+        run, timeline = read_verified_run(recording, name)
         history = History(timeline)
         data = {
             **history.data(),
