@@ -34,18 +34,18 @@ def checked(cli: CommandLine, entry: CatalogueEntry, content: str) -> list[tuple
     """Return line, code and severity of every diagnostic of an example."""
     write(cli.folder, entry, content)
     cli.call(f"check --json {entry.file}")
-    found = json.loads(cli.out)
-    return [(each["line"], each["code"], each["severity"]) for each in found]
+    diagnostics = json.loads(cli.out)
+    return [(each["line"], each["code"], each["severity"]) for each in diagnostics]
 
 
 @pytest.mark.parametrize("entry", FILES, ids=lambda entry: entry.code)
 def test_an_example_has_its_mistake_and_no_other(cli: CommandLine, entry: CatalogueEntry) -> None:
     """At its line; the corrected example has no error and no warning of this code."""
-    found = checked(cli, entry, entry.wrong)
-    assert [(line, code) for line, code, _ in found if code == entry.code] == [
+    diagnostics = checked(cli, entry, entry.wrong)
+    assert [(line, code) for line, code, _ in diagnostics if code == entry.code] == [
         (entry.line, entry.code)
-    ], found
-    assert {code for _, code, severity in found if severity == "error"} <= {entry.code}
+    ], diagnostics
+    assert {code for _, code, severity in diagnostics if severity == "error"} <= {entry.code}
     assert checked(cli, entry, entry.right) == []
 
 
@@ -117,9 +117,9 @@ def test_an_unknown_code_is_refused_with_the_nearest(cli: CommandLine, code: str
 def test_editors_get_the_code_and_a_link_to_its_explanation(cli: CommandLine) -> None:
     """The link leads to a heading of the page of errors."""
     cli.write("m.yaml", "mission: m\ntree: {trun: 1}\n")
-    (found,) = json.loads(cli("check --json m.yaml", 2))
-    assert found["code"] == "BT-203"
-    page, _, anchor = found["url"].partition("#")
+    (diagnostic,) = json.loads(cli("check --json m.yaml", 2))
+    assert diagnostic["code"] == "BT-203"
+    page, _, anchor = diagnostic["url"].partition("#")
     assert anchor == "bt-203"
     text = Path(page.removeprefix("file://")).read_text(encoding="utf-8")
     assert "\n### BT-203\n" in text

@@ -76,13 +76,13 @@ def model_diagnostics(
     document: Document, error: pydantic.ValidationError, model: Any, path: Sequence[Key] = ()
 ) -> list[Diagnostic]:
     """Return a pydantic error as diagnostics, in the order of the file, one for each place."""
-    found: dict[tuple[int, int, str], Diagnostic] = {}
+    merged: dict[tuple[int, int, str], Diagnostic] = {}
     for detail in error.errors(include_url=False)[:MOST_DIAGNOSTICS]:
         each = _diagnostic(document, detail, model, path)
         is_type = each.message.startswith("expected")
         what = (each.line, each.column, "" if is_type else each.message)
-        found[what] = _merged(found[what], each) if what in found else each
-    return sorted(found.values(), key=lambda each: (each.line, each.column))
+        merged[what] = _merged(merged[what], each) if what in merged else each
+    return sorted(merged.values(), key=lambda each: (each.line, each.column))
 
 
 def _merged(earlier: Diagnostic, other: Diagnostic) -> Diagnostic:
