@@ -72,7 +72,7 @@ def test_a_file_that_exists_is_kept(cli: CommandLine) -> None:
     """Each of them, before anything is written; unless --force is given."""
     cli.write("missions/square.yaml", "mine\n")
     command = "missions copy scenarios/square.scenario.yaml"
-    expected = "missions/square.yaml exists; give another name, or --force to overwrite it\n"
+    expected = "missions/square.yaml exists; give another name, or --force to overwrite it [BT-1103]\n"
     assert cli.refused(command) == expected
     assert not Path("missions/scenarios").exists()
     cli(f"{command} --force")

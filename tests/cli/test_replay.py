@@ -95,6 +95,6 @@ def test_a_file_that_is_neither_is_refused(
 
 def test_a_folder_and_a_time_after_the_end_are_refused(cli: CommandLine) -> None:
     """The error says where the end is."""
-    assert cli.refused("replay .") == ".: cannot read it: Is a directory\n"
+    assert cli.refused("replay .") == ".: cannot read it: Is a directory [BT-1001]\n"
     error = cli.refused(f"replay {recording()} --at 1000")
     assert error.startswith("--at 1000: the recording ends at ")
