@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from types import MappingProxyType
+from typing import Any, TypeAlias
 
 from py_trees.behaviour import Behaviour
 
@@ -49,14 +50,22 @@ BEHAVIOURS: dict[type[NodeModel], Callable[[Any, Evaluator], Behaviour]] = {
 """The behaviour of each kind of node, built from the node and the evaluator of its values."""
 
 
-def build_tree(mission: Mission, scope: Scope) -> Behaviour:
+Behaviours: TypeAlias = Mapping[type[NodeModel], Callable[[Any, Evaluator], Behaviour]]
+
+
+def build_tree(
+    mission: Mission, scope: Scope, behaviours: Behaviours = MappingProxyType(BEHAVIOURS)
+) -> Behaviour:
     """Return the tree of a mission; its leaves read and write `scope`.
 
     The scope notes which variables follow a topic. Building a tree needs no ROS. Call each node's
     `setup(runtime=...)` before the first tick.
+
+    Args:
+        behaviours: The behaviour of each kind of node.
     """
     scope.followed = mission.follow
-    return _built(mission.root, "0", mission, mission.file, scope)
+    return _built(mission.root, "0", mission, mission.file, scope, behaviours)
 
 
 def revise_tree(mission: Mission, scope: Scope) -> None:
@@ -89,14 +98,16 @@ def _nodes(mission: Mission) -> Iterator[tuple[str, NodeModel, str]]:
         waiting += [(f"{path}.{index}", child, file) for index, child in below]
 
 
-def _built(node: NodeModel, path: str, mission: Mission, file: str, scope: Scope) -> Behaviour:
+def _built(
+    node: NodeModel, path: str, mission: Mission, file: str, scope: Scope, behaviours: Behaviours
+) -> Behaviour:
     values = Evaluator(node, path, mission, file, scope)
     if isinstance(node, TreeNode):
         tree = mission.trees[node.tree]
         file, values.inner = tree.document.file, scope.inner(tree.follow)
     values.children = [
-        _built(child, f"{path}.{index}", mission, file, values.inner)
+        _built(child, f"{path}.{index}", mission, file, values.inner, behaviours)
         for index, child in enumerate(mission.below(node))
     ]
-    kind = next(kind for kind in type(node).__mro__ if kind in BEHAVIOURS)
-    return BEHAVIOURS[kind](node, values)
+    kind = next(kind for kind in type(node).__mro__ if kind in behaviours)
+    return behaviours[kind](node, values)

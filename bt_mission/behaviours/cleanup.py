@@ -67,6 +67,12 @@ class Finally(Hooked, Composite):
         """The limit of the clean-up that is due, s; 0 without one."""
         return 0.0 if self._stage is CleanUpPhase.IDLE else self._limit_s
 
+    @property
+    def due_ns(self) -> int | None:
+        """The instant at which the clean-up has no time left; None unless it is under way."""
+        is_cleaning = self._stage in (CleanUpPhase.CLEANUP, CleanUpPhase.DETACHED)
+        return self._until_ns if is_cleaning else None
+
     def why_over(self) -> str:
         """Why the clean-up has no time left; empty if it has, or has not begun."""
         is_cleaning = self._stage in (CleanUpPhase.CLEANUP, CleanUpPhase.DETACHED)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable
 from typing import Any
@@ -66,6 +67,14 @@ class ServiceLeaf(ClientLeaf):
         self._answer_s = self._values.number(self._node.timeout, LIMIT)
         self._answers, self._forget = [], None
         self._since_ns = self._runtime.now_ns
+
+    @property
+    def due_ns(self) -> int | None:
+        """The instant at which a wait for the server, or for its answer, is over; else None."""
+        if self._forget is not None and self._answers:
+            return None
+        limit_s = self._node.server_timeout if self._forget is None else self._answer_s
+        return self._since_ns + math.ceil(limit_s * NS)
 
     def update(self) -> Status:
         """Call as soon as there is a server; then check the response and the limits."""
@@ -133,6 +142,11 @@ class PublishLeaf(ClientLeaf):
             self._message = self._client.prepare(self._values.resolve(self._node.sent))
         self._until_ns = self._runtime.now_ns + round(self._node.server_timeout * NS)
 
+    @property
+    def due_ns(self) -> int:
+        """The instant at which the wait for subscriptions is over."""
+        return self._until_ns
+
     def update(self) -> Status:
         """Publish the message once the subscriptions are matched."""
         there = self._client.count_readers()
@@ -172,6 +186,12 @@ class WaitFor(ClientLeaf):
         self._since_ns = self._runtime.now_ns
         self._newest = self._met = self._error = None
         self._client.listen(self._hear)
+
+    @property
+    def due_ns(self) -> int | None:
+        """The instant of its limit; None without one, and once a message has met the condition."""
+        limit_s = self._timeout_s if self._met is None else None
+        return None if limit_s is None else self._since_ns + math.ceil(limit_s * NS)
 
     def update(self) -> Status:
         """Check the received messages and the limit.

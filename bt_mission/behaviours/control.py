@@ -218,6 +218,11 @@ class Timeout(HookedDecorator):
         is_over = self._runtime.now_ns >= self._until_ns
         return f"'{self.name}': not done within {self._limit_s:g} s" if is_over else ""
 
+    @property
+    def due_ns(self) -> int:
+        """The instant at which its child is halted."""
+        return self._until_ns
+
     def update(self) -> Status:
         """Look at the ROS clock after the child was ticked."""
         left_s = (self._until_ns - self._runtime.now_ns) / NS

@@ -144,6 +144,11 @@ class Retry(HookedDecorator, py_trees.decorators.Retry):
         left_ns = state["left_ns"]
         self._resume_ns = None if left_ns is None else now_ns + left_ns
 
+    @property
+    def due_ns(self) -> int | None:
+        """The end of a pause after a failure; None without one."""
+        return self._resume_ns
+
     def enter(self) -> Status | None:
         """Tick the child, unless a pause after a failure is on."""
         if self.status is Status.RUNNING and self._resume_ns is not None:

@@ -73,6 +73,13 @@ class FollowedVariable:
         """The limit of the wait for its first value, s."""
         return max(FIRST_VALUE_S, self._settings.timeout or 0.0)
 
+    @property
+    def due_ns(self) -> int | None:
+        """The instant at which its newest message is too old; None where it never is."""
+        if self._received_ns is None or self._settings.timeout is None:
+            return None
+        return self._received_ns + math.ceil(self._settings.timeout * NS)
+
     def update(self) -> None:
         """Take the newest message in, or note that it is too old."""
         now_ns, timeout_s = self._runtime.now_ns, self._settings.timeout
@@ -121,21 +128,30 @@ class FollowedVariables:
         scopes = [runtime.scope]
         scopes += [node.inner for node in root.iterate() if isinstance(node, Subtree)]
         self._runtime = runtime
-        self._variables = [
+        self.variables = [
             FollowedVariable(follow, scope, runtime)
             for scope in scopes
             for follow in scope.followed
         ]
-        self._awaited = list(self._variables)
+        self._awaited = list(self.variables)
         self._since_ns: int | None = None
         self._is_logged = False
+
+    @property
+    def due_ns(self) -> int | None:
+        """The next instant at which a message is too old, or a first one takes too long."""
+        instants = [due_ns for one in self.variables if (due_ns := one.due_ns) is not None]
+        if self._since_ns is not None:
+            limits_s = [one.limit_s for one in self._awaited if one.why_missing]
+            instants += [self._since_ns + math.ceil(limit_s * NS) for limit_s in limits_s]
+        return min(instants, default=None)
 
     def update(self) -> None:
         """Update all variables. Their values last until the next call.
 
         It is also called in a pause, since goals under way keep their conditions.
         """
-        for variable in self._variables:
+        for variable in self.variables:
             variable.update()
 
     def are_there(self) -> bool:

@@ -106,6 +106,11 @@ class Wait(Leaf):
         """Wait for the remaining time."""
         self._until_ns = now_ns + state["left_ns"]
 
+    @property
+    def due_ns(self) -> int:
+        """The instant at which it ends."""
+        return self._until_ns
+
     def update(self) -> Status:
         """Look at the ROS clock."""
         left_s = self._left_s

@@ -137,7 +137,8 @@ class Executive:
         self._follow(trace)
         for node in root.iterate():
             node.setup(runtime=runtime)
-        self._followed = FollowedVariables(root, runtime)
+        self.followed = FollowedVariables(root, runtime)
+        """The variables that follow topics."""
 
     def _follow(self, trace: Trace) -> None:
         """Have trace and state take the events, and the ledger and the nodes cause them."""
@@ -171,7 +172,7 @@ class Executive:
             return
         self.cycles += 1
         now_ns = self._runtime.now_ns
-        self._followed.update()
+        self.followed.update()
         if now_ns and not self._has_started:
             self.announce(self.started_ns or now_ns)
         self._beat(now_ns)
@@ -376,7 +377,7 @@ class Executive:
     def _tick_tree(self) -> None:
         try:
             if self._walk is None:
-                if not self._followed.are_there():
+                if not self.followed.are_there():
                     return
                 self.ticks += 1
                 self._walk = self._begin_walk()

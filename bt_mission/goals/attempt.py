@@ -9,7 +9,7 @@ wins.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -142,6 +142,34 @@ class Attempt:
             and not goal.unread
             and self.ending is None
         )
+
+    @property
+    def limits_due(self) -> Mapping[str, int]:
+        """The instants at which the limits under way are over, by the name of the limit."""
+        limits, goal = self._limits, self.goal
+        if self.is_decided:
+            return {}
+        running: dict[str, tuple[int | None, float | None]]
+        if goal is None:
+            running = {} if self._ledger.is_held else {"server": (self._since_ns, limits.server)}
+        elif goal.phase is Phase.SENT:
+            running = {"answer": (self._since_ns, limits.answer)}
+        elif self._cause is None:
+            running = {"goal": (self._accepted_ns, limits.goal)}
+            if self._accepted_ns is not None:
+                running["silence"] = (self._received_ns, limits.silence)
+        else:
+            running = {"cancel": (self._cancel_ns, limits.cancel)}
+        return {
+            name: since_ns + math.ceil(limit_s * NS)
+            for name, (since_ns, limit_s) in running.items()
+            if since_ns is not None and limit_s is not None
+        }
+
+    @property
+    def cause(self) -> Cause | None:
+        """Why it has asked for its own goal to be cancelled; None where it has not."""
+        return self._cause
 
     def poll(self, now_ns: int) -> AttemptResult | None:
         """Advance; return the result once the attempt has ended."""

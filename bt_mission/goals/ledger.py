@@ -139,6 +139,20 @@ class Ledger:
             seen = self._seen[goal_client] = now_ns, goal_client.is_ready()
         return seen[1]
 
+    @property
+    def limits_due(self) -> tuple[int, ...]:
+        """The instants at which it repeats cancels and gives goals up."""
+        return tuple(
+            due_ns
+            for goal in self._open.values()
+            if goal.is_live and goal.orphaned_ns is not None and goal.id not in self._given_up
+            for due_ns in (goal.orphaned_ns + goal.grace_ns, self._retry_ns[goal.id])
+        )
+
+    def has_given_up(self, goal: Goal) -> bool:
+        """Is the time over in which an orphaned goal may end?"""
+        return goal.id in self._given_up
+
     def update(self, now_ns: int) -> None:
         """Close ended goals, repeat unconfirmed cancels, give up goals after their grace."""
         ended = Phase.ENDED

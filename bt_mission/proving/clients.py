@@ -1,0 +1,369 @@
+"""Services, topics, publishers, Python classes and draws that may answer anything."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from random import Random
+from typing import Any
+
+from py_trees.common import Status
+
+from bt_mission.behaviours.client_leaves import ServiceLeaf, WaitFor
+from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.behaviours.leaves import Leaf
+from bt_mission.language.follow import Follow
+from bt_mission.proving.answers import Answer, AnswerSet
+from bt_mission.proving.choices import Choices, Option
+from bt_mission.proving.goal_servers import Question
+from bt_mission.proving.values import (
+    ValueCases,
+    assign,
+    combinations,
+    default_fields,
+    message_that,
+)
+from bt_mission.ros.interface_types import fill, service_type, topic_type
+
+DRAWS = (0.5, 0.0, 1 - 2**-53)
+"""Values of a draw from 0 to 1 on which a condition may depend; the first one elsewhere."""
+
+
+class Service:
+    """A service that may answer anything; implements ``ServiceClient``."""
+
+    def __init__(
+        self,
+        name: str,
+        type_name: str,
+        choices: Choices,
+        answers: AnswerSet,
+        cases: ValueCases,
+        caller: Callable[[Service], ServiceLeaf | None],
+        evaluator_of: Callable[[Any], Evaluator],
+    ) -> None:
+        self.name = name
+        self._type = service_type(type_name)
+        self._choices, self._answers, self._cases = choices, answers, cases
+        self._caller, self._evaluator_of = caller, evaluator_of
+        self.is_away = False
+        self.calls: list[Callable[[Any], None]] = []
+        """Those that wait for an answer."""
+        self.is_mute = False
+
+    def is_ready(self) -> bool:
+        """Choose whether there is a server."""
+        rows = self._answers.at("missing" if self.is_away else "found", self.name)
+        options = [_option(self.name, row) for row in rows]
+        self.is_away = rows[self._choices.choose(options)].name in ("no_server", "away")
+        return not self.is_away
+
+    def prepare(self, fields: Mapping[str, Any]) -> Any:
+        """Return a request with these fields. Raises FillError."""
+        return fill(self._type.Request(), fields)
+
+    def call(self, _request: Any, on_answer: Callable[[Any], None]) -> Callable[[], None]:
+        """Take a call; return what forgets it."""
+        self.calls.append(on_answer)
+        self.is_mute = False
+
+        def forget() -> None:
+            if on_answer in self.calls:
+                self.calls.remove(on_answer)
+
+        return forget
+
+    def questions(self) -> Iterator[Question]:
+        """Yield what may happen to the oldest call."""
+        if not self.calls or self.is_mute:
+            return
+        options: list[Option] = []
+        for row in self._answers.at("called", self.name):
+            if row.name == "no_response":
+                options.append(_option(self.name, row, self._fall_silent))
+                continue
+            if row.name == "fail" and not hasattr(self._type.Response(), "success"):
+                continue
+            for fields in self._responses():
+                given = {"success": row.name != "fail"} | fields
+                options.append(
+                    _option(self.name, row, lambda given=given: self._respond(given), _more(fields))
+                )
+        yield Question(tuple(options), is_prompt=True)
+
+    def _fall_silent(self) -> None:
+        self.is_mute = True
+
+    def _respond(self, fields: Mapping[str, Any]) -> None:
+        answer, response = self.calls.pop(0), self._type.Response()
+        known = {name: value for name, value in fields.items() if _has(response, name)}
+        answer(assign(response, known))
+
+    def _responses(self) -> Iterator[dict[str, Any]]:
+        leaf = self._caller(self)
+        outputs = self._evaluator_of(leaf).node.outputs if leaf is not None else {}
+        defaults = default_fields(self._type.Response(), outputs)
+        defaults.pop("success", None)
+        yield from _cases_of(self._cases, outputs, defaults)
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """Its state."""
+        return self.name, self.is_away, len(self.calls), self.is_mute
+
+
+class Topic:
+    """A topic on which anything may be published; implements ``LatestMessage``."""
+
+    def __init__(
+        self,
+        name: str,
+        type_name: str,
+        answers: AnswerSet,
+        cases: ValueCases,
+        waiting: Callable[[Topic], list[WaitFor]],
+        evaluator_of: Callable[[Any], Evaluator],
+        follows: list[Follow],
+    ) -> None:
+        self.name = name
+        self._type = topic_type(type_name)
+        self._answers, self._cases = answers, cases
+        self._waiting, self._evaluator_of = waiting, evaluator_of
+        self._follows = follows
+        self.listeners: list[Callable[[Any], None]] = []
+        self.value: Any = None
+        """The value of the field that a variable follows; None before the first message."""
+        self.is_quiet = False
+
+    def listen(self, listener: Callable[[Any], None]) -> None:
+        """Hand messages to a listener."""
+        self.listeners.append(listener)
+
+    def leave(self, listener: Callable[[Any], None]) -> None:
+        """Hand it no more."""
+        if listener in self.listeners:
+            self.listeners.remove(listener)
+
+    def look_around(self) -> None:
+        """The graph does not matter."""
+
+    def why_silent(self) -> str:
+        """Return what is known of the publishers."""
+        return "nothing was published"
+
+    def beat(self) -> None:
+        """Publish the last value again, where it would become too old otherwise."""
+        has_limit = any(follow.settings.timeout is not None for follow in self._follows)
+        if has_limit and self.value is not None and not self.is_quiet:
+            self._publish(self._field_of(self.value))
+
+    def questions(self) -> Iterator[Question]:
+        """Yield which messages may come."""
+        options: list[Option] = []
+        for row in self._answers.at("topic", self.name):
+            options += self._met(row)
+        for row in self._answers.at("followed", self.name) if self._follows else ():
+            options += self._followed(row)
+        if options:
+            yield Question(tuple(options), is_prompt=False)
+
+    def _met(self, row: Answer) -> Iterator[Option]:
+        for leaf in self._waiting(self):
+            values = self._evaluator_of(leaf)
+            fields = message_that(values.node.condition, self._type, values.scope.values, holds=True)
+            if fields is None:
+                continue
+            outputs = {
+                name: variable for name, variable in values.node.outputs.items() if name not in fields
+            }
+            for more in _cases_of(self._cases, outputs, default_fields(self._type(), outputs)):
+                given = fields | more
+                yield _option(
+                    self.name, row, lambda given=given: self._publish(given), _more(given)
+                )
+
+    def _followed(self, row: Answer) -> Iterator[Option]:
+        follow = self._follows[0]
+        if row.name == "quiet":
+            if not self.is_quiet and follow.settings.timeout is not None:
+                yield _option(self.name, row, self._fall_quiet)
+            return
+        if self.is_quiet:
+            return
+        field = follow.settings.field
+        default = default_fields(self._type(), [field]).get(field)
+        for value in self._cases.of(follow.variable, default):
+            if value != self.value or type(value) is not type(self.value):
+                more = f" {field} = {value!r}"
+                yield _option(self.name, row, lambda value=value: self._send(value), more)
+
+    def _fall_quiet(self) -> None:
+        self.is_quiet = True
+
+    def _send(self, value: Any) -> None:
+        self.value = value
+        self._publish(self._field_of(value))
+
+    def _field_of(self, value: Any) -> dict[str, Any]:
+        return {follow.settings.field: value for follow in self._follows}
+
+    def _publish(self, fields: Mapping[str, Any]) -> None:
+        for listener in tuple(self.listeners):
+            listener(assign(self._type(), fields))
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """Its state."""
+        return self.name, repr(self.value), self.is_quiet
+
+
+class Speech:
+    """A topic on which a mission publishes; implements ``Publisher``."""
+
+    def __init__(self, name: str, type_name: str, choices: Choices, answers: AnswerSet) -> None:
+        self.name = name
+        self._type = topic_type(type_name)
+        self._choices, self._answers = choices, answers
+        self.is_away = False
+
+    def prepare(self, fields: Mapping[str, Any]) -> Any:
+        """Return a message with these fields. Raises FillError."""
+        return fill(self._type(), fields)
+
+    def count_readers(self) -> int:
+        """Choose whether there are enough subscriptions."""
+        rows = self._answers.at("readers", self.name)
+        if self.is_away:
+            rows = [row for row in rows if row.name == "readers"] + self._answers.at(
+                "missing", self.name
+            )[1:]
+        row = rows[self._choices.choose([_option(self.name, row) for row in rows])]
+        self.is_away = row.name != "readers"
+        return 0 if self.is_away else 1_000
+
+    def publish(self, _message: Any) -> None:
+        """Nobody reads it."""
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """Its state."""
+        return self.name, self.is_away
+
+
+class AnyBehaviour(Leaf):
+    """Stands for a class of the user's: returns each status, or raises."""
+
+    _choices: Choices
+    _answers: AnswerSet
+    _cases: ValueCases
+
+    def __init__(self, node: Any, values: Evaluator) -> None:
+        super().__init__(node, values)
+        self.answer = ""
+        """The name of the row, "running" while there is none."""
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the environment."""
+        super().setup(**kwargs)
+        environment = kwargs["runtime"]
+        self._choices, self._answers, self._cases = (
+            environment.choices,
+            environment.answers,
+            environment.cases,
+        )
+
+    def initialise(self) -> None:
+        """Evaluate the inputs. Raises MissionFailure."""
+        self._values.resolve(self._node.inputs)
+        self.answer = ""
+
+    def update(self) -> Status:
+        """Choose at entry; later the answer follows from :meth:`questions`."""
+        if not self.answer:
+            rows = self._answers.at("python", self.name)
+            index = self._choices.choose([_option(f"'{self.name}'", row) for row in rows])
+            self.answer = rows[index].name
+        if self.answer == "raise":
+            raise RuntimeError(f"raised by {self._node.target}")
+        if self.answer == "running":
+            return Status.RUNNING
+        self._write_outputs()
+        return Status.SUCCESS if self.answer == "success" else Status.FAILURE
+
+    def _write_outputs(self) -> None:
+        for variable in self._node.outputs.values():
+            values = self._cases.of(variable, 0.0)
+            options = [Option(f"'{self.name}' gives {variable} = {one!r}") for one in values]
+            index = self._choices.choose(options) if len(options) > 1 else 0
+            self._values.scope.values[variable] = values[index]
+
+    def questions(self) -> Iterator[Question]:
+        """Yield how it may end, while it runs."""
+        if self.status is Status.RUNNING and self.answer == "running":
+            rows = [one for one in self._answers.at("python", self.name) if one.name != "running"]
+            yield Question(
+                tuple(
+                    _option(f"'{self.name}'", row, lambda name=row.name: self._take(name))
+                    for row in rows
+                ),
+                is_prompt=False,
+            )
+
+    def _take(self, answer: str) -> None:
+        self.answer = answer
+
+
+class Draw(Random):
+    """A generator whose every draw is a choice.
+
+    Args:
+        name: Of the node that draws.
+        values: A draw from 0 to 1 has one of these values.
+    """
+
+    def __init__(self, name: str, choices: Choices, values: tuple[float, ...]) -> None:
+        super().__init__(0)
+        self._name, self._choices, self._values = name, choices, values
+
+    def random(self) -> float:
+        """Choose a number."""
+        if len(self._values) == 1:
+            return self._values[0]
+        options = [Option(f"{self._name} draws {value:.3g} of 1") for value in self._values]
+        return self._values[self._choices.choose(options)]
+
+    def choices(  # type: ignore[override]
+        self, population: Any, weights: Any = None, *, cum_weights: Any = None, k: int = 1
+    ) -> list[Any]:
+        """Choose one; those of weight 0 are never drawn."""
+        del cum_weights, k
+        possible = [
+            one
+            for index, one in enumerate(population)
+            if weights is None or weights[index] > 0
+        ]
+        options = [Option(f"{self._name} draws {one + 1}") for one in possible]
+        return [possible[self._choices.choose(options)]]
+
+
+def _option(
+    name: str, row: Answer, act: Callable[[], None] | None = None, more: str = ""
+) -> Option:
+    return Option(f"{name} {row.words}{more}" if row.words else "", row.faults, act)
+
+
+def _more(fields: Mapping[str, Any]) -> str:
+    return "".join(f", {name} = {value!r}" for name, value in fields.items())
+
+
+def _cases_of(
+    cases: ValueCases, outputs: Mapping[str, str], defaults: Mapping[str, Any]
+) -> Iterator[dict[str, Any]]:
+    found = {name: cases.of(outputs[name], value) for name, value in defaults.items()}
+    if all(len(values) == 1 for values in found.values()):
+        yield {}
+    else:
+        yield from combinations(found)
+
+
+def _has(message: Any, dotted: str) -> bool:
+    return dotted in default_fields(message, [dotted])

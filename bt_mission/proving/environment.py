@@ -1,0 +1,670 @@
+"""A mission with the real executive in a world that may answer anything.
+
+One step is what happens between two ticks, and the tick. Where nothing happens, time passes: one
+tick where the tree still moves, else up to the next limit.
+"""
+
+from __future__ import annotations
+
+import marshal
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from hashlib import blake2b
+from types import MappingProxyType
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.builder import BEHAVIOURS, build_tree
+from bt_mission.behaviours.cleanup import Finally
+from bt_mission.behaviours.client_leaves import PublishLeaf, ServiceLeaf, WaitFor
+from bt_mission.behaviours.control import Choose, Timeout
+from bt_mission.behaviours.decorators import Repeat, Retry, Subtree
+from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.behaviours.leaves import Wait
+from bt_mission.behaviours.runtime import Generator, Scope
+from bt_mission.behaviours.snapshot import save
+from bt_mission.core.stamps import NS
+from bt_mission.events.events import NodeChanged
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.status import MissionStatus
+from bt_mission.executive.trace import Trace
+from bt_mission.goals.goal import Goal, Phase
+from bt_mission.goals.ledger import Ledger
+from bt_mission.language.expressions.values import NoValue
+from bt_mission.language.mission import Mission
+from bt_mission.language.nodes.decorators import RepeatNode
+from bt_mission.language.nodes.leaves import PythonNode
+from bt_mission.proving.answers import AnswerSet
+from bt_mission.proving.choices import UNBOUNDED, Choices, Option, OutOfFaultsError, Script
+from bt_mission.proving.clients import DRAWS, AnyBehaviour, Draw, Service, Speech, Topic
+from bt_mission.proving.goal_servers import GoalServer, Question
+from bt_mission.proving.memento import Keeper, Memento
+from bt_mission.proving.values import ValueCases
+from bt_mission.ros.mission_runner import TICK_RATE_HZ
+from bt_mission.ros.mission_runtime import CANCEL_GRACE_NS
+
+TICK_NS = round(NS / TICK_RATE_HZ)
+START_NS = NS
+NOTHING = Option("")
+INTERRUPT = "Ctrl-C"
+
+_WAITING = (Wait, Timeout, Retry, Finally, ServiceLeaf, PublishLeaf, WaitFor)
+"""The nodes with a limit of their own, goals apart."""
+
+_STATUS = {status: index for index, status in enumerate(Status)}
+
+
+@dataclass(frozen=True)
+class Due:
+    """A limit that is running.
+
+    Attributes:
+        name: What it limits, for people.
+        at_ns: The instant at which it is over.
+        faults: 1 where a server has to be late for it.
+    """
+
+    name: str
+    at_ns: int
+    faults: int = 0
+
+
+class BoundedRepeat(Repeat):
+    """A repeat whose count is cut to a bound; one with a condition is left as it is."""
+
+    _environment: Environment
+
+    def setup(self, **kwargs: Any) -> None:
+        """Take the environment."""
+        super().setup(**kwargs)
+        self._environment = kwargs["runtime"]
+
+    def enter(self) -> Status | None:
+        """Cut the count at entry."""
+        status = super().enter()
+        most, count = self._environment.most_rounds, self._count
+        if most and count and count > most and not self._node.settings.has_condition:
+            self._environment.cut[self.name] = count
+            self._count = self._environment.rounds
+        return status
+
+
+class _Draws(dict[str, Generator]):
+    """Makes a generator for each name."""
+
+    def __init__(self, environment: Environment) -> None:
+        super().__init__()
+        self._environment = environment
+
+    def __contains__(self, _name: object) -> bool:
+        return True
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = self._environment.draw(name)  # type: ignore[assignment]
+        return self[name]
+
+
+class _Moment:
+    """What of the environment changes from step to step."""
+
+    def __init__(self, *, may_interrupt: bool) -> None:
+        self.now_ns = START_NS
+        self.may_interrupt = may_interrupt
+        self.untimed: Any = None
+        """The last key without times."""
+
+
+class _Tip:
+    """Says which node has failed, in place of the state that follows from the events."""
+
+    def __init__(self, environment: Environment) -> None:
+        self._environment = environment
+
+    def failure_path(self) -> tuple[int, ...]:
+        """The failed nodes from the root down."""
+        executive = self._environment.executive
+        node, path = executive.root, [0]
+        while True:
+            failed = [one for one in node.children if one.status is Status.FAILURE]
+            if not failed:
+                return tuple(path)
+            node = failed[-1]
+            path.append(executive.indices[node])
+
+
+class Environment:
+    """A mission, its executive and everything that answers them; implements ``Runtime``.
+
+    Args:
+        mission: What to run.
+        answers: Which answers are considered.
+        faults: How many faults may happen on a way; infinite for no bound.
+        has_interrupts: May Ctrl-C come at any time, once?
+        rounds: Counts of `repeat` above it are cut to it; 0 for no bound. None cuts those above 10
+            to 2.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        answers: AnswerSet | None = None,
+        faults: float = UNBOUNDED,
+        *,
+        has_interrupts: bool = False,
+        rounds: int | None = None,
+    ) -> None:
+        self.mission = mission
+        self.most_rounds, self.rounds = (10, 2) if rounds is None else (rounds, rounds)
+        self.cut: dict[str, int] = {}
+        """The counts that were cut, by the name of the node."""
+        self.answers = answers or AnswerSet()
+        self.choices = Choices(faults)
+        self.cases = ValueCases(mission)
+        self._moment = _Moment(may_interrupt=has_interrupts)
+        self.is_stuck = False
+        """Did nothing happen in the last step, and is no limit running?"""
+        self.entered: set[int] = set()
+        """Indices of the nodes that have changed their status in the last step."""
+        self._goal_servers: dict[str, GoalServer] = {}
+        self._services: dict[str, Service] = {}
+        self._topics: dict[str, Topic] = {}
+        self._speeches: dict[str, Speech] = {}
+        self.scope = Scope(dict(mission.inputs), mission.seed, _Draws(self))
+        self.ledger = Ledger(0, CANCEL_GRACE_NS)
+        behaviours = MappingProxyType({**BEHAVIOURS, PythonNode: AnyBehaviour, RepeatNode: BoundedRepeat})
+        root = build_tree(mission, self.scope, behaviours)
+        self.executive = Executive(root, self, Trace(), 0.0, mission.name)
+        self._see_events()
+        nodes = self.executive.nodes
+        self._evaluators = {
+            node: self.scope.evaluators[self.executive.path_of(node)] for node in nodes
+        }
+        self._action_leaves = [node for node in nodes if isinstance(node, ActionLeaf)]
+        self._any_behaviours = [node for node in nodes if isinstance(node, AnyBehaviour)]
+        self._scopes = [self.scope, *(node.inner for node in nodes if isinstance(node, Subtree))]
+        self._limited = [node for node in nodes if isinstance(node, _WAITING)]
+        self._services_called = [node for node in nodes if isinstance(node, ServiceLeaf)]
+        self._waits = [node for node in nodes if isinstance(node, WaitFor)]
+        self._remembering = {
+            node for node in nodes if node.children or isinstance(node, Retry)
+        }
+        self._final_set = {node for node in nodes if isinstance(node, Finally)}
+        self._finals = [node for node in nodes if isinstance(node, Finally)]
+        self._keeper = Keeper(self._kept(), self._dynamic)
+
+    def _see_events(self) -> None:
+        """Hand events to nobody but :attr:`entered`: traces are no part of a state."""
+        self.executive.events._subscribers = ()  # noqa: SLF001
+        self.executive.events.subscribe(self._note_entered, NodeChanged)
+        self.executive.mission_state = _Tip(self)  # type: ignore[assignment]
+
+    def _note_entered(self, event: NodeChanged) -> None:
+        if event.status is not Status.INVALID:
+            self.entered.add(event.node)
+
+    @property
+    def now_ns(self) -> int:
+        """The time, ns."""
+        return self._moment.now_ns
+
+    # ---- for the leaves ---------------------------------------------------------------------
+
+    def goal_client(self, action: str, type_name: str) -> GoalServer:
+        """The client of an action."""
+        name = _full(action)
+        if name not in self._goal_servers:
+            self._goal_servers[name] = GoalServer(
+                name,
+                type_name,
+                self.choices,
+                self.answers,
+                self.cases,
+                lambda leaf: self._evaluators[leaf],
+                lambda: self.now_ns,
+            )
+        return self._goal_servers[name]
+
+    def service_client(self, service: str, type_name: str) -> Service:
+        """The client of a service."""
+        name = _full(service)
+        if name not in self._services:
+            self._services[name] = Service(
+                name,
+                type_name,
+                self.choices,
+                self.answers,
+                self.cases,
+                self._caller,
+                lambda leaf: self._evaluators[leaf],
+            )
+        return self._services[name]
+
+    def subscriber(self, topic: str, type_name: str) -> Topic:
+        """The messages of a topic."""
+        name = _full(topic)
+        if name not in self._topics:
+            follows = [
+                follow
+                for tree in self.mission.all_trees
+                for follow in tree.follow
+                if _full(follow.settings.topic) == name
+            ]
+            self._topics[name] = Topic(
+                name,
+                type_name,
+                self.answers,
+                self.cases,
+                self._waiting,
+                lambda leaf: self._evaluators[leaf],
+                follows,
+            )
+        return self._topics[name]
+
+    def publisher(self, topic: str, type_name: str) -> Speech:
+        """The publisher of a topic."""
+        name = _full(topic)
+        if name not in self._speeches:
+            self._speeches[name] = Speech(name, type_name, self.choices, self.answers)
+        return self._speeches[name]
+
+    def log(self, text: str) -> None:
+        """Nobody watches."""
+
+    def warn(self, text: str) -> None:
+        """Nobody watches."""
+
+    def draw(self, name: str) -> Draw:
+        """Return the generator of a node or of one of its conditions."""
+        path = name.partition("/")[0]
+        node = self.mission.node_at(path)
+        is_seen = node is not None and node.kind in ("check", "when", "guard", "repeat", "set")
+        label = f"'{node.label}'" if node is not None else name
+        return Draw(label, self.choices, DRAWS if is_seen else DRAWS[:1])
+
+    def _caller(self, service: Service) -> ServiceLeaf | None:
+        for node in self._services_called:
+            if (
+                node.status is Status.RUNNING
+                and _full(self._evaluators[node].node.ros_name) == service.name
+            ):
+                return node
+        return None
+
+    def _waiting(self, topic: Topic) -> list[WaitFor]:
+        return [
+            node
+            for node in self._waits
+            if node.status is Status.RUNNING
+            and _full(self._evaluators[node].node.ros_name) == topic.name
+        ]
+
+    # ---- one step ---------------------------------------------------------------------------
+
+    @property
+    def is_done(self) -> bool:
+        """Has the mission ended?"""
+        return self.executive.is_done
+
+    def begin(self) -> None:
+        """Tick for the first time; random choices of this tick are part of the script."""
+        self._tick()
+        self._moment.untimed = self._untimed_key()
+
+    def step(self, script: Script) -> bool:
+        """Take one step by a script; return whether it is within the bound on faults."""
+        self.choices.begin(script)
+        self.entered.clear()
+        self.is_stuck = False
+        try:
+            if self.now_ns == START_NS:
+                self.begin()
+            elif self._answer():
+                self._tick()
+                self._moment.untimed = self._untimed_key()
+            else:
+                self._let_time_pass()
+        except OutOfFaultsError:
+            return False
+        return True
+
+    def _answer(self) -> bool:
+        """Have everything that may happen before the next tick happen, or not."""
+        has_happened = False
+        for question in list(self.questions()):
+            options = question.options
+            if not question.is_prompt:
+                options = (NOTHING, *options)
+            option = options[self.choices.choose(options)]
+            if option.act is not None:
+                option.act()
+                has_happened = True
+        return has_happened
+
+    def questions(self) -> Iterator[Question]:
+        """Yield what may happen before the next tick, in a fixed order."""
+        for server in self._goal_servers.values():
+            yield from server.questions()
+        for service in self._services.values():
+            yield from service.questions()
+        for topic in self._topics.values():
+            yield from topic.questions()
+        for leaf in self._any_behaviours:
+            yield from leaf.questions()
+        if self._moment.may_interrupt and self.executive.status is MissionStatus.RUNNING:
+            yield Question((Option(INTERRUPT, 0, self._interrupt),), is_prompt=False)
+
+    def _interrupt(self) -> None:
+        self._moment.may_interrupt = False
+        self.executive.interrupt("interrupted by Ctrl-C")
+
+    def _let_time_pass(self) -> None:
+        """Tick; where that changes nothing, go to the last tick before the next limit.
+
+        So an answer may come long before a limit, and in the very tick in which it is over.
+        """
+        before = self._moment.untimed
+        self._tick()
+        self._moment.untimed = self._untimed_key()
+        if self._moment.untimed != before:
+            return
+        due = self.limits()
+        if not due:
+            if any(True for _ in self.questions()):
+                raise OutOfFaultsError  # somebody has to answer
+            self.is_stuck = True
+            return
+        ticks = -(-(min(one.at_ns for one in due) - self.now_ns) // TICK_NS)
+        self._moment.now_ns += max(0, ticks - 1) * TICK_NS
+
+    def _tick(self) -> None:
+        until_ns = self.now_ns + TICK_NS
+        met = [one for one in self.limits() if one.at_ns <= until_ns]
+        if met:
+            self.choices.pay(max(one.faults for one in met))
+            names = ", ".join(dict.fromkeys(one.name for one in met if one.name))
+            if names:
+                self.choices.words.append(f"time passes: {names}")
+        self._moment.now_ns = until_ns
+        for topic in self._topics.values():
+            topic.beat()
+        for server in self._goal_servers.values():
+            server.beat()
+        self.executive.tick()
+        for server in self._goal_servers.values():
+            server.settle()
+            server.adopt(self._action_leaves)
+
+    # ---- limits -----------------------------------------------------------------------------
+
+    def limits(self) -> list[Due]:
+        """Return the limits that are running."""
+        found = [due for leaf in self._action_leaves for due in self._limits_of_goal(leaf)]
+        for node in self._limited:
+            if node.status is Status.RUNNING or (node in self._final_set and node.is_detached):
+                due_ns = node.due_ns
+                if due_ns is not None:
+                    faults = self._faults_of(node)
+                    found.append(Due(_limit_words(node), due_ns, faults))
+        others = (
+            *self.ledger.limits_due,
+            self.executive.followed.due_ns if not self.is_done else None,
+            *(server.due_ns for server in self._goal_servers.values()),
+        )
+        found += [Due("", due_ns) for due_ns in others if due_ns is not None]
+        return found
+
+    def _faults_of(self, node: Behaviour) -> int:
+        if isinstance(node, WaitFor):
+            return 1
+        if isinstance(node, Timeout | Finally):
+            below = node.cleanup if isinstance(node, Finally) else node
+            is_answer_due = self._is_answer_due()
+            return int(any(one in is_answer_due for one in below.iterate()))
+        return 0
+
+    def _limits_of_goal(self, leaf: ActionLeaf) -> Iterator[Due]:
+        if leaf.attempt is None or leaf.status is not Status.RUNNING:
+            return
+        for name, at_ns in leaf.attempt.limits_due.items():
+            is_late = name == "goal"
+            words = f"'{leaf.name}' {_LIMITS[name]}"
+            yield Due(words, at_ns, int(is_late and self._works(leaf)))
+
+    def _works(self, leaf: ActionLeaf) -> bool:
+        """Does a server work on the goal of a leaf?"""
+        goal = leaf.attempt.goal if leaf.attempt else None
+        return any(
+            served.goal is goal and served.stage == "working"
+            for server in self._goal_servers.values()
+            for served in server.goals
+        )
+
+    def _is_answer_due(self) -> set[Behaviour]:
+        """Return the leaves for which a server or a class works, as it usually does in time."""
+        found: set[Behaviour] = {leaf for leaf in self._action_leaves if self._works(leaf)}
+        found |= {leaf for leaf in self._any_behaviours_running if leaf.answer == "running"}
+        return found
+
+    # ---- the state --------------------------------------------------------------------------
+
+    @property
+    def open_at_base(self) -> list[str]:
+        """The actions at which the base has an open goal, as its servers see it."""
+        return [
+            server.name
+            for server in self._goal_servers.values()
+            if server.moves_base
+            for served in server.goals
+            if served.is_live
+        ]
+
+    @property
+    def unaccounted(self) -> list[str]:
+        """Goals that a server works on and that the ledger does not hold."""
+        held = self.ledger.open_goals
+        return [
+            f"{served.goal.owner} at {server.name}"
+            for server in self._goal_servers.values()
+            for served in server.goals
+            if served.is_live and not any(goal is served.goal for goal in held)
+        ]
+
+    @property
+    def skipped_cleanups(self) -> list[str]:
+        """Clean-ups that are due and have not ended; none may be when the mission has ended."""
+        return [node.name for node in self._finals if node.limit_s > 0]
+
+    @property
+    def silent_leaves(self) -> list[Behaviour]:
+        """The leaves that wait for a server for which no limit is set at all."""
+        if self.limits():
+            return []
+        waiting: list[Behaviour] = [
+            leaf
+            for leaf in self._action_leaves
+            if leaf.status is Status.RUNNING and self._works(leaf)
+        ]
+        waiting += self._any_behaviours_running
+        waiting += [
+            node
+            for node in self._waits
+            if node.status is Status.RUNNING
+        ]
+        return waiting
+
+    @property
+    def _any_behaviours_running(self) -> list[AnyBehaviour]:
+        return [leaf for leaf in self._any_behaviours if leaf.status is Status.RUNNING]
+
+    def key(self) -> bytes:
+        """Return what the future depends on, the faults left apart, as a hash."""
+        limits = sorted((one.name, one.at_ns - self.now_ns) for one in self.limits())
+        whole = marshal.dumps((self._moment.untimed, limits), 2)
+        return blake2b(whole, digest_size=16).digest()
+
+    def _untimed_key(self) -> Any:
+        executive = self.executive
+        if executive.is_done:
+            return (str(executive.verdict), executive.reason)
+        tree: list[Any] = []
+        self._note_node(executive.root, tree)
+        held = self.ledger.open_goals
+        numbers = {id(goal): number for number, goal in enumerate(held)}
+        return (
+            str(executive.status),
+            str(executive.verdict) if executive.status is not MissionStatus.RUNNING else "",
+            self._moment.may_interrupt,
+            self.ledger.is_held,
+            tuple(tree),
+            tuple(_scope_key(scope) for scope in self._scopes),
+            tuple(self._attempt_key(leaf, numbers) for leaf in self._action_leaves),
+            tuple(self._goal_key(goal) for goal in held if goal.phase is not Phase.LOST),
+            tuple(
+                (server.name, server.is_away, server.lost_ns > 0, *(one.key for one in server.goals))
+                for server in self._goal_servers.values()
+            ),
+            tuple(service.key for service in self._services.values()),
+            tuple(topic.key for topic in self._topics.values()),
+            tuple(speech.key for speech in self._speeches.values()),
+            tuple(leaf.answer if leaf.status is Status.RUNNING else "" for leaf in self._any_behaviours),
+        )
+
+    def _note_node(self, node: Behaviour, tree: list[Any]) -> None:
+        """Note the status of a node, and its memory and the nodes below while it runs."""
+        status = node.status
+        tree.append(_STATUS[status])
+        if status is not Status.RUNNING and not (node in self._final_set and node.is_detached):
+            return
+        if node in self._remembering:
+            memory = save(node, 0)
+            memory = {
+                name: value for name, value in memory.items() if name not in ("left_ns", "values")
+            }
+            if isinstance(node, Finally):
+                memory["values"] = _values_key(dict(node._variables))  # noqa: SLF001
+            if isinstance(node, Repeat) and memory["count"] is None:
+                del memory["done"]  # rounds without a bound are alike
+            if isinstance(node, Retry):
+                memory["pause"] = node.due_ns is not None
+            if isinstance(node, Choose):
+                memory["child"] = node.children.index(node.current_child) if node.current_child else 0
+            tree.append(_plain(memory))
+        for child in node.children:
+            self._note_node(child, tree)
+
+    def _attempt_key(self, leaf: ActionLeaf, numbers: dict[int, int]) -> Any:
+        attempt = leaf.attempt
+        if attempt is None or leaf.status is not Status.RUNNING:
+            return None
+        goal = attempt.goal
+        if goal is None:
+            return "waits"
+        return (
+            numbers.get(id(goal), -1),
+            str(attempt.cause),
+            str(goal.phase),
+            goal.accepted,
+            str(attempt.ending.outcome) if attempt.ending else "",
+            goal.feedback is None,
+        )
+
+    def _goal_key(self, goal: Goal) -> Any:
+        return (
+            goal.goal_client.name,
+            goal.owner,
+            str(goal.phase),
+            goal.cancel_refused,
+            goal.orphaned_ns is not None,
+            self.ledger.has_given_up(goal),
+        )
+
+    # ---- taking and putting back ------------------------------------------------------------
+
+    def save(self, earlier: Memento | None = None) -> Memento:
+        """Return everything that a step may change."""
+        return self._keeper.take(earlier)
+
+    def restore(self, memento: Memento) -> None:
+        """Put it back."""
+        self._keeper.put_back(memento)
+
+    def _kept(self) -> Iterable[Any]:
+        executive = self.executive
+        return (
+            self._moment,
+            self.choices,
+            executive,
+            executive.cleanups,
+            executive.followed,
+            *executive.followed.variables,
+            self.ledger,
+            *executive.nodes,
+            *self._scopes,
+            *self._goal_servers.values(),
+            *self._services.values(),
+            *self._topics.values(),
+            *self._speeches.values(),
+        )
+
+    def _dynamic(self) -> Iterator[Any]:
+        for leaf in self._action_leaves:
+            if leaf.attempt is not None:
+                yield leaf.attempt
+                if leaf.attempt.goal is not None:
+                    yield leaf.attempt.goal
+        yield from self.ledger.open_goals
+        for server in self._goal_servers.values():
+            for served in server.goals:
+                yield served
+                yield served.goal
+
+
+_LIMITS = {
+    "server": "waits for its server in vain",
+    "answer": "waits for an answer to its goal in vain",
+    "goal": "is not done in time",
+    "silence": "gets no feedback in time",
+    "cancel": "waits for the cancel in vain",
+}
+
+
+def _full(name: str) -> str:
+    return name if name.startswith("/") else f"/{name}"
+
+
+def _limit_words(node: Behaviour) -> str:
+    match node:
+        case Wait():
+            return f"'{node.name}' is over"
+        case Retry():
+            return f"the pause of '{node.name}' is over"
+    return f"'{node.name}' is not done in time"
+
+
+def _scope_key(scope: Scope) -> Any:
+    return _values_key(scope.values)
+
+
+def _values_key(values: dict[str, Any]) -> Any:
+    return tuple(sorted((name, _plain(value)) for name, value in values.items()))
+
+
+def _plain(value: Any) -> Any:
+    """Return a value that `marshal` writes; equal ones are written alike."""
+    match value:
+        case bool():
+            return ("bool", value)
+        case None | int() | float() | str() | bytes():
+            return value
+        case NoValue():
+            return ("none", value.reason)
+        case list() | tuple():
+            return tuple(map(_plain, value))
+        case dict():
+            return tuple((name, _plain(one)) for name, one in value.items())
+    return repr(value)
+
+

@@ -1,0 +1,332 @@
+"""Action servers that may give any answer: the clients that the attempts talk to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.core.actions import declared
+from bt_mission.goals.attempt import SERVER_CHECK_NS
+from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
+from bt_mission.proving.answers import ANSWERS, Answer, AnswerSet
+from bt_mission.proving.choices import Choices, Option
+from bt_mission.proving.values import (
+    ValueCases,
+    assign,
+    combinations,
+    default_fields,
+    message_that,
+)
+from bt_mission.ros.interface_types import action_type, fill
+
+
+@dataclass(frozen=True)
+class Question:
+    """What may happen next at one place.
+
+    Attributes:
+        options: Exactly one is taken.
+        is_prompt: It is answered before time passes; else nothing may happen as well.
+    """
+
+    options: tuple[Option, ...]
+    is_prompt: bool
+
+
+class ServedGoal:
+    """One goal as its server sees it."""
+
+    def __init__(self, server: GoalServer, goal: Goal) -> None:
+        self.server = server
+        self.goal = goal
+        self.leaf: ActionLeaf | None = None
+        self.stage = "asked"
+        """Then "working", or "mute"; "over" once the server has ended it or lost it."""
+        self.is_cancel_open = False
+        """Is there a cancel request without an answer?"""
+        self.refuses = self.ignores = False
+        """Does it refuse every cancel, or answer none?"""
+        self.is_silent = False
+        """Does it send no more feedback?"""
+        self.feedback = ""
+
+    @property
+    def is_live(self) -> bool:
+        """Does the server work on it?"""
+        return self.stage == "working"
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """Its state as the server sees it."""
+        return (
+            self.server.name,
+            self.goal.owner,
+            self.stage,
+            self.is_cancel_open,
+            self.refuses,
+            self.ignores,
+            self.is_silent,
+            self.feedback,
+        )
+
+
+class GoalServer:
+    """An action whose server may do anything; implements ``GoalClient``.
+
+    Args:
+        name: Of the action.
+        type_name: Its type.
+        choices: Decides.
+        answers: Which are considered.
+        cases: Values of results.
+        evaluator_of: Returns what computes the values of a leaf.
+        now_ns: Returns the time.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        type_name: str,
+        choices: Choices,
+        answers: AnswerSet,
+        cases: ValueCases,
+        evaluator_of: Callable[[ActionLeaf], Evaluator],
+        now_ns: Callable[[], int],
+    ) -> None:
+        self.name, self.type_name = name, type_name
+        self._type = action_type(type_name)
+        self._choices, self._answers, self._cases = choices, answers, cases
+        self._evaluator_of, self._now_ns = evaluator_of, now_ns
+        known = declared().get(name.strip("/"))
+        self.moves_base = known is not None and known.known.moves_base
+        self.goals: list[ServedGoal] = []
+        """Those that the server has not ended, in the order in which they arrived."""
+        self.is_away = False
+        self.lost_ns = 0
+
+    # ---- what the attempts and the ledger call ----------------------------------------------
+
+    def is_ready(self) -> bool:
+        """Choose whether there is a server, unless it works on a goal."""
+        if any(goal.stage in ("working", "asked", "mute") for goal in self.goals):
+            return not self.is_away
+        if self._is_lost_goal_watched:
+            return False
+        rows = self._answers.at("missing" if self.is_away else "found", self.name)
+        row = rows[self._choices.choose([self._option(row) for row in rows])]
+        self.is_away = row.name in ("no_server", "away")
+        return not self.is_away
+
+    def prepare(self, fields: Mapping[str, Any]) -> Any:
+        """Return a goal with these fields. Raises FillError."""
+        return fill(self._type.Goal(), fields)
+
+    def send(self, goal: Goal, _request: Any) -> None:
+        """Take a goal."""
+        self.goals.append(ServedGoal(self, goal))
+
+    def recover_goal(self, goal: Goal) -> None:
+        """Not used: no mission that is proved is resumed."""
+        raise NotImplementedError
+
+    def ask_result(self, goal: Goal) -> None:
+        """The result follows from :meth:`questions`."""
+
+    def send_cancel(self, goal: Goal) -> None:
+        """Note a cancel request."""
+        for served in self.goals:
+            if served.goal is goal:
+                served.is_cancel_open = True
+
+    # ---- what may happen --------------------------------------------------------------------
+
+    def adopt(self, leaves: list[ActionLeaf]) -> None:
+        """Note whose goals they are, after a tick; forget those that are over."""
+        self.goals = [served for served in self.goals if served.stage != "over"]
+        for served in self.goals:
+            if served.leaf is None:
+                served.leaf = next(
+                    (leaf for leaf in leaves if leaf.attempt and leaf.attempt.goal is served.goal),
+                    None,
+                )
+
+    @property
+    def _is_lost_goal_watched(self) -> bool:
+        return self.is_away and self.lost_ns > 0
+
+    @property
+    def due_ns(self) -> int | None:
+        """The instant until which an attempt notices that the server is lost."""
+        return self.lost_ns + SERVER_CHECK_NS if self.lost_ns else None
+
+    def settle(self) -> None:
+        """Note that every attempt has noticed a lost server."""
+        if self.lost_ns and self._now_ns() >= self.lost_ns + SERVER_CHECK_NS:
+            self.lost_ns = 0
+
+    def beat(self) -> None:
+        """Send the feedback that keeps a goal from its limit of silence."""
+        for served in self.goals:
+            if served.leaf is None or served.stage != "working" or served.is_silent:
+                continue
+            values = self._evaluator_of(served.leaf)
+            if values.node.feedback_timeout is None or served.goal.phase is not Phase.ACTIVE:
+                continue
+            condition, fields = values.node.cancel_when, None
+            if condition is not None:
+                kind, variables = self._type.Feedback, values.scope.values
+                fields = message_that(condition, kind, variables, holds=False)
+            served.goal.on_feedback(assign(self._type.Feedback(), fields or {}))
+
+    def questions(self) -> Iterator[Question]:
+        """Yield what may happen at each goal."""
+        for served in self.goals:
+            question = self._question(served)
+            if question is not None:
+                yield question
+
+    def _question(self, served: ServedGoal) -> Question | None:
+        if served.stage == "asked":
+            return self._rows("asked", served, is_prompt=True)
+        if served.stage == "mute":
+            return self._rows("mute", served)
+        if served.stage != "working":
+            return None
+        is_cancel_open = served.is_cancel_open and served.goal.accepted
+        if is_cancel_open and not served.refuses and not served.ignores:
+            return self._rows("cancel", served, is_prompt=True)
+        if is_cancel_open and served.refuses:
+            self.refuse_cancel(served)
+        return self._rows("working", served)
+
+    def _rows(self, stage: str, served: ServedGoal, *, is_prompt: bool = False) -> Question | None:
+        options: list[Option] = []
+        for row in self._answers.at(stage, self.name):
+            options += self._options(row, served)
+        return Question(tuple(options), is_prompt) if options else None
+
+    def _options(self, row: Answer, served: ServedGoal) -> Iterator[Option]:
+        match row.name:
+            case "silence":
+                if served.leaf is not None and not served.is_silent:
+                    node = self._evaluator_of(served.leaf).node
+                    if node.feedback_timeout is not None:
+                        yield self._option(row, lambda: self.silence(served))
+            case "condition":
+                yield from self._feedback(row, served, holds=True)
+            case "feedback":
+                yield from self._feedback(row, served, holds=False)
+            case "succeed" | "abort" | "confirm_cancel" | "succeed_first" | "abort_first" | (
+                "cancel_outside"
+            ):
+                status = _STATUSES[row.name]
+                for fields in self._results(served):
+                    words = "".join(f", {name} = {value!r}" for name, value in fields.items())
+
+                    def end(fields: Mapping[str, Any] = fields) -> None:
+                        self._end(served, status, fields)
+
+                    yield self._option(row, end, words)
+            case _:
+                act = getattr(self, row.name)
+                yield self._option(row, lambda: act(served))
+
+    def _option(
+        self, row: Answer, act: Callable[[], None] | None = None, more: str = ""
+    ) -> Option:
+        words = f"{self.name} {row.words}{more}" if row.words else ""
+        return Option(words, row.faults, act)
+
+    # ---- the answers ------------------------------------------------------------------------
+
+    def accept(self, served: ServedGoal) -> None:
+        """Accept the goal."""
+        served.stage = "working"
+        served.goal.on(Event.ACCEPTED)
+
+    late_accept = accept
+
+    def reject(self, served: ServedGoal) -> None:
+        """Reject it."""
+        served.stage = "over"
+        served.goal.on(Event.REJECTED)
+
+    def no_answer(self, served: ServedGoal) -> None:
+        """Answer nothing."""
+        served.stage = "mute"
+
+    def server_lost(self, _served: ServedGoal) -> None:
+        """Leave the graph, with all goals."""
+        self.is_away, self.lost_ns = True, self._now_ns()
+        for served in self.goals:
+            served.stage = "over"
+
+    def refuse_cancel(self, served: ServedGoal) -> None:
+        """Refuse this cancel and every later one."""
+        served.refuses, served.is_cancel_open = True, False
+        served.goal.on(Event.CANCEL_REFUSED)
+
+    def ignore_cancel(self, served: ServedGoal) -> None:
+        """Answer no cancel."""
+        served.ignores, served.is_cancel_open = True, False
+
+    def silence(self, served: ServedGoal) -> None:
+        """Send no more feedback."""
+        served.is_silent = True
+
+    def _end(self, served: ServedGoal, status: GoalStatus, fields: Mapping[str, Any]) -> None:
+        served.stage = "over"
+        served.goal.on_result(status, assign(self._type.Result(), fields))
+
+    def _results(self, served: ServedGoal) -> Iterator[dict[str, Any]]:
+        outputs = self._evaluator_of(served.leaf).node.outputs if served.leaf is not None else {}
+        defaults = default_fields(self._type.Result(), outputs)
+        cases = {name: self._cases.of(outputs[name], value) for name, value in defaults.items()}
+        if all(len(values) == 1 for values in cases.values()):
+            yield {}
+        else:
+            yield from combinations(cases)
+
+    def _feedback(self, row: Answer, served: ServedGoal, *, holds: bool) -> Iterator[Option]:
+        leaf = served.leaf
+        if leaf is None or leaf.attempt is None or leaf.attempt.goal is not served.goal:
+            return
+        attempt, values = leaf.attempt, self._evaluator_of(leaf)
+        node, variables = values.node, values.scope.values
+        if attempt.is_decided or attempt.cause is not None or served.goal.phase is not Phase.ACTIVE:
+            return
+        condition = node.cancel_when
+        if holds and condition is None:
+            return
+        is_read = condition is not None and any(
+            name.variable or name.name in variables for name in condition.references
+        )
+        if not holds and not is_read:
+            return
+        fields: dict[str, Any] | None = {}
+        if condition is not None:
+            fields = message_that(condition, self._type.Feedback, variables, holds=holds)
+        if fields is None or (not holds and served.feedback == repr(fields)):
+            return
+        given = fields
+
+        def feed() -> None:
+            served.feedback = repr(given)
+            served.goal.on_feedback(assign(self._type.Feedback(), given))
+
+        yield self._option(row, feed)
+
+
+_STATUSES = {
+    "succeed": GoalStatus.SUCCEEDED,
+    "succeed_first": GoalStatus.SUCCEEDED,
+    "abort": GoalStatus.ABORTED,
+    "abort_first": GoalStatus.ABORTED,
+    "confirm_cancel": GoalStatus.CANCELED,
+    "cancel_outside": GoalStatus.CANCELED,
+}
+
+assert set(_STATUSES) <= set(ANSWERS)

@@ -1,0 +1,77 @@
+"""The state of the real objects of a running mission, taken and put back in place.
+
+Objects stay the same, so that whatever refers to them remains true: closures, listeners, lists
+that two objects share. What is taken is shared between mementos as long as it is equal.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from operator import is_
+from typing import Any, TypeAlias
+
+_CONTAINERS = frozenset({list, dict, set, deque})
+
+_Saved: TypeAlias = tuple[Any, dict[str, Any], tuple[tuple[Any, Any], ...]]
+"""An object, its attributes, and a copy of each container among them."""
+
+Memento: TypeAlias = dict[int, _Saved]
+"""What was saved of each object, by its `id`; the memento keeps the objects alive."""
+
+
+class Keeper:
+    """Takes and puts back the attributes of objects.
+
+    Args:
+        roots: Objects that are always there.
+        dynamic: Returns the objects that come and go.
+    """
+
+    def __init__(self, roots: Iterable[Any], dynamic: Callable[[], Iterable[Any]]) -> None:
+        self._roots = tuple(roots)
+        self._dynamic = dynamic
+
+    def take(self, earlier: Memento | None = None) -> Memento:
+        """Return the present state; it shares with an earlier one what has not changed."""
+        known = earlier or {}
+        taken: Memento = {}
+        for one in (*self._roots, *self._dynamic()):
+            number = id(one)
+            if number not in taken:
+                taken[number] = _saved(one, known.get(number))
+        return taken
+
+    def put_back(self, memento: Memento) -> None:
+        """Put the objects into the state that was taken."""
+        for one, attributes, containers in memento.values():
+            now = one.__dict__
+            now.clear()
+            now.update(attributes)
+            for container, copy in containers:
+                container.clear()
+                if type(container) in (dict, set):
+                    container.update(copy)
+                else:
+                    container.extend(copy)
+
+
+def _saved(one: Any, known: _Saved | None) -> _Saved:
+    now = one.__dict__
+    if known is not None and now == known[1]:
+        if all(_is_equal(container, copy) for container, copy in known[2]):
+            return known
+    return (
+        one,
+        dict(now),
+        tuple((value, value.copy()) for value in now.values() if type(value) in _CONTAINERS),
+    )
+
+
+def _is_equal(container: Any, copy: Any) -> bool:
+    """Is a container as it was copied? In a dict 0 and False are not the same."""
+    if type(container) is not dict:
+        return bool(container == copy)
+    return len(container) == len(copy) and all(
+        map(is_, container.values(), map(copy.get, container))
+    )

@@ -1,0 +1,221 @@
+"""Proves a mission; what was proved and found, in words and as JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from bt_mission.core.text import counted, escape_control
+from bt_mission.language.mission import Mission
+from bt_mission.proving.answers import AnswerSet
+from bt_mission.proving.choices import UNBOUNDED, Script
+from bt_mission.proving.claims import PROPERTIES, Broken, Claims, name_of
+from bt_mission.proving.environment import Environment
+from bt_mission.proving.explorer import Bounds, Explored, Progress, explore, replay
+
+USUAL_FAULTS = 2
+MORE_FAULTS = 2
+"""So many more are allowed when a node is looked for that no way has entered."""
+
+
+@dataclass(frozen=True)
+class ProofOptions:
+    """What is considered.
+
+    Attributes:
+        faults: Most faults on a way; infinite for no bound.
+        rounds: Counts of `repeat` above it are cut to it; 0 for no bound. None cuts those above 10
+            to 2.
+    """
+
+    faults: float = USUAL_FAULTS
+    answers: AnswerSet = field(default_factory=AnswerSet)
+    with_interrupts: bool = False
+    rounds: int | None = None
+    bounds: Bounds = field(default_factory=Bounds)
+
+    def environment(self, mission: Mission, faults: float | None = None) -> Environment:
+        """Return a mission before its first step."""
+        return Environment(
+            mission,
+            self.answers,
+            self.faults if faults is None else faults,
+            has_interrupts=self.with_interrupts,
+            rounds=self.rounds,
+        )
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A property that does not hold, with a shortest way to where it shows.
+
+    Attributes:
+        property: One of ``PROPERTIES``.
+        node: The node to blame; "" for none.
+        steps: What happens, a line for each answer.
+        way: The script of each step.
+    """
+
+    property: str
+    node: str
+    text: str
+    steps: tuple[str, ...]
+    way: tuple[Script, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "property": self.property,
+            "node": self.node or None,
+            "text": self.text,
+            "steps": list(self.steps),
+        }
+
+    def __str__(self) -> str:
+        steps = [f"    {number}. {step}" for number, step in enumerate(self.steps, 1)]
+        lines = [f"  {self.property}: {self.text}", *(steps or ["    at once"])]
+        return "\n".join(map(escape_control, lines))
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What was proved of a mission.
+
+    Attributes:
+        exhaustive: Were all states visited within the bound on faults, with no count cut?
+        why_not: Why not.
+        faults: The bound; None for none.
+        proved: The names of the properties that hold; none where not all states were visited.
+        failures: The reasons for which it fails on some way: the outcomes that end the mission.
+        never_entered: Nodes that no way enters within the bound on faults.
+        requirements: The names of its requirements, which are not looked at.
+    """
+
+    mission: str
+    exhaustive: bool
+    why_not: tuple[str, ...]
+    faults: int | None
+    states: int
+    paths: int
+    proved: tuple[str, ...]
+    findings: tuple[Finding, ...]
+    failures: tuple[str, ...]
+    never_entered: tuple[str, ...]
+    requirements: tuple[str, ...]
+    is_interrupted: bool = False
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "mission": self.mission,
+            "exhaustive": self.exhaustive,
+            "why_not": list(self.why_not),
+            "faults": self.faults,
+            "states": self.states,
+            "paths": self.paths,
+            "proved": list(self.proved),
+            "findings": [one.as_dict() for one in self.findings],
+            "ends_mission": list(self.failures),
+            "never_entered": list(self.never_entered),
+            "not_considered": [f"requirement {name}" for name in self.requirements],
+        }
+
+    def __str__(self) -> str:
+        bound = "any number of" if self.faults is None else "at most"
+        faults = "faults" if self.faults is None else counted(self.faults, "fault")
+        lines = [
+            f"{self.mission}: {counted(self.states, 'state')}, {counted(self.paths, 'end')}, "
+            f"for all runs with {bound} {faults}"
+        ]
+        lines += [f"  not exhaustive: {why}" for why in self.why_not]
+        lines += [f"  proved: {name}: {PROPERTIES[name]}" for name in self.proved]
+        lines += [f"  never entered: '{name}'" for name in self.never_entered]
+        lines += [f"  ends the mission: {reason}" for reason in self.failures]
+        if self.requirements:
+            lines.append(f"  not considered: {counted(len(self.requirements), 'requirement')}")
+        text = "\n".join(map(escape_control, lines))
+        return "\n".join([text, *map(str, self.findings)])
+
+
+def prove(
+    mission: Mission,
+    options: ProofOptions | None = None,
+    elapsed_s: Callable[[], float] = float,
+    on_progress: Callable[[Progress], bool] = lambda _: True,
+) -> Proof:
+    """Visit the states of a mission, and say which properties hold.
+
+    Args:
+        mission: Without errors (``examine``).
+        options: What is considered.
+        elapsed_s: Returns the seconds of processor time that have passed, for the budget.
+        on_progress: Called now and then; False ends the exploration.
+
+    Raises:
+        BtMissionError: When the mission cannot be set up, such as an unknown type.
+    """
+    options = options or ProofOptions()
+    claims, environment = Claims(), options.environment(mission)
+    explored = explore(environment, [claims], options.bounds, elapsed_s, on_progress)
+    claims.finish(explored)
+    never = tuple(claims.never_entered(environment))
+    findings = [_finding(broken, explored, mission, options) for broken in claims.broken.values()]
+    if never and explored.is_exhaustive and not environment.cut:
+        findings += _dead_nodes(mission, options, elapsed_s, on_progress)
+    why_not = [explored.why_not] if explored.why_not else []
+    why_not += [
+        f"'{name}' is repeated {environment.rounds} times instead of {count:,} (--rounds)"
+        for name, count in environment.cut.items()
+    ]
+    broken_names = {one.property for one in findings}
+    considered = set(PROPERTIES) - (set() if options.with_interrupts else {"interrupt"})
+    if never:
+        considered.discard("dead_node")
+    is_whole = explored.is_exhaustive
+    return Proof(
+        mission=mission.name,
+        exhaustive=not why_not,
+        why_not=tuple(why_not),
+        faults=None if math.isinf(options.faults) else int(options.faults),
+        states=explored.progress.states,
+        paths=explored.progress.paths,
+        proved=tuple(
+            name
+            for name in PROPERTIES
+            if is_whole and name in considered and name not in broken_names
+        ),
+        findings=tuple(findings),
+        failures=tuple(claims.failures),
+        never_entered=never,
+        requirements=tuple(one.name for one in mission.requirements),
+        is_interrupted=explored.why_not == "interrupted",
+    )
+
+
+def _finding(
+    broken: Broken, explored: Explored, mission: Mission, options: ProofOptions
+) -> Finding:
+    way = explored.way_to(broken.state)
+    steps = [line for words in replay(options.environment(mission), way) for line in words]
+    return Finding(name_of(broken, steps), broken.node, broken.text, tuple(steps), tuple(way))
+
+
+def _dead_nodes(
+    mission: Mission,
+    options: ProofOptions,
+    elapsed_s: Callable[[], float],
+    on_progress: Callable[[Progress], bool],
+) -> list[Finding]:
+    """Look for ways with more faults into the nodes that none has entered."""
+    faults = options.faults + MORE_FAULTS
+    claims, environment = Claims(), options.environment(mission, faults)
+    explored = explore(environment, [claims], options.bounds, elapsed_s, on_progress)
+    if not explored.is_exhaustive:
+        return []
+    bound = "" if faults == UNBOUNDED else f" with at most {faults:g} faults"
+    return [
+        Finding("dead_node", name, f"no way{bound} enters '{name}'", ())
+        for name in claims.never_entered(environment)
+    ]

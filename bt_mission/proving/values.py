@@ -1,0 +1,191 @@
+"""The values of messages and draws that the conditions of a mission can tell apart.
+
+A number that is compared with constants has the values on both sides of each and the constant
+itself. A value that nobody compares has one value. Where a condition reads arithmetic that is
+not followed, the values are samples, and what depends on them is not exhaustive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import islice, product
+from typing import Any
+
+from bt_mission.behaviours.evaluator import MessageFields
+from bt_mission.behaviours.runtime import read_field
+from bt_mission.language.expressions.expression import Expression, Template, Text
+from bt_mission.language.expressions.syntax import Comparison, Constant, Name, SyntaxNode
+from bt_mission.language.expressions.values import ExpressionError
+from bt_mission.language.mission import Mission
+from bt_mission.language.nodes.base import NodeModel
+from bt_mission.language.nodes.interfaces import InterfaceNode
+
+MOST_COMBINATIONS = 64
+"""Combinations of values of one message that are tried."""
+OTHER_TEXT = "other"
+
+
+class ValueCases:
+    """The constants with which a mission compares each name.
+
+    Args:
+        mission: Whose conditions count, those of its named trees included.
+    """
+
+    def __init__(self, mission: Mission) -> None:
+        self._constants: dict[str, set[bool | int | float | str]] = {}
+        self._compared: set[str] = set()
+        self._asked: set[str] = set()
+        for tree in mission.all_trees:
+            for node in tree.body.walk():
+                for value in _values_of(node):
+                    for expression in _expressions(value):
+                        self._note(expression.root, mission.inputs)
+
+    def _note(self, root: SyntaxNode, inputs: Mapping[str, Any]) -> None:
+        if isinstance(root, Name):
+            self._asked.add(root.name)
+        for part in _parts(root):
+            if not isinstance(part, Comparison):
+                self._asked |= {one.name for one in part.parts if isinstance(one, Name)}
+                continue
+            parts = list(_parts(part))
+            names = {one.name for one in parts if isinstance(one, Name)}
+            constants = {one.value for one in parts if isinstance(one, Constant)}
+            constants |= {inputs[name] for name in names if name in inputs}
+            plain = {one for one in constants if isinstance(one, bool | int | float | str)}
+            self._compared |= names
+            for name in names:
+                self._constants.setdefault(name, set()).update(plain)
+
+    def of(self, name: str, default: Any) -> tuple[Any, ...]:
+        """Return the values of a name that conditions can tell apart, the default first.
+
+        Args:
+            default: A value of the type that it has.
+        """
+        constants = self._constants.get(name, set())
+        match default:
+            case bool():
+                return (True, False) if name in self._compared | self._asked else (default,)
+            case str():
+                texts = sorted(one for one in constants if isinstance(one, str))
+                return (*texts, OTHER_TEXT) if name in self._compared else (default,)
+            case int() | float() if name in self._compared:
+                numbers = [one for one in constants if isinstance(one, int | float)]
+                kind = type(default)
+                found = {kind(default): None}
+                for number in sorted(numbers) or [0]:
+                    found |= dict.fromkeys(map(kind, (number, number - 1, number + 1)))
+                return tuple(found)
+        return (default,)
+
+
+def _values_of(node: NodeModel) -> Iterator[Any]:
+    for read in node.reads():
+        yield read.value
+    if isinstance(node, InterfaceNode):
+        yield from node.sent.values()
+        if node.condition is not None:
+            yield node.condition
+
+
+def _expressions(value: Any) -> Iterator[Expression]:
+    match value:
+        case Expression():
+            yield value
+        case Template():
+            yield from (hole.expression for hole in value.holes)
+        case Text():
+            for reading in (value.template, value.expression):
+                if not isinstance(reading, ExpressionError):
+                    yield from _expressions(reading)
+        case Mapping():
+            for part in value.values():
+                yield from _expressions(part)
+        case list() | tuple():
+            for part in value:
+                yield from _expressions(part)
+
+
+def _parts(root: SyntaxNode) -> Iterator[SyntaxNode]:
+    yield root
+    for part in root.parts:
+        yield from _parts(part)
+
+
+def combinations(cases: Mapping[str, Sequence[Any]]) -> Iterator[dict[str, Any]]:
+    """Yield messages as fields, each with one of its values; a bounded number of them."""
+    names = list(cases)
+    for values in islice(product(*cases.values()), MOST_COMBINATIONS):
+        yield dict(zip(names, values, strict=True))
+
+
+def assign(message: Any, fields: Mapping[str, Any]) -> Any:
+    """Return a message after its fields, by dotted names, have got these values.
+
+    A value that does not fit its field leaves it as it is, such as -1 in an unsigned number.
+    """
+    for dotted, value in fields.items():
+        *path, last = dotted.split(".")
+        part = message
+        for name in path:
+            part = getattr(part, name)
+        try:
+            setattr(part, last, value)
+        except (AssertionError, TypeError, ValueError):
+            continue
+    return message
+
+
+def default_fields(message: Any, names: Iterable[str]) -> dict[str, Any]:
+    """Return the values of these fields, by dotted names; of those that it has."""
+    found = {}
+    for name in names:
+        try:
+            found[name] = read_field(message, name)
+        except AttributeError:
+            continue
+    return found
+
+
+def message_that(
+    condition: Expression, kind: type, variables: Mapping[str, Any], *, holds: bool
+) -> dict[str, Any] | None:
+    """Return fields of a message for which a condition holds, or does not.
+
+    None where no combination of the values around its constants does. The condition is asked of
+    whole messages, so that it is answered as in a run.
+    """
+    names = list(dict.fromkeys(name.name for name in condition.references if not name.variable))
+    defaults = default_fields(kind(), names)
+    numbers = [one.value for one in _parts(condition.root) if isinstance(one, Constant)]
+    numbers += [variables[name.name] for name in condition.references if name.name in variables]
+    cases = {name: _around(default, numbers) for name, default in defaults.items()}
+    for fields in combinations(cases):
+        message = assign(kind(), fields)
+        try:
+            answer = condition.evaluate(variables, None, MessageFields(message))  # type: ignore[arg-type]
+        except ExpressionError:
+            continue
+        if bool(answer) is holds:
+            return fields
+    return None
+
+
+def _around(default: Any, constants: Iterable[Any]) -> tuple[Any, ...]:
+    match default:
+        case bool():
+            return (default, not default)
+        case str():
+            return (default, *(one for one in constants if isinstance(one, str)), OTHER_TEXT)
+        case int() | float():
+            kind, found = type(default), {default: None}
+            for number in constants:
+                if isinstance(number, int | float) and not isinstance(number, bool):
+                    around = (number, number - 1, number + 1, -number, -number - 1, -number + 1)
+                    found |= dict.fromkeys(map(kind, around))
+            return tuple(found)
+        case list():
+            return (default,)
+    return (default,)
