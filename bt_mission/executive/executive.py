@@ -138,7 +138,6 @@ class Executive:
         for node in root.iterate():
             node.setup(runtime=runtime)
         self.followed = FollowedVariables(root, runtime)
-        """The variables that follow topics."""
 
     def _follow(self, trace: Trace) -> None:
         """Have trace and state take the events, and the ledger and the nodes cause them."""

@@ -139,5 +139,3 @@ def _unknown(item: str, name: str) -> str:
         f"{quoted(item)}; answers that can be left out: {listed(NAMES)}"
         + (f" ({hint})" if hint else "")
     )
-
-

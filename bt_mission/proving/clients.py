@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from random import Random
 from typing import Any
 
@@ -86,7 +87,7 @@ class Service:
             for fields in self._responses():
                 given = {"success": row.name != "fail"} | fields
                 options.append(
-                    _option(self.name, row, lambda given=given: self._respond(given), _more(fields))
+                    _option(self.name, row, partial(self._respond, given), _more(fields))
                 )
         yield Question(tuple(options), is_prompt=True)
 
@@ -169,17 +170,19 @@ class Topic:
     def _met(self, row: Answer) -> Iterator[Option]:
         for leaf in self._waiting(self):
             values = self._evaluator_of(leaf)
-            fields = message_that(values.node.condition, self._type, values.scope.values, holds=True)
+            fields = message_that(
+                values.node.condition, self._type, values.scope.values, holds=True
+            )
             if fields is None:
                 continue
             outputs = {
-                name: variable for name, variable in values.node.outputs.items() if name not in fields
+                name: variable
+                for name, variable in values.node.outputs.items()
+                if name not in fields
             }
             for more in _cases_of(self._cases, outputs, default_fields(self._type(), outputs)):
                 given = fields | more
-                yield _option(
-                    self.name, row, lambda given=given: self._publish(given), _more(given)
-                )
+                yield _option(self.name, row, partial(self._publish, given), _more(given))
 
     def _followed(self, row: Answer) -> Iterator[Option]:
         follow = self._follows[0]
@@ -194,7 +197,7 @@ class Topic:
         for value in self._cases.of(follow.variable, default):
             if value != self.value or type(value) is not type(self.value):
                 more = f" {field} = {value!r}"
-                yield _option(self.name, row, lambda value=value: self._send(value), more)
+                yield _option(self.name, row, partial(self._send, value), more)
 
     def _fall_quiet(self) -> None:
         self.is_quiet = True
@@ -302,8 +305,7 @@ class AnyBehaviour(Leaf):
             rows = [one for one in self._answers.at("python", self.name) if one.name != "running"]
             yield Question(
                 tuple(
-                    _option(f"'{self.name}'", row, lambda name=row.name: self._take(name))
-                    for row in rows
+                    _option(f"'{self.name}'", row, partial(self._take, row.name)) for row in rows
                 ),
                 is_prompt=False,
             )
@@ -331,15 +333,13 @@ class Draw(Random):
         options = [Option(f"{self._name} draws {value:.3g} of 1") for value in self._values]
         return self._values[self._choices.choose(options)]
 
-    def choices(  # type: ignore[override]
+    def choices(
         self, population: Any, weights: Any = None, *, cum_weights: Any = None, k: int = 1
     ) -> list[Any]:
         """Choose one; those of weight 0 are never drawn."""
         del cum_weights, k
         possible = [
-            one
-            for index, one in enumerate(population)
-            if weights is None or weights[index] > 0
+            one for index, one in enumerate(population) if weights is None or weights[index] > 0
         ]
         options = [Option(f"{self._name} draws {one + 1}") for one in possible]
         return [possible[self._choices.choose(options)]]

@@ -20,9 +20,8 @@ from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.builder import BEHAVIOURS, build_tree
 from bt_mission.behaviours.cleanup import Finally
 from bt_mission.behaviours.client_leaves import PublishLeaf, ServiceLeaf, WaitFor
-from bt_mission.behaviours.control import Choose, Timeout
+from bt_mission.behaviours.control import Choose, Parallel, Timeout
 from bt_mission.behaviours.decorators import Repeat, Retry, Subtree
-from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import Wait
 from bt_mission.behaviours.runtime import Generator, Scope
 from bt_mission.behaviours.snapshot import save
@@ -126,13 +125,11 @@ class _Tip:
     def failure_path(self) -> tuple[int, ...]:
         """The failed nodes from the root down."""
         executive = self._environment.executive
-        node, path = executive.root, [0]
-        while True:
-            failed = [one for one in node.children if one.status is Status.FAILURE]
-            if not failed:
-                return tuple(path)
-            node = failed[-1]
-            path.append(executive.indices[node])
+        node, path = _failed_tip(executive.root), [0]
+        while node.parent is not None:
+            path.insert(1, executive.indices[node])
+            node = node.parent
+        return tuple(path)
 
 
 class Environment:
@@ -174,7 +171,9 @@ class Environment:
         self._speeches: dict[str, Speech] = {}
         self.scope = Scope(dict(mission.inputs), mission.seed, _Draws(self))
         self.ledger = Ledger(0, CANCEL_GRACE_NS)
-        behaviours = MappingProxyType({**BEHAVIOURS, PythonNode: AnyBehaviour, RepeatNode: BoundedRepeat})
+        behaviours = MappingProxyType(
+            {**BEHAVIOURS, PythonNode: AnyBehaviour, RepeatNode: BoundedRepeat}
+        )
         root = build_tree(mission, self.scope, behaviours)
         self.executive = Executive(root, self, Trace(), 0.0, mission.name)
         self._see_events()
@@ -188,9 +187,9 @@ class Environment:
         self._limited = [node for node in nodes if isinstance(node, _WAITING)]
         self._services_called = [node for node in nodes if isinstance(node, ServiceLeaf)]
         self._waits = [node for node in nodes if isinstance(node, WaitFor)]
-        self._remembering = {
-            node for node in nodes if node.children or isinstance(node, Retry)
-        }
+        self._remembering = {node for node in nodes if node.children or isinstance(node, Retry)}
+        self._joining = {node for node in nodes if isinstance(node, Finally | Parallel)}
+        """Nodes that may end by a failure that came before their last tick."""
         self._final_set = {node for node in nodes if isinstance(node, Finally)}
         self._finals = [node for node in nodes if isinstance(node, Finally)]
         self._keeper = Keeper(self._kept(), self._dynamic)
@@ -488,11 +487,7 @@ class Environment:
             if leaf.status is Status.RUNNING and self._works(leaf)
         ]
         waiting += self._any_behaviours_running
-        waiting += [
-            node
-            for node in self._waits
-            if node.status is Status.RUNNING
-        ]
+        waiting += [node for node in self._waits if node.status is Status.RUNNING]
         return waiting
 
     @property
@@ -501,7 +496,7 @@ class Environment:
 
     def key(self) -> bytes:
         """Return what the future depends on, the faults left apart, as a hash."""
-        limits = sorted((one.name, one.at_ns - self.now_ns) for one in self.limits())
+        limits = [(one.name, one.at_ns - self.now_ns) for one in self.limits()]
         whole = marshal.dumps((self._moment.untimed, limits), 2)
         return blake2b(whole, digest_size=16).digest()
 
@@ -515,21 +510,19 @@ class Environment:
         numbers = {id(goal): number for number, goal in enumerate(held)}
         return (
             str(executive.status),
-            str(executive.verdict) if executive.status is not MissionStatus.RUNNING else "",
+            (str(executive.verdict), executive.reason) if executive.reason else "",
+            tuple(executive.cleanups.failures),
             self._moment.may_interrupt,
             self.ledger.is_held,
             tuple(tree),
-            tuple(_scope_key(scope) for scope in self._scopes),
+            tuple(_values_key(scope.values) for scope in self._scopes),
             tuple(self._attempt_key(leaf, numbers) for leaf in self._action_leaves),
-            tuple(self._goal_key(goal) for goal in held if goal.phase is not Phase.LOST),
-            tuple(
-                (server.name, server.is_away, server.lost_ns > 0, *(one.key for one in server.goals))
-                for server in self._goal_servers.values()
-            ),
+            tuple(self._goal_key(goal) for goal in held),
+            tuple(server.key for server in self._goal_servers.values()),
             tuple(service.key for service in self._services.values()),
             tuple(topic.key for topic in self._topics.values()),
             tuple(speech.key for speech in self._speeches.values()),
-            tuple(leaf.answer if leaf.status is Status.RUNNING else "" for leaf in self._any_behaviours),
+            tuple(leaf.answer for leaf in self._any_behaviours_running),
         )
 
     def _note_node(self, node: Behaviour, tree: list[Any]) -> None:
@@ -550,10 +543,15 @@ class Environment:
             if isinstance(node, Retry):
                 memory["pause"] = node.due_ns is not None
             if isinstance(node, Choose):
-                memory["child"] = node.children.index(node.current_child) if node.current_child else 0
+                memory["child"] = next(
+                    index for index, one in enumerate(node.children) if one is node.current_child
+                )
             tree.append(_plain(memory))
         for child in node.children:
             self._note_node(child, tree)
+            if child.status is Status.FAILURE and node in self._joining:
+                tip = _failed_tip(child)
+                tree += [self.executive.indices[tip], tip.feedback_message]
 
     def _attempt_key(self, leaf: ActionLeaf, numbers: dict[int, int]) -> Any:
         attempt = leaf.attempt
@@ -572,6 +570,8 @@ class Environment:
         )
 
     def _goal_key(self, goal: Goal) -> Any:
+        if goal.phase is Phase.LOST:
+            return goal.goal_client.name, goal.owner
         return (
             goal.goal_client.name,
             goal.owner,
@@ -631,6 +631,13 @@ _LIMITS = {
 }
 
 
+def _failed_tip(node: Behaviour) -> Behaviour:
+    """Return the deepest node whose failure made this one fail: the last one of several."""
+    while failed := [child for child in node.children if child.status is Status.FAILURE]:
+        node = failed[-1]
+    return node
+
+
 def _full(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
@@ -642,10 +649,6 @@ def _limit_words(node: Behaviour) -> str:
         case Retry():
             return f"the pause of '{node.name}' is over"
     return f"'{node.name}' is not done in time"
-
-
-def _scope_key(scope: Scope) -> Any:
-    return _values_key(scope.values)
 
 
 def _values_key(values: dict[str, Any]) -> Any:
@@ -666,5 +669,3 @@ def _plain(value: Any) -> Any:
         case dict():
             return tuple((name, _plain(one)) for name, one in value.items())
     return repr(value)
-
-

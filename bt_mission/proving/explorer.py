@@ -99,6 +99,17 @@ class Bounds:
     seconds: float | None = None
     megabytes: float | None = None
 
+    def why_over(self, progress: Progress, elapsed_s: float) -> str:
+        """Return which bound is reached; "" for none."""
+        if self.states is not None and progress.states >= self.states:
+            return f"the budget of {self.states:,} states is used up"
+        if self.seconds is not None and elapsed_s >= self.seconds:
+            return f"the budget of {self.seconds:g} s is used up"
+        kilobytes = (progress.states + 10 * progress.waiting) * BYTES_A_STATE / 1000
+        if self.megabytes is not None and kilobytes > 1000 * self.megabytes:
+            return f"the memory of {self.megabytes:g} MB is used up"
+        return ""
+
 
 @dataclass
 class _Waiting:
@@ -147,19 +158,6 @@ def _explored(
     origin = environment.save()
     queue = deque([_Waiting(-1, origin, environment.choices.faults_left, 0)])
 
-    def why_over() -> str:
-        progress.waiting = len(queue)
-        if not on_progress(progress):
-            return "interrupted"
-        if bounds.states is not None and progress.states >= bounds.states:
-            return f"the budget of {bounds.states:,} states is used up"
-        if bounds.seconds is not None and elapsed_s() >= bounds.seconds:
-            return f"the budget of {bounds.seconds:g} s is used up"
-        kilobytes = (progress.states + 10 * len(queue)) * BYTES_A_STATE / 1000
-        if bounds.megabytes is not None and kilobytes > 1000 * bounds.megabytes:
-            return f"the memory of {bounds.megabytes:g} MB is used up"
-        return ""
-
     steps = 0
     while queue:
         waiting = queue.popleft()
@@ -172,7 +170,9 @@ def _explored(
             scripts += list(environment.choices.others())[::-1]
             steps += 1
             if steps % REPORT_EVERY == 0 or bounds.states is not None:
-                explored.why_not = why_over()
+                progress.waiting = len(queue)
+                explored.why_not = "" if on_progress(progress) else "interrupted"
+                explored.why_not = explored.why_not or bounds.why_over(progress, elapsed_s())
                 if explored.why_not:
                     explored.is_exhaustive = False
                     return explored

@@ -162,6 +162,11 @@ class GoalServer:
         """The instant until which an attempt notices that the server is lost."""
         return self.lost_ns + SERVER_CHECK_NS if self.lost_ns else None
 
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """Its state, and that of its goals."""
+        return self.name, self.is_away, self.lost_ns > 0, *(one.key for one in self.goals)
+
     def settle(self) -> None:
         """Note that every attempt has noticed a lost server."""
         if self.lost_ns and self._now_ns() >= self.lost_ns + SERVER_CHECK_NS:
@@ -219,8 +224,13 @@ class GoalServer:
                 yield from self._feedback(row, served, holds=True)
             case "feedback":
                 yield from self._feedback(row, served, holds=False)
-            case "succeed" | "abort" | "confirm_cancel" | "succeed_first" | "abort_first" | (
-                "cancel_outside"
+            case (
+                "succeed"
+                | "abort"
+                | "confirm_cancel"
+                | "succeed_first"
+                | "abort_first"
+                | ("cancel_outside")
             ):
                 status = _STATUSES[row.name]
                 for fields in self._results(served):
@@ -234,9 +244,7 @@ class GoalServer:
                 act = getattr(self, row.name)
                 yield self._option(row, lambda: act(served))
 
-    def _option(
-        self, row: Answer, act: Callable[[], None] | None = None, more: str = ""
-    ) -> Option:
+    def _option(self, row: Answer, act: Callable[[], None] | None = None, more: str = "") -> Option:
         words = f"{self.name} {row.words}{more}" if row.words else ""
         return Option(words, row.faults, act)
 

@@ -58,9 +58,12 @@ class Keeper:
 
 def _saved(one: Any, known: _Saved | None) -> _Saved:
     now = one.__dict__
-    if known is not None and now == known[1]:
-        if all(_is_equal(container, copy) for container, copy in known[2]):
-            return known
+    if (
+        known is not None
+        and now == known[1]
+        and all(_is_equal(container, copy) for container, copy in known[2])
+    ):
+        return known
     return (
         one,
         dict(now),

@@ -125,10 +125,8 @@ class Proof:
     def __str__(self) -> str:
         bound = "any number of" if self.faults is None else "at most"
         faults = "faults" if self.faults is None else counted(self.faults, "fault")
-        lines = [
-            f"{self.mission}: {counted(self.states, 'state')}, {counted(self.paths, 'end')}, "
-            f"for all runs with {bound} {faults}"
-        ]
+        counts = f"{counted(self.states, 'state')}, {counted(self.paths, 'end')}"
+        lines = [f"{self.mission}: {counts}, for all runs with {bound} {faults}"]
         lines += [f"  not exhaustive: {why}" for why in self.why_not]
         lines += [f"  proved: {name}: {PROPERTIES[name]}" for name in self.proved]
         lines += [f"  never entered: '{name}'" for name in self.never_entered]

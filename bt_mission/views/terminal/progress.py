@@ -29,7 +29,7 @@ class Progress:
 
     Args:
         what: The work, such as the name of a mission.
-        total: How much there is to do.
+        total: How much there is to do; None where that is not known.
         remarks: Called when it is shown.
         stream: Where it goes.
         unit: What is counted; empty where that is clear.
@@ -41,7 +41,7 @@ class Progress:
     def __init__(
         self,
         what: str,
-        total: int,
+        total: int | None,
         remarks: Callable[[], Remarks],
         stream: TextIO,
         *,
@@ -89,9 +89,12 @@ class Progress:
     def lines(self) -> list[str]:
         """Return what a terminal shows."""
         notes, below = self._remarks()
-        parts = [f"{self._what}: {self._done:,} of {self._total:,} {self._unit}".rstrip()]
+        of_total = "" if self._total is None else f" of {self._total:,}"
+        parts = [f"{self._what}: {self._done:,}{of_total} {self._unit}".rstrip()]
         here, elapsed_s = self._done - self._before, self._wall.elapsed_s
         if here and elapsed_s > 0:
             rate = here / elapsed_s
-            parts += [f"{rate:.3g}/s", f"{duration((self._total - self._done) / rate)} left"]
+            parts.append(f"{rate:.3g}/s")
+            if self._total is not None:
+                parts.append(f"{duration((self._total - self._done) / rate)} left")
         return [escape_control(line) for line in ("   ".join((*parts, *notes)), *below)]

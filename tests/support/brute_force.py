@@ -153,5 +153,5 @@ class _Writer:
             limits = ("timeout: 0.1", "server_timeout: 0.1")
             return [f"{pad}service: {service}", f"{pad}{name}", *(pad + one for one in limits)]
         goal = self._draw.choice(("turn: {angle: 90}", "move: {secs: 1, linear_velocity: 0.1}"))
-        limits = (*_LIMITS, f"timeout: {self._draw.choice((0.1, 0.2))}")
-        return [f"{pad}{goal}", f"{pad}{name}", *(pad + one for one in limits)]
+        bounds = (*_LIMITS, f"timeout: {self._draw.choice((0.1, 0.2))}")
+        return [f"{pad}{goal}", f"{pad}{name}", *(pad + one for one in bounds)]

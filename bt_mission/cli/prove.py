@@ -1,0 +1,187 @@
+"""``bt-mission prove``: every answer that the servers of a mission may give."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from typing import TYPE_CHECKING
+
+from bt_mission.cli.argument_types import count, whole
+from bt_mission.cli.check import permissions_of
+from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
+from bt_mission.cli.options import JSON, MISSION, NO_PYTHON, ROBOT, SET, mission_file
+from bt_mission.cli.parser import Command, Option
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import kind_of
+
+if TYPE_CHECKING:
+    from bt_mission.language.mission import Mission
+    from bt_mission.proving.explorer import Bounds, Progress
+    from bt_mission.proving.proof import Proof, ProofOptions
+
+EPILOG = """\
+examples:
+  bt-mission prove explore                      all runs with at most two faults of its servers
+  bt-mission prove explore --faults 0           ... in which every server answers as usual
+  bt-mission prove mine.yaml --faults all       ... with any number of faults
+  bt-mission prove mine.yaml --answers usual,turn:reject,*:late
+                                                turn rejects no goal, and every server is in time
+  bt-mission prove mine.yaml --with interrupts  Ctrl-C may come at any time
+  bt-mission prove mine.yaml --budget 20000     at most so many states; 30s ends it after 30 s
+
+exit codes: 0 nothing was found, 1 a property does not hold, 2 bad input, 130 interrupted
+"""
+
+_BUDGET = re.compile(r"(?P<number>[0-9]+)(?P<unit>s?)")
+USUAL_MEMORY = 1000
+
+
+def prove(options: argparse.Namespace) -> int:
+    """Explore the mission; gives the exit code."""
+    if kind_of(mission_file(options)) != "mission":
+        raise BtMissionError(f"{options.file}: prove takes a mission, not a scenario or a fleet")
+    mission = _checked(options)
+    proof = _proved(mission, _proof_options(options), is_quiet=options.json)
+    print(json.dumps(proof.as_dict()) if options.json else proof)
+    if proof.is_interrupted:
+        return INTERRUPTED
+    return MISSION_FAILED if proof.findings else SUCCESS
+
+
+def _checked(options: argparse.Namespace) -> Mission:
+    """Load and check the mission; print the warnings. Raises InputError with every error."""
+    from bt_mission.core.diagnostics import InputError
+    from bt_mission.sessions.check import examine
+    from bt_mission.sessions.goal_checks import OUR_SERVERS
+
+    mission, diagnostics = examine(
+        mission_file(options),
+        set=dict(options.set),
+        robot=options.robot,
+        servers=OUR_SERVERS,
+        permissions=permissions_of(options),
+    )
+    if mission is None:
+        raise InputError(diagnostics)
+    for warning in diagnostics:
+        print(warning, file=sys.stderr)
+    return mission
+
+
+def _proof_options(options: argparse.Namespace) -> ProofOptions:
+    from bt_mission.proving.answers import parse_answers
+    from bt_mission.proving.proof import ProofOptions
+
+    return ProofOptions(
+        faults=options.faults,
+        answers=parse_answers(options.answers),
+        with_interrupts=options.considered == "interrupts",
+        rounds=options.rounds,
+        bounds=_bounds(options),
+    )
+
+
+def _bounds(options: argparse.Namespace) -> Bounds:
+    from bt_mission.proving.explorer import Bounds
+
+    number, is_time = options.budget or (None, False)
+    return Bounds(
+        states=None if is_time else number,
+        seconds=number if is_time else None,
+        megabytes=options.memory,
+    )
+
+
+def _proved(mission: Mission, options: ProofOptions, *, is_quiet: bool) -> Proof:
+    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.core.wall_clock import Stopwatch
+    from bt_mission.proving import proof
+    from bt_mission.proving.explorer import Progress as Explored
+    from bt_mission.views.terminal import progress
+
+    newest, watch = Explored(), Stopwatch()
+
+    def notes() -> tuple[list[str], list[str]]:
+        return [f"{newest.waiting:,} waiting", f"depth {newest.depth}"], []
+
+    shown = progress.Progress(mission.name, None, notes, sys.stderr, unit="states", quiet=is_quiet)
+
+    def show(explored: Progress) -> bool:
+        nonlocal newest
+        newest = explored
+        shown.show(explored.states)
+        return not interrupts.count
+
+    with InterruptSignals(most=1) as interrupts, shown:
+        return proof.prove(mission, options, lambda: watch.elapsed_s, show)
+
+
+def _faults(text: str) -> float:
+    """Read a bound on faults."""
+    return float("inf") if text == "all" else float(whole(text))
+
+
+def _budget(text: str) -> tuple[int, bool]:
+    """Read a number of states, or of seconds."""
+    found = _BUDGET.fullmatch(text)
+    if found is None or int(found["number"]) == 0:
+        message = f"expected a number of states or of seconds such as 20000 or 30s, got '{text}'"
+        raise argparse.ArgumentTypeError(message)
+    return int(found["number"]), bool(found["unit"])
+
+
+COMMANDS = {
+    "prove": Command(
+        prove,
+        "Explores every answer that the servers of a mission may give: goals that are rejected, "
+        "aborted, lost or late, cancels that are refused, services and topics that are silent. "
+        "The tree, the executive and its goals are the real ones; world and servers are replaced "
+        "by their answers, so nothing is simulated. Each property that does not hold is shown "
+        "with a shortest sequence of answers that breaks it.",
+        (
+            MISSION,
+            Option(
+                "--faults K",
+                "at most K answers of a run are faults; all for no bound (default: 2)",
+                _faults,
+                2.0,
+            ),
+            Option(
+                "--answers ANSWERS",
+                "usual, or all for rare ones as well; behind it what is left out, such as "
+                "usual,turn:reject,*:late (default: usual)",
+                default="usual",
+            ),
+            Option(
+                "--with WHAT",
+                "consider Ctrl-C at any time, too",
+                choices=("interrupts",),
+                dest="considered",
+            ),
+            Option(
+                "--rounds N",
+                "cut each count of a repeat above N to N, 0 for no bound (default: counts above "
+                "10 are cut to 2)",
+                whole,
+            ),
+            Option(
+                "--budget STATES|SECONDS",
+                "end after so many states, or after a time such as 30s",
+                _budget,
+            ),
+            Option(
+                "--memory MB",
+                f"end at so much memory for states (default: {USUAL_MEMORY})",
+                count,
+                USUAL_MEMORY,
+            ),
+            SET,
+            ROBOT,
+            NO_PYTHON,
+            JSON,
+        ),
+        EPILOG,
+    )
+}

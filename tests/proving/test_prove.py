@@ -1,0 +1,167 @@
+"""Every answer is explored, and what does not hold is found with a shortest way."""
+
+from __future__ import annotations
+
+import pytest
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.proving.answers import parse_answers
+from bt_mission.proving.explorer import Bounds
+from bt_mission.proving.proof import Proof, ProofOptions, prove
+from bt_mission.sessions.load import load
+from tests.support.brute_force import enumerated, explored, small_mission
+
+TURN = "{turn: {angle: 90}, timeout: 9}"
+MOVE = "{move: {secs: 1, linear_velocity: 0.1}, timeout: 9}"
+
+
+def proof_of(tree: str, head: str = "", **options: object) -> Proof:
+    """Prove a tree."""
+    return prove(load(f"mission: m\n{head}tree:\n{tree}\n"), ProofOptions(**options))  # type: ignore[arg-type]
+
+
+def found(proof: Proof) -> list[tuple[str, str]]:
+    """Return properties and nodes of the findings."""
+    return [(one.property, one.node) for one in proof.findings]
+
+
+@pytest.mark.parametrize("seed", range(0, 60, 2))
+def test_the_exploration_finds_what_plain_enumeration_finds(seed: int) -> None:
+    """All runs of a small tree, each from its beginning, have the same ends and findings."""
+    mission = small_mission(seed)
+    assert explored(mission, 1) == enumerated(mission, 1, most=10_000)
+
+
+def test_a_mission_with_one_goal_is_proved() -> None:
+    """All properties hold; each outcome of its goal ends the mission."""
+    proof = proof_of(f"  {TURN}")
+    assert proof.exhaustive
+    assert found(proof) == []
+    assert set(proof.proved) == {
+        "ends",
+        "goals_accounted",
+        "one_goal_at_the_base",
+        "cleanup",
+        "unset_variable",
+        "unhandled",
+        "dead_node",
+    }
+    assert any(reason.startswith("'turn' rejected") for reason in proof.failures)
+
+
+def test_without_faults_only_usual_answers_come() -> None:
+    """Then a goal is accepted and succeeds."""
+    proof = proof_of(f"  {TURN}", faults=0)
+    assert (proof.faults, proof.failures) == (0, ())
+
+
+def test_the_output_of_a_goal_without_a_result_is_found() -> None:
+    """A rejected goal has no result, so the log reads a variable that has no value."""
+    proof = proof_of(
+        "  sequence:\n"
+        "    - fallback:\n"
+        "        - {turn: {angle: 90}, timeout: 9, outputs: {error_code: code}}\n"
+        "        - log: no turn\n"
+        "    - log: $code"
+    )
+    assert [one.property for one in proof.findings] == ["unset_variable"]
+    assert proof.findings[0].steps == ("/turn rejects the goal",)
+
+
+def test_two_drives_in_parallel_are_found() -> None:
+    """The shortest way is that both are accepted."""
+    proof = proof_of(f"  parallel:\n    - {TURN}\n    - {MOVE}", faults=0)
+    assert found(proof) == [("one_goal_at_the_base", "")]
+    assert proof.findings[0].steps == ("/turn accepts the goal", "/move accepts the goal")
+
+
+def test_a_refused_cancel_before_the_next_drive_is_found() -> None:
+    """The goal that refuses still drives when the next one begins; without that fault it holds."""
+    tree = f"  sequence:\n    - fallback:\n        - {TURN}\n        - log: late\n    - {MOVE}"
+    proof = proof_of(tree, faults=2)
+    assert "one_goal_at_the_base" not in proof.proved
+    assert proof.findings[0].steps[-2:] == ("/turn refuses to cancel", "/move accepts the goal")
+    answers = parse_answers("usual,turn:refuse_cancel,turn:ignore_cancel")
+    assert found(proof_of(tree, faults=2, answers=answers)) == []
+
+
+def test_a_goal_without_a_limit_is_found() -> None:
+    """It waits for ever where its server never answers."""
+    proof = proof_of("  turn: {angle: 90}")
+    assert found(proof) == [("ends", "turn")]
+
+
+def test_a_loop_without_an_end_is_found() -> None:
+    """No answer ends it."""
+    proof = proof_of("  repeat: {until: 1 > 2}\n  do: {wait: 1}")
+    assert [one.property for one in proof.findings] == ["ends"]
+
+
+def test_a_node_behind_one_that_always_succeeds_is_dead() -> None:
+    """No answer reaches it, with more faults neither."""
+    proof = proof_of(f"  fallback:\n    - log: always\n    - {TURN}")
+    assert found(proof) == [("dead_node", "turn")]
+
+
+def test_a_node_that_needs_more_faults_is_named_and_is_no_finding() -> None:
+    """It is entered with two faults more."""
+    proof = proof_of(f"  fallback:\n    - {TURN}\n    - {MOVE}\n    - log: neither", faults=1)
+    assert (found(proof), proof.never_entered) == ([], ("log",))
+
+
+def test_both_sides_of_a_comparison_are_explored() -> None:
+    """A result is looked at by a check, so both of its children are entered."""
+    proof = proof_of(
+        "  sequence:\n"
+        "    - {turn: {angle: 90}, timeout: 9, outputs: {angle_turned: angle}}\n"
+        "    - fallback:\n"
+        "        - check: angle > 80\n"
+        "        - log: not far enough",
+        faults=0,
+    )
+    assert "dead_node" in proof.proved
+
+
+def test_each_branch_of_a_random_choice_is_explored() -> None:
+    """One of them fails."""
+    proof = proof_of("  choose:\n    - log: one\n    - check: false", faults=0)
+    assert proof.paths == 2
+    assert len(proof.failures) == 1
+
+
+def test_a_clean_up_runs_behind_every_interrupt() -> None:
+    """Ctrl-C in any state halts the tree; the clean-up is entered, and everything ends."""
+    proof = proof_of(
+        f"  finally: {{timeout: 5}}\n  do: {TURN}\n  then: {{log: clean}}",
+        with_interrupts=True,
+        faults=1,
+    )
+    assert found(proof) == []
+    assert "interrupt" in proof.proved
+
+
+def test_a_long_repeat_is_cut_and_said_so() -> None:
+    """Then the exploration is not exhaustive."""
+    proof = proof_of(f"  repeat: {{count: 100}}\n  do: {TURN}", faults=0)
+    assert not proof.exhaustive
+    assert proof.why_not == ("'m' is repeated 2 times instead of 100 (--rounds)",)
+
+
+def test_a_budget_ends_the_exploration() -> None:
+    """What was reached is told, and nothing counts as proved."""
+    proof = proof_of(f"  {TURN}", bounds=Bounds(states=5))
+    assert (proof.exhaustive, proof.proved) == (False, ())
+    assert proof.why_not == ("the budget of 5 states is used up",)
+
+
+def test_two_explorations_are_equal() -> None:
+    """The same input gives the same output."""
+    tree = f"  parallel:\n    - {TURN}\n    - {{wait: 1}}\n  succeed_when: any"
+    assert proof_of(tree).as_dict() == proof_of(tree).as_dict()
+
+
+@pytest.mark.parametrize("text", ["most", "turn:foo", "usual,reject", "usual,:reject"])
+def test_an_unknown_answer_is_refused(text: str) -> None:
+    """The message lists the answers."""
+    with pytest.raises(BtMissionError, match="answers that can be left out: no_server, reject"):
+        parse_answers(text)
