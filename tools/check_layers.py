@@ -29,7 +29,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("bt_mission.views",),
     ("bt_mission.testing",),
     ("bt_mission.sweeps",),
-    ("bt_mission.search",),
+    ("bt_mission.search", "bt_mission.proving"),
     ("bt_mission.cli",),
 )
 """Packages of bt_mission, from the lowest layer: each imports those of lower layers."""

@@ -140,9 +140,11 @@ class FollowedVariables:
     @property
     def due_ns(self) -> int | None:
         """The next instant at which a message is too old, or a first one takes too long."""
-        instants = [due_ns for one in self.variables if (due_ns := one.due_ns) is not None]
+        instants = [
+            due_ns for variable in self.variables if (due_ns := variable.due_ns) is not None
+        ]
         if self._since_ns is not None:
-            limits_s = [one.limit_s for one in self._awaited if one.why_missing]
+            limits_s = [entry.limit_s for entry in self._awaited if entry.why_missing]
             instants += [self._since_ns + math.ceil(limit_s * NS) for limit_s in limits_s]
         return min(instants, default=None)
 

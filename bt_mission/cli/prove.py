@@ -125,11 +125,11 @@ def _faults(text: str) -> float:
 
 def _budget(text: str) -> tuple[int, bool]:
     """Read a number of states, or of seconds."""
-    found = _BUDGET.fullmatch(text)
-    if found is None or int(found["number"]) == 0:
+    collected = _BUDGET.fullmatch(text)
+    if collected is None or int(collected["number"]) == 0:
         message = f"expected a number of states or of seconds such as 20000 or 30s, got '{text}'"
         raise argparse.ArgumentTypeError(message)
-    return int(found["number"]), bool(found["unit"])
+    return int(collected["number"]), bool(collected["unit"])
 
 
 COMMANDS = {

@@ -295,14 +295,16 @@ class AnyBehaviour(Leaf):
     def _write_outputs(self) -> None:
         for variable in self._node.outputs.values():
             values = self._cases.of(variable, 0.0)
-            options = [Option(f"'{self.name}' gives {variable} = {one!r}") for one in values]
+            options = [Option(f"'{self.name}' gives {variable} = {entry!r}") for entry in values]
             index = self._choices.choose(options) if len(options) > 1 else 0
             self._values.scope.values[variable] = values[index]
 
     def questions(self) -> Iterator[Question]:
         """Yield how it may end, while it runs."""
         if self.status is Status.RUNNING and self.answer == "running":
-            rows = [one for one in self._answers.at("python", self.name) if one.name != "running"]
+            rows = [
+                entry for entry in self._answers.at("python", self.name) if entry.name != "running"
+            ]
             yield Question(
                 tuple(
                     _option(f"'{self.name}'", row, partial(self._take, row.name)) for row in rows
@@ -339,9 +341,9 @@ class Draw(Random):
         """Choose one; those of weight 0 are never drawn."""
         del cum_weights, k
         possible = [
-            one for index, one in enumerate(population) if weights is None or weights[index] > 0
+            entry for index, entry in enumerate(population) if weights is None or weights[index] > 0
         ]
-        options = [Option(f"{self._name} draws {one + 1}") for one in possible]
+        options = [Option(f"{self._name} draws {entry + 1}") for entry in possible]
         return [possible[self._choices.choose(options)]]
 
 
@@ -358,11 +360,11 @@ def _more(fields: Mapping[str, Any]) -> str:
 def _cases_of(
     cases: ValueCases, outputs: Mapping[str, str], defaults: Mapping[str, Any]
 ) -> Iterator[dict[str, Any]]:
-    found = {name: cases.of(outputs[name], value) for name, value in defaults.items()}
-    if all(len(values) == 1 for values in found.values()):
+    collected = {name: cases.of(outputs[name], value) for name, value in defaults.items()}
+    if all(len(values) == 1 for values in collected.values()):
         yield {}
     else:
-        yield from combinations(found)
+        yield from combinations(collected)
 
 
 def _has(message: Any, dotted: str) -> bool:

@@ -375,15 +375,15 @@ class Environment:
                 raise OutOfFaultsError  # somebody has to answer
             self.is_stuck = True
             return
-        ticks = -(-(min(one.at_ns for one in due) - self.now_ns) // TICK_NS)
+        ticks = -(-(min(entry.at_ns for entry in due) - self.now_ns) // TICK_NS)
         self._moment.now_ns += max(0, ticks - 1) * TICK_NS
 
     def _tick(self) -> None:
         until_ns = self.now_ns + TICK_NS
-        met = [one for one in self.limits() if one.at_ns <= until_ns]
+        met = [entry for entry in self.limits() if entry.at_ns <= until_ns]
         if met:
-            self.choices.pay(max(one.faults for one in met))
-            names = ", ".join(dict.fromkeys(one.name for one in met if one.name))
+            self.choices.pay(max(entry.faults for entry in met))
+            names = ", ".join(dict.fromkeys(entry.name for entry in met if entry.name))
             if names:
                 self.choices.words.append(f"time passes: {names}")
         self._moment.now_ns = until_ns
@@ -400,20 +400,20 @@ class Environment:
 
     def limits(self) -> list[Due]:
         """Return the limits that are running."""
-        found = [due for leaf in self._action_leaves for due in self._limits_of_goal(leaf)]
+        collected = [due for leaf in self._action_leaves for due in self._limits_of_goal(leaf)]
         for node in self._limited:
             if node.status is Status.RUNNING or (node in self._final_set and node.is_detached):
                 due_ns = node.due_ns
                 if due_ns is not None:
                     faults = self._faults_of(node)
-                    found.append(Due(_limit_words(node), due_ns, faults))
+                    collected.append(Due(_limit_words(node), due_ns, faults))
         others = (
             *self.ledger.limits_due,
             self.executive.followed.due_ns if not self.is_done else None,
             *(server.due_ns for server in self._goal_servers.values()),
         )
-        found += [Due("", due_ns) for due_ns in others if due_ns is not None]
-        return found
+        collected += [Due("", due_ns) for due_ns in others if due_ns is not None]
+        return collected
 
     def _faults_of(self, node: Behaviour) -> int:
         if isinstance(node, WaitFor):
@@ -421,7 +421,7 @@ class Environment:
         if isinstance(node, Timeout | Finally):
             below = node.cleanup if isinstance(node, Finally) else node
             is_answer_due = self._is_answer_due()
-            return int(any(one in is_answer_due for one in below.iterate()))
+            return int(any(entry in is_answer_due for entry in below.iterate()))
         return 0
 
     def _limits_of_goal(self, leaf: ActionLeaf) -> Iterator[Due]:
@@ -443,9 +443,9 @@ class Environment:
 
     def _is_answer_due(self) -> set[Behaviour]:
         """Return the leaves for which a server or a class works, as it usually does in time."""
-        found: set[Behaviour] = {leaf for leaf in self._action_leaves if self._works(leaf)}
-        found |= {leaf for leaf in self._any_behaviours_running if leaf.answer == "running"}
-        return found
+        collected: set[Behaviour] = {leaf for leaf in self._action_leaves if self._works(leaf)}
+        collected |= {leaf for leaf in self._any_behaviours_running if leaf.answer == "running"}
+        return collected
 
     # ---- the state --------------------------------------------------------------------------
 
@@ -496,7 +496,7 @@ class Environment:
 
     def key(self) -> bytes:
         """Return what the future depends on, the faults left apart, as a hash."""
-        limits = [(one.name, one.at_ns - self.now_ns) for one in self.limits()]
+        limits = [(entry.name, entry.at_ns - self.now_ns) for entry in self.limits()]
         whole = marshal.dumps((self._moment.untimed, limits), 2)
         return blake2b(whole, digest_size=16).digest()
 
@@ -544,7 +544,9 @@ class Environment:
                 memory["pause"] = node.due_ns is not None
             if isinstance(node, Choose):
                 memory["child"] = next(
-                    index for index, one in enumerate(node.children) if one is node.current_child
+                    index
+                    for index, entry in enumerate(node.children)
+                    if entry is node.current_child
                 )
             tree.append(_plain(memory))
         for child in node.children:
@@ -667,5 +669,5 @@ def _plain(value: Any) -> Any:
         case list() | tuple():
             return tuple(map(_plain, value))
         case dict():
-            return tuple((name, _plain(one)) for name, one in value.items())
+            return tuple((name, _plain(entry)) for name, entry in value.items())
     return repr(value)

@@ -165,7 +165,7 @@ class GoalServer:
     @property
     def key(self) -> tuple[Any, ...]:
         """Its state, and that of its goals."""
-        return self.name, self.is_away, self.lost_ns > 0, *(one.key for one in self.goals)
+        return self.name, self.is_away, self.lost_ns > 0, *(entry.key for entry in self.goals)
 
     def settle(self) -> None:
         """Note that every attempt has noticed a lost server."""

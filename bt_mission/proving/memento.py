@@ -36,16 +36,16 @@ class Keeper:
         """Return the present state; it shares with an earlier one what has not changed."""
         known = earlier or {}
         taken: Memento = {}
-        for one in (*self._roots, *self._dynamic()):
-            number = id(one)
+        for entry in (*self._roots, *self._dynamic()):
+            number = id(entry)
             if number not in taken:
-                taken[number] = _saved(one, known.get(number))
+                taken[number] = _saved(entry, known.get(number))
         return taken
 
     def put_back(self, memento: Memento) -> None:
         """Put the objects into the state that was taken."""
-        for one, attributes, containers in memento.values():
-            now = one.__dict__
+        for entry, attributes, containers in memento.values():
+            now = entry.__dict__
             now.clear()
             now.update(attributes)
             for container, copy in containers:
@@ -56,8 +56,8 @@ class Keeper:
                     container.extend(copy)
 
 
-def _saved(one: Any, known: _Saved | None) -> _Saved:
-    now = one.__dict__
+def _saved(entry: Any, known: _Saved | None) -> _Saved:
+    now = entry.__dict__
     if (
         known is not None
         and now == known[1]
@@ -65,7 +65,7 @@ def _saved(one: Any, known: _Saved | None) -> _Saved:
     ):
         return known
     return (
-        one,
+        entry,
         dict(now),
         tuple((value, value.copy()) for value in now.values() if type(value) in _CONTAINERS),
     )

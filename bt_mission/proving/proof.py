@@ -116,7 +116,7 @@ class Proof:
             "states": self.states,
             "paths": self.paths,
             "proved": list(self.proved),
-            "findings": [one.as_dict() for one in self.findings],
+            "findings": [entry.as_dict() for entry in self.findings],
             "ends_mission": list(self.failures),
             "never_entered": list(self.never_entered),
             "not_considered": [f"requirement {name}" for name in self.requirements],
@@ -167,7 +167,7 @@ def prove(
         f"'{name}' is repeated {environment.rounds} times instead of {count:,} (--rounds)"
         for name, count in environment.cut.items()
     ]
-    broken_names = {one.property for one in findings}
+    broken_names = {entry.property for entry in findings}
     considered = set(PROPERTIES) - (set() if options.with_interrupts else {"interrupt"})
     if never:
         considered.discard("dead_node")
@@ -187,7 +187,7 @@ def prove(
         findings=tuple(findings),
         failures=tuple(claims.failures),
         never_entered=never,
-        requirements=tuple(one.name for one in mission.requirements),
+        requirements=tuple(entry.name for entry in mission.requirements),
         is_interrupted=explored.why_not == "interrupted",
     )
 

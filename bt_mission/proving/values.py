@@ -47,13 +47,13 @@ class ValueCases:
             self._asked.add(root.name)
         for part in _parts(root):
             if not isinstance(part, Comparison):
-                self._asked |= {one.name for one in part.parts if isinstance(one, Name)}
+                self._asked |= {entry.name for entry in part.parts if isinstance(entry, Name)}
                 continue
             parts = list(_parts(part))
-            names = {one.name for one in parts if isinstance(one, Name)}
-            constants = {one.value for one in parts if isinstance(one, Constant)}
+            names = {entry.name for entry in parts if isinstance(entry, Name)}
+            constants = {entry.value for entry in parts if isinstance(entry, Constant)}
             constants |= {inputs[name] for name in names if name in inputs}
-            plain = {one for one in constants if isinstance(one, bool | int | float | str)}
+            plain = {entry for entry in constants if isinstance(entry, bool | int | float | str)}
             self._compared |= names
             for name in names:
                 self._constants.setdefault(name, set()).update(plain)
@@ -69,15 +69,15 @@ class ValueCases:
             case bool():
                 return (True, False) if name in self._compared | self._asked else (default,)
             case str():
-                texts = sorted(one for one in constants if isinstance(one, str))
+                texts = sorted(entry for entry in constants if isinstance(entry, str))
                 return (*texts, OTHER_TEXT) if name in self._compared else (default,)
             case int() | float() if name in self._compared:
-                numbers = [one for one in constants if isinstance(one, int | float)]
+                numbers = [entry for entry in constants if isinstance(entry, int | float)]
                 kind = type(default)
-                found = {kind(default): None}
+                collected = {kind(default): None}
                 for number in sorted(numbers) or [0]:
-                    found |= dict.fromkeys(map(kind, (number, number - 1, number + 1)))
-                return tuple(found)
+                    collected |= dict.fromkeys(map(kind, (number, number - 1, number + 1)))
+                return tuple(collected)
         return (default,)
 
 
@@ -140,13 +140,13 @@ def assign(message: Any, fields: Mapping[str, Any]) -> Any:
 
 def default_fields(message: Any, names: Iterable[str]) -> dict[str, Any]:
     """Return the values of these fields, by dotted names; of those that it has."""
-    found = {}
+    collected = {}
     for name in names:
         try:
-            found[name] = read_field(message, name)
+            collected[name] = read_field(message, name)
         except AttributeError:
             continue
-    return found
+    return collected
 
 
 def message_that(
@@ -159,7 +159,7 @@ def message_that(
     """
     names = list(dict.fromkeys(name.name for name in condition.references if not name.variable))
     defaults = default_fields(kind(), names)
-    numbers = [one.value for one in _parts(condition.root) if isinstance(one, Constant)]
+    numbers = [entry.value for entry in _parts(condition.root) if isinstance(entry, Constant)]
     numbers += [variables[name.name] for name in condition.references if name.name in variables]
     cases = {name: _around(default, numbers) for name, default in defaults.items()}
     for fields in combinations(cases):
@@ -178,14 +178,14 @@ def _around(default: Any, constants: Iterable[Any]) -> tuple[Any, ...]:
         case bool():
             return (default, not default)
         case str():
-            return (default, *(one for one in constants if isinstance(one, str)), OTHER_TEXT)
+            return (default, *(entry for entry in constants if isinstance(entry, str)), OTHER_TEXT)
         case int() | float():
-            kind, found = type(default), {default: None}
+            kind, collected = type(default), {default: None}
             for number in constants:
                 if isinstance(number, int | float) and not isinstance(number, bool):
                     around = (number, number - 1, number + 1, -number, -number - 1, -number + 1)
-                    found |= dict.fromkeys(map(kind, around))
-            return tuple(found)
+                    collected |= dict.fromkeys(map(kind, around))
+            return tuple(collected)
         case list():
             return (default,)
     return (default,)

@@ -20,9 +20,9 @@ def proof_of(tree: str, head: str = "", **options: object) -> Proof:
     return prove(load(f"mission: m\n{head}tree:\n{tree}\n"), ProofOptions(**options))  # type: ignore[arg-type]
 
 
-def found(proof: Proof) -> list[tuple[str, str]]:
+def collected(proof: Proof) -> list[tuple[str, str]]:
     """Return properties and nodes of the findings."""
-    return [(one.property, one.node) for one in proof.findings]
+    return [(entry.property, entry.node) for entry in proof.findings]
 
 
 @pytest.mark.parametrize("seed", range(0, 60, 2))
@@ -36,7 +36,7 @@ def test_a_mission_with_one_goal_is_proved() -> None:
     """All properties hold; each outcome of its goal ends the mission."""
     proof = proof_of(f"  {TURN}")
     assert proof.exhaustive
-    assert found(proof) == []
+    assert collected(proof) == []
     assert set(proof.proved) == {
         "ends",
         "goals_accounted",
@@ -64,14 +64,14 @@ def test_the_output_of_a_goal_without_a_result_is_found() -> None:
         "        - log: no turn\n"
         "    - log: $code"
     )
-    assert [one.property for one in proof.findings] == ["unset_variable"]
+    assert [entry.property for entry in proof.findings] == ["unset_variable"]
     assert proof.findings[0].steps == ("/turn rejects the goal",)
 
 
 def test_two_drives_in_parallel_are_found() -> None:
     """The shortest way is that both are accepted."""
     proof = proof_of(f"  parallel:\n    - {TURN}\n    - {MOVE}", faults=0)
-    assert found(proof) == [("one_goal_at_the_base", "")]
+    assert collected(proof) == [("one_goal_at_the_base", "")]
     assert proof.findings[0].steps == ("/turn accepts the goal", "/move accepts the goal")
 
 
@@ -82,31 +82,31 @@ def test_a_refused_cancel_before_the_next_drive_is_found() -> None:
     assert "one_goal_at_the_base" not in proof.proved
     assert proof.findings[0].steps[-2:] == ("/turn refuses to cancel", "/move accepts the goal")
     answers = parse_answers("usual,turn:refuse_cancel,turn:ignore_cancel")
-    assert found(proof_of(tree, faults=2, answers=answers)) == []
+    assert collected(proof_of(tree, faults=2, answers=answers)) == []
 
 
 def test_a_goal_without_a_limit_is_found() -> None:
     """It waits for ever where its server never answers."""
     proof = proof_of("  turn: {angle: 90}")
-    assert found(proof) == [("ends", "turn")]
+    assert collected(proof) == [("ends", "turn")]
 
 
 def test_a_loop_without_an_end_is_found() -> None:
     """No answer ends it."""
     proof = proof_of("  repeat: {until: 1 > 2}\n  do: {wait: 1}")
-    assert [one.property for one in proof.findings] == ["ends"]
+    assert [entry.property for entry in proof.findings] == ["ends"]
 
 
 def test_a_node_behind_one_that_always_succeeds_is_dead() -> None:
     """No answer reaches it, with more faults neither."""
     proof = proof_of(f"  fallback:\n    - log: always\n    - {TURN}")
-    assert found(proof) == [("dead_node", "turn")]
+    assert collected(proof) == [("dead_node", "turn")]
 
 
 def test_a_node_that_needs_more_faults_is_named_and_is_no_finding() -> None:
     """It is entered with two faults more."""
     proof = proof_of(f"  fallback:\n    - {TURN}\n    - {MOVE}\n    - log: neither", faults=1)
-    assert (found(proof), proof.never_entered) == ([], ("log",))
+    assert (collected(proof), proof.never_entered) == ([], ("log",))
 
 
 def test_both_sides_of_a_comparison_are_explored() -> None:
@@ -136,7 +136,7 @@ def test_a_clean_up_runs_behind_every_interrupt() -> None:
         with_interrupts=True,
         faults=1,
     )
-    assert found(proof) == []
+    assert collected(proof) == []
     assert "interrupt" in proof.proved
 
 

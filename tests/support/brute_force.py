@@ -151,7 +151,7 @@ class _Writer:
         if kind == "service":
             service = "{name: stop, type: std_srvs/srv/Trigger}"
             limits = ("timeout: 0.1", "server_timeout: 0.1")
-            return [f"{pad}service: {service}", f"{pad}{name}", *(pad + one for one in limits)]
+            return [f"{pad}service: {service}", f"{pad}{name}", *(pad + entry for entry in limits)]
         goal = self._draw.choice(("turn: {angle: 90}", "move: {secs: 1, linear_velocity: 0.1}"))
         bounds = (*_LIMITS, f"timeout: {self._draw.choice((0.1, 0.2))}")
-        return [f"{pad}{goal}", f"{pad}{name}", *(pad + one for one in bounds)]
+        return [f"{pad}{goal}", f"{pad}{name}", *(pad + entry for entry in bounds)]
