@@ -58,7 +58,7 @@ class NameFinding:
         return self.wanted.type in self.types
 
     def diagnostic(self) -> Diagnostic:
-        """What is wrong, at the node that needs it."""
+        """Diagnostics, each at the node that needs the missing thing."""
         wanted, step = self.wanted, self.wanted.step
         if self.types:
             message = f"{wanted.name} is a {listed(self.types)} in the graph, not a {wanted.type}"
