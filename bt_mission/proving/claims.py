@@ -13,14 +13,14 @@ from bt_mission.proving.environment import INTERRUPT, Environment
 from bt_mission.proving.explorer import Explored
 
 PROPERTIES = {
-    "ends": "every way ends, once its servers answer as usual",
+    "ends": "every run ends once its servers answer as usual",
     "goals_accounted": "no goal that a server works on is lost from the ledger",
-    "one_goal_at_the_base": "never two goals that drive at once",
-    "cleanup": "every clean-up runs",
+    "one_goal_at_the_base": "the base never has two open goals",
+    "cleanup": "every clean-up of `finally` runs",
     "unset_variable": "no variable is read before it has a value",
-    "unhandled": "no leaf stops the mission with an error of its own",
-    "dead_node": "every node is entered on some way",
-    "interrupt": "after Ctrl-C in any state everything ends",
+    "unhandled": "no leaf stops the mission with its own error",
+    "dead_node": "every node is entered in some run",
+    "interrupt": "after Ctrl-C in any state the mission ends",
 }
 """In the order in which they are shown."""
 

@@ -19,9 +19,7 @@ from bt_mission.proving.goal_servers import Question
 from bt_mission.proving.values import (
     ValueCases,
     assign,
-    combinations,
     default_fields,
-    message_that,
 )
 from bt_mission.ros.interface_types import fill, service_type, topic_type
 
@@ -170,7 +168,7 @@ class Topic:
     def _met(self, row: Answer) -> Iterator[Option]:
         for leaf in self._waiting(self):
             values = self._evaluator_of(leaf)
-            fields = message_that(
+            fields = self._cases.message_that(
                 values.node.condition, self._type, values.scope.values, holds=True
             )
             if fields is None:
@@ -364,7 +362,7 @@ def _cases_of(
     if all(len(values) == 1 for values in collected.values()):
         yield {}
     else:
-        yield from combinations(collected)
+        yield from cases.combinations(collected)
 
 
 def _has(message: Any, dotted: str) -> bool:

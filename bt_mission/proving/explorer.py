@@ -19,7 +19,7 @@ from bt_mission.proving.environment import Environment
 from bt_mission.proving.memento import Memento
 
 BYTES_A_STATE = 400
-"""Memory of a state that has been visited, as measured; of one that waits, ten times that."""
+"""Memory of a visited state, an estimate; a state that waits takes ten times as much."""
 REPORT_EVERY = 500
 
 

@@ -16,9 +16,7 @@ from bt_mission.proving.choices import Choices, Option
 from bt_mission.proving.values import (
     ValueCases,
     assign,
-    combinations,
     default_fields,
-    message_that,
 )
 from bt_mission.ros.interface_types import action_type, fill
 
@@ -183,7 +181,7 @@ class GoalServer:
             condition, fields = values.node.cancel_when, None
             if condition is not None:
                 kind, variables = self._type.Feedback, values.scope.values
-                fields = message_that(condition, kind, variables, holds=False)
+                fields = self._cases.message_that(condition, kind, variables, holds=False)
             served.goal.on_feedback(assign(self._type.Feedback(), fields or {}))
 
     def questions(self) -> Iterator[Question]:
@@ -296,7 +294,7 @@ class GoalServer:
         if all(len(values) == 1 for values in cases.values()):
             yield {}
         else:
-            yield from combinations(cases)
+            yield from self._cases.combinations(cases)
 
     def _feedback(self, row: Answer, served: ServedGoal, *, holds: bool) -> Iterator[Option]:
         leaf = served.leaf
@@ -316,7 +314,9 @@ class GoalServer:
             return
         fields: dict[str, Any] | None = {}
         if condition is not None:
-            fields = message_that(condition, self._type.Feedback, variables, holds=holds)
+            fields = self._cases.message_that(
+                condition, self._type.Feedback, variables, holds=holds
+            )
         if fields is None or (not holds and served.feedback == repr(fields)):
             return
         given = fields

@@ -87,7 +87,9 @@ class Proof:
         exhaustive: Were all states visited within the bound on faults, with no count cut?
         why_not: Why not.
         faults: The bound; None for none.
-        proved: The names of the properties that hold; none where not all states were visited.
+        proved: The names of the properties that hold; none if the exploration is not exhaustive.
+        not_violated: The names of those that no visited state violates, where all states of a
+            mission with cut counts or sampled values were visited.
         failures: The reasons for which it fails on some way: the outcomes that end the mission.
         never_entered: Nodes that no way enters within the bound on faults.
         requirements: The names of its requirements, which are not looked at.
@@ -100,6 +102,7 @@ class Proof:
     states: int
     paths: int
     proved: tuple[str, ...]
+    not_violated: tuple[str, ...]
     findings: tuple[Finding, ...]
     failures: tuple[str, ...]
     never_entered: tuple[str, ...]
@@ -116,6 +119,7 @@ class Proof:
             "states": self.states,
             "paths": self.paths,
             "proved": list(self.proved),
+            "not_violated": list(self.not_violated),
             "findings": [entry.as_dict() for entry in self.findings],
             "ends_mission": list(self.failures),
             "never_entered": list(self.never_entered),
@@ -129,6 +133,7 @@ class Proof:
         lines = [f"{self.mission}: {counts}, for all runs with {bound} {faults}"]
         lines += [f"  not exhaustive: {why}" for why in self.why_not]
         lines += [f"  proved: {name}: {PROPERTIES[name]}" for name in self.proved]
+        lines += [f"  not violated: {name}: {PROPERTIES[name]}" for name in self.not_violated]
         lines += [f"  never entered: '{name}'" for name in self.never_entered]
         lines += [f"  ends the mission: {reason}" for reason in self.failures]
         if self.requirements:
@@ -167,11 +172,14 @@ def prove(
         f"'{name}' is repeated {environment.rounds} times instead of {count:,} (--rounds)"
         for name, count in environment.cut.items()
     ]
+    if environment.cases.sampled:
+        names = ", ".join(sorted(environment.cases.sampled))
+        why_not.append(f"not all values are tried of: {names}")
     broken_names = {entry.property for entry in findings}
     considered = set(PROPERTIES) - (set() if options.with_interrupts else {"interrupt"})
     if never:
         considered.discard("dead_node")
-    is_whole = explored.is_exhaustive
+    unbroken = tuple(name for name in PROPERTIES if name in considered and name not in broken_names)
     return Proof(
         mission=mission.name,
         exhaustive=not why_not,
@@ -179,11 +187,8 @@ def prove(
         faults=None if math.isinf(options.faults) else int(options.faults),
         states=explored.progress.states,
         paths=explored.progress.paths,
-        proved=tuple(
-            name
-            for name in PROPERTIES
-            if is_whole and name in considered and name not in broken_names
-        ),
+        proved=() if why_not else unbroken,
+        not_violated=unbroken if why_not and explored.is_exhaustive else (),
         findings=tuple(findings),
         failures=tuple(claims.failures),
         never_entered=never,

@@ -2,11 +2,13 @@
 
 A number that is compared with constants has the values on both sides of each and the constant
 itself. A value that nobody compares has one value. Where a condition reads arithmetic that is
-not followed, the values are samples, and what depends on them is not exhaustive.
+not followed, the values are samples, :attr:`ValueCases.sampled` names them, and the exploration is
+not exhaustive.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice, product
 from typing import Any
@@ -14,7 +16,13 @@ from typing import Any
 from bt_mission.behaviours.evaluator import MessageFields
 from bt_mission.behaviours.runtime import read_field
 from bt_mission.language.expressions.expression import Expression, Template, Text
-from bt_mission.language.expressions.syntax import Comparison, Constant, Name, SyntaxNode
+from bt_mission.language.expressions.syntax import (
+    Comparison,
+    Constant,
+    Name,
+    Negation,
+    SyntaxNode,
+)
 from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import NodeModel
@@ -36,6 +44,8 @@ class ValueCases:
         self._constants: dict[str, set[bool | int | float | str]] = {}
         self._compared: set[str] = set()
         self._asked: set[str] = set()
+        self.sampled: set[str] = set()
+        """Names with values that not all are tried, and conditions that no tried message meets."""
         for tree in mission.all_trees:
             for node in tree.body.walk():
                 for value in _values_of(node):
@@ -52,7 +62,14 @@ class ValueCases:
             parts = list(_parts(part))
             names = {entry.name for entry in parts if isinstance(entry, Name)}
             constants = {entry.value for entry in parts if isinstance(entry, Constant)}
+            constants |= {-value for entry in parts if (value := _negated(entry)) is not None}
             constants |= {inputs[name] for name in names if name in inputs}
+            is_plain = all(
+                isinstance(side, Name | Constant) or _negated(side) is not None
+                for side in part.parts
+            )
+            if not is_plain or len(names - set(inputs)) > 1:
+                self.sampled |= names - set(inputs)
             plain = {entry for entry in constants if isinstance(entry, bool | int | float | str)}
             self._compared |= names
             for name in names:
@@ -79,6 +96,44 @@ class ValueCases:
                     collected |= dict.fromkeys(map(kind, (number, number - 1, number + 1)))
                 return tuple(collected)
         return (default,)
+
+    def combinations(self, cases: Mapping[str, Sequence[Any]]) -> Iterator[dict[str, Any]]:
+        """Yield messages as fields, each with one of its values; a bounded number of them."""
+        if math.prod(map(len, cases.values())) > MOST_COMBINATIONS:
+            self.sampled.update(cases)
+        return _combinations(cases)
+
+    def message_that(
+        self, condition: Expression, kind: type, variables: Mapping[str, Any], *, holds: bool
+    ) -> dict[str, Any] | None:
+        """Return fields of a message for which a condition holds, or does not.
+
+        None where no combination of the values around its constants does. The condition is asked
+        of whole messages, so that it is answered as in a run.
+        """
+        names = list(dict.fromkeys(name.name for name in condition.references if not name.variable))
+        defaults = default_fields(kind(), names)
+        numbers = [entry.value for entry in _parts(condition.root) if isinstance(entry, Constant)]
+        numbers += [variables[name.name] for name in condition.references if name.name in variables]
+        cases = {name: _around(default, numbers) for name, default in defaults.items()}
+        for fields in _combinations(cases):
+            message = assign(kind(), fields)
+            try:
+                answer = condition.evaluate(variables, None, MessageFields(message))  # type: ignore[arg-type]
+            except ExpressionError:
+                continue
+            if bool(answer) is holds:
+                return fields
+        self.sampled.add(condition.text)
+        return None
+
+
+def _negated(side: SyntaxNode) -> float | None:
+    """Return the number behind a minus; None for anything else."""
+    if not isinstance(side, Negation) or side.sign > 0 or not isinstance(side.operand, Constant):
+        return None
+    value = side.operand.value
+    return value if isinstance(value, int | float) else None
 
 
 def _values_of(node: NodeModel) -> Iterator[Any]:
@@ -114,8 +169,7 @@ def _parts(root: SyntaxNode) -> Iterator[SyntaxNode]:
         yield from _parts(part)
 
 
-def combinations(cases: Mapping[str, Sequence[Any]]) -> Iterator[dict[str, Any]]:
-    """Yield messages as fields, each with one of its values; a bounded number of them."""
+def _combinations(cases: Mapping[str, Sequence[Any]]) -> Iterator[dict[str, Any]]:
     names = list(cases)
     for values in islice(product(*cases.values()), MOST_COMBINATIONS):
         yield dict(zip(names, values, strict=True))
@@ -147,30 +201,6 @@ def default_fields(message: Any, names: Iterable[str]) -> dict[str, Any]:
         except AttributeError:
             continue
     return collected
-
-
-def message_that(
-    condition: Expression, kind: type, variables: Mapping[str, Any], *, holds: bool
-) -> dict[str, Any] | None:
-    """Return fields of a message for which a condition holds, or does not.
-
-    None where no combination of the values around its constants does. The condition is asked of
-    whole messages, so that it is answered as in a run.
-    """
-    names = list(dict.fromkeys(name.name for name in condition.references if not name.variable))
-    defaults = default_fields(kind(), names)
-    numbers = [entry.value for entry in _parts(condition.root) if isinstance(entry, Constant)]
-    numbers += [variables[name.name] for name in condition.references if name.name in variables]
-    cases = {name: _around(default, numbers) for name, default in defaults.items()}
-    for fields in combinations(cases):
-        message = assign(kind(), fields)
-        try:
-            answer = condition.evaluate(variables, None, MessageFields(message))  # type: ignore[arg-type]
-        except ExpressionError:
-            continue
-        if bool(answer) is holds:
-            return fields
-    return None
 
 
 def _around(default: Any, constants: Iterable[Any]) -> tuple[Any, ...]:

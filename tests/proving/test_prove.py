@@ -122,6 +122,30 @@ def test_both_sides_of_a_comparison_are_explored() -> None:
     assert "dead_node" in proof.proved
 
 
+ANGLE = """  sequence:
+    - {turn: {angle: 90}, timeout: 9, outputs: {angle_turned: angle}}
+    - fallback:
+        - sequence: [{check: CONDITION}, {log: it holds}]
+        - log: it does not
+"""
+
+
+def test_a_condition_that_computes_is_not_proved() -> None:
+    """Its values are samples, so its properties count as not violated only."""
+    proof = proof_of(ANGLE.replace("CONDITION", "angle * 2 > 80"), faults=0)
+    assert (proof.exhaustive, proof.proved) == (False, ())
+    assert proof.why_not == ("not all values are tried of: angle",)
+    assert "ends" in proof.not_violated
+
+
+@pytest.mark.parametrize("condition", ["angle > 80", "angle < -80", "80 < angle < 100"])
+def test_both_sides_of_each_constant_are_tried(condition: str) -> None:
+    """Of negative ones, too."""
+    proof = proof_of(ANGLE.replace("CONDITION", condition), faults=0)
+    assert proof.exhaustive
+    assert "dead_node" in proof.proved
+
+
 def test_each_branch_of_a_random_choice_is_explored() -> None:
     """One of them fails."""
     proof = proof_of("  choose:\n    - log: one\n    - check: false", faults=0)
