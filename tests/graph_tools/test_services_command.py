@@ -40,7 +40,7 @@ def test_a_service_that_is_not_there_exits_with_5(ros: Any, type_in: Any) -> Non
     assert "no service /swich in the graph (looked for 1 s)" in done.err
     assert "did you mean '/switch'?" in done.err
     done = type_in("services", "call", "/x", "--type", "std_srvs/srv/SetBool", "--wait", "1")
-    assert (done.code, done.err) == (5, "no server of /x after 1 s\n")
+    assert (done.code, done.err) == (5, "no server of /x after 1 s [BT-901]\n")
 
 
 def test_a_server_that_does_not_answer_exits_with_6(ros: Any, type_in: Any) -> None:

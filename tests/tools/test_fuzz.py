@@ -253,7 +253,7 @@ def test_a_case_is_judged_by_the_memory_that_it_takes_itself(folder, monkeypatch
         pytest.skip("the kernel does not let the peak be reset")
     text = "mission: m\ntree: {wait: 1}\n"
     assert judged(text).finding is None
-    monkeypatch.setattr(scope, "_naming_faults", grow)
+    monkeypatch.setattr(scope, "_naming_diagnostics", grow)
     finding = judged(text).finding
     assert finding is not None
     assert finding.kind == f"more than {MEMORY_MB} MB"
@@ -320,9 +320,9 @@ def misplace(*_args, **_kwargs):
 @pytest.mark.parametrize(
     ("where", "planted", "kind"),
     [
-        ((scope, "_naming_faults"), crash, "KeyError in test_fuzz.py:crash"),
-        ((scope, "_naming_faults"), hang, "more than 0.5 s of the processor"),
-        ((scope, "_naming_faults"), misplace, "a fault without a place"),
+        ((scope, "_naming_diagnostics"), crash, "KeyError in test_fuzz.py:crash"),
+        ((scope, "_naming_diagnostics"), hang, "more than 0.5 s of the processor"),
+        ((scope, "_naming_diagnostics"), misplace, "a fault without a place"),
         ((scope, "number_diagnostics"), look_away, "all values are known, wait"),
         ((scope, "evaluate_constants"), look_away, "known beforehand, log"),
         ((scope, "reference_diagnostics"), look_away, "a name that is not known, log"),
