@@ -165,10 +165,11 @@ def _page(text: str) -> bool:
     command = shlex.split(os.environ.get("PAGER") or "less")
     if not command or shutil.which(command[0]) is None:
         return False
+    # Ctrl-C is for the pager. A handler, unlike SIG_IGN, is not inherited by it.
+    before = signal.signal(signal.SIGINT, lambda *_: None)
     pager = subprocess.Popen(  # noqa: S603 - the pager of the user
         command, stdin=subprocess.PIPE, text=True, env={"LESS": "FRX", **os.environ}
     )
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the pager
     pager.communicate(text)
     signal.signal(signal.SIGINT, before)
     return True

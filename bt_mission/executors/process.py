@@ -277,28 +277,29 @@ def run(
     # rclpy's handlers would destroy the publishers before the robot is stopped.
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     try:
-        node = made_with(file, options, make)
-        node.warn_of_unknown()
-        try:
-            _serve(node)
-        finally:
-            node.destroy_node()
+        # From before the node is made: a signal while it begins ends it in order, too.
+        with InterruptSignals(most=1) as interrupts:
+            node = made_with(file, options, make)
+            node.warn_of_unknown()
+            try:
+                _serve(node, interrupts)
+            finally:
+                node.destroy_node()
     finally:
         rclpy.try_shutdown()
     return 0
 
 
-def _serve(node: RobotNode) -> None:
+def _serve(node: RobotNode, interrupts: InterruptSignals) -> None:
     executor = LiveExecutor()
     executor.add_node(node)
     node.begin()
-    with InterruptSignals(most=1) as interrupts:
-        try:
-            while not (interrupts.count or node.is_done):
-                executor.spin_once(timeout_sec=LOOK_S)
-                node.look()
-        except Exception as error:
-            node.end(cause_of(error), executor)
-            raise
-        node.end(interrupts.signal, executor)
+    try:
+        while not (interrupts.count or node.is_done):
+            executor.spin_once(timeout_sec=LOOK_S)
+            node.look()
+    except Exception as error:
+        node.end(cause_of(error), executor)
+        raise
+    node.end(interrupts.signal, executor)
     executor.shutdown()

@@ -37,7 +37,8 @@ def test_a_file_that_exists_is_kept(cli: CommandLine, command: str, name: str) -
     cli.write(name, OLD)
     command += f" {name}" if command.endswith(("-o", "--record", "--report", "--trace")) else ""
     error = cli.refused(command)
-    assert error.endswith(f"{name} exists; give another name, or --force to overwrite it [BT-1103]\n")
+    hint = "give another name, or --force to overwrite it"
+    assert error.endswith(f"{name} exists; {hint} [BT-1103]\n")
     assert Path(name).read_text("utf-8") == OLD
     cli(f"{command} --force")
     assert Path(name).read_bytes() != OLD.encode()

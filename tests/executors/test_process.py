@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from bt_mission.core.interrupts import InterruptSignals
 from bt_mission.executors import process as module
 
 
@@ -27,5 +28,5 @@ def test_an_exception_stops_the_robot_before_it_ends_the_process(
     executor = SimpleNamespace(add_node=lambda _: None, spin_once=spin_once)
     monkeypatch.setattr(module, "LiveExecutor", lambda: executor)
     with pytest.raises(ValueError, match="a defect"):
-        module._serve(node)
+        module._serve(node, InterruptSignals(most=1))
     assert events == ["begin", "ValueError: a defect"]
