@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 UNBOUNDED = math.inf
 """The number of faults without a bound."""
 
 
-@dataclass(frozen=True, slots=True)
-class Option:
+class Option(NamedTuple):
     """One thing that may happen.
 
     Attributes:
@@ -24,6 +23,10 @@ class Option:
     faults: int = 0
     act: Callable[[], None] | None = None
 
+
+NOTHING = Option("")
+
+_NONE: tuple[int, ...] = ()
 
 Script = tuple[int, ...]
 """The options taken, in the order in which they were offered."""
@@ -47,6 +50,7 @@ class Choices:
         self._script: Script = ()
         self._taken: list[int] = []
         self._allowed: list[tuple[int, ...]] = []
+        """The options that were allowed at each place behind the script."""
 
     def begin(self, script: Script) -> None:
         """Follow a script from now on."""
@@ -63,13 +67,17 @@ class Choices:
         Raises:
             OutOfFaultsError: When each is a fault too many.
         """
-        allowed = tuple(
-            index for index, option in enumerate(options) if option.faults <= self.faults_left
-        )
-        if not allowed:
-            raise OutOfFaultsError
-        position = len(self._taken)
-        index = self._script[position] if position < len(self._script) else allowed[0]
+        position, allowed = len(self._taken), _NONE
+        if position < len(self._script):
+            index = self._script[position]
+        else:
+            left = self.faults_left
+            allowed = tuple(
+                [index for index, option in enumerate(options) if option.faults <= left]
+            )
+            if not allowed:
+                raise OutOfFaultsError
+            index = allowed[0]
         self._taken.append(index)
         self._allowed.append(allowed)
         self.pay(options[index].faults)

@@ -14,12 +14,13 @@ from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import Leaf
 from bt_mission.language.follow import Follow
 from bt_mission.proving.answers import Answer, AnswerSet
-from bt_mission.proving.choices import Choices, Option
+from bt_mission.proving.choices import NOTHING, Choices, Option
 from bt_mission.proving.goal_servers import Question
 from bt_mission.proving.values import (
     ValueCases,
     assign,
     default_fields,
+    more_words,
 )
 from bt_mission.ros.interface_types import fill, service_type, topic_type
 
@@ -85,9 +86,9 @@ class Service:
             for fields in self._responses():
                 given = {"success": row.name != "fail"} | fields
                 options.append(
-                    _option(self.name, row, partial(self._respond, given), _more(fields))
+                    _option(self.name, row, partial(self._respond, given), more_words(fields))
                 )
-        yield Question(tuple(options), is_prompt=True)
+        yield tuple(options)
 
     def _fall_silent(self) -> None:
         self.is_mute = True
@@ -100,9 +101,7 @@ class Service:
     def _responses(self) -> Iterator[dict[str, Any]]:
         leaf = self._caller(self)
         outputs = self._evaluator_of(leaf).node.outputs if leaf is not None else {}
-        defaults = default_fields(self._type.Response(), outputs)
-        defaults.pop("success", None)
-        yield from _cases_of(self._cases, outputs, defaults)
+        yield from self._cases.of_outputs(outputs, self._type.Response(), ("success",))
 
     @property
     def key(self) -> tuple[Any, ...]:
@@ -163,7 +162,7 @@ class Topic:
         for row in self._answers.at("followed", self.name) if self._follows else ():
             options += self._followed(row)
         if options:
-            yield Question(tuple(options), is_prompt=False)
+            yield (NOTHING, *options)
 
     def _met(self, row: Answer) -> Iterator[Option]:
         for leaf in self._waiting(self):
@@ -173,14 +172,10 @@ class Topic:
             )
             if fields is None:
                 continue
-            outputs = {
-                name: variable
-                for name, variable in values.node.outputs.items()
-                if name not in fields
-            }
-            for more in _cases_of(self._cases, outputs, default_fields(self._type(), outputs)):
+            outputs = values.node.outputs
+            for more in self._cases.of_outputs(outputs, self._type(), fields):
                 given = fields | more
-                yield _option(self.name, row, partial(self._publish, given), _more(given))
+                yield _option(self.name, row, partial(self._publish, given), more_words(given))
 
     def _followed(self, row: Answer) -> Iterator[Option]:
         follow = self._follows[0]
@@ -303,11 +298,9 @@ class AnyBehaviour(Leaf):
             rows = [
                 entry for entry in self._answers.at("python", self.name) if entry.name != "running"
             ]
-            yield Question(
-                tuple(
-                    _option(f"'{self.name}'", row, partial(self._take, row.name)) for row in rows
-                ),
-                is_prompt=False,
+            yield (
+                NOTHING,
+                *(_option(f"'{self.name}'", row, partial(self._take, row.name)) for row in rows),
             )
 
     def _take(self, answer: str) -> None:
@@ -349,20 +342,6 @@ def _option(
     name: str, row: Answer, act: Callable[[], None] | None = None, more: str = ""
 ) -> Option:
     return Option(f"{name} {row.words}{more}" if row.words else "", row.faults, act)
-
-
-def _more(fields: Mapping[str, Any]) -> str:
-    return "".join(f", {name} = {value!r}" for name, value in fields.items())
-
-
-def _cases_of(
-    cases: ValueCases, outputs: Mapping[str, str], defaults: Mapping[str, Any]
-) -> Iterator[dict[str, Any]]:
-    collected = {name: cases.of(outputs[name], value) for name, value in defaults.items()}
-    if all(len(values) == 1 for values in collected.values()):
-        yield {}
-    else:
-        yield from cases.combinations(collected)
 
 
 def _has(message: Any, dotted: str) -> bool:

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import marshal
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from hashlib import blake2b
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
@@ -20,11 +19,10 @@ from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.builder import BEHAVIOURS, build_tree
 from bt_mission.behaviours.cleanup import Finally
 from bt_mission.behaviours.client_leaves import PublishLeaf, ServiceLeaf, WaitFor
-from bt_mission.behaviours.control import Choose, Parallel, Timeout
+from bt_mission.behaviours.control import Timeout
 from bt_mission.behaviours.decorators import Repeat, Retry, Subtree
 from bt_mission.behaviours.leaves import Wait
 from bt_mission.behaviours.runtime import Generator, Scope
-from bt_mission.behaviours.snapshot import save
 from bt_mission.core.stamps import NS
 from bt_mission.events.events import NodeChanged
 from bt_mission.executive.executive import Executive
@@ -32,43 +30,29 @@ from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
 from bt_mission.goals.goal import Goal, Phase
 from bt_mission.goals.ledger import Ledger
-from bt_mission.language.expressions.values import NoValue
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.decorators import RepeatNode
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.proving.answers import AnswerSet
-from bt_mission.proving.choices import UNBOUNDED, Choices, Option, OutOfFaultsError, Script
+from bt_mission.proving.choices import NOTHING, UNBOUNDED, Choices, Option, OutOfFaultsError, Script
 from bt_mission.proving.clients import DRAWS, AnyBehaviour, Draw, Service, Speech, Topic
 from bt_mission.proving.goal_servers import GoalServer, Question
 from bt_mission.proving.memento import Keeper, Memento
+from bt_mission.proving.state_key import failed_tip, noter, values_key
 from bt_mission.proving.values import ValueCases
 from bt_mission.ros.mission_runner import TICK_RATE_HZ
 from bt_mission.ros.mission_runtime import CANCEL_GRACE_NS
 
 TICK_NS = round(NS / TICK_RATE_HZ)
 START_NS = NS
-NOTHING = Option("")
 INTERRUPT = "Ctrl-C"
 
 _WAITING = (Wait, Timeout, Retry, Finally, ServiceLeaf, PublishLeaf, WaitFor)
 """The nodes with a limit of their own, goals apart."""
 
-_STATUS = {status: index for index, status in enumerate(Status)}
-
-
-@dataclass(frozen=True)
-class Due:
-    """A limit that is running.
-
-    Attributes:
-        name: What it limits, for people.
-        at_ns: The instant at which it is over.
-        faults: 1 where a server has to be late for it.
-    """
-
-    name: str
-    at_ns: int
-    faults: int = 0
+Due: TypeAlias = tuple[str, int, Behaviour | None]
+"""A limit that is running: what it limits, for people; the instant at which it is over, ns; its
+node, None for the limits of ledger, followed variables and servers."""
 
 
 class BoundedRepeat(Repeat):
@@ -114,6 +98,8 @@ class _Moment:
         self.may_interrupt = may_interrupt
         self.untimed: Any = None
         """The last key without times."""
+        self.limits: tuple[Due, ...] = ()
+        """The limits that were running behind the last tick."""
 
 
 class _Tip:
@@ -125,7 +111,7 @@ class _Tip:
     def failure_path(self) -> tuple[int, ...]:
         """The failed nodes from the root down."""
         executive = self._environment.executive
-        node, path = _failed_tip(executive.root), [0]
+        node, path = failed_tip(executive.root), [0]
         while node.parent is not None:
             path.insert(1, executive.indices[node])
             node = node.parent
@@ -184,21 +170,32 @@ class Environment:
         self._action_leaves = [node for node in nodes if isinstance(node, ActionLeaf)]
         self._any_behaviours = [node for node in nodes if isinstance(node, AnyBehaviour)]
         self._scopes = [self.scope, *(node.inner for node in nodes if isinstance(node, Subtree))]
-        self._limited = [node for node in nodes if isinstance(node, _WAITING)]
+        self._limited = {node: _words_of(node) for node in nodes if isinstance(node, _WAITING)}
+        """The nodes with a limit of their own, and the words for it."""
+        self._limit_words = {
+            (leaf, name): f"'{leaf.name}' {words}"
+            for leaf in self._action_leaves
+            for name, words in _LIMITS.items()
+        }
         self._services_called = [node for node in nodes if isinstance(node, ServiceLeaf)]
         self._waits = [node for node in nodes if isinstance(node, WaitFor)]
-        self._remembering = {node for node in nodes if node.children or isinstance(node, Retry)}
-        self._joining = {node for node in nodes if isinstance(node, Finally | Parallel)}
-        """Nodes that may end by a failure that came before their last tick."""
-        self._final_set = {node for node in nodes if isinstance(node, Finally)}
         self._finals = [node for node in nodes if isinstance(node, Finally)]
+        self._note_tree = noter(root, self.executive.indices)
+        self._present: Memento | None = None
+        """The state that was put back, until its next step."""
+        self._asked: tuple[Memento | None, list[Question]] = (None, [])
+        """The state that was asked last, and what may happen in it."""
         self._keeper = Keeper(self._kept(), self._dynamic)
 
     def _see_events(self) -> None:
         """Hand events to nobody but :attr:`entered`: traces are no part of a state."""
+        self.ledger.on_event = self._ignore
         self.executive.events._subscribers = ()  # noqa: SLF001
         self.executive.events.subscribe(self._note_entered, NodeChanged)
         self.executive.mission_state = _Tip(self)  # type: ignore[assignment]
+
+    def _ignore(self, time_ns: int, change: str, goal: Goal) -> None:
+        """Emit nothing about a goal."""
 
     def _note_entered(self, event: NodeChanged) -> None:
         if event.status is not Status.INVALID:
@@ -307,11 +304,6 @@ class Environment:
         """Has the mission ended?"""
         return self.executive.is_done
 
-    def begin(self) -> None:
-        """Tick for the first time; random choices of this tick are part of the script."""
-        self._tick()
-        self._moment.untimed = self._untimed_key()
-
     def step(self, script: Script) -> bool:
         """Take one step by a script; return whether it is within the bound on faults."""
         self.choices.begin(script)
@@ -319,10 +311,10 @@ class Environment:
         self.is_stuck = False
         try:
             if self.now_ns == START_NS:
-                self.begin()
+                self._tick()  # random choices of this tick are part of the script
             elif self._answer():
+                self._moment.limits = self._limits_now()
                 self._tick()
-                self._moment.untimed = self._untimed_key()
             else:
                 self._let_time_pass()
         except OutOfFaultsError:
@@ -332,15 +324,23 @@ class Environment:
     def _answer(self) -> bool:
         """Have everything that may happen before the next tick happen, or not."""
         has_happened = False
-        for question in list(self.questions()):
-            options = question.options
-            if not question.is_prompt:
-                options = (NOTHING, *options)
-            option = options[self.choices.choose(options)]
+        for server in self._goal_servers.values():
+            server.refuse_again()
+        for question in self._all_questions():
+            option = question[self.choices.choose(question)]
             if option.act is not None:
                 option.act()
                 has_happened = True
         return has_happened
+
+    def _all_questions(self) -> list[Question]:
+        """Return what may happen; a state that is put back several times is asked once."""
+        present, self._present = self._present, None
+        asked, questions = self._asked
+        if present is None or asked is not present:
+            questions = list(self.questions())
+            self._asked = present, questions
+        return questions
 
     def questions(self) -> Iterator[Question]:
         """Yield what may happen before the next tick, in a fixed order."""
@@ -353,7 +353,7 @@ class Environment:
         for leaf in self._any_behaviours:
             yield from leaf.questions()
         if self._moment.may_interrupt and self.executive.status is MissionStatus.RUNNING:
-            yield Question((Option(INTERRUPT, 0, self._interrupt),), is_prompt=False)
+            yield NOTHING, Option(INTERRUPT, 0, self._interrupt)
 
     def _interrupt(self) -> None:
         self._moment.may_interrupt = False
@@ -366,24 +366,23 @@ class Environment:
         """
         before = self._moment.untimed
         self._tick()
-        self._moment.untimed = self._untimed_key()
         if self._moment.untimed != before:
             return
-        due = self.limits()
+        due = self._moment.limits
         if not due:
             if any(True for _ in self.questions()):
                 raise OutOfFaultsError  # somebody has to answer
             self.is_stuck = True
             return
-        ticks = -(-(min(entry.at_ns for entry in due) - self.now_ns) // TICK_NS)
+        ticks = -(-(min([at_ns for _, at_ns, _ in due]) - self.now_ns) // TICK_NS)
         self._moment.now_ns += max(0, ticks - 1) * TICK_NS
 
     def _tick(self) -> None:
         until_ns = self.now_ns + TICK_NS
-        met = [entry for entry in self.limits() if entry.at_ns <= until_ns]
+        met = [due for due in self._moment.limits if due[1] <= until_ns]
         if met:
-            self.choices.pay(max(entry.faults for entry in met))
-            names = ", ".join(dict.fromkeys(entry.name for entry in met if entry.name))
+            self.choices.pay(max(map(self._faults_of, met)))
+            names = ", ".join(dict.fromkeys(name for name, _, _ in met if name))
             if names:
                 self.choices.words.append(f"time passes: {names}")
         self._moment.now_ns = until_ns
@@ -395,27 +394,37 @@ class Environment:
         for server in self._goal_servers.values():
             server.settle()
             server.adopt(self._action_leaves)
+        self._moment.untimed, self._moment.limits = self._untimed_key(), self._limits_now()
 
     # ---- limits -----------------------------------------------------------------------------
 
-    def limits(self) -> list[Due]:
+    def _limits_now(self) -> tuple[Due, ...]:
         """Return the limits that are running."""
-        collected = [due for leaf in self._action_leaves for due in self._limits_of_goal(leaf)]
-        for node in self._limited:
-            if node.status is Status.RUNNING or (node in self._final_set and node.is_detached):
+        running = Status.RUNNING
+        collected: list[Due] = []
+        for leaf in self._action_leaves:
+            attempt = leaf.attempt
+            if attempt is not None and leaf.status is running:
+                for name, at_ns in attempt.limits_due.items():
+                    collected.append((self._limit_words[leaf, name], at_ns, leaf))
+        for node, words in self._limited.items():
+            if node.status is running or (isinstance(node, Finally) and node.is_detached):
                 due_ns = node.due_ns
                 if due_ns is not None:
-                    faults = self._faults_of(node)
-                    collected.append(Due(_limit_words(node), due_ns, faults))
-        others = (
+                    collected.append((words, due_ns, node))
+        others = [
             *self.ledger.limits_due,
             self.executive.followed.due_ns if not self.is_done else None,
-            *(server.due_ns for server in self._goal_servers.values()),
-        )
-        collected += [Due("", due_ns) for due_ns in others if due_ns is not None]
-        return collected
+        ]
+        others += [server.due_ns for server in self._goal_servers.values()]
+        collected += [("", due_ns, None) for due_ns in others if due_ns is not None]
+        return tuple(collected)
 
-    def _faults_of(self, node: Behaviour) -> int:
+    def _faults_of(self, due: Due) -> int:
+        """Return 1 where a server has to be late for a limit to be met."""
+        words, _, node = due
+        if isinstance(node, ActionLeaf):
+            return int(words is self._limit_words[node, "goal"] and self._works(node))
         if isinstance(node, WaitFor):
             return 1
         if isinstance(node, Timeout | Finally):
@@ -423,14 +432,6 @@ class Environment:
             is_answer_due = self._is_answer_due()
             return int(any(entry in is_answer_due for entry in below.iterate()))
         return 0
-
-    def _limits_of_goal(self, leaf: ActionLeaf) -> Iterator[Due]:
-        if leaf.attempt is None or leaf.status is not Status.RUNNING:
-            return
-        for name, at_ns in leaf.attempt.limits_due.items():
-            is_late = name == "goal"
-            words = f"'{leaf.name}' {_LIMITS[name]}"
-            yield Due(words, at_ns, int(is_late and self._works(leaf)))
 
     def _works(self, leaf: ActionLeaf) -> bool:
         """Does a server work on the goal of a leaf?"""
@@ -479,7 +480,7 @@ class Environment:
     @property
     def silent_leaves(self) -> list[Behaviour]:
         """The leaves that wait for a server for which no limit is set at all."""
-        if self.limits():
+        if self._moment.limits:
             return []
         waiting: list[Behaviour] = [
             leaf
@@ -496,7 +497,8 @@ class Environment:
 
     def key(self) -> bytes:
         """Return what the future depends on, the faults left apart, as a hash."""
-        limits = [(entry.name, entry.at_ns - self.now_ns) for entry in self.limits()]
+        now_ns = self.now_ns
+        limits = [(name, at_ns - now_ns) for name, at_ns, _ in self._moment.limits]
         whole = marshal.dumps((self._moment.untimed, limits), 2)
         return blake2b(whole, digest_size=16).digest()
 
@@ -505,7 +507,7 @@ class Environment:
         if executive.is_done:
             return (str(executive.verdict), executive.reason)
         tree: list[Any] = []
-        self._note_node(executive.root, tree)
+        self._note_tree(tree)
         held = self.ledger.open_goals
         numbers = {id(goal): number for number, goal in enumerate(held)}
         return (
@@ -515,45 +517,15 @@ class Environment:
             self._moment.may_interrupt,
             self.ledger.is_held,
             tuple(tree),
-            tuple(_values_key(scope.values) for scope in self._scopes),
-            tuple(self._attempt_key(leaf, numbers) for leaf in self._action_leaves),
-            tuple(self._goal_key(goal) for goal in held),
-            tuple(server.key for server in self._goal_servers.values()),
-            tuple(service.key for service in self._services.values()),
-            tuple(topic.key for topic in self._topics.values()),
-            tuple(speech.key for speech in self._speeches.values()),
-            tuple(leaf.answer for leaf in self._any_behaviours_running),
+            tuple([values_key(scope.values) for scope in self._scopes]),
+            tuple([self._attempt_key(leaf, numbers) for leaf in self._action_leaves]),
+            tuple([self._goal_key(goal) for goal in held]),
+            tuple([server.key for server in self._goal_servers.values()]),
+            tuple([service.key for service in self._services.values()]),
+            tuple([topic.key for topic in self._topics.values()]),
+            tuple([speech.key for speech in self._speeches.values()]),
+            tuple([leaf.answer for leaf in self._any_behaviours_running]),
         )
-
-    def _note_node(self, node: Behaviour, tree: list[Any]) -> None:
-        """Note the status of a node, and its memory and the nodes below while it runs."""
-        status = node.status
-        tree.append(_STATUS[status])
-        if status is not Status.RUNNING and not (node in self._final_set and node.is_detached):
-            return
-        if node in self._remembering:
-            memory = save(node, 0)
-            memory = {
-                name: value for name, value in memory.items() if name not in ("left_ns", "values")
-            }
-            if isinstance(node, Finally):
-                memory["values"] = _values_key(dict(node._variables))  # noqa: SLF001
-            if isinstance(node, Repeat) and memory["count"] is None:
-                del memory["done"]  # rounds without a bound are alike
-            if isinstance(node, Retry):
-                memory["pause"] = node.due_ns is not None
-            if isinstance(node, Choose):
-                memory["child"] = next(
-                    index
-                    for index, entry in enumerate(node.children)
-                    if entry is node.current_child
-                )
-            tree.append(_plain(memory))
-        for child in node.children:
-            self._note_node(child, tree)
-            if child.status is Status.FAILURE and node in self._joining:
-                tip = _failed_tip(child)
-                tree += [self.executive.indices[tip], tip.feedback_message]
 
     def _attempt_key(self, leaf: ActionLeaf, numbers: dict[int, int]) -> Any:
         attempt = leaf.attempt
@@ -564,10 +536,10 @@ class Environment:
             return "waits"
         return (
             numbers.get(id(goal), -1),
-            str(attempt.cause),
-            str(goal.phase),
+            attempt.cause and attempt.cause._value_,
+            goal.phase._value_,
             goal.accepted,
-            str(attempt.ending.outcome) if attempt.ending else "",
+            attempt.ending.outcome._value_ if attempt.ending else "",
             goal.feedback is None,
         )
 
@@ -577,7 +549,7 @@ class Environment:
         return (
             goal.goal_client.name,
             goal.owner,
-            str(goal.phase),
+            goal.phase._value_,
             goal.cancel_refused,
             goal.orphaned_ns is not None,
             self.ledger.has_given_up(goal),
@@ -589,15 +561,16 @@ class Environment:
         """Return everything that a step may change."""
         return self._keeper.take(earlier)
 
-    def restore(self, memento: Memento) -> None:
+    def restore(self, memento: Memento, faults_left: float) -> None:
         """Put it back."""
         self._keeper.put_back(memento)
+        self.choices.faults_left = faults_left
+        self._present = memento
 
     def _kept(self) -> Iterable[Any]:
         executive = self.executive
         return (
             self._moment,
-            self.choices,
             executive,
             executive.cleanups,
             executive.followed,
@@ -633,41 +606,14 @@ _LIMITS = {
 }
 
 
-def _failed_tip(node: Behaviour) -> Behaviour:
-    """Return the deepest node whose failure made this one fail: the last one of several."""
-    while failed := [child for child in node.children if child.status is Status.FAILURE]:
-        node = failed[-1]
-    return node
-
-
 def _full(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
-def _limit_words(node: Behaviour) -> str:
+def _words_of(node: Behaviour) -> str:
     match node:
         case Wait():
             return f"'{node.name}' is over"
         case Retry():
             return f"the pause of '{node.name}' is over"
     return f"'{node.name}' is not done in time"
-
-
-def _values_key(values: dict[str, Any]) -> Any:
-    return tuple(sorted((name, _plain(value)) for name, value in values.items()))
-
-
-def _plain(value: Any) -> Any:
-    """Return a value that `marshal` writes; equal ones are written alike."""
-    match value:
-        case bool():
-            return ("bool", value)
-        case None | int() | float() | str() | bytes():
-            return value
-        case NoValue():
-            return ("none", value.reason)
-        case list() | tuple():
-            return tuple(map(_plain, value))
-        case dict():
-            return tuple((name, _plain(entry)) for name, entry in value.items())
-    return repr(value)

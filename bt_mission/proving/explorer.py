@@ -165,7 +165,7 @@ def _explored(
         scripts: list[Script] = [()]
         while scripts:
             script = scripts.pop()
-            environment.restore(waiting.memento)
+            environment.restore(waiting.memento, waiting.faults_left)
             is_allowed = environment.step(script)
             scripts += list(environment.choices.others())[::-1]
             steps += 1

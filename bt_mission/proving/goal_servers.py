@@ -3,35 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, TypeAlias
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.core.actions import declared
 from bt_mission.goals.attempt import SERVER_CHECK_NS
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
-from bt_mission.proving.answers import ANSWERS, Answer, AnswerSet
-from bt_mission.proving.choices import Choices, Option
-from bt_mission.proving.values import (
-    ValueCases,
-    assign,
-    default_fields,
-)
+from bt_mission.proving.answers import ANSWERS, ROWS, Answer, AnswerSet
+from bt_mission.proving.choices import NOTHING, Choices, Option
+from bt_mission.proving.values import Known, ValueCases, more_words
 from bt_mission.ros.interface_types import action_type, fill
 
-
-@dataclass(frozen=True)
-class Question:
-    """What may happen next at one place.
-
-    Attributes:
-        options: Exactly one is taken.
-        is_prompt: It is answered before time passes; else nothing may happen as well.
-    """
-
-    options: tuple[Option, ...]
-    is_prompt: bool
+Question: TypeAlias = tuple[Option, ...]
+"""What may happen next at one place: exactly one of these options is taken."""
 
 
 class ServedGoal:
@@ -100,6 +86,8 @@ class GoalServer:
         self._evaluator_of, self._now_ns = evaluator_of, now_ns
         known = declared().get(name.strip("/"))
         self.moves_base = known is not None and known.known.moves_base
+        self._requests, self._results_of = Known(), Known()
+        self._words = Known({row.name: f"{name} {row.words}" for row in ROWS if row.words})
         self.goals: list[ServedGoal] = []
         """Those that the server has not ended, in the order in which they arrived."""
         self.is_away = False
@@ -120,7 +108,10 @@ class GoalServer:
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         """Return a goal with these fields. Raises FillError."""
-        return fill(self._type.Goal(), fields)
+        key = repr(fields)
+        if key not in self._requests:
+            self._requests[key] = fill(self._type.Goal(), fields)
+        return self._requests[key]
 
     def send(self, goal: Goal, _request: Any) -> None:
         """Take a goal."""
@@ -182,7 +173,14 @@ class GoalServer:
             if condition is not None:
                 kind, variables = self._type.Feedback, values.scope.values
                 fields = self._cases.message_that(condition, kind, variables, holds=False)
-            served.goal.on_feedback(assign(self._type.Feedback(), fields or {}))
+            served.goal.on_feedback(self._cases.message(self._type.Feedback, fields or {}))
+
+    def refuse_again(self) -> None:
+        """Refuse the cancels of goals whose server refuses every cancel."""
+        for served in self.goals:
+            is_due = served.is_cancel_open and served.goal.accepted and served.stage == "working"
+            if is_due and served.refuses:
+                self.refuse_cancel(served)
 
     def questions(self) -> Iterator[Question]:
         """Yield what may happen at each goal."""
@@ -193,23 +191,21 @@ class GoalServer:
 
     def _question(self, served: ServedGoal) -> Question | None:
         if served.stage == "asked":
-            return self._rows("asked", served, is_prompt=True)
+            return self._rows("asked", served)
         if served.stage == "mute":
-            return self._rows("mute", served)
+            return self._rows("mute", served, NOTHING)
         if served.stage != "working":
             return None
         is_cancel_open = served.is_cancel_open and served.goal.accepted
         if is_cancel_open and not served.refuses and not served.ignores:
-            return self._rows("cancel", served, is_prompt=True)
-        if is_cancel_open and served.refuses:
-            self.refuse_cancel(served)
-        return self._rows("working", served)
+            return self._rows("cancel", served)
+        return self._rows("working", served, NOTHING)
 
-    def _rows(self, stage: str, served: ServedGoal, *, is_prompt: bool = False) -> Question | None:
+    def _rows(self, stage: str, served: ServedGoal, *first: Option) -> Question | None:
         options: list[Option] = []
         for row in self._answers.at(stage, self.name):
             options += self._options(row, served)
-        return Question(tuple(options), is_prompt) if options else None
+        return (*first, *options) if options else None
 
     def _options(self, row: Answer, served: ServedGoal) -> Iterator[Option]:
         match row.name:
@@ -217,7 +213,7 @@ class GoalServer:
                 if served.leaf is not None and not served.is_silent:
                     node = self._evaluator_of(served.leaf).node
                     if node.feedback_timeout is not None:
-                        yield self._option(row, lambda: self.silence(served))
+                        yield self._option(row, partial(self.silence, served))
             case "condition":
                 yield from self._feedback(row, served, holds=True)
             case "feedback":
@@ -231,20 +227,14 @@ class GoalServer:
                 | ("cancel_outside")
             ):
                 status = _STATUSES[row.name]
-                for fields in self._results(served):
-                    words = "".join(f", {name} = {value!r}" for name, value in fields.items())
-
-                    def end(fields: Mapping[str, Any] = fields) -> None:
-                        self._end(served, status, fields)
-
-                    yield self._option(row, end, words)
+                for fields, words in self._results(served):
+                    yield self._option(row, partial(self._end, served, status, fields), words)
             case _:
-                act = getattr(self, row.name)
-                yield self._option(row, lambda: act(served))
+                yield self._option(row, partial(getattr(self, row.name), served))
 
     def _option(self, row: Answer, act: Callable[[], None] | None = None, more: str = "") -> Option:
-        words = f"{self.name} {row.words}{more}" if row.words else ""
-        return Option(words, row.faults, act)
+        words = self._words.get(row.name, "")
+        return Option(words + more if words else "", row.faults, act)
 
     # ---- the answers ------------------------------------------------------------------------
 
@@ -285,16 +275,16 @@ class GoalServer:
 
     def _end(self, served: ServedGoal, status: GoalStatus, fields: Mapping[str, Any]) -> None:
         served.stage = "over"
-        served.goal.on_result(status, assign(self._type.Result(), fields))
+        served.goal.on_result(status, self._cases.message(self._type.Result, fields))
 
-    def _results(self, served: ServedGoal) -> Iterator[dict[str, Any]]:
-        outputs = self._evaluator_of(served.leaf).node.outputs if served.leaf is not None else {}
-        defaults = default_fields(self._type.Result(), outputs)
-        cases = {name: self._cases.of(outputs[name], value) for name, value in defaults.items()}
-        if all(len(values) == 1 for values in cases.values()):
-            yield {}
-        else:
-            yield from self._cases.combinations(cases)
+    def _results(self, served: ServedGoal) -> list[tuple[dict[str, Any], str]]:
+        """Return the results that a mission can tell apart, each with words for it."""
+        if served.leaf not in self._results_of:
+            outputs = self._evaluator_of(served.leaf).node.outputs if served.leaf else {}
+            cases = self._cases.of_outputs(outputs, self._type.Result())
+            self._results_of[served.leaf] = [(fields, more_words(fields)) for fields in cases]
+        collected: list[tuple[dict[str, Any], str]] = self._results_of[served.leaf]
+        return collected
 
     def _feedback(self, row: Answer, served: ServedGoal, *, holds: bool) -> Iterator[Option]:
         leaf = served.leaf
@@ -323,7 +313,7 @@ class GoalServer:
 
         def feed() -> None:
             served.feedback = repr(given)
-            served.goal.on_feedback(assign(self._type.Feedback(), given))
+            served.goal.on_feedback(self._cases.message(self._type.Feedback, given))
 
         yield self._option(row, feed)
 

@@ -7,11 +7,16 @@ that two objects share. What is taken is shared between mementos as long as it i
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from operator import is_
 from typing import Any, TypeAlias
 
 _CONTAINERS = frozenset({list, dict, set, deque})
+
+_FIXED = frozenset(
+    {"children", "blackboards", "resets", "indices", "_paths", "evaluators", "tick_wrappers"}
+)
+"""Attributes with containers that no step changes, or that belong to another object."""
 
 _Saved: TypeAlias = tuple[Any, dict[str, Any], tuple[tuple[Any, Any], ...]]
 """An object, its attributes, and a copy of each container among them."""
@@ -45,9 +50,7 @@ class Keeper:
     def put_back(self, memento: Memento) -> None:
         """Put the objects into the state that was taken."""
         for entry, attributes, containers in memento.values():
-            now = entry.__dict__
-            now.clear()
-            now.update(attributes)
+            entry.__dict__ = attributes.copy()
             for container, copy in containers:
                 container.clear()
                 if type(container) in (dict, set):
@@ -58,16 +61,23 @@ class Keeper:
 
 def _saved(entry: Any, known: _Saved | None) -> _Saved:
     now = entry.__dict__
-    if (
-        known is not None
-        and now == known[1]
-        and all(_is_equal(container, copy) for container, copy in known[2])
-    ):
-        return known
-    return (
-        entry,
-        dict(now),
-        tuple((value, value.copy()) for value in now.values() if type(value) in _CONTAINERS),
+    if known is not None and now == known[1]:
+        for container, copy in known[2]:
+            if not _is_equal(container, copy):
+                break
+        else:
+            return known
+    return entry, now.copy(), _copies(now)
+
+
+def _copies(attributes: Mapping[str, Any]) -> tuple[tuple[Any, Any], ...]:
+    """Return each container among some attributes with a copy of it."""
+    return tuple(
+        [
+            (value, value.copy())
+            for name, value in attributes.items()
+            if type(value) in _CONTAINERS and name not in _FIXED
+        ]
     )
 
 

@@ -28,6 +28,11 @@ from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import NodeModel
 from bt_mission.language.nodes.interfaces import InterfaceNode
 
+
+class Known(dict[Any, Any]):
+    """What was computed once; no part of a state."""
+
+
 MOST_COMBINATIONS = 64
 """Combinations of values of one message that are tried."""
 OTHER_TEXT = "other"
@@ -44,6 +49,7 @@ class ValueCases:
         self._constants: dict[str, set[bool | int | float | str]] = {}
         self._compared: set[str] = set()
         self._asked: set[str] = set()
+        self._messages, self._names, self._met = Known(), Known(), Known()
         self.sampled: set[str] = set()
         """Names with values that not all are tried, and conditions that no tried message meets."""
         for tree in mission.all_trees:
@@ -103,6 +109,29 @@ class ValueCases:
             self.sampled.update(cases)
         return _combinations(cases)
 
+    def of_outputs(
+        self, outputs: Mapping[str, str], message: Any, without: Iterable[str] = ()
+    ) -> list[dict[str, Any]]:
+        """Return the messages that a mission can tell apart by what it reads of them.
+
+        Args:
+            outputs: The variable into which each field is read.
+            message: One of this type.
+            without: Fields that are given otherwise.
+        """
+        defaults = default_fields(message, [name for name in outputs if name not in without])
+        cases = {name: self.of(outputs[name], value) for name, value in defaults.items()}
+        if all(len(values) == 1 for values in cases.values()):
+            return [{}]
+        return list(self.combinations(cases))
+
+    def message(self, kind: type, fields: Mapping[str, Any]) -> Any:
+        """Return a message with these fields, always the same one: nobody writes to it."""
+        key = kind, repr(fields)
+        if key not in self._messages:
+            self._messages[key] = assign(kind(), fields)
+        return self._messages[key]
+
     def message_that(
         self, condition: Expression, kind: type, variables: Mapping[str, Any], *, holds: bool
     ) -> dict[str, Any] | None:
@@ -111,6 +140,19 @@ class ValueCases:
         None where no combination of the values around its constants does. The condition is asked
         of whole messages, so that it is answered as in a run.
         """
+        if id(condition) not in self._names:
+            self._names[id(condition)] = tuple({name.name for name in condition.references})
+        names = self._names[id(condition)]
+        read = [(name, repr(variables[name])) for name in names if name in variables]
+        key = id(condition), kind, holds, *read
+        if key not in self._met:
+            self._met[key] = self._fields_that(condition, kind, variables, holds=holds)
+        fields: dict[str, Any] | None = self._met[key]
+        return fields
+
+    def _fields_that(
+        self, condition: Expression, kind: type, variables: Mapping[str, Any], *, holds: bool
+    ) -> dict[str, Any] | None:
         names = list(dict.fromkeys(name.name for name in condition.references if not name.variable))
         defaults = default_fields(kind(), names)
         numbers = [entry.value for entry in _parts(condition.root) if isinstance(entry, Constant)]
@@ -126,6 +168,11 @@ class ValueCases:
                 return fields
         self.sampled.add(condition.text)
         return None
+
+
+def more_words(fields: Mapping[str, Any]) -> str:
+    """Return the values of fields, for people."""
+    return "".join(f", {name} = {value!r}" for name, value in fields.items())
 
 
 def _negated(side: SyntaxNode) -> float | None:

@@ -10,6 +10,7 @@ from bt_mission.proving.explorer import Bounds
 from bt_mission.proving.proof import Proof, ProofOptions, prove
 from bt_mission.sessions.load import load
 from tests.support.brute_force import enumerated, explored, small_mission
+from tests.support.project import ROOT
 
 TURN = "{turn: {angle: 90}, timeout: 9}"
 MOVE = "{move: {secs: 1, linear_velocity: 0.1}, timeout: 9}"
@@ -30,6 +31,30 @@ def test_the_exploration_finds_what_plain_enumeration_finds(seed: int) -> None:
     """All runs of a small tree, each from its beginning, have the same ends and findings."""
     mission = small_mission(seed)
     assert explored(mission, 1) == enumerated(mission, 1, most=10_000)
+
+
+STATES = (25, 88, 5, 87, 30, 42, 27, 5, 58, 3, 13, 13, 57, 42, 5, 1, 29, 27, 20, 16)
+"""The states of the small missions with seeds that 3 does not divide. A state that is merged
+wrongly, or not merged, changes a count."""
+
+
+def test_small_missions_have_their_number_of_states() -> None:
+    """With one fault."""
+    options = ProofOptions(faults=1)
+    counts = [prove(small_mission(seed), options).states for seed in range(30) if seed % 3]
+    assert tuple(counts) == STATES
+
+
+@pytest.mark.parametrize(
+    ("name", "faults", "states", "ends"),
+    [("patrol", 2, 47, 11), ("square", 2, 291, 27), ("explore", 1, 841, 28)],
+)
+def test_shipped_missions_have_their_number_of_states(
+    name: str, faults: int, states: int, ends: int
+) -> None:
+    """And their number of ends."""
+    proof = prove(load(ROOT / "missions" / f"{name}.yaml"), ProofOptions(faults=faults))
+    assert (proof.states, proof.paths) == (states, ends)
 
 
 def test_a_mission_with_one_goal_is_proved() -> None:

@@ -1,0 +1,103 @@
+"""What the future of a mission depends on, as plain values that `marshal` writes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+from py_trees.composites import Composite
+
+from bt_mission.behaviours.cleanup import Finally
+from bt_mission.behaviours.control import Parallel, Pick, Selector, Sequence
+from bt_mission.behaviours.decorators import Repeat, Retry
+from bt_mission.behaviours.snapshot import save
+from bt_mission.language.expressions.values import NoValue
+
+
+def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[Any]], None]:
+    """Return what notes the status of a node, and its memory and the nodes below while it runs.
+
+    A node that joins others may end by a failure that came before its last tick, so the
+    failure is noted, too.
+
+    Args:
+        indices: The number of each node.
+    """
+    running, failure, memory = Status.RUNNING, Status.FAILURE, _memory_of(node)
+    below = [(child, noter(child, indices)) for child in node.children]
+    final = node if isinstance(node, Finally) else None
+    is_joining = isinstance(node, Finally | Parallel)
+
+    def note(tree: list[Any]) -> None:
+        status = node.status
+        tree.append(status._value_)
+        if status is not running and (final is None or not final.is_detached):
+            return
+        if memory is not None:
+            tree.append(memory())
+        for child, note_child in below:
+            note_child(tree)
+            if is_joining and child.status is failure:
+                tip = failed_tip(child)
+                tree += [indices[tip], tip.feedback_message]
+
+    return note
+
+
+def failed_tip(node: Behaviour) -> Behaviour:
+    """Return the deepest node whose failure made this one fail: the last one of several."""
+    while failed := [child for child in node.children if child.status is Status.FAILURE]:
+        node = failed[-1]
+    return node
+
+
+def _memory_of(node: Behaviour) -> Callable[[], Any] | None:
+    """Return what gives the memory of a running node, its times left apart; None without one."""
+    match node:
+        case Repeat():
+            # Rounds without a bound are alike.
+            return lambda: (node._count and node._done, node._count, node._is_within)  # noqa: SLF001
+        case Retry():
+            return lambda: (node.failures, node.num_failures, node.due_ns is not None)
+        case Sequence() | Selector() | Pick():
+            return lambda: _child_of(node)
+        case _ if not node.children:
+            return None
+
+    def memory() -> Any:
+        saved = save(node, 0)
+        saved = {name: value for name, value in saved.items() if name not in ("left_ns", "values")}
+        if isinstance(node, Finally):
+            saved["values"] = values_key(dict(node._variables))  # noqa: SLF001
+        return _plain(saved)
+
+    return memory
+
+
+def _child_of(node: Composite) -> int:
+    """Return the index of the child that a composite has reached; -1 for none."""
+    current = node.current_child
+    return -1 if current is None else node.children.index(current)
+
+
+def values_key(values: Mapping[str, Any]) -> Any:
+    """Return variables with their values, by name."""
+    return tuple(sorted([(name, _plain(value)) for name, value in values.items()]))
+
+
+def _plain(value: Any) -> Any:
+    """Return a value that `marshal` writes; equal ones are written alike."""
+    if value is None or type(value) in (int, float, str, bytes):
+        return value
+    match value:
+        case bool():
+            return ("bool", value)
+        case NoValue():
+            return ("none", value.reason)
+        case list() | tuple():
+            return tuple(map(_plain, value))
+        case dict():
+            return tuple((name, _plain(entry)) for name, entry in value.items())
+    return repr(value)
