@@ -162,8 +162,8 @@ COMMANDS = {
             ),
             Option(
                 "--rounds N",
-                "cut each count of a repeat above N to N, 0 for no bound (default: counts above "
-                "10 are cut to 2)",
+                "cut each count of a repeat above N to N, 0 for no bound (default: a repeat with a "
+                "count above 10 may end after any round)",
                 whole,
             ),
             Option(

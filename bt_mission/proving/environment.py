@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import marshal
 from collections.abc import Iterable, Iterator
+from functools import cached_property, partial
 from hashlib import blake2b
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -33,6 +34,7 @@ from bt_mission.goals.ledger import Ledger
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.decorators import RepeatNode
 from bt_mission.language.nodes.leaves import PythonNode
+from bt_mission.proving.abstraction import MANY_ROUNDS, Loose, is_folded, loose_deadlines
 from bt_mission.proving.answers import AnswerSet
 from bt_mission.proving.choices import NOTHING, UNBOUNDED, Choices, Option, OutOfFaultsError, Script
 from bt_mission.proving.clients import DRAWS, AnyBehaviour, Draw, Service, Speech, Topic
@@ -45,7 +47,9 @@ from bt_mission.ros.mission_runtime import CANCEL_GRACE_NS
 
 TICK_NS = round(NS / TICK_RATE_HZ)
 START_NS = NS
+NEVER_NS = 2**62
 INTERRUPT = "Ctrl-C"
+ROUNDS_OF_CUT = 2
 
 _WAITING = (Wait, Timeout, Retry, Finally, ServiceLeaf, PublishLeaf, WaitFor)
 """The nodes with a limit of their own, goals apart."""
@@ -56,9 +60,14 @@ node, None for the limits of ledger, followed variables and servers."""
 
 
 class BoundedRepeat(Repeat):
-    """A repeat whose count is cut to a bound; one with a condition is left as it is."""
+    """A repeat whose count is bounded; one with a condition keeps its rounds.
+
+    A large count is open, so that it may end after any round. It is cut instead where a bound
+    is given, and where rounds compute values.
+    """
 
     _environment: Environment
+    _is_open = False
 
     def setup(self, **kwargs: Any) -> None:
         """Take the environment."""
@@ -68,11 +77,26 @@ class BoundedRepeat(Repeat):
     def enter(self) -> Status | None:
         """Cut the count at entry."""
         status = super().enter()
-        most, count = self._environment.most_rounds, self._count
+        environment, count = self._environment, self._count
+        most = MANY_ROUNDS if environment.rounds is None else environment.rounds
         if most and count and count > most and not self._node.settings.has_condition:
-            self._environment.cut[self.name] = count
-            self._count = self._environment.rounds
+            if environment.rounds is None and is_folded(self):
+                environment.opened[self.name] = count
+                self._count, self._is_open = None, True
+            else:
+                environment.cut[self.name] = count
+                self._count = environment.rounds or ROUNDS_OF_CUT
         return status
+
+    def _after_round(self) -> Status:
+        """Choose whether it was the last round."""
+        if self._is_open and self._environment.choices.choose(self._last_or_not):
+            self._count, self._is_open = self._done, False
+        return super()._after_round()
+
+    @cached_property
+    def _last_or_not(self) -> tuple[Option, ...]:
+        return NOTHING, Option(f"'{self.name}' has done its rounds")
 
 
 class _Draws(dict[str, Generator]):
@@ -126,8 +150,8 @@ class Environment:
         answers: Which answers are considered.
         faults: How many faults may happen on a way; infinite for no bound.
         has_interrupts: May Ctrl-C come at any time, once?
-        rounds: Counts of `repeat` above it are cut to it; 0 for no bound. None cuts those above 10
-            to 2.
+        rounds: Counts of `repeat` above it are cut to it; 0 for no bound. None opens those
+            above 10.
     """
 
     def __init__(
@@ -140,9 +164,11 @@ class Environment:
         rounds: int | None = None,
     ) -> None:
         self.mission = mission
-        self.most_rounds, self.rounds = (10, 2) if rounds is None else (rounds, rounds)
+        self.rounds = rounds
         self.cut: dict[str, int] = {}
         """The counts that were cut, by the name of the node."""
+        self.opened: dict[str, int] = {}
+        """The counts that are open, by the name of the node."""
         self.answers = answers or AnswerSet()
         self.choices = Choices(faults)
         self.cases = ValueCases(mission)
@@ -172,6 +198,9 @@ class Environment:
         self._scopes = [self.scope, *(node.inner for node in nodes if isinstance(node, Subtree))]
         self._limited = {node: _words_of(node) for node in nodes if isinstance(node, _WAITING)}
         """The nodes with a limit of their own, and the words for it."""
+        loose = loose_deadlines(nodes, self._evaluators)
+        self._loose = {node: self._limited.pop(node) for node in loose}
+        """The nodes with an abstract deadline, and the words for it."""
         self._limit_words = {
             (leaf, name): f"'{leaf.name}' {words}"
             for leaf in self._action_leaves
@@ -205,6 +234,14 @@ class Environment:
     def now_ns(self) -> int:
         """The time, ns."""
         return self._moment.now_ns
+
+    @property
+    def abstracted(self) -> Iterator[str]:
+        """The loops and deadlines that are abstract, as text."""
+        for name, count in self.opened.items():
+            yield f"'{name}' may end after any of its {count:,} rounds"
+        for node in self._loose:
+            yield f"'{node.name}' may be over at any tick"
 
     # ---- for the leaves ---------------------------------------------------------------------
 
@@ -352,8 +389,15 @@ class Environment:
             yield from topic.questions()
         for leaf in self._any_behaviours:
             yield from leaf.questions()
+        for node, words in self._loose.items():
+            if node.status is Status.RUNNING:
+                yield NOTHING, Option(words, 0, partial(self._meet, node))
         if self._moment.may_interrupt and self.executive.status is MissionStatus.RUNNING:
             yield NOTHING, Option(INTERRUPT, 0, self._interrupt)
+
+    def _meet(self, node: Loose) -> None:
+        """Have an abstract deadline met by the next tick."""
+        node._until_ns = self.now_ns + TICK_NS  # noqa: SLF001
 
     def _interrupt(self) -> None:
         self._moment.may_interrupt = False
@@ -391,6 +435,9 @@ class Environment:
         for server in self._goal_servers.values():
             server.beat()
         self.executive.tick()
+        for node in self._loose:
+            if node.status is Status.RUNNING:
+                node._until_ns = NEVER_NS  # noqa: SLF001
         for server in self._goal_servers.values():
             server.settle()
             server.adopt(self._action_leaves)
@@ -480,7 +527,7 @@ class Environment:
     @property
     def silent_leaves(self) -> list[Behaviour]:
         """The leaves that wait for a server for which no limit is set at all."""
-        if self._moment.limits:
+        if self._moment.limits or any(node.status is Status.RUNNING for node in self._loose):
             return []
         waiting: list[Behaviour] = [
             leaf

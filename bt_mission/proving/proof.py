@@ -12,7 +12,7 @@ from bt_mission.language.mission import Mission
 from bt_mission.proving.answers import AnswerSet
 from bt_mission.proving.choices import UNBOUNDED, Script
 from bt_mission.proving.claims import PROPERTIES, Broken, Claims, name_of
-from bt_mission.proving.environment import Environment
+from bt_mission.proving.environment import ROUNDS_OF_CUT, Environment
 from bt_mission.proving.explorer import Bounds, Explored, Progress, explore, replay
 
 USUAL_FAULTS = 2
@@ -26,8 +26,8 @@ class ProofOptions:
 
     Attributes:
         faults: Most faults on a way; infinite for no bound.
-        rounds: Counts of `repeat` above it are cut to it; 0 for no bound. None cuts those above 10
-            to 2.
+        rounds: Counts of `repeat` above it are cut to it; 0 for no bound. None opens those
+            above 10.
     """
 
     faults: float = USUAL_FAULTS
@@ -93,6 +93,8 @@ class Proof:
         failures: The reasons for which it fails on some way: the outcomes that end the mission.
         never_entered: Nodes that no way enters within the bound on faults.
         requirements: The names of its requirements, which are not looked at.
+        abstracted: Loops that may end after any round, and deadlines that may be met at any tick.
+            A finding may need a run that real time rules out.
     """
 
     mission: str
@@ -107,6 +109,7 @@ class Proof:
     failures: tuple[str, ...]
     never_entered: tuple[str, ...]
     requirements: tuple[str, ...]
+    abstracted: tuple[str, ...] = ()
     is_interrupted: bool = False
 
     def as_dict(self) -> dict[str, Any]:
@@ -123,6 +126,7 @@ class Proof:
             "findings": [entry.as_dict() for entry in self.findings],
             "ends_mission": list(self.failures),
             "never_entered": list(self.never_entered),
+            "abstracted": list(self.abstracted),
             "not_considered": [f"requirement {name}" for name in self.requirements],
         }
 
@@ -132,6 +136,7 @@ class Proof:
         counts = f"{counted(self.states, 'state')}, {counted(self.paths, 'end')}"
         lines = [f"{self.mission}: {counts}, for all runs with {bound} {faults}"]
         lines += [f"  not exhaustive: {why}" for why in self.why_not]
+        lines += [f"  abstract: {text}" for text in self.abstracted]
         lines += [f"  proved: {name}: {PROPERTIES[name]}" for name in self.proved]
         lines += [f"  not violated: {name}: {PROPERTIES[name]}" for name in self.not_violated]
         lines += [f"  never entered: '{name}'" for name in self.never_entered]
@@ -169,7 +174,8 @@ def prove(
         findings += _dead_nodes(mission, options, elapsed_s, on_progress)
     why_not = [explored.why_not] if explored.why_not else []
     why_not += [
-        f"'{name}' is repeated {environment.rounds} times instead of {count:,} (--rounds)"
+        f"'{name}' is repeated {environment.rounds or ROUNDS_OF_CUT} times instead of {count:,} "
+        "(--rounds)"
         for name, count in environment.cut.items()
     ]
     if environment.cases.sampled:
@@ -193,6 +199,7 @@ def prove(
         failures=tuple(claims.failures),
         never_entered=never,
         requirements=tuple(entry.name for entry in mission.requirements),
+        abstracted=tuple(environment.abstracted),
         is_interrupted=explored.why_not == "interrupted",
     )
 

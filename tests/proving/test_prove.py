@@ -9,7 +9,7 @@ from bt_mission.proving.answers import parse_answers
 from bt_mission.proving.explorer import Bounds
 from bt_mission.proving.proof import Proof, ProofOptions, prove
 from bt_mission.sessions.load import load
-from tests.support.brute_force import enumerated, explored, small_mission
+from tests.support.brute_force import enumerated, explored, looping_mission, small_mission
 from tests.support.project import ROOT
 
 TURN = "{turn: {angle: 90}, timeout: 9}"
@@ -189,11 +189,47 @@ def test_a_clean_up_runs_behind_every_interrupt() -> None:
     assert "interrupt" in proof.proved
 
 
-def test_a_long_repeat_is_cut_and_said_so() -> None:
-    """Then the exploration is not exhaustive."""
+def test_a_long_repeat_may_end_after_any_round() -> None:
+    """Its rounds are alike, so that the exploration is exhaustive."""
     proof = proof_of(f"  repeat: {{count: 100}}\n  do: {TURN}", faults=0)
+    assert proof.exhaustive
+    assert proof.abstracted == ("'m' may end after any of its 100 rounds",)
+
+
+def test_a_repeat_is_cut_to_a_bound_and_said_so() -> None:
+    """Then the exploration is not exhaustive."""
+    proof = proof_of(f"  repeat: {{count: 100}}\n  do: {TURN}", faults=0, rounds=3)
     assert not proof.exhaustive
+    assert proof.why_not == ("'m' is repeated 3 times instead of 100 (--rounds)",)
+
+
+def test_a_long_repeat_that_computes_is_cut() -> None:
+    """Its rounds are not alike."""
+    tree = "  repeat: {count: 100}\n  do: {set: {n: 1}}"
+    proof = proof_of(tree, faults=0)
     assert proof.why_not == ("'m' is repeated 2 times instead of 100 (--rounds)",)
+
+
+def test_a_deadline_beside_a_long_loop_may_be_met_at_any_tick() -> None:
+    """The loop takes any time, so the state does not hold how much is left."""
+    tree = f"  parallel:\n    - wait: 90\n    - repeat: {{count: 1000}}\n      do: {TURN}"
+    proof = proof_of(f"{tree}\n  succeed_when: any", faults=1)
+    assert proof.exhaustive
+    assert "'wait' may be over at any tick" in proof.abstracted
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_is_abstract_finds_all_that_exact_time_finds(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where every loop is long, the ends and findings of exact counts and times are among those."""
+    mission = looping_mission(seed)
+    exact = explored(mission, 1)
+    monkeypatch.setattr("bt_mission.proving.abstraction.MANY_ROUNDS", 1)
+    monkeypatch.setattr("bt_mission.proving.environment.MANY_ROUNDS", 1)
+    abstract = explored(mission, 1)
+    assert exact.ends <= abstract.ends
+    assert exact.broken <= abstract.broken
 
 
 def test_a_budget_ends_the_exploration() -> None:

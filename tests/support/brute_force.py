@@ -104,6 +104,24 @@ def small_mission(seed: int) -> Mission:
     return load(HEAD + "\n".join(lines) + "\n")
 
 
+def looping_mission(seed: int) -> Mission:
+    """Return a random mission in which a deadline runs while a loop of three rounds turns."""
+    draw = random.Random(seed)
+    limit = draw.choice((0.1, 0.25, 0.4))
+    is_beside = draw.random() < 0.5
+    lines = (
+        [f"  parallel:\n    - wait: {limit}\n    -"]
+        if is_beside
+        else [f"  timeout: {limit}\n  do:"]
+    )
+    depth = 3 if is_beside else 2
+    pad = "  " * depth
+    body = _Writer(draw).node(depth + 1, draw.randint(1, 3))
+    lines += [f"{pad}repeat: {{count: 3}}", f"{pad}do:", *body]
+    lines += [f"  succeed_when: {draw.choice(('any', 'all'))}"] if is_beside else []
+    return load(HEAD + "\n".join(lines) + "\n")
+
+
 class _Writer:
     def __init__(self, draw: random.Random) -> None:
         self._draw = draw

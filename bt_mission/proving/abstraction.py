@@ -1,0 +1,75 @@
+"""Which loops and deadlines are abstract: those whose counts and instants do not tell states apart.
+
+A loop is long when its number of rounds is unknown or large. It may end after any round. A
+deadline that runs while a long loop turns may be met at any tick, because the time that the loop
+takes is not bounded. All runs are among those that are explored. Some that are explored may not
+exist, such as one in which a deadline is met earlier than it can be.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TypeAlias
+
+from py_trees.behaviour import Behaviour
+
+from bt_mission.behaviours.control import Parallel, Timeout
+from bt_mission.behaviours.decorators import Repeat, Retry
+from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.behaviours.leaves import Set, Wait
+from bt_mission.behaviours.runtime import MissionFailure
+from bt_mission.language.expressions.expression import draws
+from bt_mission.language.nodes.fields import TIMES
+
+MANY_ROUNDS = 10
+"""A loop with more rounds is long."""
+
+Loose: TypeAlias = Wait | Timeout
+"""A node with an abstract deadline."""
+
+
+def loose_deadlines(
+    nodes: Iterable[Behaviour], evaluators: Mapping[Behaviour, Evaluator]
+) -> list[Loose]:
+    """Return the nodes whose deadlines run while a long loop turns."""
+    nodes = list(nodes)
+    long = {node for node in nodes if rounds_of(node, evaluators) > MANY_ROUNDS}
+    return [
+        node
+        for node in nodes
+        if isinstance(node, Wait | Timeout) and any(other in long for other in _meanwhile(node))
+    ]
+
+
+def rounds_of(node: Behaviour, evaluators: Mapping[Behaviour, Evaluator]) -> float:
+    """Return the most rounds of a loop, infinite if that is not known; 0 for another node."""
+    if not isinstance(node, Repeat | Retry):
+        return 0
+    values = evaluators[node]
+    settings = values.node.settings
+    count = settings.count if isinstance(node, Repeat) else settings.attempts
+    if count is None or draws(count):
+        return math.inf
+    try:
+        return values.number(count, TIMES)
+    except MissionFailure:  # it depends on variables that have no value yet
+        return math.inf
+
+
+def is_folded(node: Repeat) -> bool:
+    """May the rounds of a loop be taken as alike? Not where they compute values."""
+    return not any(isinstance(inner, Set) for inner in node.iterate())
+
+
+def _meanwhile(node: Loose) -> Iterator[Behaviour]:
+    """Yield the nodes that may run while a deadline runs."""
+    if isinstance(node, Timeout):
+        yield from node.iterate()
+    child: Behaviour = node
+    while child.parent is not None:
+        if isinstance(child.parent, Parallel):
+            for sibling in child.parent.children:
+                if sibling is not child:
+                    yield from sibling.iterate()
+        child = child.parent
