@@ -87,6 +87,12 @@ def declared() -> Mapping[str, DeclaredAction]:
     return actions
 
 
+def moves_base(action: str) -> bool:
+    """Return whether an action drives the base, by its ROS name in any namespace."""
+    known = declared().get(action.rpartition("/")[2])
+    return known is not None and known.known.moves_base
+
+
 def _literals(call: str) -> dict[str, Any]:
     """Return the arguments of a declaration that are for missions."""
     expression: Any = ast.parse(call, mode="eval").body

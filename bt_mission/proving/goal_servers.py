@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.evaluator import Evaluator
-from bt_mission.core.actions import declared
+from bt_mission.core.actions import moves_base
 from bt_mission.goals.attempt import SERVER_CHECK_NS
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
 from bt_mission.proving.answers import ANSWERS, ROWS, Answer, AnswerSet
@@ -84,8 +84,7 @@ class GoalServer:
         self._type = action_type(type_name)
         self._choices, self._answers, self._cases = choices, answers, cases
         self._evaluator_of, self._now_ns = evaluator_of, now_ns
-        known = declared().get(name.strip("/"))
-        self.moves_base = known is not None and known.known.moves_base
+        self.moves_base = moves_base(name)
         self._requests, self._results_of = Known(), Known()
         self._words = Known({row.name: f"{name} {row.words}" for row in ROWS if row.words})
         self.goals: list[ServedGoal] = []

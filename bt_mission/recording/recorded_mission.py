@@ -10,6 +10,7 @@ from typing import Any
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import HALTED, ActionLeaf
+from bt_mission.core.actions import moves_base
 from bt_mission.core.diagnostics import quoted
 from bt_mission.events.events import (
     FINAL,
@@ -61,7 +62,8 @@ class RecordedMission:
         self._seen: defaultdict[int, set[Status]] = defaultdict(set)
         """Statuses that nodes have had since the last instant."""
         self._collisions: int | None = None
-        self._open: set[str] = set()
+        self._open: dict[str, str] = {}
+        """The actions of goals that have not ended."""
         self._sent: dict[str, str] = {}
         """Goals that no leaf has yet, by the names of their leaves."""
         self._goals: dict[int, str] = {}
@@ -85,6 +87,7 @@ class RecordedMission:
             return "the recording has no trace of the mission"
         makers: Mapping[str, Callable[..., Reader | str]] = {
             "open_goals": lambda: lambda: len(self._open),
+            "goals_at_base": lambda: lambda: sum(map(moves_base, self._open.values())),
             "collisions": self._count_collisions,
             "outcome": self._outcome,
             "feedback": self._feedback_of,
@@ -128,12 +131,12 @@ class RecordedMission:
             case PoseSampled():
                 self._collisions = event.collisions
             case GoalChanged(id=goal, change="sent"):
-                self._open.add(goal)
+                self._open[goal] = event.action
                 self._sent[event.owner] = goal
             case GoalChanged(id=goal, change="found again"):
-                self._open.add(goal)
+                self._open[goal] = event.action
             case GoalChanged(id=goal, change="ended"):
-                self._open.discard(goal)
+                self._open.pop(goal, None)
                 if event.state != "rejected":
                     self._ended_accepted.add(goal)
             case StateChanged(status=status):

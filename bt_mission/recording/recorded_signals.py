@@ -39,7 +39,17 @@ from bt_mission.sessions.stage_signals import OF_STATE, RecordedTruth
 
 BY_ODOMETRY = ("speed", "turn_rate", "distance")
 """Signals that are true in a simulation, and measured by the robot elsewhere."""
-MISSION = ("$", "open_goals", "feedback", "accepted", "outcome", "running", "succeeded", "failed")
+MISSION = (
+    "$",
+    "open_goals",
+    "goals_at_base",
+    "feedback",
+    "accepted",
+    "outcome",
+    "running",
+    "succeeded",
+    "failed",
+)
 MOST_BYTES = 100_000_000
 """Of the model of a simulation."""
 _OF_TOPICS: Mapping[str, tuple[str, Callable[[Any], Any]]] = {

@@ -12,6 +12,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.core.actions import moves_base
 from bt_mission.core.diagnostics import quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.geometry import yaw_of
@@ -181,6 +182,7 @@ class LiveSignals:
             "$": self._variable,
             "time": lambda: self._time,
             "open_goals": lambda: lambda: len(self._runner.ledger.open_goals),
+            "goals_at_base": lambda: self._goals_at_base,
             "feedback": self._feedback,
             "accepted": self._accepted,
             "outcome": self._outcome,
@@ -272,6 +274,10 @@ class LiveSignals:
             return None if isinstance(current, NoValue) else current
 
         return value
+
+    def _goals_at_base(self) -> int:
+        goals = self._runner.ledger.open_goals
+        return sum(moves_base(goal.goal_client.name) for goal in goals)
 
     def _feedback(self, node: str, field: str) -> Reader:
         leaves = [behaviour for behaviour in self._named[node] if isinstance(behaviour, ActionLeaf)]

@@ -46,6 +46,7 @@ requirements:
   keeps off: always nearest != "wall" or clearance > 0.2
   knows its way: always abs(x - odometry.x) < 5 and distance < 3
   has one goal: always open_goals <= 1
+  has one goal at the base: always goals_at_base <= 1
   has charge: always battery > 99.9 and scan_clearance > 0.2
   hears: always age("odom") < 0.05 and topic("imu", "angular_velocity.z") < 2
   turns calmly: 'whenever turn_rate > 1: turn_rate < 0.5 within 0.2 s'
@@ -285,6 +286,7 @@ def test_a_cut_recording_never_lies(tmp_path: Path) -> None:
         "eventually within 60 s: distance > 100",
         "whenever succeeded('drive'): eventually within 3 s: succeeded('turn away')",
         "never open_goals > 1",
+        "never goals_at_base > 1",
     )
     whole = recording().read_bytes()
     reported = {judged.name: judged for judged in verify(recording(), *formulas).results}

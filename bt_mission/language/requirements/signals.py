@@ -94,6 +94,12 @@ SIGNALS: Mapping[str, Signal] = {
     "open_goals": Signal(
         "goals that were sent and have not ended", "integer", range=_POSITIVE, known_by="mission"
     ),
+    "goals_at_base": Signal(
+        "goals that drive the base, were sent and have not ended",
+        "integer",
+        range=_POSITIVE,
+        known_by="mission",
+    ),
     "accepted": Signal(
         "the server has accepted a node's newest goal",
         "bool",
