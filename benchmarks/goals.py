@@ -29,7 +29,7 @@ from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import TICK_RATE_HZ, MissionRunner, RunnerOptions
 from bt_mission.sessions.load import load
-from bt_mission.testing.scripted_server import ScriptedServer
+from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.virtual_time import VirtualTimeExecutor
 
 TURN = "bt_mission_interfaces/action/Turn"

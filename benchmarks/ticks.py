@@ -41,7 +41,7 @@ from bt_mission.ros.journal import open_journal
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.ros.status_publisher import CHANGES
 from bt_mission.sessions.load import load
-from bt_mission.testing.scripted_server import ScriptedServer
+from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.virtual_time.discovery import wait_for_matching
 
 WIDTH = 10

@@ -222,7 +222,7 @@ class FaultPlan:
         node = self._run.node
         full = node.resolve_topic_name(ACTION_NAMES[name].name if name in ACTION_NAMES else name)
         known = {node.resolve_topic_name(one.name) for one in ACTION_NAMES.values()}
-        known |= set(self._run.servers.actions)
+        known |= {*self._run.servers.actions, *self._target.scripted}
         if full not in known:
             raise no_such("action", full, sorted(known))
 

@@ -10,6 +10,7 @@ from rclpy.node import Node
 from bt_mission.executive.executive import Executive
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.fault import FaultInstance, PlayedServer
+from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.sessions.stage import Stage
 from bt_mission.sessions.stage_robot import StageRun
 
@@ -25,15 +26,11 @@ class StageTarget:
         self.robot_run = robot_run
         self.faults: list[FaultInstance] = []
         self.errors: list[Exception] = []
-
-    @property
-    def scripted(self) -> Mapping[str, PlayedServer]:
-        """None: no test is here to play a server."""
-        return {}
+        self.scripted = scripted_on(stage)
 
     def make_node(self, name: str) -> Node:
-        """Refuse, as nothing is scripted."""
-        raise ScenarioError(f"no test is there that could have a node '{name}'")
+        """Return a new node for a scripted server."""
+        return self.stage.make_node(name)
 
     def find(self, name: str) -> Behaviour:
         """Return the node of this name, or at this path. Raises ScenarioError."""
@@ -44,6 +41,16 @@ class StageTarget:
         self.errors.append(error)
         for run in self.stage.runs:
             run.executive.interrupt(f"a fault could not be made: {error}")
+
+
+def scripted_on(stage: Stage) -> Mapping[str, PlayedServer]:
+    """Return the servers that a scenario scripts, by the full names of their actions."""
+    servers = {}
+    for node in stage.clock.get_nodes():
+        server = getattr(node, "server", None)
+        if isinstance(server, ScriptedServer):
+            servers[node.resolve_topic_name(server.name)] = server
+    return servers
 
 
 def find_node(executive: Executive, name: str) -> Behaviour:

@@ -3,6 +3,7 @@
 - ``scenario``: :class:`Scenario`, and what a run of it came to
 - ``file``: what stands in a scenario file
 - ``faults``: its faults and obstacles, as text or as mappings
+- ``servers``: its scripted action servers
 - ``loader``: from a file to a scenario, or every error in it
 - ``run``: carries a scenario out
 - ``schema``: the JSON Schema for editors

@@ -13,6 +13,7 @@ from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.base import Written
 from bt_mission.language.requirements.written import Requirements
 from bt_mission.scenarios.scenario import LIMIT_S
+from bt_mission.scenarios.servers import WrittenServers
 
 
 def _pattern(text: str) -> str:
@@ -81,6 +82,7 @@ class ScenarioFile(Written):
     nature: WrittenNature | None = None
     obstacles: WrittenObstacles = []
     faults: WrittenFaults = []
+    servers: WrittenServers = {}
     requirements: Requirements = {}
     observe: fields.Observe | None = None
     limit: Annotated[float, fields.in_unit("s"), Field(gt=0, le=100_000)] = LIMIT_S

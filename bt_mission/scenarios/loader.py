@@ -20,6 +20,7 @@ from bt_mission.language.requirements.written import requirements_of
 from bt_mission.scenarios.faults import FaultReader
 from bt_mission.scenarios.file import ScenarioFile
 from bt_mission.scenarios.scenario import Expectation, Scenario
+from bt_mission.scenarios.servers import ServersReader
 from bt_mission.sessions.check import has_camera
 from bt_mission.sessions.goal_checks import OUR_SERVERS, ServerSettings
 from bt_mission.sessions.named_files import NamedFiles, zones_of
@@ -100,6 +101,9 @@ class _Loader:
             self._diagnostics += factory_diagnostics(nodes, self._changes.permissions)
             mission = replace(mission, nodes=(*mission.nodes, *nodes))
             self._check_names(mission, written, made)
+            servers = ServersReader(document, mission)
+            scripts = tuple(servers.read(written.servers))
+            self._diagnostics += servers.diagnostics
             self._check_cameras(mission, made)
         if mission is None or any(one.severity == "error" for one in self._diagnostics):
             return None, in_order(self._diagnostics)
@@ -115,6 +119,7 @@ class _Loader:
             start=None if start is None else (start.x, start.y, start.yaw),
             nature=written.nature,
             faults=tuple(made.faults),
+            servers=scripts,
             expect=_expectation(written),
             limit=written.limit,
             document=document,

@@ -18,6 +18,7 @@ from bt_mission.faults.located import WrittenFault
 from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.mission import Mission
 from bt_mission.requirements.monitor import RequirementResult
+from bt_mission.scenarios.servers import ServerScript
 from bt_mission.sessions.stage_robot import StageOptions
 from sim.robot.fit import SpawnError
 from sim.world.world import World
@@ -64,6 +65,7 @@ class Scenario:
         nature: Instead of the mission's; None is that.
         world: Instead of the mission's; None is that.
         faults: Obstacles included, which appear at 0 s.
+        servers: Instead of ours.
         limit: The mission is interrupted at this time, s since the start.
     """
 
@@ -74,6 +76,7 @@ class Scenario:
     start: tuple[float, float, float] | None = None
     nature: Nature | None = None
     faults: tuple[WrittenFault, ...] = ()
+    servers: tuple[ServerScript, ...] = ()
     expect: Expectation = Expectation()
     limit: float = LIMIT_S
     document: Document = field(repr=False, compare=False, kw_only=True)
@@ -87,7 +90,11 @@ class Scenario:
     def stage_options(self) -> StageOptions:
         """How its stage is set up."""
         return StageOptions(
-            world=self.world, start=self.start, nature=self.nature, props=MOST_OBSTACLES
+            world=self.world,
+            start=self.start,
+            nature=self.nature,
+            props=MOST_OBSTACLES,
+            nodes=tuple(server.make for server in self.servers),
         )
 
     @contextmanager

@@ -13,11 +13,11 @@ from bt_mission.core.lazy import lazy_names
 if TYPE_CHECKING:
     from bt_mission.faults import FaultInstance, Faults
     from bt_mission.faults.errors import ScenarioError
+    from bt_mission.sessions.scripted_server import ScriptedGoal, ScriptedServer
     from bt_mission.testing.history import GoalLife, Recorded
     from bt_mission.testing.live_graph import LiveGraph, Process
     from bt_mission.testing.moment import Moment, NodeView
     from bt_mission.testing.run import NeverHeldError, Run
-    from bt_mission.testing.scripted_server import ScriptedGoal, ScriptedServer
     from bt_mission.testing.stages import Stages
 
 __all__ = [
@@ -51,8 +51,8 @@ __getattr__ = lazy_names(
         "Recorded": "bt_mission.testing.history",
         "Run": "bt_mission.testing.run",
         "ScenarioError": "bt_mission.faults.errors",
-        "ScriptedGoal": "bt_mission.testing.scripted_server",
-        "ScriptedServer": "bt_mission.testing.scripted_server",
+        "ScriptedGoal": "bt_mission.sessions.scripted_server",
+        "ScriptedServer": "bt_mission.sessions.scripted_server",
         "Stages": "bt_mission.testing.stages",
     },
 )

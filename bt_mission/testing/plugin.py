@@ -20,8 +20,8 @@ from bt_mission.testing.seed_hooks import SeedHooks
 
 if TYPE_CHECKING:
     from bt_mission.language.mission import Mission
+    from bt_mission.sessions.scripted_server import ScriptedServer
     from bt_mission.testing.live_graph import LiveGraph
-    from bt_mission.testing.scripted_server import ScriptedServer
     from bt_mission.testing.stages import Stages
 
 

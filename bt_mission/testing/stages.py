@@ -22,6 +22,7 @@ from bt_mission.faults import Faults, PlannedFault, parse_fault
 from bt_mission.faults.errors import ScenarioError, no_such
 from bt_mission.faults.located import planned_in
 from bt_mission.faults.plan import FaultPlan
+from bt_mission.faults.targets import scripted_on
 from bt_mission.faults.world import MOST_OBSTACLES
 from bt_mission.language.action_names import ACTION_NAMES
 from bt_mission.language.expressions.values import Plain
@@ -31,10 +32,10 @@ from bt_mission.scenarios.loader import load_scenario
 from bt_mission.scenarios.run import stop_at
 from bt_mission.scenarios.scenario import Scenario, ScenarioResult
 from bt_mission.sessions.check import examine
+from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.testing.failure_recording import FailureRecording
 from bt_mission.testing.options import MOST_RUNS
 from bt_mission.testing.run import Run
-from bt_mission.testing.scripted_server import ScriptedServer
 
 
 class Stages:
@@ -250,7 +251,8 @@ class Stages:
             without=tuple(name.strip("/") for name in self.scripted),
             **{"props": MOST_OBSTACLES, "default_nature": self.nature, **options},
         )
-        made.scripted, made.make_node = self.scripted, self.node
+        made.scripted = {**self.scripted, **scripted_on(made.stage)}
+        made.make_node = self.node
         for server in self.scripted.values():
             made.stage.add_node(server.node)
         if self._replay is not None:
@@ -281,7 +283,8 @@ class Stages:
 
 def scenario_options(scenario: Scenario) -> dict[str, Any]:
     """Return what a scenario says of its stage."""
-    return {"world": scenario.world, "start": scenario.start, "nature": scenario.nature}
+    options = scenario.stage_options
+    return {name: getattr(options, name) for name in ("world", "start", "nature", "nodes")}
 
 
 def _nature(written: str | Mapping[str, float] | Nature) -> Nature:

@@ -13,7 +13,7 @@ from std_msgs.msg import Int32
 from std_srvs.srv import SetBool
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.testing.scripted_server import ScriptedServer
+from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.virtual_time import Answer, Delivery, Gate, Passing, Side
 
 S = 1_000_000_000

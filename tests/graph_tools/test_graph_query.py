@@ -10,7 +10,7 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
 from bt_mission.graph_tools import graph_query
-from bt_mission.testing.scripted_server import ScriptedServer
+from bt_mission.sessions.scripted_server import ScriptedServer
 
 
 @pytest.fixture

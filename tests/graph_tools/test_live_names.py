@@ -10,7 +10,7 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool
 
 from bt_mission.graph_tools.graph_query import LIVE_LOOK_S, LIVE_QUIET_S
-from bt_mission.testing.scripted_server import ScriptedServer
+from bt_mission.sessions.scripted_server import ScriptedServer
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from bt_mission.graph_tools.form_fields import example
 from bt_mission.graph_tools.interface_description import describe_interface
 from bt_mission.graph_tools.values import read_fields
 from bt_mission.language.action_names import ACTION_NAMES
-from bt_mission.testing.scripted_server import ScriptedServer
+from bt_mission.sessions.scripted_server import ScriptedServer
 from tests.support.graph import TURN
 
 

@@ -14,8 +14,8 @@ from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.sessions.load import load
 from bt_mission.sessions.mission_server import MissionServer, MissionServerOptions
+from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.sessions.served_missions import ServedMissions
-from bt_mission.testing.scripted_server import ScriptedServer
 from tests.support.rig import Rig
 
 S = 1_000_000_000

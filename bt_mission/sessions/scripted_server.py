@@ -1,4 +1,4 @@
-"""An action server that a test plays, move by move.
+"""An action server that a test or a scenario plays, move by move.
 
 It is made of the three services and two topics that an action consists of, not of rclpy's action
 server: so it can also do what a sound server never does, such as end a goal with a status that is
@@ -49,6 +49,11 @@ class ScriptedGoal:
     def reject(self) -> None:
         """Answer the goal: rejected."""
         self.answer(accepted=False)
+
+    @property
+    def has_ended(self) -> bool:
+        """Has the server ended it?"""
+        return bool(self._end.done())
 
     def answer(self, *, accepted: bool) -> None:
         """Answer the goal."""
@@ -115,7 +120,7 @@ class ScriptedServer:
         self.cancels = cancels
         self.goals: list[ScriptedGoal] = []
         self._by_id: dict[bytes, ScriptedGoal] = {}
-        self._name = name
+        self.name = name
         self.offer(node)
 
     def offer(self, node: Node) -> None:
@@ -123,7 +128,7 @@ class ScriptedServer:
         self.node = node
         impl, qos = self.type.Impl, QoSProfile(depth=DEPTH)
         at_once = ReentrantCallbackGroup()  # an answer that waits holds up no other
-        name = self._name
+        name = self.name
         for service, part, callback in (
             (impl.SendGoalService, "send_goal", self._on_goal),
             (CancelGoal, "cancel_goal", self._on_cancel),
@@ -156,12 +161,19 @@ class ScriptedServer:
         """Know no goal any more, as after a restart."""
         self._by_id.clear()
 
+    def on_goal(self, goal: ScriptedGoal) -> None:
+        """Answer a goal by habit."""
+        if self.accepts is not None:
+            goal.answer(accepted=self.accepts)
+
+    def on_cancel(self, goal: ScriptedGoal) -> None:
+        """A cancel request waits for an answer."""
+
     async def _on_goal(self, request: Any, answer: Any) -> Any:
         goal = ScriptedGoal(self, request.goal, bytes(request.goal_id.uuid))
         self.goals.append(goal)
         self._by_id[goal.id] = goal
-        if self.accepts is not None:
-            goal.answer(accepted=self.accepts)
+        self.on_goal(goal)
         answer.accepted = await goal._answer  # noqa: SLF001
         return answer
 
@@ -175,6 +187,7 @@ class ScriptedServer:
         if taken is None:
             waiting = Future()
             goal._cancel_answers.append(waiting)  # noqa: SLF001
+            self.on_cancel(goal)
             answer.return_code, taken = await waiting
         elif taken:
             goal.cancel()
