@@ -72,8 +72,8 @@ class ScriptedGoal:
             taken: Is the goal among those that are canceling?
         """
         waiting, self._cancel_answers = self._cancel_answers, []
-        for one in waiting:
-            one.set_result((return_code, taken))
+        for answer in waiting:
+            answer.set_result((return_code, taken))
 
     def succeed(self, **fields: Any) -> None:
         """End it: succeeded, with these fields of the result."""
