@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from bt_mission.cli.argument_types import count, whole
 from bt_mission.cli.check import permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
-from bt_mission.cli.options import JSON, MISSION, NO_PYTHON, ROBOT, SET, mission_file
+from bt_mission.cli.options import JSON, MISSION, NO_PYTHON, REQUIRE, ROBOT, SET, mission_file
 from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import kind_of
@@ -29,6 +29,8 @@ examples:
   bt-mission prove mine.yaml --answers usual,turn:reject,*:late
                                                 turn rejects no goal, and every server is in time
   bt-mission prove mine.yaml --with interrupts  Ctrl-C may come at any time
+  bt-mission prove mine.yaml --require order.yaml
+                                                and the requirements of a file
   bt-mission prove mine.yaml --budget 20000     at most so many states; 30s ends it after 30 s
 
 exit codes: 0 nothing was found, 1 a property does not hold, 2 bad input, 130 interrupted
@@ -43,7 +45,7 @@ def prove(options: argparse.Namespace) -> int:
     if kind_of(mission_file(options)) != "mission":
         raise BtMissionError(f"{options.file}: prove takes a mission, not a scenario or a fleet")
     mission = _checked(options)
-    proof = _proved(mission, _proof_options(options), is_quiet=options.json)
+    proof = _proved(mission, _proof_options(options, mission), is_quiet=options.json)
     print(json.dumps(proof.as_dict()) if options.json else proof)
     if proof.is_interrupted:
         return INTERRUPTED
@@ -70,7 +72,8 @@ def _checked(options: argparse.Namespace) -> Mission:
     return mission
 
 
-def _proof_options(options: argparse.Namespace) -> ProofOptions:
+def _proof_options(options: argparse.Namespace, mission: Mission) -> ProofOptions:
+    from bt_mission.language.checks.requirements import MissionNames, read_requirements
     from bt_mission.proving.answers import parse_answers
     from bt_mission.proving.proof import ProofOptions
 
@@ -78,6 +81,9 @@ def _proof_options(options: argparse.Namespace) -> ProofOptions:
         faults=options.faults,
         answers=parse_answers(options.answers),
         with_interrupts=options.considered == "interrupts",
+        requirements=read_requirements(
+            options.require, MissionNames(mission), {entry.name for entry in mission.requirements}
+        ),
         rounds=options.rounds,
         bounds=_bounds(options),
     )
@@ -154,6 +160,7 @@ COMMANDS = {
                 "usual,turn:reject,*:late (default: usual)",
                 default="usual",
             ),
+            REQUIRE,
             Option(
                 "--with WHAT",
                 "consider Ctrl-C at any time, too",

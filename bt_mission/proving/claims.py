@@ -21,6 +21,7 @@ PROPERTIES = {
     "unhandled": "no leaf stops the mission with its own error",
     "dead_node": "every node is entered in some run",
     "interrupt": "after Ctrl-C in any state the mission ends",
+    "requirement": "no run violates a requirement",
 }
 """In the order in which they are shown."""
 
@@ -36,6 +37,7 @@ class Broken:
         about: What it is about, such as two actions: one finding for each.
         node: The name of a node; "" where none is to blame.
         text: In a sentence.
+        requirement: The name of a requirement; "" where none is violated.
         state: Where it shows.
     """
 
@@ -44,6 +46,7 @@ class Broken:
     node: str
     text: str
     state: int
+    requirement: str = ""
 
 
 @dataclass
@@ -60,6 +63,10 @@ class Claims:
         self.entered |= environment.entered
         for name, about, node, text in _states_broken(environment):
             self._note(name, about, node, text, state)
+        for requirement in environment.requirements.violated:
+            text = f"'{requirement.name}' is violated: {requirement.text}"
+            key = ("requirement", requirement.name)
+            self.broken.setdefault(key, Broken(*key, "", text, state, requirement.name))
         if environment.is_done:
             self._check_end(environment, state)
 
@@ -69,7 +76,7 @@ class Claims:
             self._note("cleanup", name, name, f"the clean-up of '{name}' has not run", state)
         if executive.verdict is not MissionStatus.FAILURE:
             return
-        reason = executive.reason.partition("; orphaned goals")[0]
+        reason = environment.reason.partition("; orphaned goals")[0]
         self.failures.setdefault(reason, state)
         is_error = executive.root.status is Status.INVALID
         if not is_error or _RAISED.search(executive.reason):

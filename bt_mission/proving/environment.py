@@ -7,7 +7,8 @@ tick where the tree still moves, else up to the next limit.
 from __future__ import annotations
 
 import marshal
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property, partial
 from hashlib import blake2b
 from types import MappingProxyType
@@ -34,12 +35,14 @@ from bt_mission.goals.ledger import Ledger
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.decorators import RepeatNode
 from bt_mission.language.nodes.leaves import PythonNode
+from bt_mission.language.requirements.formula import Requirement
 from bt_mission.proving.abstraction import MANY_ROUNDS, Loose, is_folded, loose_deadlines
 from bt_mission.proving.answers import AnswerSet
 from bt_mission.proving.choices import NOTHING, UNBOUNDED, Choices, Option, OutOfFaultsError, Script
 from bt_mission.proving.clients import DRAWS, AnyBehaviour, Draw, Service, Speech, Topic
 from bt_mission.proving.goal_servers import GoalServer, Question
 from bt_mission.proving.memento import Keeper, Memento
+from bt_mission.proving.requirements import RequirementMonitors
 from bt_mission.proving.state_key import failed_tip, noter, values_key
 from bt_mission.proving.values import ValueCases
 from bt_mission.ros.mission_runner import TICK_RATE_HZ
@@ -48,6 +51,7 @@ from bt_mission.ros.mission_runtime import CANCEL_GRACE_NS
 TICK_NS = round(NS / TICK_RATE_HZ)
 START_NS = NS
 NEVER_NS = 2**62
+_GOAL_ID = re.compile(" goal [0-9a-f]{8}")
 INTERRUPT = "Ctrl-C"
 ROUNDS_OF_CUT = 2
 
@@ -152,6 +156,7 @@ class Environment:
         has_interrupts: May Ctrl-C come at any time, once?
         rounds: Counts of `repeat` above it are cut to it; 0 for no bound. None opens those
             above 10.
+        requirements: What is evaluated behind each tick.
     """
 
     def __init__(
@@ -162,6 +167,7 @@ class Environment:
         *,
         has_interrupts: bool = False,
         rounds: int | None = None,
+        requirements: Sequence[Requirement] = (),
     ) -> None:
         self.mission = mission
         self.rounds = rounds
@@ -171,7 +177,7 @@ class Environment:
         """The counts that are open, by the name of the node."""
         self.answers = answers or AnswerSet()
         self.choices = Choices(faults)
-        self.cases = ValueCases(mission)
+        self.cases = ValueCases(mission, requirements)
         self._moment = _Moment(may_interrupt=has_interrupts)
         self.is_stuck = False
         """Did nothing happen in the last step, and is no limit running?"""
@@ -188,6 +194,9 @@ class Environment:
         )
         root = build_tree(mission, self.scope, behaviours)
         self.executive = Executive(root, self, Trace(), 0.0, mission.name)
+        self.requirements = RequirementMonitors(
+            requirements, self.executive, self.ledger, self.scope.values
+        )
         self._see_events()
         nodes = self.executive.nodes
         self._evaluators = {
@@ -229,6 +238,7 @@ class Environment:
     def _note_entered(self, event: NodeChanged) -> None:
         if event.status is not Status.INVALID:
             self.entered.add(event.node)
+        self.requirements.take(event)
 
     @property
     def now_ns(self) -> int:
@@ -242,6 +252,11 @@ class Environment:
             yield f"'{name}' may end after any of its {count:,} rounds"
         for node in self._loose:
             yield f"'{node.name}' may be over at any tick"
+
+    @property
+    def reason(self) -> str:
+        """Why the mission has ended, without the ids of goals, which follow from their number."""
+        return _GOAL_ID.sub(" goal", self.executive.reason)
 
     # ---- for the leaves ---------------------------------------------------------------------
 
@@ -435,6 +450,7 @@ class Environment:
         for server in self._goal_servers.values():
             server.beat()
         self.executive.tick()
+        self.requirements.step(self.now_ns)
         for node in self._loose:
             if node.status is Status.RUNNING:
                 node._until_ns = NEVER_NS  # noqa: SLF001
@@ -552,7 +568,7 @@ class Environment:
     def _untimed_key(self) -> Any:
         executive = self.executive
         if executive.is_done:
-            return (str(executive.verdict), executive.reason)
+            return (str(executive.verdict), self.reason, self.requirements.key)
         tree: list[Any] = []
         self._note_tree(tree)
         held = self.ledger.open_goals
@@ -572,6 +588,7 @@ class Environment:
             tuple([topic.key for topic in self._topics.values()]),
             tuple([speech.key for speech in self._speeches.values()]),
             tuple([leaf.answer for leaf in self._any_behaviours_running]),
+            self.requirements.key,
         )
 
     def _attempt_key(self, leaf: ActionLeaf, numbers: dict[int, int]) -> Any:
@@ -629,6 +646,7 @@ class Environment:
             *self._services.values(),
             *self._topics.values(),
             *self._speeches.values(),
+            *self.requirements.kept,
         )
 
     def _dynamic(self) -> Iterator[Any]:

@@ -14,7 +14,10 @@ from typing import Any, TypeAlias
 _CONTAINERS = frozenset({list, dict, set, deque})
 
 _FIXED = frozenset(
-    {"children", "blackboards", "resets", "indices", "_paths", "evaluators", "tick_wrappers"}
+    (
+        *("children", "blackboards", "resets", "indices", "_paths", "evaluators"),
+        *("tick_wrappers", "needs_physics", "_monitors", "_read", "_ended"),
+    )
 )
 """Attributes with containers that no step changes, or that belong to another object."""
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from bt_mission.core.text import counted, escape_control
 from bt_mission.language.mission import Mission
+from bt_mission.language.requirements.formula import Requirement
 from bt_mission.proving.answers import AnswerSet
 from bt_mission.proving.choices import UNBOUNDED, Script
 from bt_mission.proving.claims import PROPERTIES, Broken, Claims, name_of
@@ -26,6 +27,7 @@ class ProofOptions:
 
     Attributes:
         faults: Most faults on a way; infinite for no bound.
+        requirements: Those besides the mission's own ones.
         rounds: Counts of `repeat` above it are cut to it; 0 for no bound. None opens those
             above 10.
     """
@@ -33,6 +35,7 @@ class ProofOptions:
     faults: float = USUAL_FAULTS
     answers: AnswerSet = field(default_factory=AnswerSet)
     with_interrupts: bool = False
+    requirements: tuple[Requirement, ...] = ()
     rounds: int | None = None
     bounds: Bounds = field(default_factory=Bounds)
 
@@ -44,7 +47,12 @@ class ProofOptions:
             self.faults if faults is None else faults,
             has_interrupts=self.with_interrupts,
             rounds=self.rounds,
+            requirements=self.all_requirements(mission),
         )
+
+    def all_requirements(self, mission: Mission) -> tuple[Requirement, ...]:
+        """Return the requirements of a mission, and those besides."""
+        return (*mission.requirements, *self.requirements)
 
 
 @dataclass(frozen=True)
@@ -54,6 +62,7 @@ class Finding:
     Attributes:
         property: One of ``PROPERTIES``.
         node: The node to blame; "" for none.
+        requirement: The requirement that is violated; "" for none.
         steps: What happens, a line for each answer.
         way: The script of each step.
     """
@@ -63,12 +72,14 @@ class Finding:
     text: str
     steps: tuple[str, ...]
     way: tuple[Script, ...] = ()
+    requirement: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
         return {
             "property": self.property,
             "node": self.node or None,
+            "requirement": self.requirement or None,
             "text": self.text,
             "steps": list(self.steps),
         }
@@ -77,6 +88,25 @@ class Finding:
         steps = [f"    {number}. {step}" for number, step in enumerate(self.steps, 1)]
         lines = [f"  {self.property}: {self.text}", *(steps or ["    at once"])]
         return "\n".join(map(escape_control, lines))
+
+
+@dataclass(frozen=True)
+class RequirementVerdict:
+    """A requirement of a mission.
+
+    Attributes:
+        verdict: ``proved``, ``violated``, ``needs physics``; ``not violated`` or ``open`` where
+            the exploration is not exhaustive.
+        why: Why it needs physics.
+    """
+
+    requirement: str
+    verdict: str
+    why: str = ""
+
+    def __str__(self) -> str:
+        why = f" ({self.why})" if self.why else ""
+        return f"{self.verdict}: requirement '{self.requirement}'{why}"
 
 
 @dataclass(frozen=True)
@@ -92,7 +122,7 @@ class Proof:
             mission with cut counts or sampled values were visited.
         failures: The reasons for which it fails on some way: the outcomes that end the mission.
         never_entered: Nodes that no way enters within the bound on faults.
-        requirements: The names of its requirements, which are not looked at.
+        requirements: Its requirements with their verdicts.
         abstracted: Loops that may end after any round, and deadlines that may be met at any tick.
             A finding may need a run that real time rules out.
     """
@@ -108,7 +138,7 @@ class Proof:
     findings: tuple[Finding, ...]
     failures: tuple[str, ...]
     never_entered: tuple[str, ...]
-    requirements: tuple[str, ...]
+    requirements: tuple[RequirementVerdict, ...]
     abstracted: tuple[str, ...] = ()
     is_interrupted: bool = False
 
@@ -127,7 +157,7 @@ class Proof:
             "ends_mission": list(self.failures),
             "never_entered": list(self.never_entered),
             "abstracted": list(self.abstracted),
-            "not_considered": [f"requirement {name}" for name in self.requirements],
+            "requirements": [asdict(entry) for entry in self.requirements],
         }
 
     def __str__(self) -> str:
@@ -141,8 +171,7 @@ class Proof:
         lines += [f"  not violated: {name}: {PROPERTIES[name]}" for name in self.not_violated]
         lines += [f"  never entered: '{name}'" for name in self.never_entered]
         lines += [f"  ends the mission: {reason}" for reason in self.failures]
-        if self.requirements:
-            lines.append(f"  not considered: {counted(len(self.requirements), 'requirement')}")
+        lines += [f"  {entry}" for entry in self.requirements]
         text = "\n".join(map(escape_control, lines))
         return "\n".join([text, *map(str, self.findings)])
 
@@ -183,6 +212,7 @@ def prove(
         why_not.append(f"not all values are tried of: {names}")
     broken_names = {entry.property for entry in findings}
     considered = set(PROPERTIES) - (set() if options.with_interrupts else {"interrupt"})
+    considered.discard("requirement")
     if never:
         considered.discard("dead_node")
     unbroken = tuple(name for name in PROPERTIES if name in considered and name not in broken_names)
@@ -198,10 +228,30 @@ def prove(
         findings=tuple(findings),
         failures=tuple(claims.failures),
         never_entered=never,
-        requirements=tuple(entry.name for entry in mission.requirements),
+        requirements=tuple(
+            _verdict(entry.name, environment, findings, explored, is_proved=not why_not)
+            for entry in options.all_requirements(mission)
+        ),
         abstracted=tuple(environment.abstracted),
         is_interrupted=explored.why_not == "interrupted",
     )
+
+
+def _verdict(
+    name: str,
+    environment: Environment,
+    findings: Sequence[Finding],
+    explored: Explored,
+    *,
+    is_proved: bool,
+) -> RequirementVerdict:
+    if name in environment.requirements.needs_physics:
+        why = environment.requirements.needs_physics[name]
+        return RequirementVerdict(name, "needs physics", why)
+    if any(entry.requirement == name for entry in findings):
+        return RequirementVerdict(name, "violated")
+    verdict = "not violated" if explored.is_exhaustive else "open"
+    return RequirementVerdict(name, "proved" if is_proved else verdict)
 
 
 def _finding(
@@ -209,7 +259,8 @@ def _finding(
 ) -> Finding:
     way = explored.way_to(broken.state)
     steps = [line for words in replay(options.environment(mission), way) for line in words]
-    return Finding(name_of(broken, steps), broken.node, broken.text, tuple(steps), tuple(way))
+    name = name_of(broken, steps)
+    return Finding(name, broken.node, broken.text, tuple(steps), tuple(way), broken.requirement)
 
 
 def _dead_nodes(

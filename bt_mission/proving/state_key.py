@@ -71,7 +71,7 @@ def _memory_of(node: Behaviour) -> Callable[[], Any] | None:
         saved = {name: value for name, value in saved.items() if name not in ("left_ns", "values")}
         if isinstance(node, Finally):
             saved["values"] = values_key(dict(node._variables))  # noqa: SLF001
-        return _plain(saved)
+        return plain(saved)
 
     return memory
 
@@ -84,10 +84,10 @@ def _child_of(node: Composite) -> int:
 
 def values_key(values: Mapping[str, Any]) -> Any:
     """Return variables with their values, by name."""
-    return tuple(sorted([(name, _plain(value)) for name, value in values.items()]))
+    return tuple(sorted([(name, plain(value)) for name, value in values.items()]))
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Return a value that `marshal` writes; equal ones are written alike."""
     if value is None or type(value) in (int, float, str, bytes):
         return value
@@ -97,7 +97,7 @@ def _plain(value: Any) -> Any:
         case NoValue():
             return ("none", value.reason)
         case list() | tuple():
-            return tuple(map(_plain, value))
+            return tuple(map(plain, value))
         case dict():
-            return tuple((name, _plain(entry)) for name, entry in value.items())
+            return tuple((name, plain(entry)) for name, entry in value.items())
     return repr(value)

@@ -27,6 +27,8 @@ from bt_mission.language.expressions.values import ExpressionError
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.base import NodeModel
 from bt_mission.language.nodes.interfaces import InterfaceNode
+from bt_mission.language.requirements.formula import Requirement
+from bt_mission.language.requirements.syntax import SignalValue
 
 
 class Known(dict[Any, Any]):
@@ -43,9 +45,10 @@ class ValueCases:
 
     Args:
         mission: Whose conditions count, those of its named trees included.
+        requirements: Their conditions on variables count, too.
     """
 
-    def __init__(self, mission: Mission) -> None:
+    def __init__(self, mission: Mission, requirements: Iterable[Requirement] = ()) -> None:
         self._constants: dict[str, set[bool | int | float | str]] = {}
         self._compared: set[str] = set()
         self._asked: set[str] = set()
@@ -57,21 +60,23 @@ class ValueCases:
                 for value in _values_of(node):
                     for expression in _expressions(value):
                         self._note(expression.root, mission.inputs)
+        for requirement in requirements:
+            self._note(requirement.root, mission.inputs)
 
     def _note(self, root: SyntaxNode, inputs: Mapping[str, Any]) -> None:
-        if isinstance(root, Name):
-            self._asked.add(root.name)
+        if _is_name(root):
+            self._asked.add(_name_of(root))
         for part in _parts(root):
             if not isinstance(part, Comparison):
-                self._asked |= {entry.name for entry in part.parts if isinstance(entry, Name)}
+                self._asked |= {_name_of(entry) for entry in part.parts if _is_name(entry)}
                 continue
             parts = list(_parts(part))
-            names = {entry.name for entry in parts if isinstance(entry, Name)}
+            names = {_name_of(entry) for entry in parts if _is_name(entry)}
             constants = {entry.value for entry in parts if isinstance(entry, Constant)}
             constants |= {-value for entry in parts if (value := _negated(entry)) is not None}
             constants |= {inputs[name] for name in names if name in inputs}
             is_plain = all(
-                isinstance(side, Name | Constant) or _negated(side) is not None
+                _is_name(side) or isinstance(side, Constant) or _negated(side) is not None
                 for side in part.parts
             )
             if not is_plain or len(names - set(inputs)) > 1:
@@ -168,6 +173,15 @@ class ValueCases:
                 return fields
         self.sampled.add(condition.text)
         return None
+
+
+def _is_name(part: SyntaxNode) -> bool:
+    """Is it a variable or a field: in a requirement, the signal `$name`?"""
+    return isinstance(part, Name) or (isinstance(part, SignalValue) and part.name == "$")
+
+
+def _name_of(part: SyntaxNode) -> str:
+    return part.arguments[0] if isinstance(part, SignalValue) else part.name  # type: ignore[attr-defined]
 
 
 def more_words(fields: Mapping[str, Any]) -> str:

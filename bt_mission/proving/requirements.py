@@ -1,0 +1,230 @@
+"""The requirements of a mission, as far as they follow from its nodes, goals and variables."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.common import Status
+
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.events.events import NodeChanged
+from bt_mission.executive.executive import Executive
+from bt_mission.executive.status import MissionStatus
+from bt_mission.goals.ledger import Ledger
+from bt_mission.language.expressions.values import NoValue
+from bt_mission.language.requirements.formula import Requirement, signals_in, walk
+from bt_mission.language.requirements.signals import SIGNALS
+from bt_mission.language.requirements.syntax import Measure, SignalValue, Temporal
+from bt_mission.proving.state_key import plain
+from bt_mission.requirements.compiler import Reader
+from bt_mission.requirements.monitor import Monitor
+
+STATUSES = {"running": Status.RUNNING, "succeeded": Status.SUCCESS, "failed": Status.FAILURE}
+READABLE = ("$", "open_goals", "accepted", "outcome", *STATUSES)
+"""The signals that an exploration knows."""
+
+
+class NodeHistory:
+    """What requirements read of nodes: statuses and outcomes, those within the last tick included.
+
+    Attributes:
+        statuses: Of each node, as its last change says.
+        seen: Nodes with the statuses that they have had within the tick.
+        outcomes: How the newest goal of a leaf has ended.
+    """
+
+    def __init__(self) -> None:
+        self.statuses: dict[Behaviour, Status] = {}
+        self.seen: set[tuple[Behaviour, Status]] = set()
+        self.outcomes: dict[Behaviour, str] = {}
+
+    def take(self, node: Behaviour, status: Status) -> None:
+        """Note a change."""
+        self.statuses[node] = status
+        self.seen.add((node, status))
+        if isinstance(node, ActionLeaf) and status is not Status.RUNNING:
+            ending = node.attempt.ending if node.attempt else None
+            self.outcomes[node] = ending.outcome.value if ending else ""
+
+    def forget(self) -> None:
+        """Forget the tick: the outcomes of leaves that run again, too."""
+        for node, status in self.seen:
+            if status is Status.RUNNING and self.statuses[node] is Status.RUNNING:
+                self.outcomes.pop(node, None)
+        self.seen.clear()
+
+
+class RequirementMonitors:
+    """Evaluates the requirements behind each tick; implements ``SignalSource``.
+
+    Attributes:
+        needs_physics: By the name of a requirement that is not evaluated, why.
+        violated: Those that are violated since the last tick.
+    """
+
+    def __init__(
+        self,
+        requirements: Iterable[Requirement],
+        executive: Executive,
+        ledger: Ledger,
+        variables: Mapping[str, Any],
+    ) -> None:
+        self._executive, self._ledger, self._variables = executive, ledger, variables
+        self._history = NodeHistory()
+        self.needs_physics: dict[str, str] = {}
+        self.violated: tuple[Requirement, ...] = ()
+        self._monitors: list[Monitor] = []
+        self._read: dict[Behaviour, None] = {}
+        self._ended: dict[Behaviour, None] = {}
+        for requirement in requirements:
+            why = why_physics(requirement)
+            if why:
+                self.needs_physics[requirement.name] = why
+            else:
+                self._monitors.append(Monitor(requirement, self))
+        self._is_used = bool(self._monitors)
+
+    # ---- the signals ------------------------------------------------------------------------
+
+    def reader(self, signal: SignalValue, /) -> Reader:
+        """Return what gives a signal's present value."""
+        name, arguments = signal.name, signal.arguments
+        if name == "$":
+            return lambda: self._variable(arguments[0])
+        if name == "open_goals":
+            return lambda: len(self._ledger.open_goals)
+        nodes = self._named(arguments[0])
+        if name == "accepted":
+            return lambda: any(map(_is_accepted, nodes))
+        history = self._history
+        if name == "outcome":
+            wanted = arguments[1]
+            self._ended.update(dict.fromkeys(nodes))
+            return lambda: any(history.outcomes.get(node, "").startswith(wanted) for node in nodes)
+        status = STATUSES[name]
+        self._read.update(dict.fromkeys(nodes))
+        return lambda: any(
+            history.statuses.get(node) is status or (node, status) in history.seen for node in nodes
+        )
+
+    def lower_bound(self, _signal: SignalValue, /) -> None:
+        """No signal has one."""
+
+    def measured_by(self, _signal: SignalValue, /) -> str:
+        """Every signal is the truth."""
+        return ""
+
+    def _variable(self, name: str) -> Any:
+        value = self._variables.get(name)
+        return None if isinstance(value, NoValue) else value
+
+    def _named(self, name: str) -> list[Behaviour]:
+        executive = self._executive
+        return [node for node in executive.nodes if name in (node.name, executive.path_of(node))]
+
+    # ---- a step -----------------------------------------------------------------------------
+
+    def take(self, event: NodeChanged) -> None:
+        """Note that a node has changed."""
+        if self._is_used:
+            self._history.take(self._executive.nodes[event.node], event.status)
+
+    def step(self, now_ns: int) -> None:
+        """Take the instant behind a tick, the last one of the mission included."""
+        if not self._is_used:
+            return
+        executive, violated = self._executive, []
+        is_complete = executive.verdict is not MissionStatus.INTERRUPTED
+        for monitor in self._monitors:
+            if monitor.step(now_ns - executive.started_ns):
+                violated.append(monitor.requirement)
+            if executive.is_done and monitor.finish(is_complete=is_complete):
+                violated.append(monitor.requirement)
+        self.violated = tuple(violated)
+        self._history.forget()
+
+    # ---- the state --------------------------------------------------------------------------
+
+    @property
+    def key(self) -> tuple[Any, ...]:
+        """What later verdicts depend on."""
+        if self._executive.is_done:
+            return tuple([requirement.name for requirement in self.violated])
+        history = self._history
+        return (
+            tuple([_state_of(monitor) for monitor in self._monitors]),
+            tuple([history.statuses.get(node, Status.INVALID)._value_ for node in self._read]),
+            tuple([history.outcomes.get(node) for node in self._ended]),
+        )
+
+    @property
+    def kept(self) -> Iterator[Any]:
+        """The objects that a step may change."""
+        if self._is_used:
+            yield self
+            yield self._history
+            known: set[int] = set()
+            for monitor in self._monitors:
+                yield from _objects(monitor, known)
+
+
+def why_physics(requirement: Requirement) -> str:
+    """Return why a requirement is not decided by the answers of servers; empty if it is."""
+    for signal in signals_in(requirement.root):
+        if signal.name not in READABLE:
+            what = SIGNALS[signal.name].text if signal.name in SIGNALS else "not known here"
+            return f"'{signal.key}': {what}"
+    for part in walk(requirement.root):
+        if isinstance(part, Temporal) and (part.window.is_bounded or part.window.start):
+            return f"'{part.word}' has a window in seconds"
+        if isinstance(part, Measure) and (part.window.is_bounded or part.word in ("mean", "rate")):
+            return f"'{part.word}' depends on seconds"
+    return ""
+
+
+def _is_accepted(node: Behaviour) -> bool:
+    attempt = node.attempt if isinstance(node, ActionLeaf) else None
+    return attempt is not None and attempt.goal is not None and attempt.goal.accepted
+
+
+def _state_of(monitor: Monitor) -> Any:
+    """Return what the verdict of a monitor still depends on, without instants and margins."""
+    root = monitor._root  # noqa: SLF001
+    if root is None or root.decided is not None:
+        return monitor.violated_ns is not None
+    return _projected(root)
+
+
+def _projected(value: Any) -> Any:
+    match value:
+        case bool() | None | str() | int() | float():
+            return plain(value)
+        case (float(), bool() as is_true, int(), int()):  # a sample
+            return is_true
+        case (int(), (float(), bool(), int(), int()) | None as sample):  # one with its instant
+            return _projected(sample)
+        case tuple() | list() | deque():
+            return tuple(map(_projected, value))
+    if _is_part(value):
+        return tuple(map(_projected, vars(value).values()))
+    return None
+
+
+def _objects(value: Any, known: set[int]) -> Iterator[Any]:
+    """Yield an object with state, and those in it."""
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        for part in value:
+            yield from _objects(part, known)
+    elif _is_part(value) and id(value) not in known:
+        known.add(id(value))
+        yield value
+        for part in vars(value).values():
+            yield from _objects(part, known)
+
+
+def _is_part(value: Any) -> bool:
+    """Is it a monitor or one of its operators, rather than what it reads?"""
+    return type(value).__module__.startswith("bt_mission.requirements.")
