@@ -10,6 +10,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.core.actions import moves_base
 from bt_mission.events.events import NodeChanged
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
@@ -23,7 +24,7 @@ from bt_mission.requirements.compiler import Reader
 from bt_mission.requirements.monitor import Monitor
 
 STATUSES = {"running": Status.RUNNING, "succeeded": Status.SUCCESS, "failed": Status.FAILURE}
-READABLE = ("$", "open_goals", "accepted", "outcome", *STATUSES)
+READABLE = ("$", "open_goals", "goals_at_base", "accepted", "outcome", *STATUSES)
 """The signals that an exploration knows."""
 
 
@@ -96,6 +97,8 @@ class RequirementMonitors:
             return lambda: self._variable(arguments[0])
         if name == "open_goals":
             return lambda: len(self._ledger.open_goals)
+        if name == "goals_at_base":
+            return self._goals_at_base
         nodes = self._named(arguments[0])
         if name == "accepted":
             return lambda: any(map(_is_accepted, nodes))
@@ -120,6 +123,9 @@ class RequirementMonitors:
     def _variable(self, name: str) -> Any:
         value = self._variables.get(name)
         return None if isinstance(value, NoValue) else value
+
+    def _goals_at_base(self) -> int:
+        return sum(moves_base(goal.goal_client.name) for goal in self._ledger.open_goals)
 
     def _named(self, name: str) -> list[Behaviour]:
         executive = self._executive

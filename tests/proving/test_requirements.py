@@ -29,6 +29,8 @@ def proof_of(tree: str, requirement: str, **options: object) -> Proof:
         (IN_ORDER, 'eventually succeeded("move")', "violated"),
         (IN_ORDER, "never open_goals > 1", "proved"),
         (IN_ORDER, "never open_goals > 0", "violated"),
+        (IN_ORDER, "never goals_at_base > 1", "proved"),
+        (EITHER, "never goals_at_base > 1", "violated"),
         (EITHER, 'never running("move")', "violated"),
         (EITHER, 'whenever running("move"): previously failed("turn")', "proved"),
         (EITHER, 'whenever running("move"): outcome("turn") == "rejected"', "violated"),
