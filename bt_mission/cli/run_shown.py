@@ -18,7 +18,6 @@ from bt_mission.cli.web import stay_until_left, to_stderr, watching_process, web
 
 if TYPE_CHECKING:
     from bt_mission.core.interrupts import InterruptSignals
-    from bt_mission.ros.discovery import LocalExecutive
     from bt_mission.sessions.drive import Reports, Steps
     from bt_mission.sessions.session import Session
     from bt_mission.sessions.view import View
@@ -97,13 +96,6 @@ def _view(options: argparse.Namespace, plan: RunPlan, *, plain: bool) -> View:
     return view_for(sys.stdout, plan.title, plain=plain)
 
 
-def _executives(session: Session) -> LocalExecutive:
-    """Return the executives of a session as a graph of their own, for a view."""
-    from bt_mission.ros.discovery import LocalExecutive
-
-    return LocalExecutive(session, [run.node.get_fully_qualified_name() for run in session.runs])
-
-
 def _on_screen(
     _options: argparse.Namespace,
     session: Session,
@@ -111,10 +103,11 @@ def _on_screen(
     interrupts: InterruptSignals,
 ) -> Summary:
     """Carry it out on a full screen, which shows one mission at a time."""
+    from bt_mission.ros.discovery import LocalExecutive
     from bt_mission.views.terminal.marks import marks_for
     from bt_mission.views.tui.run_app import RunApp
 
-    with closing(_executives(session)) as graph:
+    with closing(LocalExecutive(session)) as graph:
         app = RunApp(graph, marks_for(sys.stdout.encoding), graph.name, steps, interrupts)
         return app.run_to_the_end()
 
@@ -126,6 +119,7 @@ def _on_page(
     interrupts: InterruptSignals,
 ) -> Summary:
     """Carry it out shown to browsers, one mission at a time."""
+    from bt_mission.ros.discovery import LocalExecutive
     from bt_mission.sessions.drive import StepDriver
     from bt_mission.views.web.live import LiveMission
     from bt_mission.views.web.run import ENDED, ShownRun
@@ -135,7 +129,7 @@ def _on_page(
     def is_left() -> bool:
         return driver.result is not None and interrupts.count > 0
 
-    with closing(_executives(session)) as graph:
+    with closing(LocalExecutive(session)) as graph:
         shown = LiveMission(
             graph,
             graph.name,

@@ -12,6 +12,7 @@ from bt_mission.core.dds.discovery import RANGE
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.source import ExecutiveSource, ListedExecutive
 from bt_mission.ros.graph import GraphConnection, quiet_node, type_hash_of
+from bt_mission.ros.local_client import LocalClient, LocalRun
 from bt_mission.ros.mission_client import TOPICS, MissionClient
 
 STATE_TYPE = "bt_mission_interfaces/msg/MissionState"
@@ -20,16 +21,16 @@ SERVE_S = 0.05
 """Wall time for which messages are received at a stretch."""
 
 
-class HostedMission(Protocol):
+class LocalSession(Protocol):
     """A session that serves a further node, such as :class:`bt_mission.sessions.stage.Stage`."""
 
     @property
-    def node(self) -> Node:
-        """Of the first mission."""
+    def runs(self) -> Sequence[LocalRun]:
+        """Its missions, at least one."""
 
     @property
     def is_done(self) -> bool:
-        """Whether the mission has ended."""
+        """Whether the missions have ended."""
 
     def add_node(self, node: Node) -> None:
         """Serve it, too."""
@@ -43,17 +44,16 @@ class LocalExecutive:
 
     Args:
         session: Serves the subscriptions.
-        names: The names of all executives, the one that is shown first in front; None has only that
-            of the session.
     """
 
     where = "this process"
 
-    def __init__(self, session: HostedMission, names: Sequence[str] | None = None) -> None:
-        self._names = names or [session.node.get_fully_qualified_name()]
-        self.name = self._names[0]
+    def __init__(self, session: LocalSession) -> None:
+        self._runs = {run.node.get_fully_qualified_name(): run for run in session.runs}
+        self.name = next(iter(self._runs))
+        """The name of the first executive."""
         self._session = session
-        self._node = quiet_node("bt_mission_screen", session.node.context)
+        self._node = quiet_node("bt_mission_screen", session.runs[0].node.context)
         session.add_node(self._node)
 
     def serve(self) -> None:
@@ -63,11 +63,11 @@ class LocalExecutive:
 
     def find(self) -> tuple[ListedExecutive, ...]:
         """All of them."""
-        return tuple(ListedExecutive(name) for name in self._names)
+        return tuple(ListedExecutive(name) for name in self._runs)
 
-    def attach(self, name: str) -> MissionClient:
+    def attach(self, name: str) -> LocalClient:
         """Return the source of an executive."""
-        return MissionClient(self._node, name)
+        return LocalClient(self._node, self._runs[name])
 
     def close(self) -> None:
         """Leave, before the session is closed."""

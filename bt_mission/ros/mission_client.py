@@ -97,10 +97,7 @@ class MissionClient:
         self._since_asked: Stopwatch | None = None
         self._since_look: Stopwatch | None = None
         self._is_there = False
-        self._ears = [
-            self._listen(kind, f"{name}/{topic}", partial(self._keep, read), qos)
-            for topic, (kind, qos, read) in TOPICS.items()
-        ]
+        self._ears = self._subscribe_to_mission()
         self._robot_ears: list[Any] = []
         self._robot_prefix: str | None = None
         self._camera: Any = None
@@ -176,6 +173,12 @@ class MissionClient:
     def _listen(self, kind: Any, topic: str, keep: Callable[[Any], Any], qos: QoSProfile) -> Any:
         return self._node.create_subscription(kind, topic, keep, qos)
 
+    def _subscribe_to_mission(self) -> list[Any]:
+        return [
+            self._listen(kind, f"{self.name}/{topic}", partial(self._keep, read), qos)
+            for topic, (kind, qos, read) in TOPICS.items()
+        ]
+
     def _tune_in(self) -> None:
         """Subscribe to the robot: the snapshots of its stage for viewers, else its topics."""
         own = self.name.rpartition("/")[0]
@@ -186,17 +189,24 @@ class MissionClient:
         self._robot_prefix = prefix
         for subscription in self._robot_ears:
             self._node.destroy_subscription(subscription)
-        self._robot_ears = [
-            self._listen(kind, f"{prefix}/{topic}", partial(self._keep_newest, topic, read), qos)
-            for topic, (kind, qos, read) in ROBOT.items()
-        ]
-        self._robot_ears += [
+        self._robot_ears = [*self._subscribe_to_robot(prefix), *self._subscribe_to_map(own)]
+
+    def _subscribe_to_robot(self, prefix: str) -> list[Any]:
+        return [
+            *(
+                self._listen(kind, f"{prefix}/{name}", partial(self._keep_newest, name, read), qos)
+                for name, (kind, qos, read) in ROBOT.items()
+            ),
             self._listen(TFMessage, f"{prefix}/tf", self._keep_frames, FRAMES),
-            self._listen(TFMessage, f"{own}/tf_static", self._keep_frames, STATIC_FRAMES),
         ]
-        self._robot_ears += [
-            self._listen(kind, f"{own}/{topic}", partial(self._keep_newest, topic, read), LATCHED)
-            for topic, (kind, read) in SURROUNDINGS.items()
+
+    def _subscribe_to_map(self, own: str) -> list[Any]:
+        return [
+            *(
+                self._listen(kind, f"{own}/{name}", partial(self._keep_newest, name, read), LATCHED)
+                for name, (kind, read) in SURROUNDINGS.items()
+            ),
+            self._listen(TFMessage, f"{own}/tf_static", self._keep_frames, STATIC_FRAMES),
         ]
 
     def _keep(self, read: Callable[[Any], Batch], message: Any) -> None:

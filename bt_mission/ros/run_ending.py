@@ -76,6 +76,8 @@ def _spin(runner: MissionRuntime, executor: Executor, watch: Stopwatch) -> None:
         except ExternalShutdownException:
             return
         except Exception as error:  # noqa: BLE001 - what the caller does on its node
+            if not executor.context.ok():
+                return  # such as of a timer that was made while ROS was shut down
             runner.executive.abandon(f"a callback failed: {cause_of(error)}")
         else:
             runner.tick()  # also if ROS time, and with it the timer, does not move

@@ -92,7 +92,7 @@ class StatusPublisher:
             self._service = node.create_service(
                 GetStatuses, "~/statuses", self._answer, qos_profile=REQUESTS
             )
-            self.add(lambda what, message: self._topics[what].publish(message))
+            self.add(self._publish)
 
     def close(self) -> None:
         """Destroy the topics and the service."""
@@ -206,6 +206,11 @@ class StatusPublisher:
 
     def _send_requirements(self, run: MissionRuntime) -> None:
         self._send("requirements", self._requirements(run))
+
+    def _publish(self, what: str, message: Any) -> None:
+        topic = self._topics[what]
+        if what != "changes" or topic.get_subscription_count():  # the others are latched
+            topic.publish(message)
 
     def _send(self, what: str, message: Any) -> None:
         for listener in self._listeners:

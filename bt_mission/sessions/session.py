@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from bt_mission.ros.graph import ProcessNode
     from bt_mission.ros.mission_runner import MissionRunner
+    from bt_mission.ros.robot_relay import RobotSnapshot
 
 
 class Run:
@@ -63,6 +64,10 @@ class Run:
     def trace(self) -> Trace:
         """The events, as lines."""
         return self.runner.trace
+
+    def snapshot(self) -> RobotSnapshot | None:
+        """Return the state of a simulated robot for viewers; None where it is not simulated."""
+        return None
 
     @property
     def collisions(self) -> int | None:

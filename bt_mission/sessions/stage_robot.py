@@ -11,6 +11,7 @@ from pathlib import Path
 
 from rclpy.context import Context
 from rclpy.node import Node
+from typing_extensions import override
 
 from action_servers.mapping.node import MapperNode, MapperOptions
 from action_servers.server.node import ServerOptions, ServersNode
@@ -188,7 +189,7 @@ class StageRun(Run):
         self.node = StageMissionNode(mission, options, node=node)
         self.runner = self.node.runner
         if options.has_controls:
-            relay = RobotRelay(self.node, self._snapshot)
+            relay = RobotRelay(self.node, self.snapshot)
             self.executive.after_tick.append(relay.flush)
 
     @property
@@ -201,6 +202,20 @@ class StageRun(Run):
         self.nature = nature
         if nature:
             self.robot.live_with(nature)
+
+    @override
+    def snapshot(self) -> RobotSnapshot:
+        robot = self.robot
+        spec, battery = robot.robot.lidar, robot.battery
+        return RobotSnapshot(
+            time_ns=self.runner.now_ns,
+            pose=robot.pose,
+            lidar=(spec.x, spec.y, 0.0),
+            ranges=robot.look_around(),
+            reach=(spec.min_range, spec.max_range),
+            charge=battery.percentage,
+            voltage=battery.voltage,
+        )
 
     @property
     def collisions(self) -> int:
@@ -254,17 +269,3 @@ class StageRun(Run):
             return None
         steps = all_steps(self.member.mission)
         return {step.ros_name.strip("/") for step in steps if isinstance(step, GoalNode)}
-
-    def _snapshot(self) -> RobotSnapshot:
-        """Return the state of the robot for viewers."""
-        robot = self.robot
-        spec, battery = robot.robot.lidar, robot.battery
-        return RobotSnapshot(
-            time_ns=self.runner.now_ns,
-            pose=robot.pose,
-            lidar=(spec.x, spec.y, 0.0),
-            ranges=robot.look_around(),
-            reach=(spec.min_range, spec.max_range),
-            charge=battery.percentage,
-            voltage=battery.voltage,
-        )

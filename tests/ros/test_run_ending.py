@@ -5,9 +5,16 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+import rclpy
+from rclpy._rclpy_pybind11 import RCLError
+from rclpy.executors import SingleThreadedExecutor
 
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.ros import run_ending
 from bt_mission.testing import LiveGraph
 
 PROGRAM = """
@@ -77,3 +84,23 @@ def test_a_goal_whose_server_does_not_answer_is_named(live_graph: LiveGraph) -> 
     assert output.startswith("interrupted; {'lost'}; its caller has left: "), program.output
     assert "orphaned goals: /turn goal " in output
     os.kill(servers.pid, signal.SIGCONT)
+
+
+def test_what_rclpy_raises_while_ros_is_shut_down_abandons_nothing() -> None:
+    """The goals are then seen to their end over another context."""
+    context = rclpy.Context()
+    context.init()
+
+    class Ending(SingleThreadedExecutor):
+        def spin_once(self, timeout_sec: float | None = None) -> None:
+            context.shutdown()
+            raise RCLError(f"no timer of {timeout_sec} s can be made")
+
+    runner: Any = SimpleNamespace(
+        is_done=False,
+        executive=SimpleNamespace(cleanups=SimpleNamespace(limit_s=0.0), abandon=pytest.fail),
+    )
+    executor = Ending(context=context)
+    run_ending._spin(runner, executor, Stopwatch())
+    assert not context.ok()
+    executor.shutdown()

@@ -26,7 +26,7 @@ from bt_mission.views.web.pages import OpenPages
 FRAME_S = 0.03
 """Wall time between two looks at what is new."""
 
-FAST_FRAME_S = 0.25
+FAST_FRAME_S = 0.5
 """The same beside a mission that runs as fast as possible: each look takes time from it."""
 
 IDLE_S = 0.5

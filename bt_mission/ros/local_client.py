@@ -1,0 +1,109 @@
+"""One executive of this process and its robot, for a view: its messages need no middleware."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any, Protocol
+
+from rclpy.node import Node
+from typing_extensions import override
+
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.events import messages, reader
+from bt_mission.events.events import Event
+from bt_mission.events.source import Received
+from bt_mission.ros import event_messages, robot_relay, status_publisher
+from bt_mission.ros.mission_client import TOPICS, MissionClient
+from bt_mission.ros.mission_details import MissionDetailsBuilder
+from bt_mission.ros.mission_runner import MissionRunner
+from bt_mission.ros.robot_relay import RobotSnapshot
+
+
+class LocalRun(Protocol):
+    """The run of one mission in this process, such as :class:`bt_mission.sessions.session.Run`."""
+
+    @property
+    def node(self) -> Node:
+        """The node below whose name the topics of the mission are."""
+
+    @property
+    def runner(self) -> MissionRunner:
+        """Runs the mission."""
+
+    def snapshot(self) -> RobotSnapshot | None:
+        """Return the state of a simulated robot; None where the robot is not simulated here."""
+
+
+class LocalClient(MissionClient):
+    """As :class:`MissionClient`, for an executive of this process.
+
+    Its events, and the snapshots of a simulated robot, are read directly: the cost of watching is
+    less than half of that by topics. The map, pictures and requests use the topics and services.
+
+    Args:
+        node: The node of the subscriptions; the caller serves it.
+        run: The run to watch.
+    """
+
+    def __init__(self, node: Node, run: LocalRun) -> None:
+        self._run = run
+        self._details = MissionDetailsBuilder(run.runner)
+        self._since_details, self._since_snapshot = Stopwatch(), Stopwatch()
+        self._is_simulated = run.snapshot() is not None
+        super().__init__(node, run.node.get_fully_qualified_name())
+
+    @override
+    def take(self, *, needs_statuses: bool) -> Received:
+        tree = self._run.runner.executive.mission_state.tree
+        if (
+            tree is not None
+            and tree.time_ns
+            and self._since_details.elapsed_s >= status_publisher.DETAILS_PERIOD_S
+        ):
+            self._since_details = Stopwatch()
+            self._keep(reader.details, self._details.describe_changes())
+        received = super().take(needs_statuses=needs_statuses)
+        return replace(received, robot=(*received.robot, *self._robot_now()))
+
+    @override
+    def close(self) -> None:
+        self._run.runner.status_publisher.remove(self._keep_status)
+        self._run.runner.executive.events.unsubscribe(self._keep_log)
+        super().close()
+
+    # ---- inside --------------------------------------------------------------------------
+
+    @override
+    def _subscribe_to_mission(self) -> list[Any]:
+        self._run.runner.status_publisher.add(self._keep_status)
+        self._run.runner.executive.events.subscribe(self._keep_log)
+        return []
+
+    @override
+    def _subscribe_to_robot(self, prefix: str) -> list[Any]:
+        return [] if self._is_simulated else super()._subscribe_to_robot(prefix)
+
+    def _keep_status(self, what: str, message: Any) -> None:
+        self._keep(TOPICS[what][2], message)
+
+    def _keep_log(self, event: Event) -> None:
+        if event.event_topic == "log":
+            executive = self._run.runner.executive
+            line = event_messages.log(event, executive.run, executive.node_infos)
+            self._keep(reader.log, line)
+
+    def _robot_now(self) -> tuple[messages.Robot, ...]:
+        if not self._is_simulated or self._since_snapshot.elapsed_s < robot_relay.EVERY_S:
+            return ()
+        self._since_snapshot = Stopwatch()
+        look = self._run.snapshot()
+        assert look is not None, "the robot is simulated"
+        base = messages.FrameTransform("map", "base_footprint", *look.pose)
+        lidar = messages.FrameTransform("base_footprint", "base_scan", *look.lidar)
+        step, (least, most) = math.tau / len(look.ranges), look.reach
+        ranges = tuple(look.ranges.tolist())
+        scan = messages.ScanPoints("base_scan", 0.0, step, least, most, ranges)
+        if look.charge is None:
+            return ((base, lidar), scan)
+        return ((base, lidar), scan, messages.BatteryState(look.charge, look.voltage))
