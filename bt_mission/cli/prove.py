@@ -6,6 +6,8 @@ import argparse
 import json
 import re
 import sys
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bt_mission.cli.argument_types import count, whole
@@ -31,6 +33,7 @@ examples:
   bt-mission prove mine.yaml --with interrupts  Ctrl-C may come at any time
   bt-mission prove mine.yaml --require order.yaml
                                                 and the requirements of a file
+  bt-mission prove mine.yaml -o findings        each finding as a scenario and a test, run once
   bt-mission prove mine.yaml --budget 20000     at most so many states; 30s ends it after 30 s
 
 exit codes: 0 nothing was found, 1 a property does not hold, 2 bad input, 130 interrupted
@@ -45,7 +48,10 @@ def prove(options: argparse.Namespace) -> int:
     if kind_of(mission_file(options)) != "mission":
         raise BtMissionError(f"{options.file}: prove takes a mission, not a scenario or a fleet")
     mission = _checked(options)
-    proof = _proved(mission, _proof_options(options, mission), is_quiet=options.json)
+    proof_options = _proof_options(options, mission)
+    proof = _proved(mission, proof_options, is_quiet=options.json)
+    if (options.output or options.confirm) and not proof.is_interrupted:
+        proof = _confirmed(proof, mission, proof_options, options.output)
     print(json.dumps(proof.as_dict()) if options.json else proof)
     if proof.is_interrupted:
         return INTERRUPTED
@@ -98,6 +104,24 @@ def _bounds(options: argparse.Namespace) -> Bounds:
         seconds=number if is_time else None,
         megabytes=options.memory,
     )
+
+
+def _confirmed(proof: Proof, mission: Mission, options: ProofOptions, folder: Path | None) -> Proof:
+    """Run each finding on the stage; keep its files where there is a folder for them."""
+    from tempfile import TemporaryDirectory
+
+    from bt_mission.proving.confirm import confirmed
+    from bt_mission.proving.proof import StageRun
+
+    if folder is not None:
+        findings = tuple(confirmed(proof.findings, mission, options, folder))
+        return replace(proof, findings=findings)
+    with TemporaryDirectory() as name:
+        findings = tuple(
+            replace(entry, stage=replace(entry.stage or StageRun(), scenario="", test=""))
+            for entry in confirmed(proof.findings, mission, options, Path(name))
+        )
+    return replace(proof, findings=findings)
 
 
 def _proved(mission: Mission, options: ProofOptions, *, is_quiet: bool) -> Proof:
@@ -184,6 +208,13 @@ COMMANDS = {
                 count,
                 USUAL_MEMORY,
             ),
+            Option(
+                "-o --output FOLDER",
+                "write each finding as a scenario with scripted servers and a test, and run it on "
+                "the stage",
+                Path,
+            ),
+            Option("--confirm", "run each finding on the stage, without files"),
             SET,
             ROBOT,
             NO_PYTHON,

@@ -246,6 +246,11 @@ class Environment:
         return self._moment.now_ns
 
     @property
+    def goal_servers(self) -> tuple[GoalServer, ...]:
+        """The servers of the actions."""
+        return tuple(self._goal_servers.values())
+
+    @property
     def abstracted(self) -> Iterator[str]:
         """The loops and deadlines that are abstract, as text."""
         for name, count in self.opened.items():

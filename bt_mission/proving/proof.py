@@ -56,6 +56,32 @@ class ProofOptions:
 
 
 @dataclass(frozen=True)
+class StageRun:
+    """A finding as a scenario, and what its run on the stage has shown.
+
+    Attributes:
+        is_confirmed: Does the run with the real executive show it? None without a run.
+        why_not: Why there was none, or what it cannot decide.
+        scenario: The path of the scenario; "" for none.
+        test: The path of the test; "" for none.
+    """
+
+    is_confirmed: bool | None = None
+    why_not: str = ""
+    scenario: str = ""
+    test: str = ""
+
+    def __str__(self) -> str:
+        if self.is_confirmed is None:
+            words = f"not decided on the stage: {self.why_not}"
+        elif self.is_confirmed:
+            words = "confirmed on the stage"
+        else:
+            words = "not seen on the stage (spurious: report it)"
+        return words + (f": {self.test}" if self.test else "")
+
+
+@dataclass(frozen=True)
 class Finding:
     """A property that does not hold, with a shortest way to where it shows.
 
@@ -65,6 +91,8 @@ class Finding:
         requirement: The requirement that is violated; "" for none.
         steps: What happens, a line for each answer.
         way: The script of each step.
+        broken: What the exploration saw; None for a node that no way enters.
+        stage: What a run on the stage has shown; None where there was none.
     """
 
     property: str
@@ -73,20 +101,28 @@ class Finding:
     steps: tuple[str, ...]
     way: tuple[Script, ...] = ()
     requirement: str = ""
+    broken: Broken | None = None
+    stage: StageRun | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
+        stage = self.stage or StageRun()
         return {
             "property": self.property,
             "node": self.node or None,
             "requirement": self.requirement or None,
             "text": self.text,
             "steps": list(self.steps),
+            "scenario": stage.scenario or None,
+            "test": stage.test or None,
+            "confirmed": stage.is_confirmed,
         }
 
     def __str__(self) -> str:
         steps = [f"    {number}. {step}" for number, step in enumerate(self.steps, 1)]
         lines = [f"  {self.property}: {self.text}", *(steps or ["    at once"])]
+        if self.stage is not None:
+            lines.append(f"    {self.stage}")
         return "\n".join(map(escape_control, lines))
 
 
@@ -260,7 +296,9 @@ def _finding(
     way = explored.way_to(broken.state)
     steps = [line for words in replay(options.environment(mission), way) for line in words]
     name = name_of(broken, steps)
-    return Finding(name, broken.node, broken.text, tuple(steps), tuple(way), broken.requirement)
+    return Finding(
+        name, broken.node, broken.text, tuple(steps), tuple(way), broken.requirement, broken
+    )
 
 
 def _dead_nodes(

@@ -1,0 +1,214 @@
+"""A finding as a scenario with scripted servers, its test, and its run on the stage."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.output import cannot_write, write_file
+from bt_mission.core.text import escape_control
+from bt_mission.core.yaml.dump import to_yaml
+from bt_mission.language.mission import Mission
+from bt_mission.proving.played import Played
+from bt_mission.proving.proof import Finding, ProofOptions, StageRun
+from bt_mission.scenarios.run import run_scenario
+from bt_mission.scenarios.scenario import ScenarioResult
+from bt_mission.scenarios.writer import mission_as_data
+
+LONGEST_S = 100.0
+"""A mission that goes on for so long behind the end of a way counts as one without an end."""
+BEHIND_S = 10.0
+"""For so long a run goes on behind the end of a way that shows at once."""
+
+TEST = '''"""{sentence}
+
+Found by bt-mission prove; it passes once the mission is fixed. To look at it:
+bt-mission run {file}
+"""
+
+from pathlib import Path
+
+import bt_mission
+
+
+def test_{name}():
+    scenario = Path(__file__).with_name("{file}")
+    result = bt_mission.run_scenario(scenario)
+    assert result.passed, str(result)
+'''
+ONE_GOAL = "one goal at the base"
+_PLACE = re.compile(r"^\S+:\d+:\d+: ")
+
+
+@dataclass(frozen=True)
+class Check:
+    """What a scenario expects, and how its run shows that the finding is there.
+
+    Attributes:
+        expect: Part of the scenario.
+        requirements: Part of the scenario.
+        limit_s: The run ends at so many seconds behind the end of the way; None for the usual.
+        has_open_goals: Do goals that the way leaves open never end?
+    """
+
+    shows: Callable[[ScenarioResult], bool]
+    expect: Mapping[str, Any] = field(default_factory=dict)
+    requirements: Mapping[str, str] = field(default_factory=dict)
+    limit_s: float | None = None
+    has_open_goals: bool = True
+
+
+def check_of(finding: Finding) -> Check | None:
+    """Return the check of a finding; None where no run shows it."""
+    broken = finding.broken
+    match broken.name if broken is not None else "":
+        case "one_goal_at_the_base":
+            return Check(
+                lambda result: ONE_GOAL in result.violated,
+                requirements={ONE_GOAL: "never goals_at_base > 1"},
+                limit_s=BEHIND_S,
+            )
+        case "requirement":
+            return Check(lambda result: finding.requirement in result.violated, limit_s=BEHIND_S)
+        case "unset_variable" | "unhandled":
+            pattern = _reason_of(finding)
+            return Check(
+                lambda result: re.search(pattern, result.report.reason) is not None,
+                expect={"reason": f"^(?!.*{pattern})"},
+            )
+        case "ends" if finding.property == "ends":
+            is_cycle = broken is not None and broken.about == "cycle"
+            return Check(
+                lambda result: result.report.status == "interrupted",
+                limit_s=LONGEST_S,
+                has_open_goals=not is_cycle,
+            )
+    return None
+
+
+def _added(finding: Finding, options: ProofOptions) -> dict[str, str]:
+    """Return the requirement of a finding, where the mission does not have it."""
+    return {
+        entry.name: entry.text for entry in options.requirements if entry.name == finding.requirement
+    }
+
+
+def _reason_of(finding: Finding) -> str:
+    """Return a regular expression for the reason of a mission that ends by an error."""
+    if finding.property == "unset_variable" and finding.broken is not None:
+        return rf"'\$?{re.escape(finding.broken.about)}' has no value"
+    reason = finding.text.removeprefix("the mission ends: ")
+    return re.escape(_PLACE.sub("", reason))
+
+
+def scenario_data(
+    finding: Finding, mission: Mission, options: ProofOptions, folder: Path
+) -> dict[str, Any]:
+    """Return the scenario of a finding.
+
+    Args:
+        options: Those of the exploration.
+        folder: Where it will be written; paths in it are relative to that.
+
+    Raises:
+        BtMissionError: It holds what no scenario expresses.
+    """
+    check = check_of(finding)
+    if check is None:
+        raise BtMissionError("no run shows it")
+    played = Played(options.environment(mission), list(finding.way))
+    if played.others:
+        raise BtMissionError(f"a scenario does not script: {played.others[0]}")
+    limit_s = None if check.limit_s is None else played.end_s + check.limit_s
+    parts: dict[str, Any] = {
+        "scenario": f"{mission.name}: {finding.property}",
+        "description": _line(finding.text),
+        **mission_as_data(mission, folder),
+        "faults": played.faults,
+        "servers": played.servers(ends_open_goals=not check.has_open_goals),
+        "requirements": {**_added(finding, options), **check.requirements},
+        "limit": played.interrupt_s if limit_s is None else limit_s,
+        "expect": {"outcome": "any", "orphaned_goals": "any", **check.expect},
+    }
+    if check.limit_s == LONGEST_S:
+        parts["expect"]["before"] = parts["limit"] = limit_s
+    return {name: value for name, value in parts.items() if value}
+
+
+def confirmed(
+    findings: Sequence[Finding], mission: Mission, options: ProofOptions, folder: Path
+) -> Iterator[Finding]:
+    """Write each finding as a scenario and a test into a folder, run it, and add what it shows.
+
+    Raises:
+        BtMissionError: A file cannot be written.
+    """
+    names: set[str] = set()
+    for finding in findings:
+        name = _name(mission.name, finding, names)
+        try:
+            data = scenario_data(finding, mission, options, folder)
+        except BtMissionError as error:
+            yield replace(finding, stage=StageRun(why_not=str(error)))
+            continue
+        scenario, test = _written(finding, data, folder, name)
+        yield replace(finding, stage=_run(finding, mission, options, scenario, test))
+
+
+def _run(
+    finding: Finding, mission: Mission, options: ProofOptions, scenario: Path, test: Path
+) -> StageRun:
+    files = StageRun(scenario=str(scenario), test=str(test))
+    check = check_of(finding)
+    assert check is not None, "it has a scenario"
+    try:
+        result = run_scenario(scenario)
+    except BtMissionError as error:
+        return replace(files, why_not=f"it cannot run: {error}")
+    is_seen = check.shows(result)
+    environment = options.environment(mission)
+    for script in finding.way:
+        environment.step(script)
+    abstract = [*environment.abstracted, *(f"'{name}' is cut" for name in environment.cut)]
+    if not is_seen and abstract:
+        return replace(files, why_not=abstract[0])
+    return replace(files, is_confirmed=is_seen)
+
+
+def _written(
+    finding: Finding, data: Mapping[str, Any], folder: Path, name: str
+) -> tuple[Path, Path]:
+    """Write scenario and test."""
+    scenario, test = folder / f"{name}.scenario.yaml", folder / f"test_{name}.py"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(scenario, error) from error
+    lines = [f"{finding.property}: {finding.text}"]
+    lines += [f"{number}. {step}" for number, step in enumerate(finding.steps, 1)]
+    wrapped = [line for whole in lines for line in textwrap.wrap(_line(whole), 90)]
+    comment = "\n".join(f"# {line}" for line in wrapped)
+    write_file(scenario, f"{comment}\n#\n#   bt-mission run {scenario.name}\n\n{to_yaml(data)}")
+    sentence = "\n".join(wrapped).replace("\\", "\\\\").replace('"', "'")
+    write_file(test, TEST.format(sentence=sentence, name=name, file=scenario.name))
+    return scenario, test
+
+
+def _name(mission: str, finding: Finding, names: set[str]) -> str:
+    """Return a new name for files and test."""
+    stem = re.sub(r"\W+", "_", f"{mission}_{finding.property}").strip("_")
+    name, number = stem, 1
+    while name in names:
+        number += 1
+        name = f"{stem}_{number}"
+    names.add(name)
+    return name
+
+
+def _line(text: str) -> str:
+    return " ".join(escape_control(text).split())

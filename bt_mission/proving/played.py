@@ -1,0 +1,225 @@
+"""What servers do on a way through a mission, with its times: the servers of a scenario."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+from bt_mission.core.stamps import NS
+from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
+from bt_mission.proving.choices import Script
+from bt_mission.proving.environment import INTERRUPT, START_NS, TICK_NS, Environment
+from bt_mission.proving.goal_servers import GoalServer
+
+ENDS = {
+    GoalStatus.SUCCEEDED: "succeed",
+    GoalStatus.ABORTED: "abort",
+    GoalStatus.CANCELED: "cancel",
+}
+_TIME = "time passes: "
+_BY_ITSELF = ("is over", "is not done in time", "has done its rounds")
+"""How the words of limits and loops end, which a run meets without a server."""
+
+
+@dataclass
+class PlayedGoal:
+    """One goal on the way, and the answers to it."""
+
+    action: str
+    goal: Goal
+    written: dict[str, Any] = field(default_factory=dict)
+    """Its answers as a scenario has them."""
+    is_asked: bool = False
+    """Did it wait for its answer at the end of a step?"""
+    was_canceling: bool = False
+    """Did it wait for the answer to a cancel at the end of a step?"""
+
+    @property
+    def is_open(self) -> bool:
+        """Has the way left its end open?"""
+        return not {"end", "after", "answer"} & self.written.keys() and (
+            self.written.get("cancel", "refuse") in ("refuse", "ignore")
+        )
+
+
+class Played:
+    """Takes a way, and writes down what servers answer.
+
+    Attributes:
+        goals: In the order in which they were sent.
+        interrupt_s: When Ctrl-C comes, s since the start; None for never.
+        others: The answers that are not of action servers, as text.
+        end_s: The time at the end of the way, s since the start.
+    """
+
+    def __init__(self, environment: Environment, way: list[Script]) -> None:
+        self.goals: list[PlayedGoal] = []
+        self.interrupt_s: float | None = None
+        self.others: list[str] = []
+        self._environment = environment
+        self._known: dict[int, PlayedGoal] = {}
+        self._is_beating = False
+        self._away: dict[str, list[list[float | None]]] = {}
+        for server in environment.goal_servers:
+            self._watch_beats(server)
+        for script in way:
+            self._step(script)
+        self.end_s = _seconds(environment.now_ns - START_NS)
+
+    def servers(self, *, ends_open_goals: bool) -> dict[str, Any]:
+        """Return the servers of a scenario.
+
+        Args:
+            ends_open_goals: Does a goal that the way leaves open succeed? Else it never ends.
+        """
+        servers: dict[str, list[dict[str, Any]]] = {}
+        for entry in self.goals:
+            written = dict(entry.written)
+            if (entry.is_open and "cancel" in written) or (entry.is_open and not ends_open_goals):
+                written["end"] = "never"
+            elif entry.is_open and entry.goal.accepted:
+                sent_ns = entry.goal.sent_ns
+                written["after"] = _seconds(self._environment.now_ns + 2 * TICK_NS - sent_ns)
+            if written.get("end") == "succeed":
+                del written["end"]
+            servers.setdefault(entry.action.strip("/"), []).append(written)
+        return servers
+
+    @property
+    def faults(self) -> list[str]:
+        """The faults of a scenario: servers that are not there."""
+        return [
+            f"at {begin:g}: kill_server {action.strip('/')}"
+            + ("" if end is None else f" lasting {end - begin:g}")
+            for action, spans in self._away.items()
+            for begin, end in spans
+            if begin is not None
+        ]
+
+    # ---- the way ----------------------------------------------------------------------------
+
+    def _step(self, script: Script) -> None:
+        environment = self._environment
+        before_ns = environment.now_ns
+        environment.step(script)
+        names = [server.name for server in environment.goal_servers]
+        for words in environment.choices.words:
+            if words == INTERRUPT:
+                self.interrupt_s = _seconds(before_ns - START_NS)
+            elif not words.startswith((_TIME, *(f"{name} " for name in names))) and (
+                not words.endswith(_BY_ITSELF)
+            ):
+                self.others.append(words)
+        for entry in self.goals:
+            if entry.is_asked and entry.goal.phase in (Phase.SENT, Phase.RECALLED):
+                entry.written["answer"] = "none"
+            is_canceling = entry.goal.phase is Phase.CANCELING
+            if entry.was_canceling and is_canceling:
+                entry.written.setdefault("cancel", "ignore")
+            entry.was_canceling, entry.is_asked = is_canceling, True
+        for goal in environment.ledger.open_goals:
+            if id(goal) not in self._known:
+                self._watch(goal)
+        for server in environment.goal_servers:
+            self._note_presence(server)
+
+    def _watch(self, goal: Goal) -> None:
+        entry = self._known[id(goal)] = PlayedGoal(goal.goal_client.name, goal)
+        entry.is_asked = False
+        self.goals.append(entry)
+        plain = goal.on, goal.on_result, goal.on_feedback
+
+        def on(event: Event) -> None:
+            self._note_event(entry, event)
+            plain[0](event)
+
+        def on_result(status: int, result: Any) -> None:
+            self._note_result(entry, status, result)
+            plain[1](status, result)
+
+        def on_feedback(feedback: Any) -> None:
+            self._note_feedback(entry, feedback)
+            plain[2](feedback)
+
+        for method in (on, on_result, on_feedback):
+            setattr(goal, method.__name__, method)
+
+    def _since(self, entry: PlayedGoal) -> float:
+        """Return when an answer comes that the next tick sees, s since the goal was sent."""
+        return _seconds(self._environment.now_ns + TICK_NS - entry.goal.sent_ns)
+
+    def _note_event(self, entry: PlayedGoal, event: Event) -> None:
+        match event:
+            case Event.REJECTED:
+                entry.written["answer"] = "reject"
+            case Event.CANCEL_REFUSED:
+                entry.written["cancel"] = "refuse"
+            case Event.ACCEPTED if "answer" in entry.written:
+                del entry.written["answer"]
+                entry.written["answer_after"] = self._since(entry)
+
+    def _note_result(self, entry: PlayedGoal, status: int, result: Any) -> None:
+        if entry.goal.phase is Phase.ENDED:
+            return
+        end = ENDS[GoalStatus(status)]
+        is_reply = entry.goal.phase is Phase.CANCELING and "cancel" not in entry.written
+        if is_reply:
+            entry.written |= {"end": "never", "cancel": "confirm" if end == "cancel" else end}
+            if end == "cancel":
+                del entry.written["cancel"]
+        else:
+            entry.written |= {"end": end, "after": self._since(entry)}
+        if values := _changed(result):
+            entry.written["result"] = values
+
+    def _note_feedback(self, entry: PlayedGoal, feedback: Any) -> None:
+        messages = entry.written.setdefault("feedback", [])
+        written: dict[str, Any] = {"after": self._since(entry)}
+        if values := _changed(feedback):
+            written["values"] = values
+        if not self._is_beating:
+            messages.append(written)
+        elif not messages or "every" not in messages[-1] or messages[-1].get("values") != values:
+            messages.append({**written, "after": written["after"] - 0.05, "every": 0.05})
+
+    # ---- servers ----------------------------------------------------------------------------
+
+    def _watch_beats(self, server: GoalServer) -> None:
+        server.beat = partial(self._beat, server.beat)  # type: ignore[method-assign]
+
+    def _beat(self, beat: Any) -> None:
+        self._is_beating = True
+        beat()
+        self._is_beating = False
+
+    def _note_presence(self, server: GoalServer) -> None:
+        """Note when a server goes and comes back: one tick before the tick that notices it."""
+        spans = self._away.setdefault(server.name, [])
+        is_away = bool(spans) and spans[-1][1] is None
+        tick_s = _seconds(max(0, self._environment.now_ns - TICK_NS - START_NS))
+        if server.is_away and not is_away:
+            spans.append([_seconds(server.lost_ns - START_NS) if server.lost_ns else tick_s, None])
+        elif is_away and not server.is_away:
+            spans[-1][1] = tick_s
+
+
+def _seconds(nanoseconds: int) -> float:
+    return round(nanoseconds / NS, 3)
+
+
+def _changed(message: Any) -> dict[str, Any]:
+    """Return the fields of a message that have other values than in a new one, as plain values."""
+    return _difference(message, type(message)())
+
+
+def _difference(message: Any, new: Any) -> dict[str, Any]:
+    changed: dict[str, Any] = {}
+    for name in message.get_fields_and_field_types():
+        value, usual = getattr(message, name), getattr(new, name)
+        if hasattr(value, "get_fields_and_field_types"):
+            if inner := _difference(value, usual):
+                changed[name] = inner
+        elif isinstance(value, bool | int | float | str) and value != usual:
+            changed[name] = value
+    return changed

@@ -1,0 +1,127 @@
+"""A finding is written as a scenario with scripted servers, and its run on the stage shows it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from bt_mission.core.yaml.document import read
+from bt_mission.proving.answers import parse_answers
+from bt_mission.proving.confirm import confirmed
+from bt_mission.proving.proof import Finding, ProofOptions, prove
+from bt_mission.scenarios.run import run_scenario
+from bt_mission.sessions.load import load
+
+TURN = "{turn: {angle: 90}, timeout: 9}"
+MOVE = "{move: {secs: 1, linear_velocity: 0.1}, timeout: 9}"
+
+
+def run_all(folder: Path, tree: str, head: str = "", **options: object) -> list[Finding]:
+    """Prove a mission and run its findings."""
+    path = folder / "m.yaml"
+    path.write_text(f"mission: m\n{head}tree:\n{tree}\n", encoding="utf-8")
+    chosen, mission = ProofOptions(**options), load(path)  # type: ignore[arg-type]
+    return list(confirmed(prove(mission, chosen).findings, mission, chosen, folder))
+
+
+def scenario_of(finding: Finding) -> dict[str, object]:
+    """Return the content of the scenario of a finding."""
+    assert finding.stage is not None
+    data: dict[str, object] = read(finding.stage.scenario).data
+    return data
+
+
+UNSET = """  sequence:
+    - fallback:
+        - {turn: {angle: 90}, timeout: 9, outputs: {error_code: code}}
+        - log: no turn
+    - log: $code"""
+
+
+def test_a_rejected_goal_is_scripted_and_its_test_passes_after_the_mend(tmp_path: Path) -> None:
+    """The scenario fails as long as the mistake is in the mission."""
+    (finding,) = run_all(tmp_path, UNSET)
+    assert str(finding.stage) == f"confirmed on the stage: {tmp_path}/test_m_unset_variable.py"
+    data = scenario_of(finding)
+    assert data["servers"] == {"turn": [{"answer": "reject"}]}
+    assert data["mission"] == "m.yaml"
+    assert data["expect"] == {
+        "outcome": "any",
+        "orphaned_goals": "any",
+        "reason": r"^(?!.*'\$?code' has no value)",
+    }
+    scenario = tmp_path / "m_unset_variable.scenario.yaml"
+    assert not run_scenario(scenario).passed
+    mended = UNSET.replace("  sequence:\n", "  sequence:\n    - set: {code: 0}\n")
+    (tmp_path / "m.yaml").write_text(f"mission: m\ntree:\n{mended}\n", encoding="utf-8")
+    result = run_scenario(scenario)
+    assert (result.passed, result.report.status) == (True, "success")
+
+
+def test_two_drives_are_seen_by_the_goals_at_the_base(tmp_path: Path) -> None:
+    """Both goals are accepted and stay open."""
+    (finding,) = run_all(tmp_path, f"  parallel:\n    - {TURN}\n    - {MOVE}", faults=0)
+    assert finding.stage is not None
+    assert finding.stage.is_confirmed
+    data = scenario_of(finding)
+    assert data["servers"] == {"turn": [{"end": "never"}], "move": [{"end": "never"}]}
+    assert data["requirements"] == {"one goal at the base": "never goals_at_base > 1"}
+
+
+def test_a_refused_cancel_is_scripted_with_the_times_of_the_way(tmp_path: Path) -> None:
+    """The first goal ends at 9.1 s by its limit; the server refuses the cancel."""
+    tree = f"  sequence:\n    - fallback:\n        - {TURN}\n        - log: late\n    - {MOVE}"
+    finding = run_all(tmp_path, tree)[0]
+    assert finding.stage is not None
+    assert finding.stage.is_confirmed
+    data = scenario_of(finding)
+    assert data["servers"] == {
+        "turn": [{"cancel": "refuse", "end": "never"}],
+        "move": [{"end": "never"}],
+    }
+    assert data["limit"] == pytest.approx(19.2)
+    result = run_scenario(finding.stage.scenario)
+    (requirement,) = result.report.requirements
+    assert (requirement.verdict, requirement.at) == ("violated", pytest.approx(9.15))
+
+
+def test_a_goal_without_a_limit_waits_for_ever(tmp_path: Path) -> None:
+    """The run is interrupted 100 s behind the end of the way."""
+    (finding,) = run_all(tmp_path, "  turn: {angle: 90}")
+    assert finding.stage is not None
+    assert finding.stage.is_confirmed
+    data = scenario_of(finding)
+    assert data["servers"] == {"turn": [{"end": "never"}]}
+    assert data["expect"] == {"outcome": "any", "orphaned_goals": "any", "before": data["limit"]}
+
+
+def test_a_loop_without_an_end_is_seen(tmp_path: Path) -> None:
+    """Its goals succeed as usual."""
+    tree = f"  repeat: {{until: 1 > 2}}\n  do: {TURN}"
+    (finding,) = run_all(tmp_path, tree)
+    assert finding.stage is not None
+    assert finding.stage.is_confirmed
+
+
+def test_a_server_that_is_lost_is_killed_by_a_fault(tmp_path: Path) -> None:
+    """At the time of the way."""
+    tree = "  sequence:\n    - fallback: [TURN, {log: lost}]\n    - log: $angle".replace(
+        "TURN", "{turn: {angle: 90}, timeout: 9, outputs: {angle_turned: angle}}"
+    )
+    left_out = ("reject", "no_answer", "refuse_cancel", "ignore_cancel", "no_server")
+    answers = parse_answers(",".join(["usual", *(f"turn:{name}" for name in left_out)]))
+    (finding,) = run_all(tmp_path, tree, answers=answers)
+    assert finding.stage is not None
+    assert finding.stage.is_confirmed
+    assert scenario_of(finding)["faults"] == ["at 0.1: kill_server turn"]
+
+
+def test_what_no_server_answers_is_named(tmp_path: Path) -> None:
+    """A draw is no answer of a server, and no run shows a node that is never entered."""
+    indented = UNSET.strip().replace("\n", "\n    ")
+    (drawn,) = run_all(tmp_path, f"  choose:\n    - log: one\n    - {indented}")
+    assert str(drawn.stage) == ("not decided on the stage: a scenario does not script: 'm' draws 2")
+    (dead,) = run_all(tmp_path, f"  fallback:\n    - log: always\n    - {TURN}")
+    assert str(dead.stage) == "not decided on the stage: no run shows it"
+    assert dead.as_dict()["confirmed"] is None
