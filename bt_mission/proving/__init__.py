@@ -13,4 +13,6 @@ from one limit to the next.
 - ``explorer``: all states, breadth first
 - ``claims``: what is proved of the states
 - ``proof``: what was proved and found, in words and as JSON
+- ``played``: the answers of a way with their times, as a scenario has them
+- ``confirm``: a finding as a scenario and a test, and its run on the stage
 """

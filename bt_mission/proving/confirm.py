@@ -94,7 +94,9 @@ def check_of(finding: Finding) -> Check | None:
 def _added(finding: Finding, options: ProofOptions) -> dict[str, str]:
     """Return the requirement of a finding, where the mission does not have it."""
     return {
-        entry.name: entry.text for entry in options.requirements if entry.name == finding.requirement
+        entry.name: entry.text
+        for entry in options.requirements
+        if entry.name == finding.requirement
     }
 
 
