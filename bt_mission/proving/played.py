@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 from bt_mission.core.stamps import NS
@@ -59,10 +58,8 @@ class Played:
         self.others: list[str] = []
         self._environment = environment
         self._known: dict[int, PlayedGoal] = {}
-        self._is_beating = False
+        self._before_ns = START_NS
         self._away: dict[str, list[list[float | None]]] = {}
-        for server in environment.goal_servers:
-            self._watch_beats(server)
         for script in way:
             self._step(script)
         self.end_s = _seconds(environment.now_ns - START_NS)
@@ -101,7 +98,7 @@ class Played:
 
     def _step(self, script: Script) -> None:
         environment = self._environment
-        before_ns = environment.now_ns
+        before_ns = self._before_ns = environment.now_ns
         environment.step(script)
         names = [server.name for server in environment.goal_servers]
         for words in environment.choices.words:
@@ -178,20 +175,12 @@ class Played:
         written: dict[str, Any] = {"after": self._since(entry)}
         if values := _changed(feedback):
             written["values"] = values
-        if not self._is_beating:
+        if self._environment.now_ns == self._before_ns:  # an answer, and no beat of the tick
             messages.append(written)
         elif not messages or "every" not in messages[-1] or messages[-1].get("values") != values:
             messages.append({**written, "after": written["after"] - 0.05, "every": 0.05})
 
     # ---- servers ----------------------------------------------------------------------------
-
-    def _watch_beats(self, server: GoalServer) -> None:
-        server.beat = partial(self._beat, server.beat)  # type: ignore[method-assign]
-
-    def _beat(self, beat: Any) -> None:
-        self._is_beating = True
-        beat()
-        self._is_beating = False
 
     def _note_presence(self, server: GoalServer) -> None:
         """Note when a server goes and comes back: one tick before the tick that notices it."""
