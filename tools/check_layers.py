@@ -25,11 +25,11 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("bt_mission.sessions",),
     ("bt_mission.faults", "bt_mission.coverage"),
     ("bt_mission.recording", "bt_mission.graph_tools", "bt_mission.scenarios"),
-    ("bt_mission.fleets",),
+    ("bt_mission.fleets", "bt_mission.proving"),
     ("bt_mission.views",),
     ("bt_mission.testing",),
     ("bt_mission.sweeps",),
-    ("bt_mission.search", "bt_mission.proving"),
+    ("bt_mission.search",),
     ("bt_mission.cli",),
 )
 """Packages of bt_mission, from the lowest layer: each imports those of lower layers."""

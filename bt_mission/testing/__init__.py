@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from bt_mission.testing.history import GoalLife, Recorded
     from bt_mission.testing.live_graph import LiveGraph, Process
     from bt_mission.testing.moment import Moment, NodeView
+    from bt_mission.testing.proofs import ProofFailed, prove
     from bt_mission.testing.run import NeverHeldError, Run
     from bt_mission.testing.stages import Stages
 
@@ -29,12 +30,14 @@ __all__ = [
     "NeverHeldError",
     "NodeView",
     "Process",
+    "ProofFailed",
     "Recorded",
     "Run",
     "ScenarioError",
     "ScriptedGoal",
     "ScriptedServer",
     "Stages",
+    "prove",
 ]
 
 __getattr__ = lazy_names(
@@ -48,12 +51,14 @@ __getattr__ = lazy_names(
         "NeverHeldError": "bt_mission.testing.run",
         "NodeView": "bt_mission.testing.moment",
         "Process": "bt_mission.testing.live_graph",
+        "ProofFailed": "bt_mission.testing.proofs",
         "Recorded": "bt_mission.testing.history",
         "Run": "bt_mission.testing.run",
         "ScenarioError": "bt_mission.faults.errors",
         "ScriptedGoal": "bt_mission.sessions.scripted_server",
         "ScriptedServer": "bt_mission.sessions.scripted_server",
         "Stages": "bt_mission.testing.stages",
+        "prove": "bt_mission.testing.proofs",
     },
 )
 

@@ -89,6 +89,8 @@ def _percent(text: str) -> float:
     return percent
 
 
+PROVE = "prove"
+"""The marker of tests that prove a mission."""
 LARK = "ignore:module 'sre_(parse|constants|compile)' is deprecated:DeprecationWarning"
 """lark, which the message generators of the ROS wheels import, names modules of Python 3.10."""
 
@@ -96,6 +98,8 @@ LARK = "ignore:module 'sre_(parse|constants|compile)' is deprecated:DeprecationW
 def pytest_configure(config: pytest.Config) -> None:
     """Put the parts together."""
     config.addinivalue_line("filterwarnings", LARK)  # nothing that its reader could mend
+    text = f"{PROVE}(mission, faults=2, ...): explore every answer of its servers before the test"
+    config.addinivalue_line("markers", text)
     config.pluginmanager.register(Results(config), "bt_mission_results")
     config.pluginmanager.register(SeedHooks(config), "bt_mission_seeds")
     asked = ("", "_source", "_report", "_fail_under")
@@ -156,7 +160,14 @@ def stage(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Stages]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
-    """End the missions of a test as its last step, which fails where they left something wrong."""
+    """Prove what a test is marked with; end its missions as its last step.
+
+    That step fails where they left something wrong.
+    """
+    for marker in pyfuncitem.iter_markers(PROVE):
+        from bt_mission.testing.proofs import prove
+
+        prove(*marker.args, **marker.kwargs)
     result = yield
     stages = pyfuncitem.stash.get(STAGES, [])
     for made in stages:

@@ -172,7 +172,7 @@ class Stages:
                 raise ScenarioError(f"{names}: give the mission as file or text to change them")
             return mission if seed is None else replace(mission, seed=seed)
         text = str(mission)
-        source = text if "\n" in text else _mission_file(mission)
+        source = text if "\n" in text else mission_file(mission)
         return required(examine(source, servers=None, **changes))
 
     def world(self, world: str | Path) -> str | Path:
@@ -294,7 +294,8 @@ def _nature(written: str | Mapping[str, float] | Nature) -> Nature:
         raise ScenarioError(f"nature: {error.message()}") from None
 
 
-def _mission_file(name: str | Path) -> Path:
+def mission_file(name: str | Path) -> Path:
+    """Return the path of a mission: a file, or a shipped one by its name."""
     path = Path(name)
     if not path.suffix and len(path.parts) == 1 and not path.exists():
         return find("missions", path)
