@@ -42,6 +42,19 @@ def loose_deadlines(
     ]
 
 
+def lone_leaves(nodes: Iterable[Behaviour]) -> set[Behaviour]:
+    """Return the leaves beside which nothing else runs.
+
+    While the limit of such a leaf is the only one that runs, no other deadline can begin before it
+    is over. How much time is left makes no difference then, up to the last tick.
+    """
+    return {
+        node
+        for node in nodes
+        if not node.children and not any(isinstance(above, Parallel) for above in _above(node))
+    }
+
+
 def rounds_of(node: Behaviour, evaluators: Mapping[Behaviour, Evaluator]) -> float:
     """Return the most rounds of a loop, infinite if that is not known; 0 for another node."""
     if not isinstance(node, Repeat | Retry):
@@ -60,6 +73,13 @@ def rounds_of(node: Behaviour, evaluators: Mapping[Behaviour, Evaluator]) -> flo
 def is_folded(node: Repeat) -> bool:
     """May the rounds of a loop be taken as alike? Not where they compute values."""
     return not any(isinstance(inner, Set) for inner in node.iterate())
+
+
+def _above(node: Behaviour) -> Iterator[Behaviour]:
+    parent = node.parent
+    while parent is not None:
+        yield parent
+        parent = parent.parent
 
 
 def _meanwhile(node: Loose) -> Iterator[Behaviour]:

@@ -30,20 +30,26 @@ from bt_mission.events.events import NodeChanged
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
-from bt_mission.goals.goal import Goal, Phase
+from bt_mission.goals.goal import Goal
 from bt_mission.goals.ledger import Ledger
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.decorators import RepeatNode
 from bt_mission.language.nodes.leaves import PythonNode
 from bt_mission.language.requirements.formula import Requirement
-from bt_mission.proving.abstraction import MANY_ROUNDS, Loose, is_folded, loose_deadlines
+from bt_mission.proving.abstraction import (
+    MANY_ROUNDS,
+    Loose,
+    is_folded,
+    lone_leaves,
+    loose_deadlines,
+)
 from bt_mission.proving.answers import AnswerSet
 from bt_mission.proving.choices import NOTHING, UNBOUNDED, Choices, Option, OutOfFaultsError, Script
 from bt_mission.proving.clients import DRAWS, AnyBehaviour, Draw, Service, Speech, Topic
 from bt_mission.proving.goal_servers import GoalServer, Question
 from bt_mission.proving.memento import Keeper, Memento
 from bt_mission.proving.requirements import RequirementMonitors
-from bt_mission.proving.state_key import failed_tip, noter, values_key
+from bt_mission.proving.state_key import attempt_key, failed_tip, goal_key, noter, values_key
 from bt_mission.proving.values import ValueCases
 from bt_mission.ros.mission_runner import TICK_RATE_HZ
 from bt_mission.ros.mission_runtime import CANCEL_GRACE_NS
@@ -207,6 +213,7 @@ class Environment:
         self._scopes = [self.scope, *(node.inner for node in nodes if isinstance(node, Subtree))]
         self._limited = {node: _words_of(node) for node in nodes if isinstance(node, _WAITING)}
         """The nodes with a limit of their own, and the words for it."""
+        self._alone = lone_leaves(nodes)
         loose = loose_deadlines(nodes, self._evaluators)
         self._loose = {node: self._limited.pop(node) for node in loose}
         """The nodes with an abstract deadline, and the words for it."""
@@ -405,7 +412,7 @@ class Environment:
             yield from server.questions()
         for service in self._services.values():
             yield from service.questions()
-        for topic in self._topics.values():
+        for topic in self._topics.values() if self._reads_topics else ():
             yield from topic.questions()
         for leaf in self._any_behaviours:
             yield from leaf.questions()
@@ -414,6 +421,13 @@ class Environment:
                 yield NOTHING, Option(words, 0, partial(self._meet, node))
         if self._moment.may_interrupt and self.executive.status is MissionStatus.RUNNING:
             yield NOTHING, Option(INTERRUPT, 0, self._interrupt)
+
+    @property
+    def _reads_topics(self) -> bool:
+        """May a node or a requirement still read a message?"""
+        executive = self.executive
+        is_over = executive.status is not MissionStatus.RUNNING
+        return not is_over or executive.cleanups.is_pending or self.requirements.is_used
 
     def _meet(self, node: Loose) -> None:
         """Have an abstract deadline met by the next tick."""
@@ -489,17 +503,34 @@ class Environment:
         return tuple(collected)
 
     def _faults_of(self, due: Due) -> int:
-        """Return 1 where a server has to be late for a limit to be met."""
+        """Return 1 where a server has to be late for a limit to be met.
+
+        Raises:
+            OutOfFaultsError: When one of them is never late.
+        """
         words, _, node = due
-        if isinstance(node, ActionLeaf):
-            return int(words is self._limit_words[node, "goal"] and self._works(node))
         if isinstance(node, WaitFor):
             return 1
-        if isinstance(node, Timeout | Finally):
+        late: list[Behaviour] = []
+        if isinstance(node, ActionLeaf) and words is self._limit_words[node, "goal"]:
+            late = [node]
+        elif isinstance(node, Timeout | Finally):
             below = node.cleanup if isinstance(node, Finally) else node
-            is_answer_due = self._is_answer_due()
-            return int(any(entry in is_answer_due for entry in below.iterate()))
-        return 0
+            late = list(below.iterate())
+        servers = [name for entry in late if (name := self._working_for(entry))]
+        if not all(map(self.answers.is_ever_late, servers)):
+            raise OutOfFaultsError
+        return int(bool(servers))
+
+    def _working_for(self, node: Behaviour) -> str:
+        """Return the server or class that works for a leaf, as it usually does in time; or ""."""
+        if isinstance(node, ActionLeaf) and self._works(node):
+            assert node.attempt is not None
+            assert node.attempt.goal is not None
+            return node.attempt.goal.goal_client.name
+        if isinstance(node, AnyBehaviour) and node.status is Status.RUNNING:
+            return node.name if node.answer == "running" else ""
+        return ""
 
     def _works(self, leaf: ActionLeaf) -> bool:
         """Does a server work on the goal of a leaf?"""
@@ -509,12 +540,6 @@ class Environment:
             for server in self._goal_servers.values()
             for served in server.goals
         )
-
-    def _is_answer_due(self) -> set[Behaviour]:
-        """Return the leaves for which a server or a class works, as it usually does in time."""
-        collected: set[Behaviour] = {leaf for leaf in self._action_leaves if self._works(leaf)}
-        collected |= {leaf for leaf in self._any_behaviours_running if leaf.answer == "running"}
-        return collected
 
     # ---- the state --------------------------------------------------------------------------
 
@@ -566,7 +591,10 @@ class Environment:
     def key(self) -> bytes:
         """Return what the future depends on, the faults left apart, as a hash."""
         now_ns = self.now_ns
-        limits = [(name, at_ns - now_ns) for name, at_ns, _ in self._moment.limits]
+        limits = [(name, max(0, at_ns - now_ns)) for name, at_ns, _ in self._moment.limits]
+        if len(limits) == 1 and self._moment.limits[0][2] in self._alone:
+            name, left_ns = limits[0]
+            limits = [(name, left_ns <= TICK_NS)]
         whole = marshal.dumps((self._moment.untimed, limits), 2)
         return blake2b(whole, digest_size=16).digest()
 
@@ -586,42 +614,14 @@ class Environment:
             self.ledger.is_held,
             tuple(tree),
             tuple([values_key(scope.values) for scope in self._scopes]),
-            tuple([self._attempt_key(leaf, numbers) for leaf in self._action_leaves]),
-            tuple([self._goal_key(goal) for goal in held]),
+            tuple([attempt_key(leaf, numbers) for leaf in self._action_leaves]),
+            tuple([goal_key(goal, self.ledger) for goal in held]),
             tuple([server.key for server in self._goal_servers.values()]),
             tuple([service.key for service in self._services.values()]),
             tuple([topic.key for topic in self._topics.values()]),
             tuple([speech.key for speech in self._speeches.values()]),
             tuple([leaf.answer for leaf in self._any_behaviours_running]),
             self.requirements.key,
-        )
-
-    def _attempt_key(self, leaf: ActionLeaf, numbers: dict[int, int]) -> Any:
-        attempt = leaf.attempt
-        if attempt is None or leaf.status is not Status.RUNNING:
-            return None
-        goal = attempt.goal
-        if goal is None:
-            return "waits"
-        return (
-            numbers.get(id(goal), -1),
-            attempt.cause and attempt.cause._value_,
-            goal.phase._value_,
-            goal.accepted,
-            attempt.ending.outcome._value_ if attempt.ending else "",
-            goal.feedback is None,
-        )
-
-    def _goal_key(self, goal: Goal) -> Any:
-        if goal.phase is Phase.LOST:
-            return goal.goal_client.name, goal.owner
-        return (
-            goal.goal_client.name,
-            goal.owner,
-            goal.phase._value_,
-            goal.cancel_refused,
-            goal.orphaned_ns is not None,
-            self.ledger.has_given_up(goal),
         )
 
     # ---- taking and putting back ------------------------------------------------------------

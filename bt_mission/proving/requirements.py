@@ -63,6 +63,7 @@ class RequirementMonitors:
 
     Attributes:
         needs_physics: By the name of a requirement that is not evaluated, why.
+        is_used: Is any evaluated?
         violated: Those that are violated since the last tick.
     """
 
@@ -86,7 +87,7 @@ class RequirementMonitors:
                 self.needs_physics[requirement.name] = why
             else:
                 self._monitors.append(Monitor(requirement, self))
-        self._is_used = bool(self._monitors)
+        self.is_used = bool(self._monitors)
 
     # ---- the signals ------------------------------------------------------------------------
 
@@ -135,12 +136,12 @@ class RequirementMonitors:
 
     def take(self, event: NodeChanged) -> None:
         """Note that a node has changed."""
-        if self._is_used:
+        if self.is_used:
             self._history.take(self._executive.nodes[event.node], event.status)
 
     def step(self, now_ns: int) -> None:
         """Take the instant behind a tick, the last one of the mission included."""
-        if not self._is_used:
+        if not self.is_used:
             return
         executive, violated = self._executive, []
         is_complete = executive.verdict is not MissionStatus.INTERRUPTED
@@ -169,7 +170,7 @@ class RequirementMonitors:
     @property
     def kept(self) -> Iterator[Any]:
         """The objects that a step may change."""
-        if self._is_used:
+        if self.is_used:
             yield self
             yield self._history
             known: set[int] = set()

@@ -9,10 +9,13 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 from py_trees.composites import Composite
 
+from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.cleanup import Finally
 from bt_mission.behaviours.control import Parallel, Pick, Selector, Sequence
 from bt_mission.behaviours.decorators import Repeat, Retry
 from bt_mission.behaviours.snapshot import save
+from bt_mission.goals.goal import Goal, Phase
+from bt_mission.goals.ledger import Ledger
 from bt_mission.language.expressions.values import NoValue
 
 
@@ -44,6 +47,42 @@ def noter(node: Behaviour, indices: Mapping[Behaviour, int]) -> Callable[[list[A
                 tree += [indices[tip], tip.feedback_message]
 
     return note
+
+
+def attempt_key(leaf: ActionLeaf, numbers: Mapping[int, int]) -> Any:
+    """Return the state of the attempt of a leaf.
+
+    Args:
+        numbers: Of the open goals, by their `id`.
+    """
+    attempt = leaf.attempt
+    if attempt is None or leaf.status is not Status.RUNNING:
+        return None
+    goal = attempt.goal
+    if goal is None:
+        return "waits"
+    return (
+        numbers.get(id(goal), -1),
+        attempt.cause and attempt.cause._value_,
+        goal.phase._value_,
+        goal.accepted,
+        attempt.ending.outcome._value_ if attempt.ending else "",
+        goal.feedback is None,
+    )
+
+
+def goal_key(goal: Goal, ledger: Ledger) -> Any:
+    """Return the state of an open goal."""
+    if goal.phase is Phase.LOST:
+        return goal.goal_client.name, goal.owner
+    return (
+        goal.goal_client.name,
+        goal.owner,
+        goal.phase._value_,
+        goal.cancel_refused,
+        goal.orphaned_ns is not None,
+        ledger.has_given_up(goal),
+    )
 
 
 def failed_tip(node: Behaviour) -> Behaviour:

@@ -1,0 +1,302 @@
+"""Planted defects of missions, and of the executive, are found by the property that they break."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from py_trees.common import Status
+
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.control import Timeout
+from bt_mission.behaviours.decorators import Repeat
+from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.behaviours.leaves import Wait
+from bt_mission.core.yaml.document import read_text
+from bt_mission.executive.cleanups import Cleanups
+from bt_mission.goals.attempt import Attempt
+from bt_mission.goals.goal import Event, Goal, GoalStatus
+from bt_mission.goals.ledger import Ledger
+from bt_mission.proving.answers import NAMES, parse_answers
+from bt_mission.proving.explorer import Bounds
+from bt_mission.proving.proof import USUAL_FAULTS, ProofOptions, prove
+from bt_mission.sessions.load import load
+from tests.support.planting import Plant, altered, given, instead
+
+MOST = Bounds(states=10_000)
+"""No exploration here needs more."""
+
+
+@dataclass(frozen=True)
+class MissionDefect:
+    """A mission with a defect, the property that it breaks, and how it is mended."""
+
+    what: str
+    finds: str
+    mission: str
+    bad: str
+    good: str
+    faults: int = USUAL_FAULTS
+
+    def findings(self, text: str) -> set[str]:
+        """Return the properties that a mission breaks."""
+        proof = prove(load(f"mission: m\n{text}"), ProofOptions(faults=self.faults, bounds=MOST))
+        assert proof.exhaustive
+        return {entry.property for entry in proof.findings}
+
+
+DEFECTS = [
+    MissionDefect(**entry)
+    for entry in read_text(Path(__file__).with_name("mission_defects.yaml").read_text()).data
+]
+
+
+@pytest.mark.parametrize("defect", DEFECTS, ids=[defect.what for defect in DEFECTS])
+def test_a_defect_of_a_mission_is_found_until_it_is_mended(defect: MissionDefect) -> None:
+    """By its property."""
+    assert defect.mission.count(defect.bad) == 1
+    assert defect.finds in defect.findings(defect.mission)
+    assert defect.finds not in defect.findings(defect.mission.replace(defect.bad, defect.good))
+
+
+TURN = "{turn: {angle: 90}, timeout: 9}"
+MOVE = "{move: {secs: 1, linear_velocity: 0.1}, timeout: 9}"
+SWEEP = "{camera_sweep: {sweep_angle: 90, image_count: 2}, timeout: 9}"
+SEQUENCE = f"tree:\n  sequence:\n    - {SWEEP}\n    - {TURN}\n"
+HANDLED = f"tree:\n  fallback:\n    - {TURN}\n    - log: not done\n"
+NEXT = f"tree:\n  sequence:\n    - fallback:\n        - {TURN}\n        - log: late\n    - {MOVE}\n"
+TIDY = f"tree:\n  finally: {{timeout: 5}}\n  do: {TURN}\n  then: {{wait: 1}}\n"
+CANCELED = f"""\
+requirements:
+  is cancelled in time: 'never outcome("turn") == "unconfirmed"'
+tree: {TURN}
+"""
+HALTED = f"""\
+tree:
+  sequence:
+    - parallel:
+        - {MOVE}
+        - wait: 3
+      succeed_when: any
+    - {TURN}
+"""
+AGAIN = """\
+tree:
+  fallback:
+    - {turn: {angle: 90}, timeout: 9, name: first}
+    - {turn: {angle: 45}, timeout: 9, server_timeout: 1, name: second}
+"""
+TOLD = """\
+tree:
+  sequence:
+    - {turn: {angle: 90}, timeout: 9, outputs: {angle_turned: angle}}
+    - log: $angle
+"""
+WATCHED = """\
+tree:
+  fallback:
+    - camera_sweep: {sweep_angle: 90, image_count: 8}
+      cancel_when: current_image >= 5
+      timeout: 60
+    - log: enough
+"""
+AWAITED = """\
+tree:
+  fallback:
+    - timeout: 5
+      do:
+        wait_for: {topic: motors_on, type: std_msgs/msg/Bool, until: data}
+    - log: no message
+"""
+
+
+def only(*names: str) -> str:
+    """Return the answers with these faults alone."""
+    return ",".join(("usual", *(f"*:{name}" for name in NAMES if name not in names)))
+
+
+def _forgets(self: Ledger, goal: Goal, _now_ns: int) -> None:
+    """Drop a goal that is not wanted any more."""
+    self._open.pop(goal.id, None)
+
+
+def _drops(goal: Goal, self: Ledger, *_: object) -> Goal:
+    """Do not keep a goal that was sent."""
+    self._open.pop(goal.id, None)
+    return goal
+
+
+def _never_lost(event: Event) -> tuple[Event]:
+    """Do not take a goal for lost once its grace is over."""
+    return (Event.UNWANTED if event is Event.GIVEN_UP else event,)
+
+
+def _cancels_nothing(self: Attempt, cause: object, text: str, now_ns: int) -> None:
+    """Send no cancel request."""
+    self._cause, self._cause_text, self._cancel_ns = cause, text, now_ns  # type: ignore[assignment]
+    self._due_ns = now_ns
+
+
+def _takes_aborted_for_done(self: Attempt, goal: Goal) -> object:
+    """Read an aborted goal as one that has succeeded."""
+    goal.status = GoalStatus.SUCCEEDED if goal.status is GoalStatus.ABORTED else goal.status
+    return READ_END(self, goal)
+
+
+READ_END = Attempt._read_end
+
+
+def _counts_nothing(status: Status, self: Repeat) -> Status:
+    """Forget that a round is done."""
+    self._done = 0
+    return Status.RUNNING if status is Status.SUCCESS else status
+
+
+@dataclass(frozen=True)
+class ExecutiveDefect:
+    """A defect of the executive, and a mission in which it breaks a property."""
+
+    what: str
+    finds: str
+    mission: str
+    plant: Plant
+    faults: int = 1
+    answers: str = "usual"
+    with_interrupts: bool = False
+
+    def findings(self) -> set[str]:
+        """Return the properties that are broken."""
+        answers = parse_answers(self.answers)
+        options = ProofOptions(
+            self.faults, answers, with_interrupts=self.with_interrupts, bounds=MOST
+        )
+        proof = prove(load(f"mission: m\n{self.mission}"), options)
+        return {entry.property for entry in proof.findings}
+
+
+EXECUTIVE_DEFECTS = [
+    ExecutiveDefect(
+        "the ledger drops a goal that is halted",
+        "goals_accounted",
+        HALTED,
+        instead(Ledger, "release_goal", _forgets),
+    ),
+    ExecutiveDefect(
+        "the ledger does not keep a goal that was sent",
+        "goals_accounted",
+        SEQUENCE,
+        altered(Ledger, "send", _drops),
+    ),
+    ExecutiveDefect(
+        "the ledger never gives a goal up",
+        "ends",
+        SEQUENCE,
+        given(Goal, "on", _never_lost),
+        2,
+    ),
+    ExecutiveDefect(
+        "no cancel is sent at a limit",
+        "requirement",
+        CANCELED,
+        instead(Attempt, "_cancel", _cancels_nothing),
+        1,
+        only("late"),
+    ),
+    ExecutiveDefect(
+        "a halted leaf keeps its goal",
+        "one_goal_at_the_base",
+        HALTED,
+        instead(ActionLeaf, "terminate", lambda *_: None),
+        0,
+    ),
+    ExecutiveDefect(
+        "a goal is sent beside one that has not ended",
+        "one_goal_at_the_base",
+        AGAIN,
+        instead(Ledger, "has_orphan_at", lambda *_: False),
+        2,
+        only("late", "refuse_cancel"),
+    ),
+    ExecutiveDefect(
+        "a limit of a goal is not checked",
+        "dead_node",
+        HANDLED,
+        instead(Attempt, "_check_limits", lambda *_: None),
+        1,
+        only("late"),
+    ),
+    ExecutiveDefect(
+        "a condition on feedback is not checked",
+        "dead_node",
+        WATCHED,
+        instead(Attempt, "_check_feedback", lambda *_: None),
+        0,
+        only(),
+    ),
+    ExecutiveDefect(
+        "an aborted goal counts as done",
+        "dead_node",
+        HANDLED,
+        instead(Attempt, "_read_end", _takes_aborted_for_done),
+        1,
+        only("abort"),
+    ),
+    ExecutiveDefect(
+        "a result is not stored",
+        "unset_variable",
+        TOLD,
+        instead(Evaluator, "store", lambda *_: None),
+        0,
+    ),
+    ExecutiveDefect(
+        "a round is not counted",
+        "ends",
+        f"tree:\n  repeat: {{count: 2}}\n  do: {TURN}\n",
+        altered(Repeat, "_after_round", _counts_nothing),
+        0,
+    ),
+    ExecutiveDefect(
+        "a wait never ends",
+        "ends",
+        "tree: {wait: 1}\n",
+        instead(Wait, "update", lambda _: Status.RUNNING),
+        0,
+    ),
+    ExecutiveDefect(
+        "a timeout is never over",
+        "dead_node",
+        AWAITED,
+        instead(Timeout, "update", lambda self: self.decorated.status),
+    ),
+    ExecutiveDefect(
+        "clean-ups are not ticked after a halt",
+        "interrupt",
+        TIDY,
+        instead(Cleanups, "walk", lambda _: iter(())),
+        0,
+        "usual",
+        with_interrupts=True,
+    ),
+    ExecutiveDefect(
+        "the mission ends before its clean-ups",
+        "interrupt",
+        TIDY,
+        instead(Cleanups, "is_pending", False),
+        0,
+        "usual",
+        with_interrupts=True,
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    "defect", EXECUTIVE_DEFECTS, ids=[defect.what for defect in EXECUTIVE_DEFECTS]
+)
+def test_a_defect_of_the_executive_is_found(
+    defect: ExecutiveDefect, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same mission does not break the property without the defect."""
+    assert defect.finds not in defect.findings()
+    defect.plant(monkeypatch)
+    assert defect.finds in defect.findings()
