@@ -53,6 +53,10 @@ def prove(options: argparse.Namespace) -> int:
     if (options.output or options.confirm) and not proof.is_interrupted:
         proof = _confirmed(proof, mission, proof_options, options.output)
     print(json.dumps(proof.as_dict()) if options.json else proof)
+    if proof.outcomes and not options.json:
+        from bt_mission.views.terminal.outcomes import outcome_rows
+
+        print(*outcome_rows(proof.outcomes, sys.stdout.encoding), sep="\n")
     if proof.is_interrupted:
         return INTERRUPTED
     return MISSION_FAILED if proof.findings else SUCCESS
@@ -92,6 +96,7 @@ def _proof_options(options: argparse.Namespace, mission: Mission) -> ProofOption
         ),
         rounds=options.rounds,
         bounds=_bounds(options),
+        with_outcomes=options.tree,
     )
 
 
@@ -214,6 +219,7 @@ COMMANDS = {
                 "the stage",
                 Path,
             ),
+            Option("--tree", "show each node with the outcomes that some run reaches"),
             Option("--confirm", "run each finding on the stage, without files"),
             SET,
             ROBOT,

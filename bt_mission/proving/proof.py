@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from bt_mission.core.text import counted, escape_control
+from bt_mission.coverage.places import CoveragePlace
+from bt_mission.coverage.record import CoverageRecord
 from bt_mission.language.mission import Mission
 from bt_mission.language.requirements.formula import Requirement
 from bt_mission.proving.answers import AnswerSet
@@ -30,6 +32,7 @@ class ProofOptions:
         requirements: Those besides the mission's own ones.
         rounds: Counts of `repeat` above it are cut to it; 0 for no bound. None opens those
             above 10.
+        with_outcomes: Collect the outcomes that nodes have on some way.
     """
 
     faults: float = USUAL_FAULTS
@@ -38,6 +41,7 @@ class ProofOptions:
     requirements: tuple[Requirement, ...] = ()
     rounds: int | None = None
     bounds: Bounds = field(default_factory=Bounds)
+    with_outcomes: bool = False
 
     def environment(self, mission: Mission, faults: float | None = None) -> Environment:
         """Return a mission before its first step."""
@@ -161,6 +165,8 @@ class Proof:
         requirements: Its requirements with their verdicts.
         abstracted: Loops that may end after any round, and deadlines that may be met at any tick.
             A finding may need a run that real time rules out.
+        outcomes: The nodes with the outcomes that they can have; those that some way reaches are
+            counted. Empty where nobody asked.
     """
 
     mission: str
@@ -176,11 +182,12 @@ class Proof:
     never_entered: tuple[str, ...]
     requirements: tuple[RequirementVerdict, ...]
     abstracted: tuple[str, ...] = ()
+    outcomes: tuple[CoveragePlace, ...] = ()
     is_interrupted: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
-        return {
+        data = {
             "mission": self.mission,
             "exhaustive": self.exhaustive,
             "why_not": list(self.why_not),
@@ -195,6 +202,12 @@ class Proof:
             "abstracted": list(self.abstracted),
             "requirements": [asdict(entry) for entry in self.requirements],
         }
+        if self.outcomes:
+            data["tree"] = [
+                {"node": place.label, "reached": _reached(place), "missing": place.missing}
+                for place in self.outcomes
+            ]
+        return data
 
     def __str__(self) -> str:
         bound = "any number of" if self.faults is None else "at most"
@@ -210,6 +223,10 @@ class Proof:
         lines += [f"  {entry}" for entry in self.requirements]
         text = "\n".join(map(escape_control, lines))
         return "\n".join([text, *map(str, self.findings)])
+
+
+def _reached(place: CoveragePlace) -> list[str]:
+    return [name for part in (place.outcomes, place.branches) for name in part if part[name]]
 
 
 def prove(
@@ -231,6 +248,9 @@ def prove(
     """
     options = options or ProofOptions()
     claims, environment = Claims(), options.environment(mission)
+    record = None
+    if options.with_outcomes:
+        record = CoverageRecord.attach(mission, environment.executive)
     explored = explore(environment, [claims], options.bounds, elapsed_s, on_progress)
     claims.finish(explored)
     never = tuple(claims.never_entered(environment))
@@ -269,6 +289,7 @@ def prove(
             for entry in options.all_requirements(mission)
         ),
         abstracted=tuple(environment.abstracted),
+        outcomes=record.places if record is not None else (),
         is_interrupted=explored.why_not == "interrupted",
     )
 
