@@ -15,6 +15,7 @@ tree:
     - log: no turn
     - log: never
 """
+BY_OTHER = "· canceled by another client"
 
 
 def test_the_outcomes_of_usual_runs_are_ticked_off() -> None:
@@ -27,8 +28,7 @@ def test_the_outcomes_of_usual_runs_are_ticked_off() -> None:
         "    ¶ log  · success",
         "    ¶ log  · success",
         "tree turn:",
-        "  ▶ turn  ✓ succeeded  · aborted  · rejected  · canceled by timeout  "
-        "· canceled by another client",
+        f"  ▶ turn  ✓ succeeded  · aborted  · rejected  · canceled by timeout  {BY_OTHER}",
         "      · server not available  · no answer to the goal  · server lost  · cancel refused",
         "      · unconfirmed",
     ]
