@@ -183,14 +183,15 @@ class Played:
     # ---- servers ----------------------------------------------------------------------------
 
     def _note_presence(self, server: GoalServer) -> None:
-        """Note when a server goes and comes back: one tick before the tick that notices it."""
+        """Note when a server goes, one tick before the tick that notices it, and comes back."""
         spans = self._away.setdefault(server.name, [])
         is_away = bool(spans) and spans[-1][1] is None
-        tick_s = _seconds(max(0, self._environment.now_ns - TICK_NS - START_NS))
+        now_ns = self._environment.now_ns
         if server.is_away and not is_away:
-            spans.append([_seconds(server.lost_ns - START_NS) if server.lost_ns else tick_s, None])
+            gone_ns = server.lost_ns or max(START_NS, now_ns - TICK_NS)
+            spans.append([_seconds(gone_ns - START_NS), None])
         elif is_away and not server.is_away:
-            spans[-1][1] = tick_s
+            spans[-1][1] = _seconds(now_ns - START_NS)
 
 
 def _seconds(nanoseconds: int) -> float:

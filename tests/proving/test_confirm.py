@@ -126,3 +126,20 @@ def test_what_no_server_answers_is_named(tmp_path: Path) -> None:
     (dead,) = run_all(tmp_path, f"  fallback:\n    - log: always\n    - {TURN}")
     assert str(dead.stage) == "not decided on the stage: no run shows it"
     assert dead.as_dict()["confirmed"] is None
+
+
+def test_a_server_that_comes_back_is_there_when_the_way_has_it(tmp_path: Path) -> None:
+    """Behind the success of the other branch, which would otherwise not wait for it."""
+    tree = """\
+  sequence:
+    - parallel:
+        - {move: {secs: 1, linear_velocity: 0.1}, timeout: 9, outputs: {error_code: code}}
+        - {take_pictures: {nseconds: 5}, timeout: 20}
+      succeed_when: any
+      rest: finish
+    - log: $code"""
+    (finding,) = run_all(tmp_path, tree)
+    assert finding.steps[3] == "/move has a server again"
+    assert scenario_of(finding)["faults"] == ["at 0: kill_server move lasting 0.15"]
+    assert finding.stage is not None
+    assert finding.stage.is_confirmed
