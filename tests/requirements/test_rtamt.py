@@ -32,7 +32,7 @@ from tests.support.played_signals import PlayedSignals
 
 rtamt = pytest.importorskip("rtamt", reason="rtamt is not installed; it refuses Python 3.13")
 
-BATCHES, FORMULAS = 10, 1000
+FORMULAS = 1000
 STEP_MS, STEPS = 50, 120
 WORDS = {
     "always": "always",
@@ -121,10 +121,9 @@ def test_margins_of_edges_are_those_of_rtamt() -> None:
         assert by_us(formula, columns) == (theirs if math.isfinite(theirs) else None), formula.text
 
 
-@pytest.mark.parametrize("batch", range(BATCHES))
-def test_ten_thousand_margins_are_those_of_rtamt(batch: int) -> None:
+def test_a_thousand_margins_are_those_of_rtamt() -> None:
     """Every digit of them."""
-    draw = random.Random(1000 + batch)
+    draw = random.Random(1000)
     for _ in range(FORMULAS):
         formula = _compared(draw)
         columns = {
