@@ -25,6 +25,9 @@ LONGEST_S = 100.0
 BEHIND_S = 10.0
 """For so long a run goes on behind the end of a way that shows at once."""
 
+MOST_SEEDS = 8
+"""So many seeds are tried for a run with random draws."""
+
 TEST = '''"""{sentence}
 
 Found by bt-mission prove; it passes once the mission is fixed. To look at it:
@@ -158,34 +161,43 @@ def confirmed(
         except BtMissionError as error:
             yield replace(finding, stage=StageRun(why_not=str(error)))
             continue
-        scenario, test = _written(finding, data, folder, name)
-        yield replace(finding, stage=_run(finding, mission, options, scenario, test))
+        yield replace(finding, stage=_run(finding, data, mission, options, folder / name))
 
 
 def _run(
-    finding: Finding, mission: Mission, options: ProofOptions, scenario: Path, test: Path
+    finding: Finding,
+    data: Mapping[str, Any],
+    mission: Mission,
+    options: ProofOptions,
+    stem: Path,
 ) -> StageRun:
-    files = StageRun(scenario=str(scenario), test=str(test))
-    check = check_of(finding)
+    """Write the files of a finding, and run them; of random draws, with several seeds."""
+    check, environment = check_of(finding), options.environment(mission)
     assert check is not None, "it has a scenario"
-    try:
-        result = run_scenario(scenario)
-    except BtMissionError as error:
-        return replace(files, why_not=f"it cannot run: {error}")
-    is_seen = check.shows(result)
-    environment = options.environment(mission)
     for script in finding.way:
         environment.step(script)
+    has_draws = bool(environment.scope.generators)
+    seeds = [{}, *({"seed": seed} for seed in range(MOST_SEEDS))] if has_draws else [{}]
+    for seed in seeds:
+        files = _written(finding, {**data, **seed}, stem)
+        try:
+            result = run_scenario(files.scenario)
+        except BtMissionError as error:
+            return replace(files, why_not=f"it cannot run: {error}")
+        if check.shows(result):
+            return replace(files, is_confirmed=True)
     abstract = [*environment.abstracted, *(f"'{name}' is cut" for name in environment.cut)]
-    if not is_seen and abstract:
-        return replace(files, why_not=abstract[0])
-    return replace(files, is_confirmed=is_seen)
+    if has_draws:
+        abstract.append(f"it needs other random draws than those of {MOST_SEEDS} seeds")
+    if abstract:
+        _written(finding, data, stem)
+        return replace(files, why_not=abstract[-1])
+    return replace(files, is_confirmed=False)
 
 
-def _written(
-    finding: Finding, data: Mapping[str, Any], folder: Path, name: str
-) -> tuple[Path, Path]:
+def _written(finding: Finding, data: Mapping[str, Any], stem: Path) -> StageRun:
     """Write scenario and test."""
+    folder, name = stem.parent, stem.name
     scenario, test = folder / f"{name}.scenario.yaml", folder / f"test_{name}.py"
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -198,7 +210,7 @@ def _written(
     write_file(scenario, f"{comment}\n#\n#   bt-mission run {scenario.name}\n\n{to_yaml(data)}")
     sentence = "\n".join(wrapped).replace("\\", "\\\\").replace('"', "'")
     write_file(test, TEST.format(sentence=sentence, name=name, file=scenario.name))
-    return scenario, test
+    return StageRun(scenario=str(scenario), test=str(test))
 
 
 def _name(mission: str, finding: Finding, names: set[str]) -> str:

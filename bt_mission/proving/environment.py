@@ -258,6 +258,11 @@ class Environment:
         return tuple(self._goal_servers.values())
 
     @property
+    def services(self) -> tuple[str, ...]:
+        """The names of the services."""
+        return tuple(self._services)
+
+    @property
     def abstracted(self) -> Iterator[str]:
         """The loops and deadlines that are abstract, as text."""
         for name, count in self.opened.items():

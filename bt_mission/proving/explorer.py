@@ -211,6 +211,11 @@ def _take(
     elif environment.is_stuck:
         explored.stuck.add(state)
     elif is_new or left > most_left[state]:
+        # What follows may need the faults that only this way has left.
+        explored.came_from[state], explored.scripts[state] = (
+            waiting.state,
+            environment.choices.taken,
+        )
         most_left[state] = left
         queue.append(_Waiting(state, environment.save(waiting.memento), left, waiting.depth + 1))
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from bt_mission.core.stamps import NS
 from bt_mission.goals.goal import Event, Goal, GoalStatus, Phase
+from bt_mission.proving.answers import ANSWERS
 from bt_mission.proving.choices import Script
 from bt_mission.proving.environment import INTERRUPT, START_NS, TICK_NS, Environment
 from bt_mission.proving.goal_servers import GoalServer
@@ -17,6 +18,13 @@ ENDS = {
     GoalStatus.CANCELED: "cancel",
 }
 _TIME = "time passes: "
+_DRAWS = " draws "
+_SERVICE_FAULTS = {
+    ANSWERS["respond"].words: "",
+    ANSWERS["fail"].words: "fail_service {} success=false",
+    ANSWERS["no_response"].words: "ignore_service {}",
+}
+"""The faults of scenarios for the answers of services; "" for the usual answer."""
 _BY_ITSELF = ("is over", "is not done in time", "has done its rounds")
 """How the words of limits and loops end, which a run meets without a server."""
 
@@ -48,7 +56,7 @@ class Played:
     Attributes:
         goals: In the order in which they were sent.
         interrupt_s: When Ctrl-C comes, s since the start; None for never.
-        others: The answers that are not of action servers, as text.
+        others: The answers that no scenario scripts, as text.
         end_s: The time at the end of the way, s since the start.
     """
 
@@ -59,6 +67,7 @@ class Played:
         self._environment = environment
         self._known: dict[int, PlayedGoal] = {}
         self._before_ns = START_NS
+        self._service_faults: list[str] = []
         self._away: dict[str, list[list[float | None]]] = {}
         for script in way:
             self._step(script)
@@ -85,8 +94,8 @@ class Played:
 
     @property
     def faults(self) -> list[str]:
-        """The faults of a scenario: servers that are not there."""
-        return [
+        """The faults of a scenario: servers that are not there, and services that fail."""
+        return self._service_faults + [
             f"at {begin:g}: kill_server {action.strip('/')}"
             + ("" if end is None else f" lasting {end - begin:g}")
             for action, spans in self._away.items()
@@ -104,8 +113,11 @@ class Played:
         for words in environment.choices.words:
             if words == INTERRUPT:
                 self.interrupt_s = _seconds(before_ns - START_NS)
-            elif not words.startswith((_TIME, *(f"{name} " for name in names))) and (
-                not words.endswith(_BY_ITSELF)
+            elif not (
+                words.startswith((_TIME, *(f"{name} " for name in names)))
+                or words.endswith(_BY_ITSELF)
+                or _DRAWS in words
+                or self._note_service(words, before_ns)
             ):
                 self.others.append(words)
         for entry in self.goals:
@@ -120,6 +132,16 @@ class Played:
                 self._watch(goal)
         for server in environment.goal_servers:
             self._note_presence(server)
+
+    def _note_service(self, words: str, at_ns: int) -> bool:
+        """Note the answer of a service; return whether a scenario has it."""
+        name, _, answer = words.partition(" ")
+        if name not in self._environment.services or answer not in _SERVICE_FAULTS:
+            return False
+        if fault := _SERVICE_FAULTS[answer]:
+            begin, name = _seconds(at_ns - START_NS), name.strip("/")
+            self._service_faults.append(f"at {begin:g}: {fault.format(name)} lasting 0.05")
+        return True
 
     def _watch(self, goal: Goal) -> None:
         entry = self._known[id(goal)] = PlayedGoal(goal.goal_client.name, goal)

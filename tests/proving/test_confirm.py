@@ -118,11 +118,42 @@ def test_a_server_that_is_lost_is_killed_by_a_fault(tmp_path: Path) -> None:
     assert scenario_of(finding)["faults"] == ["at 0.1: kill_server turn"]
 
 
-def test_what_no_server_answers_is_named(tmp_path: Path) -> None:
-    """A draw is no answer of a server, and no run shows a node that is never entered."""
+def test_a_random_draw_is_found_among_seeds(tmp_path: Path) -> None:
+    """The scenario has the first seed whose draws show the finding."""
     indented = UNSET.strip().replace("\n", "\n    ")
     (drawn,) = run_all(tmp_path, f"  choose:\n    - log: one\n    - {indented}")
-    assert str(drawn.stage) == ("not decided on the stage: a scenario does not script: 'm' draws 2")
+    assert drawn.stage is not None
+    assert drawn.stage.is_confirmed
+    assert scenario_of(drawn).get("seed") == 1
+
+
+def test_a_service_that_fails_is_a_fault(tmp_path: Path) -> None:
+    """It begins with the tick that calls."""
+    tree = """  sequence:
+    - fallback:
+        - service: {name: stop, type: std_srvs/srv/Trigger}
+          outputs: {message: said}
+        - log: no answer
+    - log: $said"""
+    answers = parse_answers("usual,stop:fail,stop:no_server")
+    (finding,) = run_all(tmp_path, tree, answers=answers)
+    assert finding.stage is not None
+    assert finding.stage.is_confirmed
+    assert scenario_of(finding)["faults"] == ["at 0.05: ignore_service stop lasting 0.05"]
+
+
+def test_what_no_scenario_scripts_is_named(tmp_path: Path) -> None:
+    """Messages of a topic are not scripted, and no run shows a node that is never entered."""
+    tree = """  sequence:
+    - wait_for: {topic: /ready, type: std_msgs/msg/Bool, until: data}
+      timeout: 5
+      name: ready
+    - """ + UNSET.strip().replace("\n", "\n    ")
+    (finding,) = run_all(tmp_path, tree)
+    assert str(finding.stage) == (
+        "not decided on the stage: a scenario does not script: /ready sends a message that meets "
+        "the condition, data = True"
+    )
     (dead,) = run_all(tmp_path, f"  fallback:\n    - log: always\n    - {TURN}")
     assert str(dead.stage) == "not decided on the stage: no run shows it"
     assert dead.as_dict()["confirmed"] is None

@@ -261,3 +261,12 @@ def test_an_unknown_answer_is_refused(text: str) -> None:
     """The message lists the answers."""
     with pytest.raises(BtMissionError, match="answers that can be left out: no_server, reject"):
         parse_answers(text)
+
+
+def test_the_way_of_a_finding_is_within_the_bound_on_faults() -> None:
+    """A state that is visited again with more faults left is reached by the later way."""
+    mission, options = load("missions/sources/stop_service.yaml"), ProofOptions()
+    for finding in prove(mission, options).findings:
+        environment = options.environment(mission)
+        assert [environment.step(script) for script in finding.way] == [True] * len(finding.way)
+        assert len(environment.open_at_base) == 2
