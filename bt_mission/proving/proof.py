@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -19,6 +20,8 @@ from bt_mission.proving.environment import ROUNDS_OF_CUT, Environment
 from bt_mission.proving.explorer import Bounds, Explored, Progress, explore, replay
 
 USUAL_FAULTS = 2
+_OUTCOME = re.compile(r"('[^']+') ([a-z ]+)(?::.*)?", re.DOTALL)
+"""A reason that begins with a node and its outcome."""
 MORE_FAULTS = 2
 """So many more are allowed when a node is looked for that no way has entered."""
 
@@ -219,7 +222,7 @@ class Proof:
         lines += [f"  proved: {name}: {PROPERTIES[name]}" for name in self.proved]
         lines += [f"  not violated: {name}: {PROPERTIES[name]}" for name in self.not_violated]
         lines += [f"  never entered: '{name}'" for name in self.never_entered]
-        lines += [f"  ends the mission: {reason}" for reason in self.failures]
+        lines += [f"  ends the mission: {reasons}" for reasons in _by_node(self.failures)]
         lines += [f"  {entry}" for entry in self.requirements]
         text = "\n".join(map(escape_control, lines))
         return "\n".join([text, *map(str, self.findings)])
@@ -292,6 +295,17 @@ def prove(
         outcomes=record.places if record is not None else (),
         is_interrupted=explored.why_not == "interrupted",
     )
+
+
+def _by_node(reasons: Sequence[str]) -> Iterator[str]:
+    """Yield reasons for failures: the outcomes of a node in one line, others as they are."""
+    outcomes: dict[str, list[str]] = {}
+    for reason in reasons:
+        of_node = _OUTCOME.match(reason)
+        node, outcome = of_node.groups() if of_node else (reason, "")
+        outcomes.setdefault(node, []).append(outcome)
+    for node, names in outcomes.items():
+        yield f"{node} {', '.join(dict.fromkeys(names))}".rstrip()
 
 
 def _verdict(
