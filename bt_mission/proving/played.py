@@ -18,6 +18,8 @@ ENDS = {
     GoalStatus.CANCELED: "cancel",
 }
 _TIME = "time passes: "
+BEAT_S = TICK_NS / NS
+"""The interval of feedback that keeps a goal from its limit of silence, s."""
 _DRAWS = " draws "
 _SERVICE_FAULTS = {
     ANSWERS["respond"].words: "",
@@ -41,6 +43,10 @@ class PlayedGoal:
     """Did it wait for its answer at the end of a step?"""
     was_canceling: bool = False
     """Did it wait for the answer to a cancel at the end of a step?"""
+    is_silent: bool = False
+    """Does it get no more feedback?"""
+    beat_ns: int = 0
+    """When it got the last feedback of a tick, ns."""
 
     @property
     def is_open(self) -> bool:
@@ -132,6 +138,7 @@ class Played:
                 self._watch(goal)
         for server in environment.goal_servers:
             self._note_presence(server)
+            self._note_silence(server)
 
     def _note_service(self, words: str, at_ns: int) -> bool:
         """Note the answer of a service; return whether a scenario has it."""
@@ -194,13 +201,29 @@ class Played:
 
     def _note_feedback(self, entry: PlayedGoal, feedback: Any) -> None:
         messages = entry.written.setdefault("feedback", [])
-        written: dict[str, Any] = {"after": self._since(entry)}
-        if values := _changed(feedback):
-            written["values"] = values
-        if self._environment.now_ns == self._before_ns:  # an answer, and no beat of the tick
-            messages.append(written)
-        elif not messages or "every" not in messages[-1] or messages[-1].get("values") != values:
-            messages.append({**written, "after": written["after"] - 0.05, "every": 0.05})
+        is_beat = self._environment.now_ns != self._before_ns
+        values = {"values": changed} if (changed := _changed(feedback)) else {}
+        if not is_beat:
+            messages.append({"after": self._since(entry), **values})
+            return
+        entry.beat_ns = self._environment.now_ns
+        last = {**messages[-1]} if messages else {}
+        if "every" not in last or last.get("values", {}) != values.get("values", {}):
+            after = _seconds(self._environment.now_ns - entry.goal.sent_ns)
+            messages.append({"after": after, "every": BEAT_S, **values})
+
+    def _note_silence(self, server: GoalServer) -> None:
+        """Note that a goal gets no more feedback behind its last beat."""
+        for served in server.goals:
+            entry = self._known.get(id(served.goal))
+            if entry is None or not served.is_silent or entry.is_silent:
+                continue
+            entry.is_silent = True
+            messages = entry.written.setdefault("feedback", [])
+            if messages and "every" in messages[-1]:
+                after = _seconds(entry.beat_ns - entry.goal.sent_ns)
+                last = {name: value for name, value in messages[-1].items() if name != "every"}
+                messages.append({**last, "after": after})
 
     # ---- servers ----------------------------------------------------------------------------
 

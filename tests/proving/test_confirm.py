@@ -174,3 +174,22 @@ def test_a_server_that_comes_back_is_there_when_the_way_has_it(tmp_path: Path) -
     assert scenario_of(finding)["faults"] == ["at 0: kill_server move lasting 0.15"]
     assert finding.stage is not None
     assert finding.stage.is_confirmed
+
+
+def test_feedback_that_ends_is_scripted(tmp_path: Path) -> None:
+    """The server sends feedback at each tick, then a last message, and ignores the cancel."""
+    tree = """  sequence:
+    - fallback:
+        - turn: {angle: 90}
+          timeout: 20
+          feedback_timeout: 1
+          outputs: {angle_turned: angle}
+        - log: no angle
+    - log: $angle"""
+    left_out = ("reject", "no_answer", "refuse_cancel", "no_server", "abort", "server_lost", "late")
+    answers = parse_answers(",".join(["usual", *(f"turn:{name}" for name in left_out)]))
+    (finding,) = run_all(tmp_path, tree, answers=answers)
+    assert finding.stage is not None
+    assert finding.stage.is_confirmed
+    goal = {"feedback": [{"after": 0.05, "every": 0.05}, {"after": 0.1}], "cancel": "ignore"}
+    assert scenario_of(finding)["servers"] == {"turn": [{**goal, "after": 4.15}]}
