@@ -13,20 +13,24 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeAlias
 
 from py_trees.behaviour import Behaviour
+from py_trees.common import Status
 
+from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.control import Parallel, Timeout
 from bt_mission.behaviours.decorators import Repeat, Retry
 from bt_mission.behaviours.evaluator import Evaluator
 from bt_mission.behaviours.leaves import Set, Wait
 from bt_mission.behaviours.runtime import MissionFailure
+from bt_mission.core.stamps import NS
 from bt_mission.language.expressions.expression import draws
 from bt_mission.language.nodes.fields import TIMES
 
+NEVER_NS = 2**62
 MANY_ROUNDS = 10
 """A loop with more rounds is long."""
 
-Loose: TypeAlias = Wait | Timeout
-"""A node with an abstract deadline."""
+Loose: TypeAlias = Wait | Timeout | ActionLeaf
+"""A node with an abstract deadline: of an action, that of its goal."""
 
 
 def loose_deadlines(
@@ -38,7 +42,7 @@ def loose_deadlines(
     return [
         node
         for node in nodes
-        if isinstance(node, Wait | Timeout) and any(other in long for other in _meanwhile(node))
+        if isinstance(node, Loose) and any(other in long for other in _meanwhile(node))
     ]
 
 
@@ -53,6 +57,35 @@ def lone_leaves(nodes: Iterable[Behaviour]) -> set[Behaviour]:
         for node in nodes
         if not node.children and not any(isinstance(above, Parallel) for above in _above(node))
     }
+
+
+def keep_open(node: Loose, now_ns: int) -> None:
+    """Put the abstract deadline of a running node off; called behind each tick."""
+    if not isinstance(node, ActionLeaf):
+        node._until_ns = NEVER_NS  # noqa: SLF001
+    elif is_limited(node):
+        assert node.attempt is not None
+        node.attempt._accepted_ns = now_ns  # noqa: SLF001
+
+
+def meet(node: Loose, at_ns: int) -> None:
+    """Have the abstract deadline of a running node met at an instant."""
+    if not isinstance(node, ActionLeaf):
+        node._until_ns = at_ns  # noqa: SLF001
+        return
+    attempt = node.attempt
+    assert attempt is not None
+    assert attempt._limits.goal is not None  # noqa: SLF001
+    attempt._accepted_ns = at_ns - math.ceil(attempt._limits.goal * NS)  # noqa: SLF001
+    attempt._due_ns = at_ns  # noqa: SLF001
+
+
+def is_limited(node: Loose) -> bool:
+    """Is the abstract deadline of a node running?"""
+    if node.status is not Status.RUNNING or not isinstance(node, ActionLeaf):
+        return node.status is Status.RUNNING
+    attempt = node.attempt
+    return attempt is not None and "goal" in attempt.limits_due
 
 
 def rounds_of(node: Behaviour, evaluators: Mapping[Behaviour, Evaluator]) -> float:

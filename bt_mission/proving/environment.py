@@ -40,13 +40,17 @@ from bt_mission.proving.abstraction import (
     MANY_ROUNDS,
     Loose,
     is_folded,
+    is_limited,
+    keep_open,
     lone_leaves,
     loose_deadlines,
+    meet,
 )
 from bt_mission.proving.answers import AnswerSet
 from bt_mission.proving.choices import NOTHING, UNBOUNDED, Choices, Option, OutOfFaultsError, Script
 from bt_mission.proving.clients import DRAWS, AnyBehaviour, Draw, Service, Speech, Topic
 from bt_mission.proving.goal_servers import GoalServer, Question
+from bt_mission.proving.limits import LIMITS, words_of
 from bt_mission.proving.memento import Keeper, Memento
 from bt_mission.proving.requirements import RequirementMonitors
 from bt_mission.proving.state_key import attempt_key, failed_tip, goal_key, noter, values_key
@@ -56,7 +60,6 @@ from bt_mission.ros.mission_runtime import CANCEL_GRACE_NS
 
 TICK_NS = round(NS / TICK_RATE_HZ)
 START_NS = NS
-NEVER_NS = 2**62
 _GOAL_ID = re.compile(" goal [0-9a-f]{8}")
 INTERRUPT = "Ctrl-C"
 ROUNDS_OF_CUT = 2
@@ -211,17 +214,22 @@ class Environment:
         self._action_leaves = [node for node in nodes if isinstance(node, ActionLeaf)]
         self._any_behaviours = [node for node in nodes if isinstance(node, AnyBehaviour)]
         self._scopes = [self.scope, *(node.inner for node in nodes if isinstance(node, Subtree))]
-        self._limited = {node: _words_of(node) for node in nodes if isinstance(node, _WAITING)}
+        self._limited = {node: words_of(node) for node in nodes if isinstance(node, _WAITING)}
         """The nodes with a limit of their own, and the words for it."""
         self._alone = lone_leaves(nodes)
         loose = loose_deadlines(nodes, self._evaluators)
-        self._loose = {node: self._limited.pop(node) for node in loose}
-        """The nodes with an abstract deadline, and the words for it."""
         self._limit_words = {
             (leaf, name): f"'{leaf.name}' {words}"
             for leaf in self._action_leaves
-            for name, words in _LIMITS.items()
+            for name, words in LIMITS.items()
         }
+        self._loose = {
+            node: self._limit_words[node, "goal"]
+            if isinstance(node, ActionLeaf)
+            else self._limited.pop(node)
+            for node in loose
+        }
+        """The nodes with an abstract deadline, and the words for it."""
         self._services_called = [node for node in nodes if isinstance(node, ServiceLeaf)]
         self._waits = [node for node in nodes if isinstance(node, WaitFor)]
         self._finals = [node for node in nodes if isinstance(node, Finally)]
@@ -422,8 +430,9 @@ class Environment:
         for leaf in self._any_behaviours:
             yield from leaf.questions()
         for node, words in self._loose.items():
-            if node.status is Status.RUNNING:
-                yield NOTHING, Option(words, 0, partial(self._meet, node))
+            if is_limited(node) and self._may_be_late(node):
+                late = int(isinstance(node, ActionLeaf))
+                yield NOTHING, Option(words, late, partial(self._meet, node))
         if self._moment.may_interrupt and self.executive.status is MissionStatus.RUNNING:
             yield NOTHING, Option(INTERRUPT, 0, self._interrupt)
 
@@ -436,7 +445,13 @@ class Environment:
 
     def _meet(self, node: Loose) -> None:
         """Have an abstract deadline met by the next tick."""
-        node._until_ns = self.now_ns + TICK_NS  # noqa: SLF001
+        meet(node, self.now_ns + TICK_NS)
+
+    def _may_be_late(self, node: Loose) -> bool:
+        if not isinstance(node, ActionLeaf):
+            return True
+        server = self._working_for(node)
+        return bool(server) and self.answers.is_ever_late(server)
 
     def _interrupt(self) -> None:
         self._moment.may_interrupt = False
@@ -477,7 +492,7 @@ class Environment:
         self.requirements.step(self.now_ns)
         for node in self._loose:
             if node.status is Status.RUNNING:
-                node._until_ns = NEVER_NS  # noqa: SLF001
+                keep_open(node, self.now_ns)
         for server in self._goal_servers.values():
             server.settle()
             server.adopt(self._action_leaves)
@@ -493,6 +508,8 @@ class Environment:
             attempt = leaf.attempt
             if attempt is not None and leaf.status is running:
                 for name, at_ns in attempt.limits_due.items():
+                    if name == "goal" and leaf in self._loose:
+                        continue
                     collected.append((self._limit_words[leaf, name], at_ns, leaf))
         for node, words in self._limited.items():
             if node.status is running or (isinstance(node, Finally) and node.is_detached):
@@ -578,7 +595,7 @@ class Environment:
     @property
     def silent_leaves(self) -> list[Behaviour]:
         """The leaves that wait for a server for which no limit is set at all."""
-        if self._moment.limits or any(node.status is Status.RUNNING for node in self._loose):
+        if self._moment.limits or any(map(is_limited, self._loose)):
             return []
         waiting: list[Behaviour] = [
             leaf
@@ -672,23 +689,5 @@ class Environment:
                 yield served.goal
 
 
-_LIMITS = {
-    "server": "waits for its server in vain",
-    "answer": "waits for an answer to its goal in vain",
-    "goal": "is not done in time",
-    "silence": "gets no feedback in time",
-    "cancel": "waits for the cancel in vain",
-}
-
-
 def _full(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
-
-
-def _words_of(node: Behaviour) -> str:
-    match node:
-        case Wait():
-            return f"'{node.name}' is over"
-        case Retry():
-            return f"the pause of '{node.name}' is over"
-    return f"'{node.name}' is not done in time"
