@@ -27,9 +27,9 @@ from bt_mission.cli.options import (
     mission_file,
     nature_option,
 )
+from bt_mission.cli.outputs import refuse_used_folder
 from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.workers import WORKER_OPTIONS, base_changes, is_alone, pool_for, require_dask
-from bt_mission.core.errors import BtMissionError
 from bt_mission.core.text import counted
 
 if TYPE_CHECKING:
@@ -257,12 +257,7 @@ def _folder(options: argparse.Namespace, base: BaseScenario) -> Path:
         names = chain([stem], (f"{stem}_{number}" for number in numbers(2)))
         return next(path for name in names if not (path := Path("found") / name).exists())
     folder: Path = options.output
-    if folder.exists() and not folder.is_dir():
-        raise BtMissionError(f"{folder}: is a file; name a folder with -o", code="BT-1103")
-    if folder.is_dir() and any(folder.iterdir()):
-        raise BtMissionError(
-            f"{folder}: holds something already; name another folder with -o", code="BT-1103"
-        )
+    refuse_used_folder(folder)
     return folder
 
 

@@ -87,6 +87,20 @@ def refuse_existing(paths: Iterable[Path]) -> None:
             )
 
 
+def refuse_used_folder(folder: Path) -> None:
+    """Refuse a folder for results that holds something already.
+
+    Raises:
+        BtMissionError: It is a file, or not empty.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise BtMissionError(f"{folder}: is a file; name a folder with -o", code="BT-1103")
+    if folder.is_dir() and any(folder.iterdir()):
+        raise BtMissionError(
+            f"{folder}: holds something already; name another folder with -o", code="BT-1103"
+        )
+
+
 def file_of_robot(path: Path, robot: str) -> Path:
     """Return the file of one robot of several: ``two.jsonl`` is ``two.robot1.jsonl``."""
     return path.with_name(f"{path.stem}.{robot}{path.suffix}")

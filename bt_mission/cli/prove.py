@@ -14,6 +14,7 @@ from bt_mission.cli.argument_types import count, whole
 from bt_mission.cli.check import permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import JSON, MISSION, NO_PYTHON, REQUIRE, ROBOT, SET, mission_file
+from bt_mission.cli.outputs import refuse_used_folder
 from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import kind_of
@@ -47,6 +48,8 @@ def prove(options: argparse.Namespace) -> int:
     """Explore the mission; gives the exit code."""
     if kind_of(mission_file(options)) != "mission":
         raise BtMissionError(f"{options.file}: prove takes a mission, not a scenario or a fleet")
+    if options.output is not None:
+        refuse_used_folder(options.output)
     mission = _checked(options)
     proof_options = _proof_options(options, mission)
     proof = _proved(mission, proof_options, is_quiet=options.json)
