@@ -42,6 +42,7 @@ exit codes: 0 nothing was found, 1 a property does not hold, 2 bad input, 130 in
 
 _BUDGET = re.compile(r"(?P<number>[0-9]+)(?P<unit>s?)")
 USUAL_MEMORY = 1000
+PAGE = "proof.html"
 
 
 def prove(options: argparse.Namespace) -> int:
@@ -56,7 +57,7 @@ def prove(options: argparse.Namespace) -> int:
     if (options.output or options.confirm) and not proof.is_interrupted:
         proof = _confirmed(proof, mission, proof_options, options.output)
     print(json.dumps(proof.as_dict()) if options.json else proof)
-    if proof.outcomes and not options.json:
+    if options.tree and not options.json:
         from bt_mission.views.terminal.outcomes import outcome_rows
 
         print(*outcome_rows(proof.outcomes, sys.stdout.encoding), sep="\n")
@@ -99,7 +100,7 @@ def _proof_options(options: argparse.Namespace, mission: Mission) -> ProofOption
         ),
         rounds=options.rounds,
         bounds=_bounds(options),
-        with_outcomes=options.tree,
+        with_outcomes=options.tree or options.output is not None,
     )
 
 
@@ -123,13 +124,44 @@ def _confirmed(proof: Proof, mission: Mission, options: ProofOptions, folder: Pa
 
     if folder is not None:
         findings = tuple(confirmed(proof.findings, mission, options, folder))
-        return replace(proof, findings=findings)
+        proof = replace(proof, findings=findings)
+        _write_pages(proof, folder)
+        return proof
     with TemporaryDirectory() as name:
         findings = tuple(
             replace(entry, stage=replace(entry.stage or StageRun(), scenario="", test=""))
             for entry in confirmed(proof.findings, mission, options, Path(name))
         )
     return replace(proof, findings=findings)
+
+
+def _write_pages(proof: Proof, folder: Path) -> None:
+    """Write the page of a proof, and the report of the run of each finding that has a scenario."""
+    from tempfile import TemporaryDirectory
+
+    from bt_mission.core.output import cannot_write, write_file
+    from bt_mission.scenarios.loader import load_scenario
+    from bt_mission.sweeps.work import record_scenario
+    from bt_mission.views.proofs.page import page_of
+    from bt_mission.views.web.report.page import write_report
+
+    runs = {}
+    for number, finding in enumerate(proof.findings, 1):
+        if finding.stage is None or finding.stage.is_confirmed is None:
+            continue
+        scenario = Path(finding.stage.scenario)
+        page = scenario.with_name(scenario.name.removesuffix(".scenario.yaml") + ".html")
+        with TemporaryDirectory() as name:
+            recording = Path(name) / "run.mcap"
+            record_scenario(load_scenario(scenario), recording)
+            write_report(recording, page)
+        runs[number] = page.name
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(folder / PAGE, error) from error
+    write_file(folder / PAGE, page_of(proof, runs))
+    print(f"the page: {folder / PAGE}", file=sys.stderr)
 
 
 def _proved(mission: Mission, options: ProofOptions, *, is_quiet: bool) -> Proof:
@@ -218,8 +250,8 @@ COMMANDS = {
             ),
             Option(
                 "-o --output FOLDER",
-                "write each finding as a scenario with scripted servers and a test, and run it on "
-                "the stage",
+                "write each finding as a scenario with scripted servers and a test, run it on the "
+                "stage, and write a page of the result and one of each run",
                 Path,
             ),
             Option("--tree", "show each node with the outcomes that some run reaches"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -188,6 +188,18 @@ class Proof:
     outcomes: tuple[CoveragePlace, ...] = ()
     is_interrupted: bool = False
 
+    @property
+    def endings(self) -> list[str]:
+        """The failures: the outcomes of a node in one text, others as they are."""
+        outcomes: dict[str, list[str]] = {}
+        for reason in self.failures:
+            of_node = _OUTCOME.match(reason)
+            node, outcome = of_node.groups() if of_node else (reason, "")
+            outcomes.setdefault(node, []).append(outcome)
+        return [
+            f"{node} {', '.join(dict.fromkeys(names))}".rstrip() for node, names in outcomes.items()
+        ]
+
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
         data = {
@@ -222,7 +234,7 @@ class Proof:
         lines += [f"  proved: {name}: {PROPERTIES[name]}" for name in self.proved]
         lines += [f"  not violated: {name}: {PROPERTIES[name]}" for name in self.not_violated]
         lines += [f"  never entered: '{name}'" for name in self.never_entered]
-        lines += [f"  ends the mission: {reasons}" for reasons in _by_node(self.failures)]
+        lines += [f"  ends the mission: {reasons}" for reasons in self.endings]
         lines += [f"  {entry}" for entry in self.requirements]
         text = "\n".join(map(escape_control, lines))
         return "\n".join([text, *map(str, self.findings)])
@@ -295,17 +307,6 @@ def prove(
         outcomes=record.places if record is not None else (),
         is_interrupted=explored.why_not == "interrupted",
     )
-
-
-def _by_node(reasons: Sequence[str]) -> Iterator[str]:
-    """Yield reasons for failures: the outcomes of a node in one line, others as they are."""
-    outcomes: dict[str, list[str]] = {}
-    for reason in reasons:
-        of_node = _OUTCOME.match(reason)
-        node, outcome = of_node.groups() if of_node else (reason, "")
-        outcomes.setdefault(node, []).append(outcome)
-    for node, names in outcomes.items():
-        yield f"{node} {', '.join(dict.fromkeys(names))}".rstrip()
 
 
 def _verdict(
