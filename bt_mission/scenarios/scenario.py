@@ -94,7 +94,7 @@ class Scenario:
             start=self.start,
             nature=self.nature,
             props=MOST_OBSTACLES,
-            nodes=tuple(server.make for server in self.servers),
+            nodes=self.servers,
         )
 
     @contextmanager

@@ -61,9 +61,12 @@ class ServerScript:
     type: str
     goals: tuple[GoalForm, ...]
 
-    def make(self, context: Context) -> ScriptedNode:
+    def __call__(self, context: Context) -> ScriptedNode:
         """Return its node, for a stage."""
         return ScriptedNode(self, context)
+
+    def __str__(self) -> str:
+        return f"the scripted server of {self.name}"
 
 
 class ScriptedNode(Node):

@@ -89,9 +89,10 @@ def test_a_server_that_a_fault_kills_comes_back() -> None:
 
 
 def test_the_fixture_runs_the_same(stage: Stages, tmp_path: Path) -> None:
-    """With the same trace."""
+    """With the same trace; what cannot be repeated names the server."""
     text = HEAD.replace("TREE", TURN).replace("EXPECT", "") + "servers: {turn: [{after: 1}]}"
     scenario = load_scenario(read_text(text, str(tmp_path / "s.scenario.yaml")))
+    assert list(map(str, scenario.servers)) == ["the scripted server of turn"]
     traces = {
         result.report.trace_sha256
         for result in (run_scenario(scenario), stage.run_scenario(scenario))
