@@ -19,9 +19,9 @@ from bt_mission.language.expressions.values import NoValue
 from bt_mission.language.requirements.formula import Requirement, signals_in, walk
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import Measure, SignalValue, Temporal
-from bt_mission.proving.state_key import plain
 from bt_mission.requirements.compiler import Reader
 from bt_mission.requirements.monitor import Monitor
+from bt_mission.requirements.operators import Aligned, Atom
 
 STATUSES = {"running": Status.RUNNING, "succeeded": Status.SUCCESS, "failed": Status.FAILURE}
 READABLE = ("$", "open_goals", "goals_at_base", "accepted", "outcome", *STATUSES)
@@ -88,6 +88,7 @@ class RequirementMonitors:
             else:
                 self._monitors.append(Monitor(requirement, self))
         self.is_used = bool(self._monitors)
+        self._states = tuple((monitor, _stateful(monitor)) for monitor in self._monitors)
 
     # ---- the signals ------------------------------------------------------------------------
 
@@ -162,7 +163,7 @@ class RequirementMonitors:
             return tuple([requirement.name for requirement in self.violated])
         history = self._history
         return (
-            tuple([_state_of(monitor) for monitor in self._monitors]),
+            tuple([_state_of(*pair) for pair in self._states]),
             tuple([history.statuses.get(node, Status.INVALID)._value_ for node in self._read]),
             tuple([history.outcomes.get(node) for node in self._ended]),
         )
@@ -197,27 +198,32 @@ def _is_accepted(node: Behaviour) -> bool:
     return attempt is not None and attempt.goal is not None and attempt.goal.accepted
 
 
-def _state_of(monitor: Monitor) -> Any:
-    """Return what the verdict of a monitor still depends on, without instants and margins."""
+def _state_of(monitor: Monitor, parts: Iterable[Any]) -> Any:
+    """Return what the verdict of a monitor still depends on, without instants and margins.
+
+    Args:
+        parts: The operators of the monitor that have a state.
+    """
     root = monitor._root  # noqa: SLF001
     if root is None or root.decided is not None:
         return monitor.violated_ns is not None
-    return _projected(root)
+    return tuple([_projected(value) for part in parts for value in vars(part).values()])
 
 
 def _projected(value: Any) -> Any:
-    match value:
-        case bool() | None | str() | int() | float():
-            return plain(value)
-        case (float(), bool() as is_true, int(), int()):  # a sample
-            return is_true
-        case (int(), (float(), bool(), int(), int()) | None as sample):  # one with its instant
-            return _projected(sample)
-        case tuple() | list() | deque():
-            return tuple(map(_projected, value))
-    if _is_part(value):
-        return tuple(map(_projected, vars(value).values()))
+    kind = type(value)
+    if kind in _PLAIN:
+        return value
+    if kind is tuple and len(value) == 4 and type(value[1]) is bool:  # a sample
+        return value[1]
+    if kind is tuple and len(value) == 2:  # a sample with its instant
+        return _projected(value[1])
+    if kind is deque:
+        return tuple(map(_projected, value))
     return None
+
+
+_PLAIN = frozenset((bool, int, float, str, type(None)))
 
 
 def _objects(value: Any, known: set[int]) -> Iterator[Any]:
@@ -230,6 +236,16 @@ def _objects(value: Any, known: set[int]) -> Iterator[Any]:
         yield value
         for part in vars(value).values():
             yield from _objects(part, known)
+
+
+def _stateful(monitor: Monitor) -> tuple[Any, ...]:
+    """Return the parts of a monitor without those that remember nothing."""
+    parts = _objects(monitor._root, set())  # noqa: SLF001
+    return tuple(
+        part
+        for part in parts
+        if not isinstance(part, Atom) and not (isinstance(part, Aligned) and not part.looks_ahead)
+    )
 
 
 def _is_part(value: Any) -> bool:
