@@ -1,8 +1,8 @@
 """An action server that a test or a scenario plays, move by move.
 
-It is made of the three services and two topics that an action consists of, not of rclpy's action
-server: so it can also do what a sound server never does, such as end a goal with a status that is
-none, send feedback of another goal, or fall silent.
+It consists of the three services and two topics of an action instead of rclpy's action server, so
+it can also do what a correct server never does: end a goal with an invalid status, send feedback of
+another goal, or fall silent.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class ScriptedGoal:
         self.end(GoalStatus.STATUS_ABORTED, **fields)
 
     def end(self, status: int, **fields: Any) -> None:
-        """End it with any status, also one that is no final one."""
+        """End it with any status, also an invalid one."""
         result = fill(self.server.type.Result(), fields)
         self._end.set_result((status, result))
 
