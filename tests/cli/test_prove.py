@@ -32,7 +32,8 @@ def test_json_names_the_files_and_what_the_stage_has_shown(
         rows.append((finding["scenario"], finding["test"], finding["confirmed"]))
     scenario, test = folder / "m_unset_variable.scenario.yaml", folder / "test_m_unset_variable.py"
     assert rows == [(str(scenario), str(test), True), (None, None, True), (None, None, None)]
-    assert {scenario, test} == set(folder.iterdir())
+    pages = {folder / "proof.html", folder / "m_unset_variable.html"}
+    assert {scenario, test, *pages} == set(folder.iterdir())
 
 
 def test_a_folder_with_files_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
