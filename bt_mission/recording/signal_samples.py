@@ -43,7 +43,7 @@ MODEL_FILE, MODEL_TYPE = "simulation.mjb.gz", "application/gzip"
 
 _ENCODER = json.JSONEncoder(separators=(",", ":"))
 _json = _ENCODER.encode
-_KINDS = (bool, int, float, str, list)
+_PLAIN = (bool, int, float, str)
 
 
 class SignalSamples:
@@ -150,7 +150,7 @@ class SignalSamples:
         values: dict[str, Any] = {key: read() for key, read in self._readers.items()}
         values |= truth
         for name, value in variables.items():
-            if isinstance(value, _KINDS):
+            if _has_json(value):
                 values[f"${name}"] = value
         changed, self._last = self._changed(values), values
         return _json(changed)[1:-1]
@@ -163,6 +163,13 @@ class SignalSamples:
             if key not in last or last[key] != value or type(last[key]) is not type(value)
         }
         return changed | dict.fromkeys(last.keys() - values.keys())
+
+
+def _has_json(value: Any) -> bool:
+    """Return whether a variable can be recorded: a message, or a list of some, cannot."""
+    if isinstance(value, list):
+        return all(map(_has_json, value))
+    return isinstance(value, _PLAIN)
 
 
 def written(requirements: Sequence[Requirement]) -> list[dict[str, str]]:

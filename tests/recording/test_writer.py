@@ -378,3 +378,36 @@ def test_a_mission_that_waits_for_a_listener_waits_on(
         for messages_for_other in messages_for_others(run.path)
         if messages_for_other.topic == "/lamp"
     ] == [True]
+
+
+IMAGES = """\
+mission: images
+world: empty_arena
+tree:
+  sequence:
+    - take_pictures: {nseconds: 2}
+      timeout: 10
+      outputs: {all_pictures: pictures}
+    - set: {sides: [1, 2.5]}
+    - wait: 0.5
+"""
+
+
+def test_a_variable_that_holds_messages_does_not_end_the_recording(tmp_path: Path) -> None:
+    """It is left out of the signals; what comes after it is recorded, lists of numbers too."""
+    path = tmp_path / "run.mcap"
+    with Stage(load(IMAGES), image_folder=tmp_path, say=lambda _: None) as stage:
+        recorder = writer.RunRecorder(stage, path)
+        while not stage.is_done:
+            stage.step()
+        recorder.finish(stage.report().as_dict())
+    assert recorder.missing == ""
+    with path.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        lines = [
+            json.loads(message.data)
+            for *_, message in reader.iter_decoded_messages(topics=["/bt_mission/signals"])
+        ]
+    values = [name for line in lines for name in line.get("values", {})]
+    assert "$pictures" not in values
+    assert "$sides" in values
