@@ -24,6 +24,8 @@ PROPERTIES = {
     "requirement": "no run violates a requirement",
 }
 """In the order in which they are shown."""
+OF_SOME_RUN = frozenset(("ends", "dead_node", "interrupt"))
+"""Properties that hold because some run does something: a run that may not exist proves none."""
 
 _NO_VALUE = re.compile(r"'\$?([^' ]+)' has no value")
 _RAISED = re.compile(r"raised by \S+")

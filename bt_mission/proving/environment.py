@@ -279,6 +279,11 @@ class Environment:
             yield f"'{node.name}' may be over at any tick"
 
     @property
+    def has_loose_deadlines(self) -> bool:
+        """Is a deadline abstract, so that some explored runs may not exist?"""
+        return bool(self._loose)
+
+    @property
     def reason(self) -> str:
         """Why the mission has ended, without the ids of goals, which follow from their number."""
         return _GOAL_ID.sub(" goal", self.executive.reason)

@@ -15,7 +15,7 @@ from bt_mission.language.mission import Mission
 from bt_mission.language.requirements.formula import Requirement
 from bt_mission.proving.answers import AnswerSet
 from bt_mission.proving.choices import UNBOUNDED, Script
-from bt_mission.proving.claims import PROPERTIES, Broken, Claims, name_of
+from bt_mission.proving.claims import OF_SOME_RUN, PROPERTIES, Broken, Claims, name_of
 from bt_mission.proving.environment import ROUNDS_OF_CUT, Environment
 from bt_mission.proving.explorer import Bounds, Explored, Progress, explore, replay
 
@@ -161,8 +161,9 @@ class Proof:
         why_not: Why not.
         faults: The bound; None for none.
         proved: The names of the properties that hold; none if the exploration is not exhaustive.
-        not_violated: The names of those that no visited state violates, where all states of a
-            mission with cut counts or sampled values were visited.
+        not_violated: The names of those that no visited state violates, where all states were
+            visited: with cut counts or sampled values all of them, with abstract deadlines those
+            that hold because of some run.
         failures: The reasons for which it fails on some way: the outcomes that end the mission.
         never_entered: Nodes that no way enters within the bound on faults.
         requirements: Its requirements with their verdicts.
@@ -287,6 +288,9 @@ def prove(
     if never:
         considered.discard("dead_node")
     unbroken = tuple(name for name in PROPERTIES if name in considered and name not in broken_names)
+    unproved = OF_SOME_RUN if environment.has_loose_deadlines else frozenset[str]()
+    if why_not:
+        unproved = frozenset(unbroken)
     return Proof(
         mission=mission.name,
         exhaustive=not why_not,
@@ -294,8 +298,10 @@ def prove(
         faults=None if math.isinf(options.faults) else int(options.faults),
         states=explored.progress.states,
         paths=explored.progress.paths,
-        proved=() if why_not else unbroken,
-        not_violated=unbroken if why_not and explored.is_exhaustive else (),
+        proved=tuple(name for name in unbroken if name not in unproved),
+        not_violated=tuple(name for name in unbroken if name in unproved)
+        if explored.is_exhaustive
+        else (),
         findings=tuple(findings),
         failures=tuple(claims.failures),
         never_entered=never,

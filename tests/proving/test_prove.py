@@ -229,6 +229,28 @@ def test_a_deadline_beside_a_long_loop_may_be_met_at_any_tick() -> None:
     assert "'wait' may be over at any tick" in proof.abstracted
 
 
+def test_a_run_that_may_not_exist_proves_no_property_of_some_run(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The limit of 100 s is never met by 20 waits of 1 s, so that the log is dead in fact."""
+    tree = """\
+  fallback:
+    - timeout: 100
+      do:
+        sequence:
+          - repeat: {count: 20}
+            do: {wait: 1}
+    - log: never"""
+    proof = proof_of(tree)
+    assert (proof.exhaustive, proof.findings) == (True, ())
+    assert proof.not_violated == ("ends", "dead_node")
+    assert "goals_accounted" in proof.proved
+    monkeypatch.setattr("bt_mission.proving.abstraction.MANY_ROUNDS", 20)
+    exact = proof_of(tree, rounds=0)
+    assert collected(exact) == [("dead_node", "log")]
+    assert exact.abstracted == ()
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_what_is_abstract_finds_all_that_exact_time_finds(
     seed: int, monkeypatch: pytest.MonkeyPatch
