@@ -155,8 +155,6 @@ def check_files(options: argparse.Namespace) -> int:
     if options.json:
         return _check_for_programs(each)
     codes = [_check_file(one) for one in each]
-    if codes == [SUCCESS] and sys.stdout.isatty():
-        _point_to_prove(each[0])
     if len(codes) > 1:
         kinds = {kind_of(mission_file(one)) for one in each}
         what = "missions" if kinds == {"mission"} else "files"
@@ -182,19 +180,20 @@ def _check_file(options: argparse.Namespace) -> int:
     print(f"{found.file}: {kind} '{found.name}' is valid ({_summary(kind, found)})")
     if kind in ("mission", "scenario"):
         _explain_windows(found if kind == "mission" else found.mission)
-    return _check_against(found, options) if options.against else SUCCESS
+    code = _check_against(found, options) if options.against else SUCCESS
+    is_alone = kind == "mission" and len(options.files) == 1
+    if code == SUCCESS and is_alone and sys.stdout.isatty():
+        _point_to_prove(found, options.file)
+    return code
 
 
-def _point_to_prove(options: argparse.Namespace) -> None:
-    """Tell a person about the command that goes further, where it applies."""
+def _point_to_prove(mission: Mission, file: str) -> None:
+    """Print the command that explores the answers of servers, for a mission with goals."""
     from bt_mission.language.nodes.action import GoalNode
     from bt_mission.language.trees import all_steps
 
-    if kind_of(mission_file(options)) != "mission":
-        return
-    mission, _ = _examine(options, None)
-    if mission is not None and any(isinstance(step, GoalNode) for step in all_steps(mission)):
-        print(f"  'bt-mission prove {options.file}' explores every answer of its servers")
+    if any(isinstance(step, GoalNode) for step in all_steps(mission)):
+        print(f"  'bt-mission prove {file}' explores every answer of its servers")
 
 
 def _summary(kind: str, found: Any) -> str:

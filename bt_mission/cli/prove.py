@@ -139,7 +139,7 @@ def _write_pages(proof: Proof, folder: Path) -> None:
     """Write the page of a proof, and the report of the run of each finding that has a scenario."""
     from tempfile import TemporaryDirectory
 
-    from bt_mission.core.output import cannot_write, write_file
+    from bt_mission.core.output import make_folder_of, write_file
     from bt_mission.scenarios.loader import load_scenario
     from bt_mission.sweeps.work import record_scenario
     from bt_mission.views.proofs.page import page_of
@@ -156,12 +156,10 @@ def _write_pages(proof: Proof, folder: Path) -> None:
             record_scenario(load_scenario(scenario), recording)
             write_report(recording, page)
         runs[number] = page.name
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise cannot_write(folder / PAGE, error) from error
-    write_file(folder / PAGE, page_of(proof, runs))
-    print(f"the page: {folder / PAGE}", file=sys.stderr)
+    page = folder / PAGE
+    make_folder_of(page)
+    write_file(page, page_of(proof, runs))
+    print(f"the page: {page}", file=sys.stderr)
 
 
 def _proved(mission: Mission, options: ProofOptions, *, is_quiet: bool) -> Proof:

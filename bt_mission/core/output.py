@@ -47,6 +47,18 @@ def within(folder: Path, name: str) -> Path:
     return path
 
 
+def make_folder_of(path: Path) -> None:
+    """Make the folder of a file, and those above.
+
+    Raises:
+        BtMissionError: It cannot be made.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise cannot_write(path, error) from error
+
+
 def write_file(path: Path, content: str | bytes) -> None:
     """Write all of a file; a text as UTF-8.
 

@@ -18,9 +18,10 @@ from bt_mission.core.terminal.screen import EscapingApp
 from bt_mission.core.text import escape_control
 from bt_mission.graph_tools import goal_events
 from bt_mission.graph_tools.feedback_table import ASCII_SIGNS, FeedbackTable, signs_for
-from bt_mission.graph_tools.form_fields import FormField, lines_of, nested, texts
+from bt_mission.graph_tools.form_fields import FormField, lines_of, texts
 from bt_mission.graph_tools.goal_request import GoalRequest
 from bt_mission.graph_tools.goal_views import event_lines
+from bt_mission.language.message_types import nested
 
 if TYPE_CHECKING:
     from bt_mission.graph_tools.goal_request import GoalSender

@@ -16,6 +16,7 @@ from bt_mission.language.message_types import (
     ListOf,
     MessageShape,
     Scalar,
+    nested,
 )
 
 LARGEST_SHOWN = 2**16
@@ -99,18 +100,6 @@ def _example_of(line: FormField) -> Any:
     if item is not None and item.name in _EXAMPLES:
         return [_EXAMPLES[item.name]]
     return _Placeholder(line.name.upper()) if line.default == "" else line.default
-
-
-def nested(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Values by dotted names as a message's fields."""
-    fields: dict[str, Any] = {}
-    for dotted, value in values.items():
-        *above, name = dotted.split(".")
-        inner = fields
-        for part in above:
-            inner = inner.setdefault(part, {})
-        inner[name] = value
-    return fields
 
 
 def texts(lines: list[FormField], fields: Mapping[str, Any]) -> dict[str, str]:

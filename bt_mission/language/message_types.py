@@ -296,3 +296,15 @@ def _completed_field(name: str, shape: Shape, given: Mapping[str, Any]) -> Any:
 
 
 _EMPTY: Mapping[Type, Any] = {"bool": False, "text": "", "integer": 0, "number": 0.0}
+
+
+def nested(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return fields with dotted names as mappings in mappings."""
+    whole: dict[str, Any] = {}
+    for dotted, value in fields.items():
+        *path, last = dotted.split(".")
+        part = whole
+        for name in path:
+            part = part.setdefault(name, {})
+        part[last] = value
+    return whole

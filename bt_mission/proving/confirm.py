@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.output import cannot_write, write_file
+from bt_mission.core.output import make_folder_of, write_file
 from bt_mission.core.text import escape_control
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.language.mission import Mission
@@ -18,7 +18,7 @@ from bt_mission.proving.played import Played
 from bt_mission.proving.proof import Finding, ProofOptions, StageRun
 from bt_mission.scenarios.run import run_scenario
 from bt_mission.scenarios.scenario import ScenarioResult
-from bt_mission.scenarios.writer import mission_as_data
+from bt_mission.scenarios.writer import mission_as_data, write_test
 
 LONGEST_S = 100.0
 """A mission that goes on for so long behind the end of a way counts as one without an end."""
@@ -28,22 +28,6 @@ BEHIND_S = 10.0
 MOST_SEEDS = 8
 """So many seeds are tried for a run with random draws."""
 
-TEST = '''"""{sentence}
-
-Found by bt-mission prove; it passes once the mission is fixed. To look at it:
-bt-mission run {file}
-"""
-
-from pathlib import Path
-
-import bt_mission
-
-
-def test_{name}():
-    scenario = Path(__file__).with_name("{file}")
-    result = bt_mission.run_scenario(scenario)
-    assert result.passed, str(result)
-'''
 ONE_GOAL = "one goal at the base"
 _PLACE = re.compile(r"^\S+:\d+:\d+: ")
 
@@ -197,19 +181,14 @@ def _run(
 
 def _written(finding: Finding, data: Mapping[str, Any], stem: Path) -> StageRun:
     """Write scenario and test."""
-    folder, name = stem.parent, stem.name
-    scenario, test = folder / f"{name}.scenario.yaml", folder / f"test_{name}.py"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise cannot_write(scenario, error) from error
+    scenario = stem.with_name(f"{stem.name}.scenario.yaml")
+    make_folder_of(scenario)
     lines = [f"{finding.property}: {finding.text}"]
     lines += [f"{number}. {step}" for number, step in enumerate(finding.steps, 1)]
     wrapped = [line for whole in lines for line in textwrap.wrap(_line(whole), 90)]
     comment = "\n".join(f"# {line}" for line in wrapped)
     write_file(scenario, f"{comment}\n#\n#   bt-mission run {scenario.name}\n\n{to_yaml(data)}")
-    sentence = "\n".join(wrapped).replace("\\", "\\\\").replace('"', "'")
-    write_file(test, TEST.format(sentence=sentence, name=name, file=scenario.name))
+    test = write_test(scenario, "\n".join(wrapped), "prove")
     return StageRun(scenario=str(scenario), test=str(test))
 
 

@@ -12,6 +12,7 @@ from bt_mission.core.stamps import NS
 from bt_mission.events.events import RunStarted
 from bt_mission.language.expressions.values import Plain
 from bt_mission.language.requirements.formula import Requirement, signals_in
+from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import SignalValue
 from bt_mission.recording.facts import LARGEST_NS
 from bt_mission.recording.happenings import (
@@ -39,16 +40,8 @@ from bt_mission.sessions.stage_signals import OF_STATE, RecordedTruth
 
 BY_ODOMETRY = ("speed", "turn_rate", "distance")
 """Signals that are true in a simulation, and measured by the robot elsewhere."""
-MISSION = (
-    "$",
-    "open_goals",
-    "goals_at_base",
-    "feedback",
-    "accepted",
-    "outcome",
-    "running",
-    "succeeded",
-    "failed",
+MISSION = frozenset(
+    ("$", *(name for name, known in SIGNALS.items() if known.known_by == "mission"))
 )
 MOST_BYTES = 100_000_000
 """Of the model of a simulation."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -15,6 +15,7 @@ from typing_extensions import override
 from bt_mission.core.diagnostics import Diagnostic, did_you_mean, listed, quoted
 from bt_mission.core.yaml.document import Document
 from bt_mission.language.action_names import ACTION_NAMES
+from bt_mission.language.message_types import nested
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes import fields
 from bt_mission.language.nodes.action import GoalNode
@@ -153,18 +154,6 @@ class _PlayingServer(ScriptedServer):
             act()
 
         timer = self.node.create_timer(seconds, act_once)
-
-
-def nested(fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Return fields with dotted names as mappings in mappings."""
-    whole: dict[str, Any] = {}
-    for dotted, value in fields.items():
-        *path, last = dotted.split(".")
-        part = whole
-        for name in path:
-            part = part.setdefault(name, {})
-        part[last] = value
-    return whole
 
 
 def action_of(mission: Mission, name: str) -> tuple[str, str] | None:

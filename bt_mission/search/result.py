@@ -12,37 +12,20 @@ from pathlib import Path
 from typing import Any
 
 from bt_mission.core.files import Kind, find, folders
-from bt_mission.core.output import cannot_write, write_file
+from bt_mission.core.output import make_folder_of, write_file
 from bt_mission.core.text import seconds
 from bt_mission.core.yaml.dump import to_yaml
 from bt_mission.executive.report import Report
 from bt_mission.faults.planned import Beginning, PlannedFault, Value, WhenTrue
 from bt_mission.faults.world import OBSTACLES
 from bt_mission.scenarios.loader import load_scenario
-from bt_mission.scenarios.writer import mission_as_data
+from bt_mission.scenarios.writer import mission_as_data, write_test
 from bt_mission.search.candidate import Candidate, given_world
 from bt_mission.search.guide import Failure, is_hidden
 from bt_mission.search.search import Counterexample
 from bt_mission.sweeps.base import BaseScenario
 from bt_mission.sweeps.work import record_scenario
 from bt_mission.views.web.report.page import write_report
-
-TEST = '''"""{sentence}
-
-Found by bt-mission falsify; it passes once the mission is fixed. To look at it:
-bt-mission run {file}
-"""
-
-from pathlib import Path
-
-import bt_mission
-
-
-def test_{name}():
-    scenario = Path(__file__).with_name("{file}")
-    result = bt_mission.run_scenario(scenario)
-    assert result.passed, str(result)
-'''
 
 
 @dataclass(frozen=True)
@@ -93,11 +76,7 @@ def _write_found(
     base: BaseScenario, counterexample: Counterexample, folder: Path, name: str, *, runs_again: bool
 ) -> CounterexampleFiles:
     scenario = folder / f"{name}.scenario.yaml"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise cannot_write(scenario, error) from error
-    test = folder / f"test_{name}.py"
+    make_folder_of(scenario)
     recording, page = folder / f"{name}.mcap", folder / f"{name}.html"
     text = to_yaml(scenario_data(base, counterexample, folder))
     write_file(scenario, text)
@@ -106,8 +85,7 @@ def _write_found(
     full = textwrap.fill(f"{summary[0].upper()}{summary[1:]}.", 90, break_on_hyphens=False)
     head = f"{textwrap.indent(full, '# ')}\n#\n#   bt-mission run {scenario}\n\n"
     write_file(scenario, head + text)
-    quoted = full.replace("\\", "\\\\").replace('"', "'")
-    write_file(test, TEST.format(sentence=quoted, name=name, file=scenario.name))
+    test = write_test(scenario, full, "falsify")
     if report is None:
         return CounterexampleFiles(folder, scenario, test, None, None, summary, None)
     write_report(recording, page)

@@ -14,7 +14,7 @@ import bt_mission
 import sim
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.files import find, folders
-from bt_mission.core.output import cannot_write, within, write_file
+from bt_mission.core.output import make_folder_of, within, write_file
 from bt_mission.core.versions import versions
 from bt_mission.language.mission import Mission
 from bt_mission.language.nodes.leaves import PythonNode
@@ -58,10 +58,7 @@ class Bundle:
         """
         for name, text in self.files.items():
             path = within(folder, name)
-            try:
-                path.parent.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise cannot_write(path, error) from error
+            make_folder_of(path)
             write_file(path, text)
 
 

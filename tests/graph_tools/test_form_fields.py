@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from bt_mission.graph_tools.form_fields import FormField, lines_of, nested, texts
+from bt_mission.graph_tools.form_fields import FormField, lines_of, texts
 from bt_mission.graph_tools.interface_description import describe_interface
-from bt_mission.language.message_types import ListOf, MessageShape, Scalar
+from bt_mission.language.message_types import ListOf, MessageShape, Scalar, nested
 from bt_mission.ros.interface_types import fill
 
 
