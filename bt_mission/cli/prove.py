@@ -209,7 +209,10 @@ COMMANDS = {
         "by their answers, so nothing is simulated. Each property that does not hold is shown "
         "with a shortest sequence of answers that breaks it.",
         (
-            MISSION,
+            MISSION.but(
+                help="the mission: a YAML file, an XML file of Groot 2, or the name of a shipped one",
+                completes="missions",
+            ),
             Option(
                 "--faults K",
                 "at most K answers of a run are faults; all for no bound (default: 2)",
