@@ -210,7 +210,8 @@ COMMANDS = {
         "with a shortest sequence of answers that breaks it.",
         (
             MISSION.but(
-                help="the mission: a YAML file, an XML file of Groot 2, or the name of a shipped one",
+                help="the mission: a YAML file, an XML file of Groot 2, or the name of a shipped "
+                "one",
                 completes="missions",
             ),
             Option(
