@@ -1,6 +1,6 @@
-"""Missions in YAML, carried out as behaviour trees over ROS 2 actions.
+"""Missions in YAML, run as behaviour trees over ROS 2 actions.
 
-Load a mission and run it on a node of one's own::
+Load a mission and run it on your own node::
 
     import bt_mission, rclpy
 

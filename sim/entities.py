@@ -252,7 +252,7 @@ class Entities:
     def _move_prop(self, prop: Prop, state: EntityState) -> None:
         vx, vy, turn = state.velocity
         if turn:
-            raise PropError(f"'{prop.name}' cannot turn on; give an angular velocity of 0")
+            raise PropError(f"'{prop.name}' cannot keep turning; give an angular velocity of 0")
         if math.hypot(vx, vy) > FASTEST:
             raise PropError(
                 f"expected at most {FASTEST:g} m/s for '{prop.name}', got ({vx:g}, {vy:g})"

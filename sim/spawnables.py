@@ -89,7 +89,7 @@ def _text_of(uri: str) -> str:
             )
         near = did_you_mean(what, SPAWNABLES)
         raise FormatError(
-            f"nothing is known as '{what}'; known are {listed(SPAWNABLES)}, with values such as"
+            f"unknown entity '{what}'; known are {listed(SPAWNABLES)}, with values such as"
             f" {EXAMPLE}" + (f"; did you mean '{near}'?" if near else "")
         )
     given = [unquote(parameter).partition("=") for parameter in query.split("&") if parameter]

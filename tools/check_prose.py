@@ -2,7 +2,8 @@
 
 The rules are in `tools/prose/`: phrases to avoid with what to write instead, and the length of a
 sentence. Markdown is read as it is. From Python, the docstrings of public names and every text of
-several words are read; these are help, errors, log lines and progress.
+several words are read; these are help, errors, log lines and progress. The catalogue of errors
+and the golden files of messages are read, too.
 
 textlint and its rules are installed with npm below `--node` at first use. Without npm the check is
 skipped with a message; where CI is set, that is an error.
@@ -30,10 +31,22 @@ ROOT = Path(__file__).resolve().parent.parent
 RULES = ROOT / "tools" / "prose"
 PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs")
 CODE = ("bt_mission", "action_servers", "sim")
+MESSAGES = (
+    "bt_mission/core/error_catalogue.toml",
+    "tests/btcpp/transcripts",
+    "tests/cli/transcripts",
+    "tests/language/broken",
+    "tests/language/suspicious",
+    "tests/language/transcripts",
+)
+"""The catalogue of errors, and files with the messages of commands as they are printed."""
 LEAST_WORDS = 3
 """A text of fewer words is a name or a key."""
 
 _WORD = re.compile(r"\b[A-Za-z][a-z']+\b")
+_CATALOGUE_TEXT = re.compile(r'(title|cause|cure) = "(?P<text>.*)"')
+_OUTPUT = re.compile(r"(?! {4}|[$#] )\S*(?=.*\b[A-Za-z][a-z']+ [a-z']+ [a-z']+)")
+"""A line of several words that is no command, comment, or excerpt of a file."""
 _FUNCTIONS = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -67,7 +80,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 2 if os.environ.get("CI") else 0
     _install(npm, options.node)
     paths = [Path(path).resolve() for path in options.paths] or [
-        ROOT / name for name in (*PAGES, *CODE)
+        ROOT / name for name in (*PAGES, *CODE, *MESSAGES)
     ]
     findings = sorted(_checked(paths, options.node, only_docstrings=options.docstrings))
     if options.count:
@@ -116,7 +129,13 @@ def _checked(
                     continue
                 shadow = Path(folder) / f"{len(shadows)}.md"
                 text = file.read_text("utf-8")
-                shadow.write_text(shadow_of(text, only_docstrings=only_docstrings), "utf-8")
+                if file.suffix == ".toml":
+                    prose = shadow_of_catalogue(text)
+                elif file.suffix == ".txt":
+                    prose = shadow_of_output(text)
+                else:
+                    prose = shadow_of(text, only_docstrings=only_docstrings)
+                shadow.write_text(prose, "utf-8")
                 shadows[shadow.name] = file
         user_pages = [page for page in pages if page.is_relative_to(ROOT / "docs")]
         other_pages = [page for page in pages if page not in user_pages]
@@ -124,8 +143,14 @@ def _checked(
             yield finding._replace(path=_shown(Path(finding.path)))
         for finding in _textlint(other_pages, "textlint.json", node):
             yield finding._replace(path=_shown(Path(finding.path)))
-        for finding in _textlint([Path(folder) / name for name in shadows], "textlint.json", node):
-            yield finding._replace(path=_shown(shadows[Path(finding.path).name]))
+        for is_output, config in ((False, "textlint.json"), (True, "textlint.output.json")):
+            files = [
+                Path(folder) / name
+                for name, file in shadows.items()
+                if (file.suffix == ".txt") is is_output
+            ]
+            for finding in _textlint(files, config, node):
+                yield finding._replace(path=_shown(shadows[Path(finding.path).name]))
 
 
 def _shown(path: Path) -> str:
@@ -137,7 +162,7 @@ def _files(path: Path) -> Iterator[Path]:
         yield path
         return
     for file in sorted(path.rglob("*")):
-        if file.suffix in (".md", ".py") and "site" not in file.relative_to(path).parts:
+        if file.suffix in (".md", ".py", ".txt") and "site" not in file.relative_to(path).parts:
             yield file
 
 
@@ -191,9 +216,35 @@ def shadow_of(source: str, *, only_docstrings: bool = False) -> str:
             continue
         if len(_WORD.findall(text)) >= LEAST_WORDS:
             before = lines[node.lineno - 1]
-            text = " ".join(map(_plain, text.splitlines()))
-            lines[node.lineno - 1] = f"{before} {text}".strip()
+            lines[node.lineno - 1] = f"{before} {_running(text)}".strip()
     return "\n".join(lines) + "\n"
+
+
+def shadow_of_catalogue(source: str) -> str:
+    """Return the title, cause and cure of each error, each in its line; examples are left out."""
+    texts = (_CATALOGUE_TEXT.fullmatch(line) for line in source.splitlines())
+    return "\n".join(_plain(text["text"]) if text else "" for text in texts) + "\n"
+
+
+def shadow_of_output(source: str) -> str:
+    """Return the messages of a golden file, each in its line, without commands and excerpts."""
+    is_message = (_OUTPUT.match(line) is not None for line in source.splitlines())
+    lines = zip(source.splitlines(), is_message, strict=True)
+    return "\n".join(_sentence(_plain(line)) if wanted else "" for line, wanted in lines) + "\n"
+
+
+def _running(text: str) -> str:
+    """Return a text of several lines in one; a line that is indented is a sentence of its own."""
+    running = ""
+    for line in text.splitlines():
+        ends = not line or line.startswith(" ")
+        running = f"{_sentence(running) if ends else running} {_plain(line)}".strip()
+        running = _sentence(running) if ends else running
+    return running
+
+
+def _sentence(text: str) -> str:
+    return f"{text}." if text and text[-1] not in ".:!?" else text
 
 
 def _is_private(node: ast.AST) -> bool:

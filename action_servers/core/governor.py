@@ -187,7 +187,7 @@ class Room:
             )
             speed, slowest, braking = linear, SLOWEST_DRIVE, linear / braking_s
             side = "ahead" if wanted.linear > 0.0 else "behind"
-            words = f"an obstacle stands in the way, {side}"
+            words = f"an obstacle is in the way, {side}"
         if room >= needed:
             return wanted, ""
         allowed = speed_to_stop_in(room - margin, deceleration=_GENTLE * braking, delay_s=delay_s)

@@ -264,7 +264,7 @@ class Interlock:
     def refusal(self, *, needs_base: bool) -> str | None:
         """Return why a goal is not accepted now, or None."""
         if self._stopped:
-            return f"{STOPPED}; call the service release to go on"
+            return f"{STOPPED}; call the service release to continue"
         if needs_base and not self._motors_on:
             return f"{MOTORS_OFF}; switch them on with the service motor_power"
         return self._pilot.refusal(needs_base=needs_base)

@@ -34,7 +34,9 @@ class Tuning:
         2.0, (0.5, 60.0), "Time without progress after which a maneuver gives up, s."
     )
     settle_limit: float = number(
-        1.0, (0.0, 10.0), "Time after which a base that was told to stop counts as standing, s."
+        1.0,
+        (0.0, 10.0),
+        "Time after a command to stop, after which the base counts as standing, s.",
     )
     rest_linear: float = number(
         0.01, (0.001, 0.1), "Speed below which the base counts as standing, m/s."
@@ -51,7 +53,7 @@ class Tuning:
     stop_margin: float = number(
         0.03,
         (0.01, 0.5),
-        "Gap that is left to an obstacle, whatever drives, m; three standard deviations of a "
+        "Gap that every maneuver keeps to obstacles, m; three standard deviations of a "
         "lidar's ray.",
     )
     turn_margin: float = number(
@@ -177,14 +179,14 @@ class NavigationTuning:
     passing_distance: float = number(
         0.4,
         (0.05, 5.0),
-        "How near the robot comes to a pose of navigate_through_poses, but the last, until it goes "
-        "on to the next, m.",
+        "Distance to a pose of navigate_through_poses, except the last, at which the robot "
+        "continues to the next, m.",
     )
     stop_on_failure: bool = number(
         True,
         (0, 1),
-        "Whether follow_waypoints ends at the first pose that is not reached (Nav2's default), or "
-        "goes on and tells at the end which were missed.",
+        "Whether follow_waypoints ends at the first pose that is not reached (Nav2's default), "
+        "or continues, and reports the missed poses at the end.",
     )
 
 

@@ -51,8 +51,8 @@ class Rotation:
         held = now.held
         if held is not None and held.by is Reason.OBSTACLE and held.is_standing:
             return held.ended(
-                f": an obstacle stands within the circle of {self._radius:.3f} m that the robot "
-                f"sweeps; {math.degrees(abs(remaining)):.0f} deg were left"
+                f": an obstacle is within the circle of {self._radius:.3f} m that the robot "
+                f"sweeps; {math.degrees(abs(remaining)):.0f} deg remained"
             )
         rate = self._drive.rate_towards(now, abs(remaining), speed)
         return Twist2D(0.0, math.copysign(rate, remaining))

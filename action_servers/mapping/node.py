@@ -174,8 +174,8 @@ class MapperNode(RobotNode):
         """Raise MapFileError if a client asks for a file outside the folder."""
         if not prefix.expanduser().resolve().is_relative_to(self._map_folder):
             raise MapFileError(
-                f"{MAP_PREFIX}: {prefix} lies outside of {self._map_folder}, where the mapper was "
-                "started to write; start it anew with another --save-as"
+                f"{MAP_PREFIX}: {prefix} is outside {self._map_folder}, the folder of the "
+                f"mapper; restart it with another --save-as"
             )
 
 

@@ -37,7 +37,7 @@ class Listeners:
         offered = sorted(set(types))
         wanted = [name for name in offered if name in COMMAND_TYPES]
         if not offered:
-            return f"nobody listens on {self._topic}; is the robot's bringup running?"
+            return f"{self._topic} has no subscriber; is the robot's bringup running?"
         if len(wanted) != len(offered):
             strange = ", ".join(name for name in offered if name not in COMMAND_TYPES)
             return f"{self._topic} must be TwistStamped or Twist, but {strange} is listened for"
@@ -51,8 +51,8 @@ class Listeners:
             self.type = wanted[0]
         if self.type != wanted[0]:
             return (
-                f"{_short(wanted[0])} is listened for on {self._topic}, but {_short(self.type)} "
-                "is sent; set the robot's enable_stamped_cmd_vel back, or start the servers anew"
+                f"{self._topic} is subscribed as {_short(wanted[0])}, but {_short(self.type)} is "
+                f"sent; reset the robot's enable_stamped_cmd_vel, or restart the servers"
             )
         return None
 

@@ -65,7 +65,7 @@ class FollowedVariable:
     def remedy(self) -> str:
         """The setting that lets a mission begin without its first value."""
         if self._received_ns is None:
-            return "start what publishes it, or give it an 'initial' value"
+            return "start its publisher, or give it an 'initial' value"
         return "give it a 'default'"
 
     @property

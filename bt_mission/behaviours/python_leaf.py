@@ -180,7 +180,7 @@ class PythonLeaf(Hooked):
             return
         for attribute, variable in self._node.outputs.items():
             if not hasattr(self.behaviour, attribute):
-                raise MissionFailure(f"{self._named} has no attribute '{attribute}' to give")
+                raise MissionFailure(f"{self._named} has no attribute '{attribute}' for its output")
             self._values.scope.values[variable] = getattr(self.behaviour, attribute)
 
 

@@ -1,8 +1,8 @@
 """Values with places, and how each sort of value is read from an attribute and written as one.
 
 `{name}` is the variable `$name`. A number, true, false and a list in `[...]` are themselves, and
-anything else is a text. A text that would be read as something else stands in double quotes, as
-in JSON.
+anything else is a text. A text that would be read as something else is in double quotes, as in
+JSON.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class MisreadError(Exception):
 
 @dataclass(frozen=True)
 class LocatedValue:
-    """A value as a YAML file would hold it, and where it stands in the XML file."""
+    """A value as in a YAML file, with its place in the XML file."""
 
     data: Any
     place: Place
@@ -201,7 +201,7 @@ def _read_text(attribute: Attribute) -> LocatedValue:
     if (inner := _unquoted(attribute.value)) is not None:
         return located(inner, attribute.value_at)
     if _is_braced(attribute.value):
-        hint = "a text in braces is written in double quotes, within the others"
+        hint = "write a text in braces in double quotes, inside single quotes"
         raise _misread(attribute, "expected the name of a variable in '{...}'", hint)
     return plain_text(attribute)
 
@@ -246,7 +246,7 @@ def _read_times(attribute: Attribute, least: int = 1) -> LocatedValue:
         return reference
     value = number(attribute.value)
     if not isinstance(value, int) or value < least:
-        hint = "for ever has no counterpart; give a number" if value == -1 else None
+        hint = "repeating forever has no counterpart; give a number" if value == -1 else None
         expected = f"expected an integer of at least {least}, or a variable '{{name}}'"
         raise _misread(attribute, expected, hint)
     return located(value, attribute.value_at)
@@ -326,7 +326,7 @@ def _read_given(attribute: Attribute, word: str) -> LocatedValue:
         return _read_constant(attribute, word)
     constant = _text_constant(attribute.value)
     if constant is None:
-        message = "a text with both kinds of quotes cannot be given to a tree"
+        message = "a text with both kinds of quotes cannot be passed to a tree"
         raise MisreadError(("BT-1203", attribute.value_at, message, None))
     return located(constant, attribute.value_at)
 

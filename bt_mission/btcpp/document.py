@@ -50,14 +50,14 @@ class _IncludeError(HintedError):
 
 
 def read_xml(path: str | Path) -> Document:
-    """Read an XML file. Raises InputError with everything that has no counterpart."""
+    """Read an XML file. Raises InputError with all parts without a counterpart."""
     return document_of(read_source(path), str(path))
 
 
 def document_of(
     text: str, file: str = "<text>", texts: Mapping[str, str] | None = None
 ) -> Document:
-    """Read XML from a text. Raises InputError with everything that has no counterpart.
+    """Read XML from a text. Raises InputError with all parts without a counterpart.
 
     Args:
         text: What the file holds.
@@ -78,7 +78,7 @@ def document_of(
 
 
 def mission_yaml(path: str | Path) -> str:
-    """Return an XML file as a YAML file. Raises InputError with everything that is wrong with it.
+    """Return an XML file as a YAML file. Raises InputError with all its errors.
 
     The mission has no errors; `check` compares its goals with the types of ROS.
     The trees of files that it includes are written into it.
@@ -122,7 +122,7 @@ class _FileReader(XmlNodeReader):
     known: _Known
     within: tuple[str, ...] = ()
     library: LocatedValue | None = None
-    """What an included file holds."""
+    """The content of an included file."""
 
     def __post_init__(self) -> None:
         self.within = (self.source.file, *self.within)
@@ -150,7 +150,9 @@ class _FileReader(XmlNodeReader):
             message = f"expected format {FORMAT}, got {quoted(found.value)}"
             self.report("BT-1202", found.value_at, message)
         if root.text:
-            self.report("BT-1202", root.text_at, f"a loose text: {quoted(root.text)}")
+            self.report(
+                "BT-1202", root.text_at, f"text outside of any element: {quoted(root.text)}"
+            )
         for child in root.children:
             if child.tag == "TreeNodesModel":
                 self._take_models(child)
@@ -221,7 +223,7 @@ class _FileReader(XmlNodeReader):
         if name.value in self._trees or owner is not self:
             where = "" if owner is self else f", in {owner.source.file}"
             self.report(
-                "BT-208", name.value_at, f"there is a tree {quoted(name.value)} already{where}"
+                "BT-208", name.value_at, f"the tree {quoted(name.value)} already exists{where}"
             )
         elif name.value in REGISTERED or name.value in ("Root", "root"):
             message = f"BehaviorTree.CPP has a node {quoted(name.value)}, so no tree has that ID"
@@ -248,7 +250,7 @@ class _FileReader(XmlNodeReader):
         """Return the ID of the main tree."""
         named = root.attributes.get("main_tree_to_execute")
         if not self._trees:
-            self.report("BT-1202", root.at, "no <BehaviorTree> is in this file")
+            self.report("BT-1202", root.at, "this file has no <BehaviorTree>")
             return None
         if named is None:
             used = {use.attributes["ID"].value for use in _uses(root) if "ID" in use.attributes}
@@ -261,12 +263,12 @@ class _FileReader(XmlNodeReader):
         if named.value in self._trees:
             return named.value
         if (other := self.known.owners.get(named.value)) is not None:
-            message = f"the main tree lies in the included file {other.source.file}"
+            message = f"the main tree is in the included file {other.source.file}"
             self.report(
                 "BT-210", named.value_at, message, "run that file, or name a tree of this one"
             )
             return None
-        message = f"no tree is called {quoted(named.value)} (trees: {listed(self._trees)})"
+        message = f"unknown tree {quoted(named.value)} (trees: {listed(self._trees)})"
         self.report("BT-210", named.value_at, message, did_you_mean(named.value, self._trees))
         return None
 
@@ -283,7 +285,7 @@ class _FileReader(XmlNodeReader):
         for key, at, _ in ports.sections["needs"].values():
             self.report("BT-1202", at, f"the input {quoted(key)} of the mission needs a default")
         for key, at, _ in ports.outputs.values():
-            self.report("BT-1202", at, f"a mission gives no outputs, such as {quoted(key)}")
+            self.report("BT-1202", at, f"a mission has no outputs, such as {quoted(key)}")
         yield from _section("inputs", [*ports.sections["inputs"].values()])
         yield from _section("requirements", [self._requirement(one) for one in ports.requirements])
 
@@ -306,7 +308,7 @@ class _FileReader(XmlNodeReader):
         tree_id = element.attributes["ID"]
         named = self.trees[tree_id.value].tree_name(tree_id)
         if named.value in self.known.names:
-            self.report("BT-208", named.value_at, f"there is a tree {quoted(named.value)} already")
+            self.report("BT-208", named.value_at, f"the tree {quoted(named.value)} already exists")
         self.known.names.add(named.value)
         return named.value
 
@@ -315,9 +317,9 @@ class _FileReader(XmlNodeReader):
         entries = [*self._description(element)]
         for attribute in ports.metadata.values():
             if attribute.name != TREE_NAME:
-                self.report("BT-1202", attribute.at, "only the main tree has metadata that counts")
+                self.report("BT-1202", attribute.at, "metadata is read only from the main tree")
         for one in ports.requirements:
-            self.report("BT-1202", one.at, "only the main tree has requirements")
+            self.report("BT-1202", one.at, "requirements belong to the main tree")
         for key, found in ports.sections.items():
             entries += _section(key, [*found.values()])
         return mapping(element.at, [*entries, ("do", element.at, self._body(element))])
@@ -331,7 +333,9 @@ class _FileReader(XmlNodeReader):
 
     def _body(self, element: Element) -> LocatedValue:
         if element.text:
-            self.report("BT-1202", element.text_at, f"a loose text: {quoted(element.text)}")
+            self.report(
+                "BT-1202", element.text_at, f"text outside of any element: {quoted(element.text)}"
+            )
         if len(element.children) != 1:
             message = f"expected 1 node in <BehaviorTree>, got {len(element.children)}"
             self.report("BT-1202", element.at, message)
@@ -346,15 +350,13 @@ class _FileReader(XmlNodeReader):
             part, depth = waiting.pop()
             count += 1
             if depth > MAX_DEPTH:
-                message = f"nested too deeply; at most {MAX_DEPTH} levels of YAML are read"
+                message = f"nested too deeply; the limit is {MAX_DEPTH} levels of YAML"
                 self.report("BT-103", (part.line, part.column), message)
                 return
             inner = part.parts.values() if isinstance(part.parts, dict) else part.parts or ()
             waiting += [(one, depth + 1) for one in inner]
         if count > MAX_VALUES:
-            self.report(
-                "BT-103", (1, 1), f"more than {MAX_VALUES:,} values; a file holds at most so many"
-            )
+            self.report("BT-103", (1, 1), f"the file exceeds the limit of {MAX_VALUES:,} values")
 
     # ---- included files ----------------------------------------------------------------------
 
@@ -398,7 +400,9 @@ class _FileReader(XmlNodeReader):
             return None
         known.included.add(name)
         if len(known.included) > MOST_FILES:
-            raise _IncludeError("BT-112", f"more than {MOST_FILES} files are included")
+            raise _IncludeError(
+                "BT-112", f"more than {MOST_FILES} included files, which is the limit"
+            )
         return parse(read_source(name) if known.texts is None else known.texts[name], name)
 
 
@@ -433,15 +437,15 @@ def _located_file(path: str, package: str | None, file: str) -> str:
     folder = Path(file).parent if package is None else _share_folder(package)
     try:
         if package is None and not Path(file).is_file():
-            raise _IncludeError("BT-112", "a mission in a text has no folder to include files from")
+            raise _IncludeError("BT-112", "a mission that is not a file cannot include files")
         real = (folder / path).resolve(strict=True)
         is_inside = real.is_relative_to(folder.resolve())
     except (OSError, RuntimeError, ValueError):  # a ring of links, a name that is too long
         raise _IncludeError("BT-112", f"no such file {quoted(path)} in {where}") from None
     if not is_inside:
-        raise _IncludeError("BT-112", f"{quoted(path)} lies outside of {where}")
+        raise _IncludeError("BT-112", f"{quoted(path)} is outside {where}")
     if not real.is_file():
-        raise _IncludeError("BT-112", f"{quoted(path)} is no file")
+        raise _IncludeError("BT-112", f"{quoted(path)} is not a file")
     return str(folder / path)
 
 
@@ -454,9 +458,11 @@ def _share_folder(package: str) -> Path:
 
         return Path(get_package_share_directory(package))
     except ImportError:
-        raise _IncludeError("BT-112", "ROS 2 is not there, so its packages are unknown") from None
-    except (LookupError, ValueError, OSError):
-        hint = "source the workspace that it is in, or copy the file beside this one"
         raise _IncludeError(
-            "BT-112", f"no ROS package {quoted(package)} is installed", hint
+            "BT-112", "ROS 2 is not available, so its packages are unknown"
+        ) from None
+    except (LookupError, ValueError, OSError):
+        hint = "source the workspace of the package, or copy the file next to this one"
+        raise _IncludeError(
+            "BT-112", f"the ROS package {quoted(package)} is not installed", hint
         ) from None

@@ -31,11 +31,11 @@ _UTF_8 = frozenset(("utf-8", "utf8", "us-ascii", "ascii"))
 _ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;"})
 _MESSAGES = {
     "no element found": "the text ends before the first element",
-    "junk after document element": "more behind the end of the root element",
-    "not well-formed (invalid token)": "this is no valid XML",
-    "XML or text declaration not at start of entity": "'<?xml' can only be the very first text",
+    "junk after document element": "content after the end of the root element",
+    "not well-formed (invalid token)": "invalid XML",
+    "XML or text declaration not at start of entity": "'<?xml' is allowed only at the very start",
     "unclosed token": "this tag, text or comment is never closed",
-    "undefined entity": "an entity that XML does not have",
+    "undefined entity": "an undefined entity",
 }
 
 
@@ -111,7 +111,7 @@ class _XmlParser:
             self._parser.Parse(self._bytes, True)
         except expat.ExpatError as error:
             self._fail("BT-1201", *self._explain(expat.ErrorString(error.code) or "", error))
-        assert self._root is not None, "the parser refuses a text without an element"
+        assert self._root is not None, "the parser refuses text without an element"
         return XmlSource(self._file, self._root, self._lines)
 
     def _explain(self, problem: str, error: Any) -> tuple[str, At, str | None]:
@@ -122,15 +122,15 @@ class _XmlParser:
             message = f"<{top.tag}> of line {top.at[0]} is not closed here"
             return message, at, f"expected '</{top.tag}>'"
         if problem == "not well-formed (invalid token)":
-            hint = "within texts write '&amp;' for '&' and '&lt;' for '<'"
+            hint = "write '&amp;' for '&' and '&lt;' for '<' in text"
             return _MESSAGES[problem], at, hint
-        return _MESSAGES.get(problem, f"this is no valid XML: {problem or error}"), at, None
+        return _MESSAGES.get(problem, f"invalid XML: {problem or error}"), at, None
 
     def _start(self, tag: str, flat: list[str]) -> None:
         offset = self._offset(self._parser.CurrentByteIndex)
         element = Element(tag, self._place(offset + 1))
         if len(self._stack) >= MAX_DEPTH:
-            message = f"nested too deeply; at most {MAX_DEPTH} levels are read"
+            message = f"nested too deeply; the limit is {MAX_DEPTH} levels"
             self._fail("BT-103", message, element.at)
         values = dict(zip(flat[::2], flat[1::2], strict=True))
         at = offset + 1 + len(tag)
@@ -157,8 +157,8 @@ class _XmlParser:
 
     def _doctype(self, name: str, *_: Any) -> None:
         offset = self._offset(self._parser.CurrentByteIndex)
-        message = f"a document type ({quoted(name)}); entities and types are not used here"
-        self._fail("BT-1201", message, self._place(offset), "leave out '<!DOCTYPE ...>'")
+        message = f"a document type ({quoted(name)}) is not allowed"
+        self._fail("BT-1201", message, self._place(offset), "remove '<!DOCTYPE ...>'")
 
     def _declaration(self, _version: str, encoding: str | None, _standalone: int) -> None:
         if encoding is not None and encoding.lower() not in _UTF_8:

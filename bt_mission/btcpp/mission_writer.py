@@ -38,16 +38,16 @@ _ID = re.compile(r"[A-Za-z_][\w-]*")
 _ABSENT = object()
 _ONLY_YAML = "write its nodes one by one, or keep the mission in YAML"
 _NAMED_CHILDREN = (
-    "children that count, by name",
-    "write 'all' or 'any', or put those that count into a parallel of their own",
+    "'parallel' with names of children",
+    "write 'all' or 'any', or move these children into a separate parallel",
 )
-_POLICY = "let the rest halt; or with 'rest: finish' write all and any, or any and impossible"
+_POLICY = "use 'rest: halt', or with 'rest: finish' write all and any, or any and impossible"
 
 
 def mission_xml(document: Document, shapes: FindShapes | None = None) -> str:
     """Return a mission file as XML. Raises InputError with everything that XML cannot express.
 
-    `shapes` tells what ROS types hold, so that the ports of every leaf are listed.
+    `shapes` has the fields of ROS types, so that the ports of every leaf are listed.
     """
     return _MissionWriter(document, shapes).text()
 
@@ -56,7 +56,7 @@ def mission_palette(document: Document, shapes: FindShapes | None = None) -> str
     """Return the palette with every attribute in it that a mission uses.
 
     Raises:
-        InputError: With everything that is wrong with the mission, or that XML cannot express.
+        InputError: With all errors of the mission, and all parts that XML cannot express.
     """
     return palette_xml(shapes, _MissionWriter(document, shapes).used)
 
@@ -124,10 +124,10 @@ class _Match:
             if ports.holds == "nested" and isinstance(value, dict) and value:
                 self._entries(ports, value, place, inner)
             elif isinstance(value, dict):
-                refusal = "an empty message", "leave it out: it means the same"
+                refusal = "an empty message", "leave it out; the meaning is the same"
                 self.refused.append((place, False, refusal))
             elif attribute is None:
-                what = f"{quoted('.'.join(inner))}: no field of a ROS type has such a name"
+                what = f"the field {quoted('.'.join(inner))}, whose name is invalid in ROS,"
                 self.refused.append((place, False, (what, "see 'bt-mission check'")))
             else:
                 self.attributes[attribute] = ports.codec.write(value) or ""
@@ -150,7 +150,7 @@ class _NodeWriter:
     def refuse(self, path: base.Path, what: str, instead: str, *, key: bool = False) -> None:
         """Note what XML has no counterpart for."""
         if len(self.diagnostics) < MOST_DIAGNOSTICS:
-            message = f"{what}: XML has no counterpart"
+            message = f"{what} has no counterpart in XML"
             self.diagnostics.append(
                 self.document.diagnostic("BT-1205", path, message, instead, key=key)
             )
@@ -214,8 +214,8 @@ class _NodeWriter:
     def _refuse_name(self, name: str | None, path: base.Path) -> None:
         """Refuse two uses of trees with one name."""
         if name and name in self._names:
-            hint = "give one of them another name: BehaviorTree.CPP refuses two of one name"
-            what = f"two uses of trees with the name {quoted(name)}"
+            hint = "rename one of them; BehaviorTree.CPP requires unique names"
+            what = f"the name {quoted(name)} is used for two subtrees"
             self.refuse((*path, "name"), what, hint)
         self._names.add(name or "")
 
@@ -228,7 +228,7 @@ class _NodeWriter:
         else:
             keys = ("succeed_when", "fail_when", "rest")
             said = [f"'{key}: {data.get(key, table.default_of(kind, key))}'" for key in keys]
-            what = f"{', '.join(said[:-1])} and {said[-1]} together"
+            what = f"the combination of {', '.join(said[:-1])} and {said[-1]}"
             self.refuse((*path, "rest"), what, _POLICY, key=True)
 
 
@@ -303,7 +303,7 @@ class _MissionWriter:
         return xml_text(Tag("root", root, (*self._bodies.values(), *palette)))
 
     def _refuse(self, document: Document, path: base.Path, what: str, hint: str) -> None:
-        message = f"{what}: XML has no counterpart"
+        message = f"{what} has no counterpart in XML"
         self._diagnostics.append(document.diagnostic("BT-1205", path, message, hint, key=True))
 
     def _tree(self, tree: Tree, name: str) -> Tag:
@@ -313,9 +313,9 @@ class _MissionWriter:
         body = writer.node(data[key], (*path, key))
         self._diagnostics += writer.diagnostics
         for follow in tree.follow:
-            what = f"the variable '{follow.variable}', which follows a topic"
+            what = f"the variable '{follow.variable}', which follows a topic,"
             hint = "read the topic with 'wait_for' and its 'outputs', or keep the mission in YAML"
-            message = f"{what}: XML has no counterpart"
+            message = f"{what} has no counterpart in XML"
             self._diagnostics.append(
                 document.diagnostic("BT-1205", follow.place.path, message, hint)
             )
@@ -371,7 +371,7 @@ class _MissionWriter:
             ports.append(self._port("output_port", document, path, LABELS[word]))
             if key in tree.types:
                 hint = "give the output another name, and 'set' it"
-                self._refuse(document, path, f"'{key}' as an input and an output", hint)
+                self._refuse(document, path, f"'{key}' as both input and output", hint)
         tree_id = self._ids[tree.name]
         metadata = () if tree_id == tree.name else _metadata({table.TREE_NAME: tree.name})
         return Tag(table.SUBTREE, {"ID": tree_id}, (*ports, *metadata))

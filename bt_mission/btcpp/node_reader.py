@@ -28,8 +28,8 @@ from bt_mission.language.nodes.fields import VARIABLE
 
 _SKIP = "_skipIf"
 STAND_IN = (
-    "an <action> leaf, for a node with an action server, or a <python> leaf can stand in for your "
-    "own node (bt-mission docs groot)"
+    "replace your own node by an <action> leaf if it has an action server, or by a <python> leaf "
+    "(bt-mission docs groot)"
 )
 
 
@@ -92,7 +92,7 @@ class TreePorts:
                 "BT-1202",
                 element.at,
                 message,
-                "a variable is either given to a tree or taken from it",
+                "a port of a tree is either an input or an output",
             )
 
     def _declare_port(self, element: Element, name: Attribute, reporter: Reporter) -> None:
@@ -109,7 +109,7 @@ class TreePorts:
         if element.tag == "output_port":
             section = "outputs"
             if default:
-                report("BT-1202", default.at, "an output has no default")
+                report("BT-1202", default.at, "an output cannot have a default")
         else:
             self.inputs[name.value] = word
         if any(name.value in section for section in self.sections.values()):
@@ -129,13 +129,13 @@ class XmlNodeReader(Reporter):
             self.report(
                 "BT-1202",
                 element.text_at,
-                f"a loose text in <{element.tag}>: {quoted(element.text)}",
+                f"text in <{element.tag}>: {quoted(element.text)}",
             )
         if element.tag in ("Action", "Condition", "Control", "Decorator"):
             rest = dict(element.attributes)
             name = rest.pop("ID", None)
             if name is None:
-                message = f"<{element.tag}> does not say which: the attribute 'ID' is missing"
+                message = f"<{element.tag}>: the attribute 'ID' is missing"
                 self.report("BT-1202", element.at, message)
                 return located({}, element.at)
             element = replace(element, tag=name.value, at=name.value_at, attributes=rest)
@@ -158,7 +158,7 @@ class XmlNodeReader(Reporter):
         """Return the use of a named tree."""
         at = element.at
         for child in element.children:
-            self.report("BT-1202", child.at, "a SubTree has nothing in it; ID names a tree")
+            self.report("BT-1202", child.at, "a SubTree has no children; its ID names a tree")
         attributes = dict(element.attributes)
         tree_id = attributes.get("ID")
         if tree_id is None:
@@ -166,7 +166,7 @@ class XmlNodeReader(Reporter):
             return located({}, at)
         ports = self.trees.get(tree_id.value)
         if ports is None:
-            message = f"no tree is called {quoted(tree_id.value)} (trees: {listed(self.trees)})"
+            message = f"unknown tree {quoted(tree_id.value)} (trees: {listed(self.trees)})"
             self.report(
                 "BT-210", tree_id.value_at, message, did_you_mean(tree_id.value, self.trees)
             )
@@ -222,7 +222,7 @@ class _Filling:
         node = self._mapping({**row.node, "name": table.NAME}, row.kind)
         if row.is_leaf:
             for child in children:
-                self._reader.report("BT-1202", child.at, f"<{tag}> is a leaf, with nothing in it")
+                self._reader.report("BT-1202", child.at, f"<{tag}> is a leaf and has no children")
         elif row.children is not None and len(children) != row.children:
             nodes = counted(row.children, "node")
             self._reader.report(
@@ -325,7 +325,7 @@ class _Filling:
             around = {path[:count] for count in range(1, len(path))}
             if path in whole or path in above or not whole.isdisjoint(around):
                 self._reader.report(
-                    "BT-1202", at, f"the field {quoted('.'.join(path))} is given twice"
+                    "BT-1202", at, f"the field {quoted('.'.join(path))} is set twice"
                 )
             whole.add(path)
             above |= around
@@ -342,8 +342,8 @@ class _Filling:
         element = self._child(question.index)
         node = self._reader.node(element)
         if list(node.data) != ["check"]:
-            message = "expected a ScriptCondition without a name here"
-            hint = "only a condition on variables decides between nodes"
+            message = "expected a ScriptCondition without a name"
+            hint = "only a condition on variables can select a node"
             self._reader.report("BT-1204", element.at, message, hint)
             return located(True, self._at)
         assert isinstance(node.place.parts, dict)
@@ -355,7 +355,7 @@ class _Filling:
     def _children(self, column: table.Children) -> LocatedValue:
         children = self._element.children
         if not children:
-            self._reader.report("BT-1202", self._at, f"<{self._element.tag}> has nothing in it")
+            self._reader.report("BT-1202", self._at, f"<{self._element.tag}> has no children")
         # Where all children are skipped, so is their parent, which has no counterpart.
         skips = column.skips and any(_SKIP not in child.attributes for child in children)
         nodes = [

@@ -33,7 +33,7 @@ def palette_xml(shapes: FindShapes | None = None, used: Used | None = None) -> s
     """Return the models of all leaves, as a file without a tree, for Groot 2 to load.
 
     Args:
-        shapes: Tells what ROS types hold; without it the fields of goals are left out.
+        shapes: The fields of ROS types; without it the fields of goals are left out.
         used: Attributes of each kind of leaf that are listed as well, with the type of their port.
     """
     kinds: Used = {kind: {} for kind in leaf_kinds()} | dict(used or {})
@@ -58,7 +58,7 @@ def leaf_models(used: Used, shapes: FindShapes | None = None) -> Iterator[Tag]:
     Args:
         used: These attributes are listed as well. Computed ones have no type: BehaviorTree.CPP
             refuses an expression at a port with one.
-        shapes: Tells what ROS types hold.
+        shapes: The fields of ROS types.
     """
     for kind, attributes in used.items():
         ports = _ports(kind, shapes)
@@ -85,7 +85,7 @@ def types_read(
     Args:
         tag: The element.
         bodies: The trees by their IDs: a SubTree reads what its tree does with the port.
-        shapes: Tells what ROS types hold.
+        shapes: The fields of ROS types.
     """
     for inner in tag.walk():
         ports: Mapping[str, str | None]

@@ -1,4 +1,4 @@
-"""Expressions of ours as scripts of BehaviorTree.CPP and back, where both mean the same.
+"""Expressions of missions as scripts of BehaviorTree.CPP and back, where both mean the same.
 
 Both have numbers, texts in single quotes, names, `+ - * /`, comparisons and logic. In a script
 `!` takes only what stands directly behind it, and `&&` and `||` are read from left to right
@@ -37,7 +37,7 @@ _LARGEST = 2**63 - 1
 
 
 class ScriptError(ExpressionError):
-    """A script that has no expression of ours."""
+    """A script without an equivalent expression."""
 
 
 def from_script(code: str) -> str:
@@ -47,8 +47,10 @@ def from_script(code: str) -> str:
     text, is_open = "", False
     for token in tokens:
         if token.kind == "name" and token.text in RESERVED - _VALUES:
-            message = f"'{token.text}' is a word of our expressions, so no variable"
-            raise ScriptError("BT-1206", message, token.column, "give the variable another name")
+            message = (
+                f"'{token.text}' is a keyword of mission expressions, so it cannot be a variable"
+            )
+            raise ScriptError("BT-1206", message, token.column, "rename the variable")
         if token.kind == "blank":
             text += " " * len(token.text)
             continue
@@ -63,7 +65,7 @@ def from_script(code: str) -> str:
         raise ScriptError(error.code, error.message, 1, error.hint) from None
     if any(quantities(expression.root)):
         raise ScriptError(
-            "BT-1206", "a script has no units", 1, "write the number in metres or seconds"
+            "BT-1206", "scripts have no units", 1, "convert the number to metres or seconds"
         )
     return text
 
@@ -110,7 +112,7 @@ def assignments(code: str) -> list[tuple[str, int, Any]]:
 
 
 def written_assignments(values: dict[str, Any]) -> str | None:
-    """Return a script that sets variables to these values, or None where there is none."""
+    """Return a script that sets variables to these values, or None if no script can."""
     statements = []
     for name, value in values.items():
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
@@ -174,7 +176,7 @@ def _assignment(statement: str, offset: int, taken: set[str]) -> tuple[str, int,
     name, sign, right = found[1], found[2], statement[found.end() :]
     column = offset + found.start(1) + 1
     if name in taken:
-        hint = "write a Script of its own for the second"
+        hint = "write a second Script"
         raise ScriptError("BT-1206", f"'{name}' is set twice in one Script", column, hint)
     try:
         if len(sign) == 2 and sign != ":=":
@@ -191,10 +193,8 @@ def _tokens(code: str) -> list[Token]:
     while at < len(code):
         found = _TOKEN.match(code, at)
         if found is None:
-            message = f"{quoted(code[at])} has no counterpart in our expressions"
-            raise ScriptError(
-                "BT-1206", message, at + 1, "use a leaf 'check' or 'set', whose are ours"
-            )
+            message = f"{quoted(code[at])} has no counterpart in mission expressions"
+            raise ScriptError("BT-1206", message, at + 1, "use a leaf 'check' or 'set'")
         kind = found.lastgroup or ""
         if kind == "number" and found.group().isdigit() and int(found.group()) > _LARGEST:
             raise ScriptError("BT-304", f"the number {quoted(found.group())} is too large", at + 1)
@@ -215,7 +215,9 @@ def _refuse_ambiguity(tokens: list[Token]) -> None:
             logic.pop()
         elif token.text in ("&&", "||"):
             if logic[-1] not in ("", token.text):
-                message = "'&&' and '||' are read from left to right here, and ours by precedence"
+                message = (
+                    "scripts evaluate '&&' and '||' from left to right, missions by precedence"
+                )
                 raise ScriptError(
                     "BT-1206", message, token.column, "put one of them in parentheses"
                 )
@@ -224,12 +226,12 @@ def _refuse_ambiguity(tokens: list[Token]) -> None:
             _refuse_loose_not(texts[index + 2 :], token.column)
         elif token.text in ("*", "/") and before == token.text:
             raise ScriptError(
-                "BT-1206", f"'{token.text * 2}' is no operator of a script", token.column
+                "BT-1206", f"'{token.text * 2}' is not an operator of scripts", token.column
             )
         elif token.text in ("-", "+") and (not before or before in _BEFORE_SIGN):
             is_operand = behind == "(" or behind[:1].isalnum() or behind[:1] == "_"
             if token.text == "+" or not is_operand:
-                raise ScriptError("BT-1206", f"'{token.text}' cannot stand here", token.column)
+                raise ScriptError("BT-1206", f"unexpected '{token.text}'", token.column)
 
 
 def _refuse_loose_not(behind: list[str], column: int) -> None:
@@ -239,5 +241,7 @@ def _refuse_loose_not(behind: list[str], column: int) -> None:
         at += 1
         depth += {"(": 1, ")": -1}.get(behind[at], 0)
     if not behind[0] or behind[at + 1 : at + 2] not in ([], [""], [")"], ["&&"], ["||"]):
-        message = "'!' is for the next name only here, and 'not' for all that follows"
+        message = (
+            "in scripts '!' applies to the next name only, in missions 'not' applies to the rest"
+        )
         raise ScriptError("BT-1206", message, column, "use parentheses")

@@ -57,7 +57,7 @@ _FIELD = re.compile(r"[a-z](?:_?[a-z0-9])*")
 
 Names = tuple[str, ...]
 Refusal = tuple[str, str]
-"""What XML has no counterpart for, and what to do instead."""
+"""Parts of missions without a counterpart in XML, with what to write instead."""
 
 
 # ---- columns ---------------------------------------------------------------------------------
@@ -113,7 +113,7 @@ class Ports:
         return path if len(path) <= _DEEPEST and all(map(pattern.fullmatch, path)) else None
 
     def attribute(self, path: Names) -> str | None:
-        """Return the attribute that gives an entry, or None where there is none."""
+        """Return the attribute that gives an entry, or None."""
         name = _NESTED.join(path)
         if self.holds == "dotted":
             return self.prefix + name.replace(".", _NESTED)
@@ -183,7 +183,7 @@ class Row:
         node: The node: its kind first, then its modifiers, each a constant or a column.
         fixed: Attributes that have these values in this row.
         is_written: Whether nodes are written so; else another row writes them.
-        is_leaf: Whether it is a leaf of ours.
+        is_leaf: Whether it is a leaf of missions.
     """
 
     tag: str
@@ -252,17 +252,17 @@ CHOICES = {
 """The attributes that rows have fixed values of."""
 
 NAME = Port("name", AS_IT_IS)
-_EXPRESSION = ("an expression for how often", "'set' a variable to it first, and give its name")
+_EXPRESSION = ("a count that is an expression", "'set' a variable to it first, and give its name")
 _CYCLES = Port("num_cycles", TIMES, True, _EXPRESSION)
 _ATTEMPTS = Port("num_attempts", TIMES, True, _EXPRESSION)
 _WHILE, _UNTIL = (
     Never((f"'{word}' of a repeat", "write 'count', or keep the mission in YAML"))
     for word in ("while", "until")
 )
-_PAUSED = "leave it out, or put a 'wait' before what is tried"
+_PAUSED = "leave it out, or put a 'wait' before the node"
 _PAUSE = Never(("a pause between attempts", _PAUSED), unless=0)
 _SECONDS = "write a number of seconds with at most three decimals, or '$NAME / 1000'"
-_NO_MILLISECONDS = ("a limit that is no number of milliseconds", _SECONDS)
+_NO_MILLISECONDS = ("a limit that is not a whole number of milliseconds", _SECONDS)
 _LIMIT = Port("msec", MILLISECONDS, True, _NO_MILLISECONDS)
 _DELAY = Port("delay_msec", MILLISECONDS, True)
 _IF = Port("if", CONDITION, True)
@@ -332,15 +332,15 @@ _ROWS = (
 )
 
 _LOOP = "write 'for_each', which only YAML has"
-_UPDATE = "no variable of a mission knows when it was written; use a leaf 'wait_for' on a topic"
+_UPDATE = "variables have no time stamp; use a leaf 'wait_for' on a topic"
 WITHOUT_COUNTERPART = {
     **dict.fromkeys(("LoopBool", "LoopDouble", "LoopInt", "LoopString"), _LOOP),
     "RunOnce": "write 'Precondition' on a variable that a 'Script' sets",
-    "SequenceWithMemory": "a 'Sequence' begins anew after a failure; there is no other",
+    "SequenceWithMemory": "use a 'Sequence', which restarts after a failure",
     "SubTreePlus": "write 'SubTree'",
     **dict.fromkeys(("SkipUnlessUpdated", "WaitValueUpdate", "WasEntryUpdated"), _UPDATE),
     **{f"Switch{count}": "write an IfThenElse for each case" for count in range(2, 7)},
-    "UnsetBlackboard": "set the variable to a value that stands for none",
+    "UnsetBlackboard": "set the variable to a value that means 'not set'",
 }
 """The nodes of BehaviorTree.CPP that no mission has, each with what to write instead."""
 
@@ -348,7 +348,7 @@ ELEMENTS = tuple(dict.fromkeys(row.tag for row in _ROWS))
 """The nodes of BehaviorTree.CPP that have a counterpart."""
 
 REGISTERED = frozenset((*ELEMENTS, SUBTREE, *WITHOUT_COUNTERPART)) - {"SubTreePlus"}
-"""The nodes that a factory of BehaviorTree.CPP 4 registers by itself."""
+"""The built-in nodes of a factory of BehaviorTree.CPP 4."""
 
 
 def rows_of(tag: str) -> tuple[Row, ...]:
@@ -374,7 +374,7 @@ def tree_row(name: Codec, inputs: Mapping[str, str], outputs: Iterable[str]) -> 
     """
     hint = "'set' a variable to it first, and give that"
     takes = {
-        key: Port(key, given(word), refusal=(f"what '{key}' is given", hint))
+        key: Port(key, given(word), refusal=(f"the value of '{key}'", hint))
         for key, word in inputs.items()
     }
     gives = {key: Port(key, OUTPUT) for key in outputs}

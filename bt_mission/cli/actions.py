@@ -34,13 +34,15 @@ examples:
   bt-mission actions cancel /turn
 
 exit codes of send: 0 succeeded, 1 aborted, 2 bad input, 3 rejected, 4 canceled, 5 no server,
-6 lost or not confirmed, 130 left by a second Ctrl-C; of cancel: 0 all ended, 3 refused, 5, 6
+6 lost or not confirmed, 130 a second Ctrl-C; of cancel: 0 all ended, 3 refused, 5 and 6 as for send
 """
-GOAL = "the goal's fields in YAML, such as 'angle: 90'; {}: all defaults; -: from standard input"
+GOAL = (
+    "fields of the goal in YAML, such as 'angle: 90'; {} sends all defaults, - reads standard input"
+)
 
 
 def info(options: argparse.Namespace) -> int:
-    """Print all that is known of an action."""
+    """Print type, fields, servers and clients of an action."""
     from bt_mission.graph_tools import graph_query, listing
     from bt_mission.graph_tools.interface_description import describe_interface
     from bt_mission.graph_tools.values import as_json
@@ -59,7 +61,7 @@ def info(options: argparse.Namespace) -> int:
 
 
 def send(options: argparse.Namespace) -> int:
-    """Send a goal and see it to its end."""
+    """Send a goal and wait until it ends."""
     from bt_mission.graph_tools.goal_request import GoalSender, step_to_end
     from bt_mission.graph_tools.goal_views import goal_view_for
     from bt_mission.graph_tools.interface_description import describe_interface
@@ -107,10 +109,10 @@ def _refuse_nothing(name: str, part: InterfacePart) -> None:
     if not part.shape.fields:
         return
     lines = (
-        f"no goal is given; the fields of a goal of {name}:",
+        f"no goal was given; the fields of a goal of {name}:",
         *columns((f"  {one.name}", one.kind, one.note) for one in lines_of(part)),
-        f"give those that matter, such as: bt-mission actions send {name} {quote(example(part))}",
-        "'{}' sends a goal with all fields at their defaults, --form asks for each",
+        f"give the fields needed, such as: bt-mission actions send {name} {quote(example(part))}",
+        "'{}' sends a goal with all defaults, --form asks for each field",
     )
     raise BtMissionError("\n".join(lines), code="BT-1102")
 
@@ -205,29 +207,29 @@ COMMANDS = {
         "actions",
         {
             "list": graph_command.list_command(
-                "action", "the actions of the graph, and who serves them"
+                "action", "list the actions of the graph and their servers"
             ),
             "info": _command(
                 info,
                 "the action",
-                "an action's nodes and the fields of its messages, with units and comments",
+                "show the nodes of an action and the fields of its messages, with units",
                 "",
                 graph_command.json_option("one object"),
             ),
             "send": _command(
                 send,
                 "a server",
-                "send a goal and see it to its end",
-                "Sends a goal and shows its feedback until it has ended. Ctrl-C cancels the goal "
-                "and waits for its end, for 10 s at most; a second Ctrl-C leaves at once and says "
-                "which goal it left.",
+                "send a goal and wait until it ends",
+                "Sends a goal and shows its feedback until it ends. Ctrl-C cancels the goal and "
+                "waits up to 10 s until it ends; a second Ctrl-C exits at once and prints the id "
+                "of the goal.",
                 Option("goal", GOAL, nargs="?", default=""),
                 Option("--timeout SECONDS", "cancel the goal after this time", seconds),
                 PLAIN,
-                graph_command.json_option("an object a line for each thing that happens"),
+                graph_command.json_option("one object per line for each event"),
                 Option(
                     "--form",
-                    "fill the goal in field by field, on a terminal",
+                    "fill in the goal field by field, on a terminal",
                     excludes=each("json", "timeout"),
                     check=_require_terminal,
                 ),
@@ -236,12 +238,12 @@ COMMANDS = {
             "cancel": _command(
                 cancel,
                 "a server",
-                "cancel goals, also those of others, and wait for their end",
-                "Cancels every goal of an action, or one, whoever sent it, and waits for their "
-                "end, for 10 s at most.",
+                "cancel goals of any client, and wait until they end",
+                "Cancels one goal or all goals of an action, of any client, and waits up to 10 s "
+                "until they end.",
                 Option(
                     "goal",
-                    "the goal's id, or its first digits (default: all)",
+                    "id of the goal, or its first digits (default: all goals)",
                     nargs="?",
                     default="",
                 ),
@@ -249,9 +251,9 @@ COMMANDS = {
             "watch": _command(
                 watch,
                 "the action",
-                "show the goals of an action and their feedback, whoever sent them",
-                "Shows what becomes of each goal of an action, and its feedback, until Ctrl-C.",
-                graph_command.json_option("an object a line"),
+                "show the goals of an action and their feedback",
+                "Shows each goal of an action, its feedback and its end, until Ctrl-C.",
+                graph_command.json_option("one object per line"),
             ),
         },
         EPILOG,

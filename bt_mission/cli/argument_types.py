@@ -102,9 +102,9 @@ def seeds(text: str) -> range | tuple[int, ...]:
     else:
         found = range(values[0]) if len(values) == 1 else tuple(values)
     if not found:
-        raise argparse.ArgumentTypeError(f"'{text}' is no seed at all")
+        raise argparse.ArgumentTypeError(f"'{text}' contains no seed")
     if not dots and len(values) != len(set(values)):
-        raise argparse.ArgumentTypeError(f"a seed stands twice in '{text}'")
+        raise argparse.ArgumentTypeError(f"a seed appears twice in '{text}'")
     return found
 
 

@@ -131,7 +131,7 @@ def goes_to_a_graph(options: argparse.Namespace) -> bool:
 
 
 def permissions_of(options: argparse.Namespace) -> Permissions:
-    """What the mission may bring in: `run` imports Python leaves, `check` only where told to."""
+    """Permissions of a mission; `check` imports Python leaves only with --import-python."""
     from bt_mission.language.permissions import Permissions
 
     if options.no_python:
@@ -143,7 +143,7 @@ def permissions_of(options: argparse.Namespace) -> Permissions:
 
 
 ERRORS_PAGE = "reference/errors.md"
-"""Explains the codes, each under a heading of its own."""
+"""Explains the codes, each under its heading."""
 
 _PLAIN = frozenset(("world", "robot", "requirements", "ranges"))
 """Kinds of file that hold no mission."""
@@ -217,8 +217,8 @@ def _explain_windows(mission: Any) -> None:
     for one in mission.requirements:
         if full_s := full_after(one.root):
             print(
-                f"  requirement {one.name}: its window that looks back is full at {full_s:g} s and "
-                "decides nothing until then; with 'so far' it counts from the start on"
+                f"  requirement {one.name}: its window that looks back is full at {full_s:g} s "
+                f"and decides nothing before; with 'so far' it counts from the start"
             )
 
 
@@ -342,7 +342,7 @@ _SCHEMAS = {
     "requirements": ("bt_mission.sessions.file_checks", "requirements_schema"),
     "ranges": ("bt_mission.sweeps.ranges", "ranges_schema"),
 }
-"""What gives the schema of each kind of file, with its module."""
+"""The function that returns the schema of each kind of file, with its module."""
 
 
 def print_schema(options: argparse.Namespace) -> int:
@@ -355,37 +355,35 @@ def print_schema(options: argparse.Namespace) -> int:
 COMMANDS = {
     "check": Command(
         check_files,
-        "Reads missions, checks them against the real ROS types, worlds and robots, and prints "
-        "every error with its file, line and column. Nothing moves, and no code of the missions "
-        "runs unless --import-python is given. Worlds, robots, requirements and ranges are "
-        "checked, too.",
+        "Checks missions against the real ROS types, worlds and robots, and prints every error "
+        "with its file, line and column. Nothing moves, and no code of a mission runs unless "
+        "--import-python is given. Also checks files of worlds, robots, requirements and ranges.",
         (
             MISSION.but(
                 form="files file",
                 nargs="+",
                 type=Path,
-                help="missions, scenarios, fleets, worlds, robots, files of requirements and of "
-                "ranges, recognized by their content: YAML files, XML files of Groot 2, or names "
-                "of shipped missions",
+                help="files of missions, scenarios, fleets, worlds, robots, requirements or "
+                "ranges (the content decides), XML files of Groot 2, or names of shipped missions",
             ),
             *OVERRIDES,
             REQUIRE,
             Option(
                 "--import-python",
-                "import the missions' Python leaves and nodes, which runs their code, and check "
-                "them (default: only name them)",
+                "import and check the missions' Python leaves and nodes, which runs their code "
+                "(default: only list them)",
             ),
             NO_PYTHON,
             JSON.but(
-                help="print a list with an object for each error and warning, for editors and "
-                "programs"
+                help="print a JSON list with an object for each error and warning, for editors "
+                "and programs"
             ),
             Option(
                 "--against",
-                "also look for the mission's actions, services and topics in the running ROS "
-                "graph, and compare its goals with the limits of the servers there",
+                "also check that the running ROS graph has the mission's actions, services and "
+                "topics, and that its servers accept the mission's goals",
                 not_for=each(
-                    *_PLAIN, "scenario", "fleet", why="only missions are looked for in a graph"
+                    *_PLAIN, "scenario", "fleet", why="only missions can be compared with a graph"
                 ),
             ),
             Option(
@@ -398,13 +396,13 @@ COMMANDS = {
     ),
     "schema": Command(
         print_schema,
-        "Prints the JSON Schema of a kind of file. An editor with a YAML language server completes "
-        "and checks missions by it: put it into a file, and say so in the first line of a mission: "
-        "'# yaml-language-server: $schema=mission.schema.json'.",
+        "Prints the JSON Schema of a kind of file. An editor with a YAML language server uses it "
+        "to complete and check missions: save it to a file, and name that file in the first line "
+        "of a mission: '# yaml-language-server: $schema=mission.schema.json'.",
         (
             Option(
                 "of",
-                "of which files (default: mission)",
+                "kind of file (default: mission)",
                 nargs="?",
                 choices=tuple(_SCHEMAS),
                 default="mission",

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 SHELLS = ("bash", "zsh", "fish")
 
 EPILOG = """\
-now, and in every new shell:
+to activate it now and in every new shell:
   bash:  echo 'source <(bt-mission completion bash)' >> ~/.bashrc
-  zsh:   echo 'eval "$(bt-mission completion zsh)"' >> ~/.zshrc        after compinit
+  zsh:   echo 'eval "$(bt-mission completion zsh)"' >> ~/.zshrc        (after compinit)
   fish:  bt-mission completion fish > ~/.config/fish/completions/bt-mission.fish
 
 Names of missions, worlds and robots, of a mission's inputs, and of actions, topics, services,
-executives and namespaces of the running graph are looked up when a word is completed.
+executives and namespaces of the running graph are looked up at each completion.
 """
 
 BASH = """\
@@ -55,7 +55,7 @@ _bt_mission_{kind}_names() {{
 """
 BASH_END = """
 # A name that ends with '=' is followed by its value. Words go onto the line as they are: what the
-# shell would expand or run there is left to its own completion of files, which quotes it.
+# shell would expand or run there is completed by its completion of files, which quotes it.
 _bt_mission_complete() {
   _shtab_bt_mission
   local word special='*[[:cntrl:]"`$\\\\;&|<>()*?[!#{'\\'']*'
@@ -168,10 +168,10 @@ _PLAIN_NAME = re.compile(r"[\w.+@%/-]+(=[\w.+@%/-]*)?", re.ASCII)
 def known(kind: str, line: str = "") -> list[str]:
     """Return the names of a kind that fit a command line so far; what a shell expands is left out.
 
-    Nothing is said of what cannot be read or is not there: somebody is typing.
+    Missing and unreadable files are ignored without a message, since the user is typing.
 
     Raises:
-        KeyError: For a kind that is none of :data:`KINDS`.
+        KeyError: For a kind that is not in :data:`KINDS`.
     """
     try:
         found = KINDS[kind](_words(line))
@@ -310,17 +310,17 @@ COMMANDS = {
     "completion": Command(
         completion,
         "Prints a script with which a shell completes commands, options, files, and the names of "
-        "missions, worlds, robots, inputs, and of what is in the running graph.",
+        "missions, worlds, robots, inputs, topics and other parts of the running graph.",
         (
-            Option("shell", "the shell", nargs="?", choices=SHELLS),
+            Option("shell", "the shell for which to print the script", nargs="?", choices=SHELLS),
             Option(
                 "--names",
-                "instead: print the names that are known, one a line",
+                "print the known names of this kind instead, one per line",
                 choices=tuple(KINDS),
             ),
             Option(
                 "--line WORDS",
-                "with --names: the command line so far, which names the mission of inputs",
+                "with --names: the command line so far; inputs are those of its mission",
                 default="",
             ),
         ),

@@ -12,23 +12,23 @@ from bt_mission.cli.parser import Command, Option
 from bt_mission.core.errors import BtMissionError
 
 DESCRIPTION = """\
-Turns a mission in YAML into XML in the format of BehaviorTree.CPP 4, which Groot 2 shows and
-edits, and XML into YAML. The file's suffix tells which: .yaml, .yml or .xml.
+Converts a mission from YAML to XML in the format of BehaviorTree.CPP 4, which Groot 2 shows and
+edits, or from XML to YAML. The suffix of the file decides: .yaml, .yml or .xml.
 
-What the other side cannot say is an error, with its line, its column and what to write instead;
-nothing is left out silently, comments apart. All such places are shown at once, and nothing is
-written then. 'run' and 'check' take XML files as they are.
+Parts without a counterpart in the other format are errors, each with its line, its column and what
+to write instead. All are reported at once, and no file is written. Only comments are dropped.
+`run` and `check` also accept XML files.
 """
 EPILOG = """\
 examples:
   bt-mission convert missions/explore.yaml -o explore.xml   for Groot 2
-  bt-mission convert explore.xml -o explore.yaml            back, as Groot 2 has left it
+  bt-mission convert explore.xml -o explore.yaml            back, after editing in Groot 2
   bt-mission convert explore.xml                            to the terminal
-  bt-mission convert --palette -o leaves.xml                all our leaves, for Groot 2's palette
-  bt-mission convert --palette tour.yaml -o leaves.xml      with the ports that a mission uses
+  bt-mission convert --palette -o leaves.xml                all leaves, for the palette of Groot 2
+  bt-mission convert --palette tour.yaml -o leaves.xml      only the ports that this mission uses
   bt-mission check explore.xml                              without converting
 
-A leaf is an element with its kind as name and its ports as attributes; {name} is $name:
+A leaf is an element. Its name is the kind, its attributes are the ports; {name} is $name:
   <turn angle="{step}" timeout="30" out_angle_turned="{turned}"/>
 """
 
@@ -61,14 +61,12 @@ COMMANDS = {
                 nargs="?",
                 completes="missions",
             ),
-            Option(
-                "-o --output OUTPUT", "the file to write (default: standard output)", output_file
-            ),
+            Option("-o --output OUTPUT", "file to write (default: standard output)", output_file),
             FORCE,
             Option(
                 "--palette",
-                "the models of all leaves, for Groot 2, with the ports that FILE uses, if it is "
-                "given",
+                "write the models of all leaves for Groot 2, with the ports that FILE uses if it "
+                "is given",
             ),
         ),
         EPILOG,

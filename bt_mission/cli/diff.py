@@ -24,7 +24,7 @@ def compare(options: argparse.Namespace) -> int:
     else:
         for trace in (first, second):
             if trace.is_cut:
-                print(f"{trace.file}: its last line is torn, and left out")
+                print(f"{trace.file}: its last line is incomplete and was ignored")
         if found is None:
             count = len(first.events)
             print(f"the same {count} events at the same times (sha256 {first.sha256[:16]})")
@@ -36,14 +36,13 @@ def compare(options: argparse.Namespace) -> int:
 COMMANDS = {
     "diff": Command(
         compare,
-        "Compares two traces, as 'bt-mission run --trace FILE' writes them, and shows where they "
-        "part: the last events that were the same, what happened then in each, and by how much "
-        "numbers differ.",
+        "Compares two traces of `bt-mission run --trace FILE` and shows the first difference: "
+        "the last equal events, the next events of each trace, and how much their numbers differ.",
         (
-            Option("first", "a trace", Path),
-            Option("second", "another", Path),
-            JSON.but(help="print one JSON object, or null"),
+            Option("first", "first trace", Path),
+            Option("second", "second trace", Path),
+            JSON.but(help="print one JSON object, or null if the traces are equal"),
         ),
-        "exit codes: 0 the same things happened at the same times, 1 they differ, 2 bad input",
+        "exit codes: 0 equal, 1 different, 2 bad input",
     )
 }

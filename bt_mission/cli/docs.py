@@ -28,14 +28,14 @@ MOST_COLUMNS = 120
 
 EPILOG = """\
 examples:
-  bt-mission docs                      all pages, with a line each
-  bt-mission docs timeout              search: the best section, and where else to look
+  bt-mission docs                      list all pages
+  bt-mission docs timeout              search: the best section, and links to others
   bt-mission docs two robots
   bt-mission docs fleet                a page, by its name
   bt-mission docs modifiers#outputs    a section of a page
   bt-mission docs files > files.md     a page as Markdown
 
-On a terminal the text is formatted, and a long one is shown with $PAGER (default: less). In a pipe
+On a terminal the text is formatted, and long text is shown with $PAGER (default: less). In a pipe
 it is Markdown. NO_COLOR=1 turns colours off.
 
 exit codes: 0 success, 1 nothing found
@@ -133,7 +133,7 @@ def _below(found: Sequence[Section]) -> Iterator[str]:
     """Yield the commands that show what a search has found."""
     if found:
         yield ""
-        yield "Found here and in:"
+        yield "Also found in:"
         rows = [(f"bt-mission docs {each.address}", " > ".join(each.titles)) for each in found]
         yield from (f"  {line}" for line in columns(rows))
 
@@ -178,13 +178,12 @@ def _page(text: str) -> bool:
 COMMANDS = {
     "docs": Command(
         docs,
-        "Shows the pages of the documentation, which are installed with bt-mission. The words are "
-        "the name of a page, or words to search for.",
+        "Shows a page of the documentation, which is installed with bt-mission, or searches all "
+        "pages.",
         (
             Option(
                 "topic",
-                "the name of a page, as the list has it, or words to search for (default: list all "
-                "pages)",
+                "name of a page, or words to search for (default: list all pages)",
                 nargs="*",
                 completes="pages",
             ),

@@ -27,7 +27,7 @@ PROBE_LIMIT_S = 30.0
 
 PACKAGES = ("mujoco", "py-trees", "numpy", "scipy", "pillow", "pydantic", "pyyaml", "rich")
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-"""What tests show pages in."""
+"""Browsers for tests of pages."""
 
 RMW = "RMW_IMPLEMENTATION"
 """Where it names a middleware that is absent, importing rclpy ends the process."""
@@ -85,7 +85,7 @@ def probe(
     limit_s: float = PROBE_LIMIT_S,
     is_local: bool = True,
 ) -> CheckResult:
-    """Run one of `bt_mission.cli.doctor_probes` in a process of its own.
+    """Run one of `bt_mission.cli.doctor_probes` in a separate process.
 
     Args:
         name: Of the probe.
@@ -146,9 +146,9 @@ def compiler(environ: Mapping[str, str] = os.environ) -> CheckResult:
     path = environ.get("PATH")
     found = next(filter(None, (shutil.which(name, path=path) for name in names)), None)
     if found is None:
-        return CheckResult("warning", "not found", "needed to install: apt install g++")
+        return CheckResult("warning", "not found", "needed for installation: apt install g++")
     if not Path(sysconfig.get_path("include"), "Python.h").is_file():
-        remedy = "needed to install: apt install python3-dev"
+        remedy = "needed for installation: apt install python3-dev"
         return CheckResult("warning", f"{found}, without Python's C headers", remedy)
     return CheckResult("ok", found)
 
@@ -158,7 +158,9 @@ def browser(environ: Mapping[str, str] = os.environ) -> CheckResult:
     path = environ.get("PATH")
     found = next(filter(None, (shutil.which(name, path=path) for name in BROWSERS)), None)
     if found is None:
-        remedy = "only `make test` needs it: tests of pages are skipped; apt install chromium"
+        remedy = (
+            "only `make test` needs it, and skips tests of pages without it: apt install chromium"
+        )
         return CheckResult("warning", "not found", remedy)
     return CheckResult("ok", found)
 
@@ -181,7 +183,7 @@ def ros(environ: Mapping[str, str] = os.environ) -> CheckResult:
     answer = probe("ros", remedy=f"{REINSTALL}; or source an installed ROS 2 Jazzy", without=(RMW,))
     sourced = environ.get("ROS_DISTRO")
     if answer.state == "ok" and sourced is not None and sourced != "jazzy":
-        remedy = "use a shell where no other ROS is sourced"
+        remedy = "use a shell in which no other ROS is sourced"
         return CheckResult("missing", f"{answer.found}; ROS 2 {sourced} is sourced", remedy)
     return answer
 
@@ -190,11 +192,11 @@ def middleware(environ: Mapping[str, str] = os.environ) -> CheckResult:
     """The RMW that is loaded; virtual time was proven with one."""
     answer = probe("rmw", remedy=REINSTALL)
     if answer.state == "ok" and answer.found != "rmw_fastrtps_cpp":
-        remedy = f"unset {RMW}; virtual time is only known to work on rmw_fastrtps_cpp"
+        remedy = f"unset {RMW}; virtual time was tested only with rmw_fastrtps_cpp"
         return CheckResult("warning", answer.found, remedy)
     if answer.state != "ok" and RMW in environ:
-        remedy = f"unset {RMW}, or install what it names"
-        return CheckResult("missing", f"{RMW}={environ[RMW]} does not load", remedy)
+        remedy = f"unset {RMW}, or install this middleware"
+        return CheckResult("missing", f"{RMW}={environ[RMW]} cannot be loaded", remedy)
     return answer
 
 
@@ -210,7 +212,10 @@ def discovery(environ: Mapping[str, str] = os.environ) -> CheckResult:
         return CheckResult("warning", found, f"unset {RANGE} to join other processes")
     if reach == MACHINE:
         return CheckResult("ok", f"{found}: this machine only")
-    remedy = f"every machine of the network may drive what runs here; unset {RANGE} for simulations"
+    remedy = (
+        f"every machine on the network can command nodes on this machine; unset {RANGE} for "
+        f"simulations"
+    )
     return CheckResult("warning", found, remedy)
 
 
@@ -223,7 +228,7 @@ def loopback() -> CheckResult:
         stderr=subprocess.DEVNULL,
         env=_environment(),
     )
-    remedy = "allow multicast and UDP on the loopback interface, and a writable /dev/shm"
+    remedy = "allow multicast and UDP on the loopback interface, and make /dev/shm writable"
     try:
         return probe("listen", topic, remedy=remedy)
     finally:
@@ -238,7 +243,7 @@ CHECKS = (
     DoctorCheck("ROS 2", ros),
     DoctorCheck(
         "interfaces",
-        partial(probe, "types", remedy=f"build the interfaces: {REINSTALL}", without=(RMW,)),
+        partial(probe, "types", remedy=f"install the interfaces: {REINSTALL}", without=(RMW,)),
         needs=("ROS 2",),
     ),
     DoctorCheck("middleware", middleware, needs=("ROS 2",)),
@@ -269,7 +274,7 @@ def report_on(console: Console, checks: Iterable[DoctorCheck] = CHECKS) -> int:
     for check in checks:
         lacking = [subject for subject in check.needs if subject in missing]
         if lacking:
-            finding = CheckResult("skipped", f"not tried without {' and '.join(lacking)}")
+            finding = CheckResult("skipped", f"not checked without {' and '.join(lacking)}")
         else:
             finding = check.find()
         if finding.state == "missing":
@@ -278,7 +283,7 @@ def report_on(console: Console, checks: Iterable[DoctorCheck] = CHECKS) -> int:
         console.print(Text.assemble(mark, f"{check.subject}: {finding.found}"), soft_wrap=True)
         if finding.remedy:
             console.print(Text(f"{'':8}{finding.remedy}"), soft_wrap=True)
-    verdict = f"Missing: {', '.join(missing)}." if missing else "Everything needed is there."
+    verdict = f"Missing: {', '.join(missing)}." if missing else "Everything required is installed."
     console.print(Text(verdict), soft_wrap=True)
     return 1 if missing else 0
 
@@ -286,7 +291,7 @@ def report_on(console: Console, checks: Iterable[DoctorCheck] = CHECKS) -> int:
 COMMANDS = {
     "doctor": Command(
         doctor,
-        "Checks Python, ROS 2, our message types, off-screen rendering, DDS on loopback and the "
-        "virtual clock, and says what to install where something is missing.",
+        "Checks Python, ROS 2, the message types, off-screen rendering, DDS on loopback and the "
+        "virtual clock. Names what to install if something is missing.",
     )
 }

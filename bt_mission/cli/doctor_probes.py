@@ -78,7 +78,7 @@ def render() -> str:
     renderer.close()
     if not image.any():
         raise RuntimeError("the image is black")
-    return "an off-screen image comes out"
+    return "an off-screen image is rendered"
 
 
 def talk(topic: str) -> str:
@@ -109,8 +109,8 @@ def listen(topic: str) -> str:
     node.destroy_node()
     rclpy.shutdown()
     if not heard.done():
-        raise TimeoutError(f"nothing was heard from another process for {ANSWER_LIMIT_S:.0f} s")
-    return "two processes hear each other"
+        raise TimeoutError(f"no message from another process within {ANSWER_LIMIT_S:.0f} s")
+    return "two processes communicate"
 
 
 def types_agree() -> str:
@@ -144,7 +144,7 @@ def lockstep() -> str:
     from bt_mission.virtual_time import self_test
 
     self_test()
-    return "messages arrive before time moves on"
+    return "messages arrive before time advances"
 
 
 PROBES: dict[str, Callable[..., str]] = {

@@ -34,7 +34,7 @@ def explain(options: argparse.Namespace) -> int:
             for entry in members:
                 print(f"  {entry.code:8} {entry.title}")
             print()
-        print("bt-mission explain CODE shows one with an example")
+        print("bt-mission explain CODE explains one with an example")
     return SUCCESS
 
 
@@ -54,16 +54,16 @@ def explained(entry: CatalogueEntry) -> str:
 COMMANDS = {
     "explain": Command(
         explain,
-        "Explains the codes at the end of errors and warnings: the cause, the smallest example and "
-        "its correction. Without a code it lists all.",
+        "Explains the code at the end of an error or a warning: its cause, a minimal example, "
+        "and the corrected example. Without a code, lists all codes.",
         (
             Option(
                 "codes code",
-                "such as BT-203, bt-203 or 203 (default: list all codes)",
+                "a code, such as BT-203, bt-203 or 203 (default: list all codes)",
                 nargs="*",
                 completes="codes",
             ),
-            JSON.but(help="print a list with an object for each code"),
+            JSON.but(help="print a JSON list with an object for each code"),
         ),
         EPILOG,
     )

@@ -52,18 +52,18 @@ SOUGHT = {
     "collision": "no collision",
     "anything": "no violated requirement, failed mission, orphaned goal or collision",
 }
-"""What may be searched for, with what is said where nothing was found."""
+"""Targets of a search, with the words for a search that found nothing."""
 
 EPILOG = """\
 examples:
-  bt-mission falsify explore                    is there a run that violates a requirement?
-  bt-mission falsify explore --find collision   ... in which the robot touches something?
-  bt-mission falsify explore --cover            what of its tree does no run reach?
+  bt-mission falsify explore                    search for a violated requirement
+  bt-mission falsify explore --find collision   ... for a collision
+  bt-mission falsify explore --cover            search for parts of the tree that no run reaches
   bt-mission falsify mine.yaml --require safe.yaml --within ranges.yaml --budget 200
   bt-mission falsify mine.yaml --reference good.yaml --keep-going 5
-                                                up to five causes that good.yaml does not have
+                                                up to five causes that do not affect good.yaml
 
-a file of ranges, in which everything may be left out (bt-mission docs ranges):
+a file of ranges; every key is optional (bt-mission docs ranges):
   seeds: 0..999
   worlds: [dqn_stage1, dqn_stage4]
   inputs: {speed: 0.1..0.26}
@@ -72,8 +72,8 @@ a file of ranges, in which everything may be left out (bt-mission docs ranges):
   faults: {most: 2, kinds: [network, lidar_dead], times: 0..20}
   assume: [always clearance > 0.05]
 
-exit codes: 0 nothing was found, 1 something was, 2 bad input, 130 interrupted: what was found so
-far is written
+exit codes: 0 nothing found, 1 counterexample found, 2 bad input, 130 interrupted (counterexamples
+found until then are written)
 """
 
 
@@ -266,8 +266,8 @@ def _warn_of(as_it_is: ScenarioRow) -> None:
     if as_it_is.outcome != "success":
         end = f"{as_it_is.outcome}: {as_it_is.reason}" if as_it_is.reason else as_it_is.outcome
         print(
-            f"as it is, with nothing varied, the mission ends in {end}; --find failed tells of it "
-            "at once",
+            f"without any change, the mission ends in {end}; --find failed finds this in the "
+            f"first run",
             file=sys.stderr,
         )
 
@@ -277,7 +277,7 @@ def _search_notes(state: SearchState) -> list[str]:
     notes = [f"causes found: {len(state.counterexamples)}"] if state.counterexamples else []
     if state.simplifying_runs:
         faults = ", ".join(str(len(one.candidate.faults)) for one in state.counterexamples)
-        return [*notes, f"minimized in {state.simplifying_runs} runs, faults left: {faults}"]
+        return [*notes, f"minimized in {state.simplifying_runs} runs, remaining faults: {faults}"]
     return notes if state.smallest is None else [*notes, _smallest(state.smallest)]
 
 
@@ -352,9 +352,9 @@ def _search_lines(session: SearchSession, files: list[CounterexampleFiles]) -> l
     name = session.base.mission.name
     notes = f"; {state.errors} could not run: {state.first_error}" if state.errors else ""
     if state.outside:
-        notes += f"; {state.outside} did not keep to the assumptions"
+        notes += f"; {state.outside} violated the assumptions"
     if state.unfair:
-        notes += f"; {state.unfair} broke the reference, too"
+        notes += f"; {state.unfair} also broke the reference"
     runs = counted(state.runs, "run")
     if not files:
         what = "interrupted" if state.is_interrupted else f"nothing found ({SOUGHT[session.aim]})"
@@ -364,7 +364,7 @@ def _search_lines(session: SearchSession, files: list[CounterexampleFiles]) -> l
         return told
     if state.runs == 1:
         told.append(f"{name}: {files[0].sentence}")
-        told.append("  it breaks as it is, with nothing varied: there is nothing to search for")
+        told.append("  it breaks without any change, so there was no search")
         return told + _files_of(files[0])
     effort = f"found after {runs}, minimized in {state.simplifying_runs}{notes}"
     if len(files) == 1:
@@ -378,14 +378,15 @@ def _search_lines(session: SearchSession, files: list[CounterexampleFiles]) -> l
 def _files_of(files: CounterexampleFiles) -> list[str]:
     told = []
     if files.repeats is False:
-        told.append("  the run of the file has another trace than the one of the search")
+        told.append("  the trace of the scenario file differs from the trace in the search")
     return [
         *told,
         f"  {files.scenario}: bt-mission run repeats it",
         f"  {files.test}: fails until the mission is fixed",
         f"  {files.recording}, {files.report}: the run"
         if files.recording
-        else f"  interrupted, so not run again: bt-mission run {files.scenario} --record FILE.mcap",
+        else f"  not recorded, as the search was interrupted: bt-mission run {files.scenario} "
+        f"--record FILE.mcap",
     ]
 
 
@@ -451,34 +452,35 @@ _NOT_COVERED = each("cover", why="it lists what was reached")
 COMMANDS = {
     "falsify": Command(
         falsify,
-        "Runs a mission with other seeds, obstacles that appear, and faults at their times, until "
-        "a requirement is violated, the mission fails, a goal is orphaned or the robot touches "
-        "something. What is found is minimized: fewest faults, roundest numbers, shortest run, "
-        "each step checked by running it. The result is a folder with a scenario, a test that "
-        "fails until the mission is fixed, a recording and its report.",
+        "Runs a mission with different seeds, appearing obstacles and timed faults until a "
+        "requirement is violated, the mission fails, a goal is orphaned or the robot collides. "
+        "Then minimizes the counterexample: fewest faults, roundest numbers, shortest run, each "
+        "step checked by a run. Writes a folder with a scenario, a test that fails until the "
+        "mission is fixed, a recording and its report.",
         (
             MISSION,
             Option(
                 "--budget RUNS",
-                "the most runs (default: 1000), besides those that minimize what is found",
+                "maximum number of runs (default: 1000), without those that minimize "
+                "counterexamples",
                 count,
                 1000,
             ),
             Option(
                 "--find",
-                "what to search for (default: a violated requirement; in a mission without any, "
-                "anything)",
+                "what to search for (default: a violated requirement; anything if the mission "
+                "has no requirements)",
                 choices=tuple(SOUGHT),
                 excludes=_NOT_COVERED,
             ),
             Option(
                 "--cover",
-                "instead drive towards nodes, outcomes and branches of the tree that no run has "
-                "reached, and list those that remain",
+                "search for runs that reach new nodes, outcomes and branches of the tree, and "
+                "list those never reached",
             ),
             Option(
                 "--reference GOOD.yaml",
-                "a good mission: what breaks it in the same scenario does not count",
+                "a correct mission; scenarios that also break this one do not count",
                 input_file,
                 excludes=_NOT_COVERED,
             ),
@@ -489,22 +491,22 @@ COMMANDS = {
                 1,
                 excludes=_NOT_COVERED,
             ),
-            Option("--within RANGES.yaml", "what may vary, and by how much", input_file),
+            Option("--within RANGES.yaml", "a file with the ranges of what varies", input_file),
             Option(
                 "--strategy",
-                f"how scenarios are chosen (default: {STRATEGIES[0]})",
+                f"method of choosing scenarios (default: {STRATEGIES[0]})",
                 choices=STRATEGIES,
                 default=STRATEGIES[0],
             ),
             Option(
                 "--search-seed SEED",
-                "another search; the same one repeats exactly (default: 0)",
+                "seed of the search; the same seed repeats it exactly (default: 0)",
                 whole,
                 0,
             ),
             Option(
                 "--simplify RUNS",
-                "the most runs that minimize each find, 0 to leave it (default: 150)",
+                "maximum number of runs to minimize each counterexample, 0 for none (default: 150)",
                 whole,
                 150,
             ),
@@ -517,7 +519,7 @@ COMMANDS = {
             NO_PYTHON,
             Option(
                 "-o --output FOLDER",
-                "where the result is written (default: found/NAME, or else found/NAME_2)",
+                "folder for the result (default: found/NAME, or found/NAME_2 if that exists)",
                 Path,
                 excludes=_NOT_COVERED,
             ),

@@ -45,14 +45,14 @@ examples:
   bt-mission run square --record run.mcap
   bt-mission fork run.mcap --at 12.3 --set speed=0.1    slower from then on
   bt-mission fork run.mcap --at 12.3 --mission edited.yaml --record better.mcap
-  bt-mission fork run.mcap --sweep-at --set speed=0.1   how late would slower have been enough?
+  bt-mission fork run.mcap --sweep-at --set speed=0.1   the latest instant at which it helps
   bt-mission fork run.mcap --at 12.3 --fault 'at 13: drop scan lasting 2'
-  bt-mission fork run.mcap --at 12.3                    does the same happen again?
+  bt-mission fork run.mcap --at 12.3                    check that the run repeats exactly
   bt-mission fork two.mcap --at 5 --robot burger1 --set speed=0.1    one robot of a fleet
 
 exit codes: 0 the forked mission succeeded and no requirement is violated (without a change: the
-same happened again; with --sweep-at: an instant was found), 1 it did not, 2 bad input, or not the
-same up to the fork, 130 interrupted
+run repeated exactly; with --sweep-at: an instant was found), 1 otherwise, 2 bad input, or a
+difference before the fork, 130 interrupted
 """
 
 
@@ -60,7 +60,7 @@ def fork(options: argparse.Namespace) -> int:
     """Fork the run; gives the exit code."""
     if options.at is None and not options.sweep_at:
         raise BtMissionError(
-            "say where to fork with --at S, or look for the last instant with --sweep-at",
+            "give the instant with --at S, or search for the last one with --sweep-at",
             code="BT-1102",
         )
     announce(f"running {options.file} again")
@@ -78,7 +78,7 @@ def fork(options: argparse.Namespace) -> int:
     has_change = options.set or options.mission or options.fault or options.require
     if source.others and has_change and not options.robot:
         raise BtMissionError(
-            f"{options.file}: say with --robot whose run is changed: {', '.join(source.names)}",
+            f"{options.file}: name the robot to change with --robot: {', '.join(source.names)}",
             code="BT-1102",
         )
     for line in source.differences:
@@ -156,11 +156,11 @@ def run_fork(
     """Run a recorded run again with a change, and keep it as the options ask for.
 
     Args:
-        options: Where its recording, page, film and trace go.
+        options: Paths of its recording, page, video and trace.
         source: The recorded run.
         change: Takes effect at the fork.
         step_ns: The control step of the fork.
-        limit_s: Virtual seconds after which it is interrupted; None is none.
+        limit_s: Virtual seconds after which it is interrupted; None for no limit.
 
     Raises:
         BtMissionError: Where it is not the same up to the fork, or a file cannot be written.
@@ -209,7 +209,7 @@ def fork_shown(
         command = [sys.executable, "-m", "bt_mission", *options]
         code = subprocess.run(command, check=False).returncode  # noqa: S603 - ourselves
         with suppress(EOFError):
-            input("Enter goes back to the replay")
+            input("Press Enter to return to the replay")
     return output if code in (SUCCESS, MISSION_FAILED) and output.exists() else None
 
 
@@ -221,37 +221,33 @@ def beside(path: Path, number: int) -> Path:
 COMMANDS = {
     "fork": Command(
         fork,
-        "Runs a recorded simulation again from its start, with all that the recording holds of it: "
-        "mission, world, robot, seed, inputs. What happens is compared with the recorded trace, "
-        "byte by byte, up to the control step at --at. There the change takes effect, and the run "
-        "goes on. The files on the disk are not used.",
+        "Repeats a recorded simulation from its start with the mission, world, robot, seed and "
+        "inputs in the recording. Compares the trace with the recorded one, byte by byte, up to "
+        "the control step at --at. Then the change takes effect, and the run continues. Files on "
+        "the disk are not used.",
         (
             RECORDING,
-            AT.but(
-                help="fork this many seconds after the mission's start, at the next control step"
-            ),
+            AT.but(help="fork at the first control step after this many seconds of the mission"),
             Option(
                 "--sweep-at",
-                "fork at one instant after another, and report the last one at which the change "
-                "would have saved the mission",
+                "try many instants, and report the last one at which the change saves the mission",
                 needs=each("set", "mission", why="name the change to try"),
-                excludes={"at": "", "fault": "a fault has an instant of its own; use --set"},
+                excludes={"at": "", "fault": "a fault has its own instant; use --set"},
             ),
             Option(
                 "--tries N",
-                "try N of the instants at which a node changed, evenly spread (default: "
-                f"{MOST_TRIES})",
+                f"try N instants at which a node changed, evenly spread (default: {MOST_TRIES})",
                 count,
                 needs=each("sweep_at"),
             ),
             SET.but(
-                help="give a variable of the mission another value there; may be repeated",
+                help="set a variable of the mission at the fork; may be repeated",
                 completes="",
             ),
             Option(
                 "--mission FILE",
-                "continue with this version of the mission's file: nodes that start after the "
-                "fork are as it has them",
+                "continue with this version of the mission file; it applies to nodes that start "
+                "after the fork",
                 input_file,
                 completes="missions",
             ),
@@ -259,10 +255,10 @@ COMMANDS = {
             FAULT,
             Option(
                 "--import-python",
-                "import the mission's Python leaves and nodes from this folder, which runs their "
-                "code",
+                "import the mission's Python leaves and nodes from the working folder, which "
+                "runs their code",
             ),
-            recorded_robot("the first; a change needs the name of the robot that it is for"),
+            recorded_robot("the first; a change needs the robot to which it applies"),
             JSON,
             *recording.RECORDING_OPTIONS,
         ),

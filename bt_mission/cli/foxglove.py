@@ -28,15 +28,14 @@ def foxglove_options(*instead: str) -> tuple[Option, ...]:
     return (
         Option(
             "--foxglove",
-            "serve all topics to Foxglove and Lichtblick on this machine, and print the address to "
-            "connect to",
+            "serve all topics to Foxglove and Lichtblick on this machine, and print the address",
             group=group,
             excludes=each(*instead),
             check=partial(require_server, "--foxglove"),
         ),
         Option(
             "--foxglove-port N",
-            "listen on this port (default: 8765; 0 takes any that is free)",
+            "listen on this port (default: 8765; 0: any free port)",
             port,
             group=group,
             needs=each("foxglove"),
@@ -73,7 +72,7 @@ def foxglove_on(options: argparse.Namespace, session: Session) -> Iterator[None]
 def foxglove_process(options: argparse.Namespace) -> Iterator[None]:
     """Another process that serves the graph of this one, if that is wanted.
 
-    A robot's executive serves no viewer itself: whatever happens to one, it goes on.
+    A robot's executive serves no viewers itself, so their failures do not affect it.
     """
     if not options.foxglove:
         yield
@@ -87,7 +86,7 @@ def foxglove_process(options: argparse.Namespace) -> Iterator[None]:
 
 
 def serve_graph(options: argparse.Namespace) -> int:
-    """Serve the topics of the graph until told to leave; gives the exit code."""
+    """Serve the topics of the graph until interrupted; return the exit code."""
     from bt_mission.core.dds.publishers import CLOCK
     from bt_mission.graph_tools.foxglove.server import FoxgloveServer
     from bt_mission.graph_tools.graph_session import GraphSession

@@ -24,18 +24,17 @@ WAIT_S = 5.0
 
 
 def graph_command(name: str, commands: Mapping[str, Command], epilog: str) -> Command:
-    """Return a command that has commands of its own."""
+    """Return a command with subcommands."""
     words = COMMANDS[name]
     description = (
-        f"{words[0].upper()}{words[1:]}. Works with any ROS 2 graph, and with every type that is "
-        "installed."
+        f"{words[0].upper()}{words[1:]}. Works with any ROS 2 graph and all installed types."
     )
     return Command(None, description, epilog=epilog, commands=commands)
 
 
 def list_command(kind: Kind, words: str) -> Command:
     """Return the command that lists what there is of a kind."""
-    hidden = Option("--all", "hidden ones, too: those of actions")
+    hidden = Option("--all", "include hidden ones, those of actions")
     return Command(
         partial(list_entries, kind),
         options=(
@@ -55,14 +54,14 @@ def name_option(kind: Kind, example: str) -> Option:
 
 def type_option(whose: str = "its") -> Option:
     """Return the type of what a command is about."""
-    return Option("--type TYPE", f"{whose} type, instead of the one found in the graph")
+    return Option("--type TYPE", f"{whose} type (default: as found in the graph)")
 
 
 def graph_options(what: str) -> tuple[Option, ...]:
     """Return where to look, and for how long."""
     wait = f"how long to look for {what} (default: {WAIT_S:g})"
     return (
-        NAMESPACE.but(help="of names without a leading slash"),
+        NAMESPACE.but(help="namespace of names without a leading slash"),
         NETWORK,
         Option("--wait SECONDS", wait, seconds, WAIT_S),
     )
@@ -70,7 +69,7 @@ def graph_options(what: str) -> tuple[Option, ...]:
 
 def json_option(what: str) -> Option:
     """Return the output for programs."""
-    return JSON.but(help=f"for programs: {what}")
+    return JSON.but(help=f"print JSON: {what}")
 
 
 @contextmanager
@@ -84,7 +83,7 @@ def joined(options: argparse.Namespace) -> Iterator[GraphSession]:
 
 
 def list_entries(kind: Kind, options: argparse.Namespace) -> int:
-    """Print what the graph has of a kind: a table, or a list of objects; or that there is none."""
+    """Print the entries of a kind in the graph as a table or a list of objects."""
     from bt_mission.graph_tools import listing
     from bt_mission.graph_tools.graph_query import entries, query_graph
     from bt_mission.graph_tools.values import as_json

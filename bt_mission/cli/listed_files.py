@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 EPILOG = """\
 examples:
-  bt-mission {kind}                       those in this folder, and the shipped ones
+  bt-mission {kind}                       local and shipped files
   bt-mission {kind} copy {name:17}./{kind}/{name}.yaml, to edit
   bt-mission {kind} copy {name} mine.yaml
 
-A file in ./{kind} stands for the shipped one of the same name.
+A file in ./{kind} replaces the shipped one of the same name.
 """
 EXAMPLES = {"missions": "explore", "worlds": "empty_arena", "robots": "waffle"}
 
@@ -43,7 +43,7 @@ def print_list(kind: Kind, options: argparse.Namespace) -> int:
         print(json.dumps([_as_object(one) for one in found]))
         return SUCCESS
     if not found:
-        print(f"no {kind} here, and none is shipped: is bt-mission installed as a whole?")
+        print(f"no {kind} here, and the shipped ones are missing: is the installation complete?")
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
     for line in columns(_as_row(one) for one in found) if found else []:
         print(line if width is None or len(line) <= width else f"{line[: width - 3].rstrip()}...")
@@ -76,7 +76,7 @@ def copy_file(kind: Kind, options: argparse.Namespace) -> int:
     for source, target in copies.items():
         if target.exists() and target.samefile(source):
             raise BtMissionError(
-                f"{target} is that file itself; give another name or folder", code="BT-1103"
+                f"{target} is the same file; give another name or folder", code="BT-1103"
             )
     if not options.force:
         refuse_existing(copies.values())
@@ -106,8 +106,8 @@ def _copies(main: Path, sources: Sequence[Path], wanted: Path) -> Mapping[Path, 
     outside = [one for one, path in absolute.items() if not path.is_relative_to(root)]
     if outside:
         raise BtMissionError(
-            f"{main.name} names {outside[0].name} in another folder, which is copied with it: "
-            "give a folder instead of a file",
+            f"{main.name} names {outside[0].name} in another folder, which is also copied: give "
+            f"a folder instead of a file",
             code="BT-1103",
         )
     inside = {one: wanted.parent / path.relative_to(root) for one, path in absolute.items()}
@@ -115,8 +115,7 @@ def _copies(main: Path, sources: Sequence[Path], wanted: Path) -> Mapping[Path, 
     same = next((one for one in copies if one != main and copies[one] == wanted), None)
     if same is not None:
         raise BtMissionError(
-            f"{main.name} names {same.name}, which is copied with it: "
-            "give another file or a folder",
+            f"{main.name} names {same.name}, which is also copied: give another file or a folder",
             code="BT-1103",
         )
     return copies
@@ -136,36 +135,35 @@ def _make_folder(path: Path) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise BtMissionError(
-            f"cannot make {path}: {error.strerror or error}", code="BT-1103"
+            f"cannot create {path}: {error.strerror or error}", code="BT-1103"
         ) from error
 
 
 def _command(kind: Kind, completes: str) -> Command:
-    json_list = JSON.but(help="for programs: one list of objects")
+    json_list = JSON.but(help="print a JSON list of objects")
     copying = Command(
         partial(copy_file, kind),
-        f"Copies one of the {kind} to edit it, with the files beside it that it names: trees that "
-        "it includes, the mission of a scenario, Python leaves.",
+        f"Copies one of the {kind} for editing, with the files that it refers to: included "
+        f"trees, the mission of a scenario, Python leaves.",
         (
             Option(
                 "name",
-                f"its name, as 'bt-mission {kind}' lists it, or its path",
+                f"its name, as listed by `bt-mission {kind}`, or its path",
                 completes=completes,
             ),
-            Option("to", f"a folder, or the file to write (default: ./{kind})", Path, nargs="?"),
+            Option("to", f"folder, or file to write (default: ./{kind})", Path, nargs="?"),
             FORCE,
         ),
-        help="copy one, with the files that it names by their paths",
+        help="copy one, with the files that it refers to",
     )
     listing = Command(
         partial(print_list, kind),
         options=(json_list.but(default=argparse.SUPPRESS),),
-        help="the same as without a word",
+        help="list them (the default)",
     )
     return Command(
         partial(print_list, kind),
-        f"Lists the {kind} of the working folder and the shipped ones, with a line each, or copies "
-        "one.",
+        f"Lists the {kind} in the working folder and the shipped ones, or copies one.",
         (json_list,),
         EPILOG.format(kind=kind, name=EXAMPLES[kind]),
         commands={"list": listing, "copy": copying},

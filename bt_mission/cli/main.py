@@ -24,17 +24,17 @@ TRACEBACK = "BT_MISSION_TRACEBACK"
 
 EPILOG = """\
 examples:
-  bt-mission run explore              a shipped mission, as fast as it goes
-  bt-mission run mine.yaml --speed 1  your own, at the speed of the wall clock
+  bt-mission run explore              a shipped mission, as fast as possible
+  bt-mission run mine.yaml --speed 1  your own mission, in real time
   bt-mission watch                    monitor it from another terminal
-  bt-mission check mine.yaml          find every error before anything moves
+  bt-mission check mine.yaml          report every error before anything moves
   bt-mission convert mine.yaml        the same mission as XML, for Groot 2
-  bt-mission verify run.mcap          verdicts of the requirements of a recorded run
-  bt-mission docs two robots          search the documentation, on this terminal
-  bt-mission doctor                   is everything here that is needed?
+  bt-mission verify run.mcap          evaluate the requirements of a recorded run
+  bt-mission docs two robots          search the documentation in the terminal
+  bt-mission doctor                   check that everything required is installed
 
 exit codes: 0 success, 1 mission failed, 2 bad input or an output that cannot be written, 130
-interrupted; those of actions and services are in their own help
+interrupted; `actions` and `services` have more, listed in their help
 """
 
 
@@ -82,7 +82,8 @@ def _run(arguments: Sequence[str] | None) -> int:
             raise
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
         print(
-            f"`bt-mission doctor` checks this machine; {TRACEBACK}=1 shows where", file=sys.stderr
+            f"`bt-mission doctor` checks this machine; {TRACEBACK}=1 shows the traceback",
+            file=sys.stderr,
         )
         return MISSION_FAILED
     return code
@@ -121,10 +122,10 @@ def make_parser() -> Parser:
     """The parser of all commands, each of which is loaded when it is called."""
     parser = Parser(
         prog="bt-mission",
-        description="Missions in YAML, carried out as behaviour trees over ROS 2 actions.",
+        description="Run missions written in YAML as behaviour trees over ROS 2 actions.",
         epilog=EPILOG,
     )
-    parser.add_argument("--version", action=Version, nargs=0, help="say the version, and leave")
+    parser.add_argument("--version", action=Version, nargs=0, help="print the version and exit")
     parser.add_subparsers(metavar="command", action=Commands)
     return parser
 
@@ -140,7 +141,7 @@ def _parsed(parser: Parser, arguments: Sequence[str] | None) -> Any:
     if getattr(options, "takes_ros_args", False):
         options.ros_args = for_ros
     elif for_ros:
-        parser.error("--ros-args: this command has no node to hand them to")
+        parser.error("--ros-args: this command starts no node")
     if not hasattr(options, "command"):
         options.parser.lead_on(rest)
     words = [one for one in options.parser.options if not one.flags][1:]

@@ -19,7 +19,7 @@ from bt_mission.core.errors import BtMissionError
 
 EPILOG = """\
 examples:
-  bt-mission new patrol          makes ./patrol
+  bt-mission new patrol          creates ./patrol
   cd patrol
   bt-mission run patrol
   pytest
@@ -68,7 +68,7 @@ def make_project(options: argparse.Namespace) -> int:
             made.rename(folder)
     except OSError as error:
         raise BtMissionError(
-            f"cannot make {name}: {error.strerror or error}", code="BT-1103"
+            f"cannot create {name}: {error.strerror or error}", code="BT-1103"
         ) from error
     _print_next_steps(name, written)
     return SUCCESS
@@ -84,10 +84,10 @@ def _ask_inside_project(name: str) -> None:
     outer = next((one for one in (here, *here.parents) if _is_project(one)), None)
     if outer is not None:
         confirm(
-            f"{quoted(name)} would be made inside the project {outer}",
-            ". Make it there?",
+            f"{quoted(name)} is inside the project {outer}",
+            ". Create it there?",
             otherwise="; change to another folder, or add --yes",
-            refused="nothing was made",
+            refused="nothing was created",
         )
 
 
@@ -120,16 +120,18 @@ def _refuse_name(name: str) -> None:
     expected = "expected letters, digits, '_' and '-', a letter first, 64 characters at most"
     if len(Path(name).parts) > 1 or name in (".", ".."):
         raise BtMissionError(
-            f"{quoted(name)} has the parts of a path: {expected}; the project is made in the "
-            "working folder, so change to the folder that it is to lie in",
+            f"{quoted(name)} is a path: {expected}; change to the parent folder first",
             code="BT-1103",
         )
     if name.lower() in _NO_NAMES:
         raise BtMissionError(
-            f"{quoted(name)} is a value in YAML, and no name of a mission", code="BT-1103"
+            f"{quoted(name)} is a value in YAML, so it cannot be the name of a mission",
+            code="BT-1103",
         )
     if _VALID.fullmatch(name) is None:
-        raise BtMissionError(f"{quoted(name)} is no name of a project: {expected}", code="BT-1103")
+        raise BtMissionError(
+            f"{quoted(name)} is not a valid project name: {expected}", code="BT-1103"
+        )
 
 
 def _print_next_steps(name: str, written: Mapping[str, str]) -> None:
@@ -138,10 +140,10 @@ def _print_next_steps(name: str, written: Mapping[str, str]) -> None:
         print(f"  {name}/{path}")
     steps = {
         f"cd {name}": "",
-        f"bt-mission run {name}": "with --web on a page for browsers",
-        "pip install 'bt-mission[test]'": "pytest, which is not here",
+        f"bt-mission run {name}": "add --web for a page in a browser",
+        "pip install 'bt-mission[test]'": "installs pytest",
         "pytest": "its tests",
-        f"bt-mission check {name}": f"after a change of missions/{name}.yaml",
+        f"bt-mission check {name}": f"after changes to missions/{name}.yaml",
     }
     if find_spec("pytest") is not None:
         del steps["pip install 'bt-mission[test]'"]
@@ -154,11 +156,11 @@ def _print_next_steps(name: str, written: Mapping[str, str]) -> None:
 COMMANDS = {
     "new": Command(
         make_project,
-        "Makes a folder with a mission that runs, the world that it runs in, tests that pass, and "
-        "the settings with which an editor completes and checks missions.",
+        "Creates a folder with a runnable mission, its world, passing tests, and the settings "
+        "with which an editor completes and checks missions.",
         (
-            Option("name", "of the folder and its mission: letters, digits, _ and -"),
-            Option("--yes", "do not ask before a project is made inside another"),
+            Option("name", "name of the folder and its mission: letters, digits, _ and -"),
+            Option("--yes", "do not ask before creating a project inside another"),
         ),
         EPILOG,
     )

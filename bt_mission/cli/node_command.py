@@ -101,15 +101,15 @@ def _common(options: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-_ROBOT = ROBOT.but(help="a robot's name or file", default=ROBOT_MODEL)
+_ROBOT = ROBOT.but(help="name or file of a robot", default=ROBOT_MODEL)
 _REAL = Option(
-    "--real", "drive a real robot: this machine's clock, and the type of command it listens for"
+    "--real",
+    "drive a real robot: use this machine's clock and the command type that the robot "
+    "subscribes to",
 )
 _WALL_CLOCK = WALL_CLOCK.but(help="use this machine's clock instead of /clock")
 _WALL_CLOCK_REAL = WALL_CLOCK.but(help=f"{_WALL_CLOCK.help}, as with a real robot")
-_PARAMETERS = Option(
-    "--params FILE", "values of parameters: a ROS parameter file", completes="parameters"
-)
+_PARAMETERS = Option("--params FILE", "ROS parameter file", completes="parameters")
 
 
 def _node(function: Any, description: str, *options: Option) -> Command:
@@ -127,35 +127,36 @@ def _node(function: Any, description: str, *options: Option) -> Command:
 COMMANDS = {
     "sim": _node(
         sim,
-        "Simulates a TurtleBot3 in a world and speaks the robot's own topics (cmd_vel, scan, odom, "
-        "imu, tf, camera, ...) and /clock. Start `bt-mission servers` and `bt-mission run FILE "
-        "--attach` in other terminals.",
-        WORLD.but(help="a world's name or file", default="empty_arena"),
+        "Simulates a TurtleBot3 in a world, with the topics of the real robot (cmd_vel, scan, "
+        "odom, imu, tf, camera, ...) and /clock. Start `bt-mission servers` and `bt-mission run "
+        "FILE --attach` in other terminals.",
+        WORLD.but(help="name or file of a world", default="empty_arena"),
         _ROBOT.but(default=None),
         Option(
             "--robots NAME=ROBOT@X,Y,YAW",
-            "several robots, each in the namespace of its name (metres, degrees)",
+            "several robots, each in a namespace with its name (metres, degrees)",
             nargs="+",
             excludes=each("robot"),
         ),
-        SEED.but(help="seed of the sensors' noise", default=0),
-        SPEED.but(help="simulated seconds per second (default 1)", default=1.0),
+        SEED.but(help="seed of the sensor noise", default=0),
+        SPEED.but(help="simulated seconds per second (default: 1)", default=1.0),
         NAMESPACE,
         NETWORK,
         Option("--no-camera", "never render images"),
         Option(
             "--no-map",
-            "publish neither map nor the transform from map to odom: SLAM or localisation does",
+            "do not publish the map and the transform from map to odom, for use with SLAM or "
+            "localization",
         ),
         Option(
             "--props N",
-            "how many things can be spawned at a time (default 8, at most 64)",
+            "how many objects can be spawned at a time (default: 8, at most 64)",
             whole,
             8,
         ),
         Option(
             "--cmd-vel-type",
-            "take commands as TwistStamped (default) or as Twist",
+            "type of cmd_vel: TwistStamped (default) or Twist",
             choices=("stamped", "plain"),
             default="stamped",
         ),
@@ -163,38 +164,39 @@ COMMANDS = {
     ),
     "servers": _node(
         servers,
-        "Offers driving, turning, pictures, colours, distances, exploration, and Nav2's navigation "
-        "and recoveries as actions ('bt-mission actions list' names them), and the services /stop "
-        "and /release, for a robot, simulated or real, by its topics alone.",
+        "Serves the actions of a simulated or real robot: driving, turning, camera, colours, "
+        "distances, exploration, and the navigation and recoveries of Nav2 (`bt-mission actions "
+        "list` lists them). Also serves /stop and /release. Needs only the robot's topics.",
         _ROBOT,
         NAMESPACE,
         NETWORK,
-        IMAGES.but(help="where pictures are written"),
+        IMAGES.but(help="folder for pictures (default: images)"),
         _WALL_CLOCK_REAL,
         _REAL.but(
-            help="serve a real robot: this machine's clock, and commands of the type it listens for"
+            help="serve a real robot: use this machine's clock and the command type that the "
+            "robot subscribes to"
         ),
         _PARAMETERS.but(help=f"{_PARAMETERS.help}, or the name of a shipped one"),
         ALLOW_DUPLICATES,
     ),
     "mapper": _node(
         mapper,
-        "Publishes map and coverage while the robot moves, out of scan, odom and the transform "
-        "from map to odom, which another node has to publish. The service save_map writes the map "
-        "as Nav2's map server reads it.",
+        "Publishes the topics map and coverage while the robot moves. Needs scan, odom and the "
+        "transform from map to odom, which another node publishes. The service save_map saves "
+        "the map in the format of Nav2's map server.",
         _ROBOT,
         NAMESPACE,
         NETWORK,
-        Option("--save-as PREFIX", "where save_map writes (default: map)", default="map"),
+        Option("--save-as PREFIX", "path prefix of the saved map (default: map)", default="map"),
         _PARAMETERS,
         _WALL_CLOCK_REAL,
     ),
     "arbiter": _node(
         arbiter,
-        "Stands between several topics of commands and cmd_vel: cmd_vel_stop over cmd_vel_joy over "
-        "cmd_vel_mission (all TwistStamped). A source that falls silent counts no longer, and the "
-        "base is stopped while no source sends. Have the servers send to cmd_vel_mission: a "
-        "parameter file with topics.cmd_vel.",
+        "Forwards the command topic with the highest priority to cmd_vel: cmd_vel_stop over "
+        "cmd_vel_joy over cmd_vel_mission (all TwistStamped). A source that stops sending is "
+        "ignored; while no source sends, the base is stopped. Let the servers publish to "
+        "cmd_vel_mission with a parameter file that sets topics.cmd_vel.",
         NAMESPACE,
         NETWORK,
         _WALL_CLOCK,

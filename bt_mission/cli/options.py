@@ -16,40 +16,40 @@ from bt_mission.core.files import look_deeper, look_for, other_suffix
 from bt_mission.core.nature import PROFILES, Nature
 from bt_mission.core.output import write_file
 
-_OF_ITS_GRAPH = "an attached run has that of its graph"
+_OF_ITS_GRAPH = "an attached run uses that of its graph"
 
 MISSION = Option(
     "file",
-    "the mission: a YAML file, an XML file of Groot 2, or the name of a shipped one; or a "
-    "scenario or a fleet",
+    "a mission, scenario or fleet: a YAML file, an XML file of Groot 2, or the name of a shipped "
+    "one",
     input_file,
     completes="runs",
 )
 SET = Option(
     "--set NAME=VALUE",
-    "give an input of the mission another value; may be repeated",
+    "set an input of the mission; may be repeated",
     assignment,
     repeats=True,
     completes="inputs",
 )
-SEED = Option("--seed SEED", "seed of everything random in the run", whole)
+SEED = Option("--seed SEED", "seed of all random numbers in the run", whole)
 WORLD = Option(
     "--world WORLD",
-    "a world's name or file instead of the mission's",
+    "name or file of a world; replaces the mission's",
     completes="worlds",
     excludes=each("attach", why=_OF_ITS_GRAPH),
 )
 ROBOT = Option(
     "--robot ROBOT",
-    "a robot's name or file instead of the mission's",
+    "name or file of a robot; replaces the mission's",
     completes="robots",
     excludes=each("attach", why=_OF_ITS_GRAPH),
     not_for=each("fleet", why="write it into the fleet's file"),
 )
 OVERRIDES = (
     SET.but(
-        help="give an input of the mission another value; of a fleet, of every mission that has "
-        "the input, or of one robot: ROBOT.NAME=VALUE; may be repeated"
+        help="set an input of the mission; in a fleet, of every mission that has the input, or "
+        "of one robot: ROBOT.NAME=VALUE; may be repeated"
     ),
     SEED,
     WORLD,
@@ -57,50 +57,51 @@ OVERRIDES = (
 )
 REQUIRE = Option(
     "--require FILE",
-    "a YAML file with further requirements of the mission; may be repeated",
+    "a YAML file with more requirements; may be repeated",
     input_file,
     repeats=True,
 )
 FAULT = Option(
     "--fault FAULT",
-    "a fault in the simulation, such as 'at 5.0: drop scan lasting 2'; may be repeated",
+    "inject a fault into the simulation, such as 'at 5.0: drop scan lasting 2'; may be repeated",
     repeats=True,
     page="scenarios",
-    excludes=each("attach", why="faults are made in a simulation, not in a running graph"),
+    excludes=each("attach", why="faults are injected into a simulation, not into a running graph"),
 )
 NO_PYTHON = Option(
     "--no-python",
-    "refuse a mission with Python leaves or nodes: code of its author that runs as you",
+    "refuse a mission with Python leaves or nodes, which run its author's code with your "
+    "permissions",
 )
-SPEED = Option("--speed SPEED", "seconds of simulation per second", above_zero)
+SPEED = Option("--speed SPEED", "simulated seconds per second", above_zero)
 AT = Option("--at S", "", seconds)
-PLAIN = Option("--plain", "plain lines, also when the output is a terminal")
+PLAIN = Option("--plain", "print plain lines, even to a terminal")
 JSON = Option("--json", "print one JSON object at the end")
-FORCE = Option("--force", "overwrite files that exist")
-RECORDING = Option("file", "made by bt-mission run --record", input_file)
+FORCE = Option("--force", "overwrite existing files")
+RECORDING = Option("file", "a recording of `bt-mission run --record`", input_file)
 IMAGES = Option("--images IMAGES", "", Path, Path("images"), completes="folders")
 
 NETWORK = Option(
     "--network",
-    "find processes of other machines, and be found by them (default: what "
-    "ROS_AUTOMATIC_DISCOVERY_RANGE says; where it is not set, this machine alone)",
+    "discover processes on other machines, and be discovered by them (default: as "
+    "ROS_AUTOMATIC_DISCOVERY_RANGE says; if it is not set, this machine only)",
 )
 ALLOW_DUPLICATES = Option(
     "--allow-duplicates",
-    "continue although several nodes publish the same odometry or /clock",
+    "continue even if several nodes publish the same odometry or /clock",
 )
 NAMESPACE = Option(
     "--namespace NAMESPACE", "namespace of the robot's topics", default="", completes="namespaces"
 )
-WALL_CLOCK = Option("--wall-clock", "use this machine's clock, without looking for /clock first")
+WALL_CLOCK = Option("--wall-clock", "use this machine's clock without waiting for /clock")
 
 
 def nature_option(default: str) -> Option:
     """Return the choice of a profile of nature; `default` is the one without it."""
     return Option(
         "--nature",
-        "what differs from run to run: start, localization, wheels, lidar, latency, drawn from the "
-        f"seed (default: as mission, scenario or world say, else {default})",
+        "random differences between runs, drawn from the seed: start, localization, wheels, "
+        f"lidar, latency (default: as the mission, scenario or world says, else {default})",
         choices=PROFILES,
         page="nature",
         excludes=each("attach", why=_OF_ITS_GRAPH),
@@ -115,7 +116,9 @@ def nature_of(options: argparse.Namespace) -> Nature | None:
 def recorded_robot(default: str) -> Option:
     """Return the choice of a robot of a recorded fleet; `default` describes what it is without."""
     return Option(
-        "--robot NAME", f"of a recorded fleet: the robot (default: {default})", completes="robots"
+        "--robot NAME",
+        f"the robot, if a fleet was recorded (default: {default})",
+        completes="robots",
     )
 
 
@@ -123,7 +126,7 @@ def prepare_graph(options: argparse.Namespace) -> None:
     """Make ready for rclpy, and say who is found, unless the environment decides that.
 
     Raises:
-        BtMissionError: For a middleware or a domain that is none.
+        BtMissionError: For an invalid middleware or domain.
     """
     said = restrict_discovery(network=options.network)
     if getattr(options, "visible", False):
@@ -174,7 +177,7 @@ def mission_file(options: argparse.Namespace) -> Path:
     The name of a scenario or a fleet will do, as the list of missions has them.
 
     Raises:
-        InputError: For a name that is no mission's, or that of a project from outside of it.
+        InputError: For an unknown mission, or the name of a project from outside of it.
     """
     found = known_mission_file(options)
     if found is None:
@@ -201,6 +204,6 @@ def known_mission_file(options: argparse.Namespace) -> Path | None:
             raise InputError([Diagnostic("BT-101", "no such file", str(path), hint=hint)])
         return found or path
     if (path / "missions").is_dir():
-        message = f"expected a mission, got a folder; commands are called in it: cd {path}"
+        message = f"expected a mission, got a folder; run the command in it: cd {path}"
         raise InputError([Diagnostic("BT-111", message, str(path))])
     return look_for("missions", path) or look_deeper("missions", str(path))

@@ -39,7 +39,7 @@ def refuse_outputs(options: argparse.Namespace) -> None:
         other = taken.setdefault(_identity(path), name)
         if other != name:
             raise BtMissionError(
-                f"{other} and {name} name the same file, {path}: name two", code="BT-1103"
+                f"{other} and {name} name the same file, {path}; use two files", code="BT-1103"
             )
     for name, kind, path in _given(options):
         _refuse_suffix(name, kind, path)
@@ -149,16 +149,16 @@ def _refuse_place(name: str, path: Path) -> None:
     """Refuse a folder, and a file whose folder takes none."""
     folder = path.resolve().parent
     if path.is_dir():
-        raise BtMissionError(f"{name} {path}: is a folder; name a file", code="BT-1103")
+        raise BtMissionError(f"{name} {path}: is a folder; give a file", code="BT-1103")
     if not folder.is_dir():
-        raise BtMissionError(f"{name} {path}: there is no folder {path.parent}", code="BT-1103")
-    if not os.access(folder, os.W_OK | os.X_OK):
         raise BtMissionError(
-            f"{name} {path}: the folder {folder} cannot be written to", code="BT-1103"
+            f"{name} {path}: the folder {path.parent} does not exist", code="BT-1103"
         )
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise BtMissionError(f"{name} {path}: the folder {folder} is not writable", code="BT-1103")
 
 
 def _refuse_input(taken: dict[object, str], path: Path, why: str) -> None:
     output = taken.get(_identity(path))
     if output is not None:
-        raise BtMissionError(f"{output} {path}: {why}; name another one to write", code="BT-1103")
+        raise BtMissionError(f"{output} {path}: {why}; choose another file", code="BT-1103")

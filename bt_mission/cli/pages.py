@@ -138,7 +138,7 @@ def manual() -> Manual:
     """
     folder = docs_folder()
     if folder is None:
-        raise BtMissionError("no pages found: is bt-mission installed as a whole?")
+        raise BtMissionError("no pages found: is the installation complete?")
     return Manual(folder)
 
 

@@ -170,9 +170,8 @@ class Command:
     """A command, as it is declared.
 
     Attributes:
-        function: Carries it out with the parsed options; gives the exit code. None: the commands
-            below it do.
-        description: What its help begins with.
+        function: Runs it with the parsed options and returns the exit code; None if only its
+        subcommands run. description: What its help begins with.
         options: What it takes, in the order of its help.
         epilog: What its help ends with, before the pages.
         help: Its line in the help of the command above; those of the command line have theirs in
@@ -249,9 +248,9 @@ def refuse_for_kind(options: argparse.Namespace, kind: str) -> None:
 
 
 class HelpText(argparse.HelpFormatter):
-    """Wraps each paragraph by itself; indented lines, such as examples, stay as they are.
+    """Wraps each paragraph separately; indented lines, such as examples, are unchanged.
 
-    Where a line of such a block is too long, the remark of each line is on a line of its own.
+    Where a line of such a block is too long, the remark of each line is on a separate line.
     """
 
     def _fill_text(self, text: str, width: int, indent: str) -> str:

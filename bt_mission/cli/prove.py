@@ -26,18 +26,18 @@ if TYPE_CHECKING:
 
 EPILOG = """\
 examples:
-  bt-mission prove explore                      all runs with at most two faults of its servers
+  bt-mission prove explore                      all runs with at most two faults of servers
   bt-mission prove explore --faults 0           ... in which every server answers as usual
   bt-mission prove mine.yaml --faults all       ... with any number of faults
   bt-mission prove mine.yaml --answers usual,turn:reject,*:late
-                                                turn rejects no goal, and every server is in time
-  bt-mission prove mine.yaml --with interrupts  Ctrl-C may come at any time
+                                                turn rejects no goal, and no server is late
+  bt-mission prove mine.yaml --with interrupts  ... with Ctrl-C at any time
   bt-mission prove mine.yaml --require order.yaml
-                                                and the requirements of a file
-  bt-mission prove mine.yaml -o findings        each finding as a scenario and a test, run once
-  bt-mission prove mine.yaml --budget 20000     at most so many states; 30s ends it after 30 s
+                                                ... with the requirements of a file
+  bt-mission prove mine.yaml -o findings        save each finding as a scenario and a test, and run it once
+  bt-mission prove mine.yaml --budget 20000     at most 20000 states; 30s limits the time
 
-exit codes: 0 nothing was found, 1 a property does not hold, 2 bad input, 130 interrupted
+exit codes: 0 no violation found, 1 a property does not hold, 2 bad input, 130 interrupted
 """
 
 _BUDGET = re.compile(r"(?P<number>[0-9]+)(?P<unit>s?)")
@@ -203,11 +203,11 @@ def _budget(text: str) -> tuple[int, bool]:
 COMMANDS = {
     "prove": Command(
         prove,
-        "Explores every answer that the servers of a mission may give: goals that are rejected, "
-        "aborted, lost or late, cancels that are refused, services and topics that are silent. "
-        "The tree, the executive and its goals are the real ones; world and servers are replaced "
-        "by their answers, so nothing is simulated. Each property that does not hold is shown "
-        "with a shortest sequence of answers that breaks it.",
+        "Checks a mission against every answer that its servers can give: goals that are "
+        "rejected, aborted, lost or late, refused cancels, services and topics without answers. "
+        "It runs the real tree and executive without a simulation; the explored answers replace "
+        "world and servers. Each property that does not hold is shown with a shortest sequence "
+        "of answers that violates it.",
         (
             MISSION.but(
                 help="the mission: a YAML file, an XML file of Groot 2, or the name of a shipped "
@@ -216,37 +216,37 @@ COMMANDS = {
             ),
             Option(
                 "--faults K",
-                "at most K answers of a run are faults; all for no bound (default: 2)",
+                "allow at most K faulty answers per run, or all (default: 2)",
                 _faults,
                 2.0,
             ),
             Option(
                 "--answers ANSWERS",
-                "usual, or all for rare ones as well; behind it what is left out, such as "
+                "usual answers, or all, with rare ones; exclude some after a comma, such as "
                 "usual,turn:reject,*:late (default: usual)",
                 default="usual",
             ),
             REQUIRE,
             Option(
                 "--with WHAT",
-                "consider Ctrl-C at any time, too",
+                "also consider this: Ctrl-C at any time",
                 choices=("interrupts",),
                 dest="considered",
             ),
             Option(
                 "--rounds N",
-                "cut each count of a repeat above N to N, 0 for no bound (default: a repeat with a "
-                "count above 10 may end after any round)",
+                "reduce counts of repeats above N to N, 0 for no limit (default: a repeat with a "
+                "count above 10 can end after any round)",
                 whole,
             ),
             Option(
                 "--budget STATES|SECONDS",
-                "end after so many states, or after a time such as 30s",
+                "stop after this number of states, or after a time such as 30s",
                 _budget,
             ),
             Option(
                 "--memory MB",
-                f"end at so much memory for states (default: {USUAL_MEMORY})",
+                f"stop when the states take this much memory (default: {USUAL_MEMORY})",
                 count,
                 USUAL_MEMORY,
             ),

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 Kept = dict[str, str | int]
-"""What was kept of a run, by name, as programs are told."""
+"""The files of a run by name, for output as JSON."""
 
 
 def _check_encoder() -> None:
@@ -37,37 +37,39 @@ def _check_encoder() -> None:
 
 VIDEO = Option(
     "--video FILE.mp4",
-    "save a video of the simulated run, from above and by the camera",
+    "save a video of the simulated run, from above and through the camera",
     FileType("output", (".mp4",), "videos are MP4 files", takes_devices=False),
     excludes=each(
         "attach",
         why="it shows a simulation in this process; record the camera (--record FILE.mcap "
-        "--record-camera) and look at it in Foxglove, or make a page (--report FILE.html)",
+        "--record-camera) for Foxglove, or generate a report (--report FILE.html)",
     ),
     not_for=each(
         "fleet",
-        why="videos are of one robot; record the fleet (--record FILE.mcap) and replay it",
+        why="a video shows one robot; record the fleet (--record FILE.mcap) and replay it",
     ),
     page="recording",
     check=_check_encoder,
 )
 RECORDING_OPTIONS = (
-    Option("--trace FILE.jsonl", "write what happens to this file, as JSON lines", output_file),
+    Option(
+        "--trace FILE.jsonl", "write the events of the run to this file, as JSON lines", output_file
+    ),
     Option(
         "--record FILE.mcap",
-        "record the run: every topic, the tree, goals and feedback",
+        "record the run: all topics, the tree, goals and feedback",
         FileType("output", (".mcap",), "recordings are MCAP files"),
         page="recording",
     ),
     Option(
         "--report FILE.html",
-        "generate a page of the run, for any browser",
-        FileType("output", (".html", ".htm"), "a report is a page of HTML"),
+        "generate an HTML report of the run",
+        FileType("output", (".html", ".htm"), "reports are HTML files"),
     ),
     Option(
         "--record-camera",
-        "the camera's pictures too, as JPEGs or as they are; a simulated camera then draws all the "
-        "time, which takes long",
+        "also record the camera's pictures, as JPEG (compressed, the default) or raw; a "
+        "simulated camera then renders all the time, which slows the run down",
         choices=("compressed", "raw"),
         nargs="?",
         const="compressed",
@@ -75,7 +77,7 @@ RECORDING_OPTIONS = (
     ),
     Option(
         "--record-raw-actions",
-        "name the types of goals and feedback as ROS does (Turn_SendGoal_Event), which "
+        "use the ROS type names of goals and feedback (Turn_SendGoal_Event), which "
         "mcap-ros2-support and rosbags refuse",
         needs=each("record"),
     ),
@@ -87,7 +89,7 @@ RECORDING_OPTIONS = (
 
 @contextmanager
 def recorder_for(options: argparse.Namespace, session: Session) -> Iterator[RunFiles]:
-    """What keeps the run as the options ask for: in a recording, a page, a film, or not at all.
+    """Save the run as the options ask: a recording, a page, a video, or nothing.
 
     Raises:
         BtMissionError: When a file cannot be written.
@@ -206,7 +208,7 @@ def _lacks(*files: tuple[str, OutputFile]) -> str:
 
 
 def told(kept: Kept) -> list[str]:
-    """What was kept, for people, one line each; of the trace only what it lacks."""
+    """Return a line about each saved file, and about the trace only if it is incomplete."""
     lines = []
     if kept.get("trace_lacks"):
         lines.append(_line(f"  trace in {kept['trace']}", kept["trace_lacks"]))

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 EPILOG = """\
 examples:
   bt-mission run missions/explore.yaml --record explore.mcap
-  bt-mission replay explore.mcap                    full-screen, in real time
+  bt-mission replay explore.mcap                    full screen, in real time
   bt-mission replay explore.mcap --speed 8 --at 60  8 times as fast, from 60 s
-  bt-mission replay explore.mcap --web --open       on a page for browsers
+  bt-mission replay explore.mcap --web --open       in a browser
   bt-mission replay explore.mcap --once --at 12.5   the tree as it was then
   bt-mission replay trace.jsonl                     a line for each event
 
@@ -163,7 +163,7 @@ def _tell_trace(options: argparse.Namespace, trace: StoredTrace) -> int:
             flush=bool(options.speed),
         )
     if trace.is_cut:
-        print(f"{trace.file}: cut here, in the middle of a line")
+        print(f"{trace.file}: incomplete from here, in the middle of a line")
     return SUCCESS
 
 
@@ -174,32 +174,33 @@ def _say_cut(film: Timeline) -> None:
         print(f"{film.path}: lacks {film.missing}")
 
 
-_NO_TREE = each("trace", why="they have no tree; take a recording (bt-mission run --record)")
+_NO_TREE = each("trace", why="a trace has no tree; use a recording (bt-mission run --record)")
 
 COMMANDS = {
     "replay": Command(
         replay,
-        "Plays what 'bt-mission run --record FILE.mcap' has recorded on a full screen, forwards "
-        "and backwards, at any speed. In a pipe, with --plain, and of a trace ('run --trace FILE'; "
-        "failed tests leave both), it prints a line for each event, with its virtual time.",
+        "Plays a recording (`bt-mission run --record FILE.mcap`) on a full screen, forwards and "
+        "backwards, at any speed. In a pipe, with --plain, and for a trace (`run --trace FILE`), "
+        "it prints one line per event with its virtual time. Failed tests save both files.",
         (
             Option("file", "a recording (MCAP), or a trace (JSON lines)", Path),
             SPEED.but(
-                help="virtual seconds per second (default: 1 on a full screen; all lines at once)"
+                help="virtual seconds per second (default: 1 on a full screen, else as fast as "
+                "possible)"
             ),
             AT.but(
                 form="--at --start S",
-                help="begin this many seconds after the mission's start",
+                help="start this many seconds after the start of the mission",
                 default=0.0,
             ),
             Option(
                 "--once",
-                "print the tree as it was at the time --at, and leave",
+                "print the tree at the time of --at, and exit",
                 not_for=_NO_TREE,
             ),
-            recorded_robot("the first; all are on the map"),
+            recorded_robot("the first; the map shows all"),
             PLAIN,
-            Option("--poses", "in lines: where the robot was, too"),
+            Option("--poses", "also print the poses of the robot"),
             *(one.but(not_for=_NO_TREE) for one in web_options("once", "plain")),
         ),
         EPILOG,

@@ -26,20 +26,20 @@ def report(options: argparse.Namespace) -> int:
 COMMANDS = {
     "report": Command(
         report,
-        "Generates one HTML page of a recording, which plays the run in the browser: the tree, the "
-        "log, the map, variables and goals at any instant; outcome and reason, requirements with "
-        "their margins against time, a timeline of every node, figures against time, pictures and "
-        "the mission's file. The page needs no network and no other file.",
+        "Generates an HTML report of a recording. It plays the run in the browser and shows the "
+        "tree, log, map, variables and goals at any instant, the outcome and its reason, the "
+        "margins of requirements over time, a timeline of all nodes, charts, pictures and the "
+        "mission file. The report needs no network and no other file.",
         (
             RECORDING,
             Option(
                 "-o --output FILE.html",
-                "the page (default: beside the recording, with its name)",
+                "file to write (default: the name of the recording with .html)",
                 output_file,
             ),
-            recorded_robot("all; the page offers a choice"),
+            recorded_robot("all, with a choice on the page"),
             FORCE,
         ),
-        "exit codes: 0 success, 2 no such file, or not a recorded run",
+        "exit codes: 0 success, 2 not a readable recording",
     )
 }

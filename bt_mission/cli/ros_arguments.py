@@ -9,7 +9,7 @@ from bt_mission.core.errors import BtMissionError
 BEGIN, END = "--ros-args", "--"
 
 EPILOG = (
-    "ROS arguments may follow, as launch files append them: --ros-args -r NAME:=NAME "
+    "ROS arguments can follow, as launch files append them: --ros-args -r NAME:=NAME "
     "-r __ns:=/NS -r __node:=NAME -p PARAMETER:=VALUE --params-file FILE --log-level LEVEL"
 )
 

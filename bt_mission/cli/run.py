@@ -39,16 +39,16 @@ from bt_mission.core.files import kind_of
 
 EPILOG = """\
 examples:
-  bt-mission run explore                        a shipped mission, as fast as it goes
-  bt-mission run mine.yaml --web                your own, in real time, on a page for browsers
+  bt-mission run explore                        a shipped mission, as fast as possible
+  bt-mission run mine.yaml --web                your own mission, in real time, in a browser
   bt-mission run explore --set legs=2 --seed 3  other inputs, other noise
   bt-mission run explore --record explore.mcap  then: bt-mission replay explore.mcap
-  bt-mission run two_wanderers                  a fleet; `bt-mission missions` lists what is shipped
-  bt-mission run explore --attach               against servers and a robot that run already
+  bt-mission run two_wanderers                  a fleet; `bt-mission missions` lists all
+  bt-mission run explore --attach               against running servers and a robot
 
 exit codes: 0 success, or the expected result of a scenario; 1 mission failed, requirement
-violated, or another result than expected; 2 bad input, 130 interrupted. A full disk changes
-none of them: the summary says what a file lacks
+violated, or unexpected result of a scenario; 2 bad input, 130 interrupted. A full disk does not
+change the exit code; the summary names the incomplete files
 """
 
 
@@ -85,27 +85,27 @@ def run(options: argparse.Namespace) -> int:
 _ON_A_GRAPH = (
     Option(
         "--attach",
-        "run the executive alone, with servers in other processes",
+        "run only the executive; the servers run in other processes",
         not_for={
             "scenario": "a scenario has its own simulation",
             "fleet": "a fleet has its own simulation; attach each robot's mission, with "
             "--namespace",
         },
     ),
-    WALL_CLOCK.but(needs=each("attach", why="a simulation has a clock of its own")),
+    WALL_CLOCK.but(needs=each("attach", why="a simulation has its own clock")),
     NAMESPACE.but(
         help="namespace of the robot whose servers run the mission",
         needs=each("attach", why="it names a robot of a running graph"),
     ),
     Option(
         "--journal FILE",
-        "write the state of the mission to this file while it runs",
+        "save the state of the running mission to this file",
         unchecked_output_file,
         needs=each("attach", why="a simulation ends with its process"),
     ),
     Option(
         "--resume",
-        "continue where a mission was when its process died",
+        "continue a mission where its process died",
         needs=each("journal"),
     ),
 )
@@ -113,49 +113,50 @@ _ON_A_GRAPH = (
 COMMANDS = {
     "run": Command(
         run,
-        "Checks a mission, then runs it: in a simulation of its own as fast as this machine "
-        "can, or with --attach against the action servers of a running ROS graph. Ctrl-C halts the "
-        "mission, sees every goal ended and the robot stopped; a second Ctrl-C leaves at once.",
+        "Checks a mission, then runs it in a simulation as fast as possible, or with --attach "
+        "against the action servers of a running ROS graph. Ctrl-C halts the mission and waits "
+        "until every goal has ended and the robot has stopped; a second Ctrl-C exits at once.",
         (
             MISSION,
             REQUIRE,
             FAULT.but(
-                help="a fault in the simulation, such as 'at 5.0: drop scan lasting 2'; "
-                "of a fleet, for every robot, or for one: "
-                "'ROBOT: at 5.0: ...'; may be repeated"
+                help="inject a fault into the simulation, such as 'at 5.0: drop scan lasting 2'; "
+                "in a fleet, for every robot, or for one: 'ROBOT: at 5.0: ...'; may be repeated"
             ),
             *OVERRIDES,
             nature_option("none"),
             NO_PYTHON,
             SPEED.but(
-                help="seconds of simulation per second, 1 for real time (default: as fast as it "
-                "goes)",
-                excludes=each("attach", why="an attached run has the pace of its graph"),
+                help="simulated seconds per second; 1 is real time (default: as fast as possible)",
+                excludes=each("attach", why="an attached run runs at the speed of its graph"),
             ),
             Option(
                 "--observe SECONDS",
-                "let time go on after the mission's end, with its goals ended and the base "
-                "standing, and evaluate its requirements meanwhile (default: as the file says)",
+                "continue the simulation after the mission has ended, and evaluate its "
+                "requirements for this time (default: as the file says)",
                 seconds,
             ),
             Option(
                 "--visible",
-                "let other processes of this machine see the simulated run (and be heard by it)",
-                excludes=each("attach", why="an attached run is visible anyway"),
+                "let other processes on this machine communicate with the simulated run",
+                excludes=each("attach", why="an attached run is always visible"),
             ),
-            *(one.but(group="on a ROS graph that runs already") for one in _ON_A_GRAPH),
+            *(one.but(group="on a running ROS graph") for one in _ON_A_GRAPH),
             NETWORK.but(
-                needs=each("attach", "visible", why="no other process sees this run otherwise")
+                needs=each(
+                    "attach", "visible", why="no other process communicates with this run otherwise"
+                )
             ),
-            ALLOW_DUPLICATES.but(needs=each("attach", why="a simulation is alone")),
+            ALLOW_DUPLICATES.but(needs=each("attach", why="a simulation is the only publisher")),
             JSON,
             PLAIN,
             Option(
                 "--tui",
-                "the full-screen view of `bt-mission watch`; in real time unless --speed says else",
+                "show the full-screen view of `bt-mission watch`, in real time unless --speed is "
+                "given",
                 excludes=each("json", "plain"),
             ),
-            IMAGES.but(help="where camera sweeps make their folders (default: images)"),
+            IMAGES.but(help="folder for the images of camera sweeps (default: images)"),
             VIEW,
             *web_options("tui"),
             *foxglove_options(),

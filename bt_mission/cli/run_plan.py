@@ -1,4 +1,4 @@
-"""What ``bt-mission run`` carries out: a mission, a scenario or a fleet, with faults."""
+"""Plans of ``bt-mission run``: a mission, a scenario or a fleet, with faults."""
 
 from __future__ import annotations
 

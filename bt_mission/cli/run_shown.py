@@ -1,4 +1,4 @@
-"""Carries a run out: shown in lines, on a full screen, or to browsers."""
+"""Runs a plan, shown in lines, on a full screen, or in browsers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def carry_out(options: argparse.Namespace, plan: RunPlan) -> Summary:
-    """Carry a plan out as the options ask for, and print its summary."""
+    """Run a plan as the options ask, and print its summary."""
     from bt_mission.cli.watch import is_drawable
     from bt_mission.core.interrupts import TWO_WISHES, InterruptSignals
     from bt_mission.core.memory import settle_memory
@@ -74,7 +74,7 @@ def _ending(
     def end(reports: Reports) -> Summary:
         summary = summarize(reports)
         if options.journal and session.executive.is_resumable:
-            print(f"to go on with it: --journal {options.journal} --resume", file=sys.stderr)
+            print(f"to continue it: --journal {options.journal} --resume", file=sys.stderr)
         kept.update(files.finish(summary))
         return summary
 
@@ -142,7 +142,7 @@ def _on_page(
 
 
 def pace(options: argparse.Namespace) -> float | None:
-    """What people look at is in real time, unless they want another speed."""
+    """Views show the run in real time, unless the options give another speed."""
     is_shown = options.tui or options.view or options.web or options.foxglove
     return options.speed or (1.0 if is_shown and not options.attach else None)
 

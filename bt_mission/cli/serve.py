@@ -43,9 +43,9 @@ in a mission:
   - execute_mission: {path: missions/patrol.yaml}
     timeout: 300
 
-ROS arguments may follow: --ros-args -r __ns:=/robot1 -r __node:=executive -p use_sim_time:=true
+ROS arguments can follow: --ros-args -r __ns:=/robot1 -r __node:=executive -p use_sim_time:=true
 
-exit codes: 0 ended by Ctrl-C with every goal ended, 2 bad input, 130 left at once
+exit codes: 0 ended by Ctrl-C with every goal ended, 2 bad input, 130 ended by a second Ctrl-C
 """
 
 
@@ -53,7 +53,7 @@ def _offered(missions: ServedMissions) -> str:
     folders = ", ".join(str(folder.resolve()) for folder in missions.folders) or "no folder"
     python = "imported" if missions.allow_python else "refused (--allow-python)"
     texts = "accepted" if missions.allow_text else "refused (--allow-text)"
-    return f"missions of {folders}; Python leaves {python}, missions in texts {texts}"
+    return f"missions of {folders}; Python leaves {python}, missions sent as text {texts}"
 
 
 def serve(options: argparse.Namespace) -> int:
@@ -131,7 +131,7 @@ def _serve_missions(
         if interrupts.count == 1:
             node.close(f"interrupted by {interrupts.name}")
         elif interrupts.count > 1:
-            node.abandon(f"left at once after a second {interrupts.name}")
+            node.abandon(f"ended at once by a second {interrupts.name}")
             return False
         try:
             graph.step(node.executive, node.mission_node)
@@ -151,39 +151,40 @@ def _serve_missions(
 COMMANDS = {
     "serve": Command(
         serve,
-        "Offers the action /execute_mission, one mission at a time, against the action servers of "
-        "a running ROS graph; the services /bt_mission/pause, resume, step, stop and breakpoint "
-        "hold the mission that runs, and /bt_mission/tree, changes and state tell how it goes. "
-        "Only missions from the folders of --missions are run. Ctrl-C sees every goal "
-        "ended and the robot stopped; a second Ctrl-C leaves at once.",
+        "Serves the action /execute_mission, which runs one mission at a time against the action "
+        "servers of a running ROS graph. The services /bt_mission/pause, resume, step, stop and "
+        "breakpoint control the mission; the topics /bt_mission/tree, changes and state report "
+        "its progress. Only missions in the folders of --missions are accepted. Ctrl-C halts the "
+        "mission and waits until every goal has ended and the robot has stopped; a second Ctrl-C "
+        "exits at once.",
         (
             NAMESPACE.but(help="namespace of the robot whose servers run missions"),
             Option(
                 "--missions DIR",
-                "serve the missions of this folder and below, and no others; may be repeated "
-                "(default: ./missions, or where there is none those that come with bt-mission)",
+                "serve only the missions in this folder and its subfolders; may be repeated "
+                "(default: ./missions if it exists, else the shipped missions)",
                 Path,
                 repeats=True,
             ),
             Option(
                 "--allow-python",
-                "accept missions with Python leaves, which are imported, and nodes, which are not: "
-                "files of these folders, and leaves that are plug-ins",
+                "accept missions with Python leaves from these folders or plug-ins, and with "
+                "nodes; leaves are imported, nodes are not started",
             ),
             Option(
                 "--allow-text",
-                "accept missions in the text of a goal, which use no other files and no Python",
+                "accept missions sent as text in a goal, which cannot use other files or Python",
             ),
             Option(
                 "--on-new-goal",
-                "what a mission does that comes while another runs (default: replace it)",
+                "how to handle a goal while a mission runs (default: replace the mission)",
                 choices=("replace", "refuse"),
                 default="replace",
             ),
             WALL_CLOCK,
             Option(
                 "--record DIR",
-                "record each mission to a file of its own in this folder: MISSION_001.mcap, ...",
+                "record each mission to a new file in this folder: MISSION_001.mcap, ...",
                 Path,
                 page="recording",
             ),

@@ -53,7 +53,7 @@ COMMANDS = {
     "services": graph_command.graph_command(
         "services",
         {
-            "list": graph_command.list_command("service", "the services of the graph"),
+            "list": graph_command.list_command("service", "list the services of the graph"),
             "call": Command(
                 call,
                 options=(

@@ -57,7 +57,9 @@ if TYPE_CHECKING:
 
 MOST_UNASKED = 100_000
 MOST_REASONS = 4
-NO_WORKERS = "no worker is left: it waits for others; Ctrl-C ends it, and --resume goes on"
+NO_WORKERS = (
+    "all workers are gone; waiting for new ones; Ctrl-C stops the sweep, and --resume continues it"
+)
 
 EPILOG = """\
 examples:
@@ -66,21 +68,21 @@ examples:
   bt-mission sweep explore --sample 500 --vary speed=0.05..0.26 --vary stopping_distance=0.3..0.8
   bt-mission sweep explore --sample 500 --within ranges.yaml
   bt-mission sweep explore --seeds 100 --fault-plan sensors.yaml -o sensors
-  bt-mission sweep explore --seeds 1000 --resume          go on where it was stopped
-  bt-mission sweep explore --seeds 1000 --fail-below 0.95 for CI: are 95 % certain?
+  bt-mission sweep explore --seeds 1000 --resume          continue a stopped sweep
+  bt-mission sweep explore --seeds 1000 --fail-below 0.95 for CI, at 95 % confidence
   bt-mission sweep explore --seeds 100000 --scheduler tcp://10.0.0.1:8786
-  bt-mission sweep-report explore_sweep                   the table and the page, at any time
+  bt-mission sweep-report explore_sweep                   show the results at any time
 
-parameters of --vary: inputs of the mission, world, robot, start.x, start.y (m), start.yaw (degrees)
+parameters for --vary: inputs of the mission, world, robot, start.x and start.y (m), start.yaw
+(degrees)
 
-exit codes: 0 all was carried out, however the missions ended; 1 the success rate is not surely at
---fail-below or above, a scenario could not run, or the workers are gone; 2 bad input; 130
-interrupted
+exit codes: 0 all scenarios ran, with any outcome; 1 success rate below --fail-below or too
+uncertain, a scenario that could not run, or no workers; 2 bad input; 130 interrupted
 """
 
 
 def sweep(options: argparse.Namespace) -> int:
-    """Carry the sweep out; gives the exit code."""
+    """Run the sweep; return the exit code."""
     require_dask()
     announce(f"loading {options.file}")
     from bt_mission.core.dds.middleware import prepare_middleware
@@ -157,9 +159,9 @@ def _ask(options: argparse.Namespace, plan: SweepPlan) -> None:
         return
     confirm(
         f"{plan.count:,} scenarios",
-        ". Go on?",
-        otherwise=": say --yes if so many are meant",
-        refused="nothing was carried out",
+        ". Continue?",
+        otherwise=": confirm with --yes",
+        refused="no scenario was run",
     )
 
 
@@ -184,9 +186,7 @@ async def _carry_out(
 
     async with pool_for(options, plan.base.bundle, show) as pool:
         if pool.dashboard:
-            print(
-                f"Dask's dashboard, where it is on: {pool.dashboard}", file=sys.stderr, flush=True
-            )
+            print(f"Dask dashboard, if enabled: {pool.dashboard}", file=sys.stderr, flush=True)
 
         def remarks() -> Remarks:
             notes = [f"{recorded} of the worst {len(worst)} recorded"] if worst else []
@@ -243,7 +243,7 @@ def _tell(
     if why_stopped:
         left = total - tally.count.scenarios
         print(
-            f"{why_stopped}\n{left:,} scenarios are left; the same command with --resume goes on",
+            f"{why_stopped}\n{left:,} scenarios remain; the same command with --resume continues",
             file=sys.stderr,
         )
     if not options.json:
@@ -268,8 +268,8 @@ def _judge(options: argparse.Namespace, count: OutcomeCount) -> int:
     low, _ = count.interval or (0.0, 0.0)
     if options.fail_below is not None and low < options.fail_below:
         print(
-            f"the success rate is not surely {options.fail_below:g} or above: its interval begins "
-            f"at {low:.4f}",
+            f"the success rate is below {options.fail_below:g} or too uncertain: its interval "
+            f"begins at {low:.4f}",
             file=sys.stderr,
         )
         return MISSION_FAILED
@@ -279,15 +279,15 @@ def _judge(options: argparse.Namespace, count: OutcomeCount) -> int:
 COMMANDS = {
     "sweep": Command(
         sweep,
-        "Runs every combination of seeds and values, each in its own simulation, as many at a "
-        "time as this machine has processors, or on a cluster of Dask. Each result is kept as it "
-        "comes: --resume continues a sweep that was stopped or killed.",
+        "Runs a mission with every combination of seeds and values, each in its own simulation, "
+        "on all processors of this machine or on a Dask cluster. Every result is saved at once; "
+        "--resume continues a sweep that was stopped or killed.",
         (
             MISSION,
             Option(
                 "--seeds N",
-                "run each with the seeds 0 to N-1; or A..B, or a list such as 3,5,8 (default: the "
-                "mission's own)",
+                "run each combination with the seeds 0 to N-1, A..B, or a list such as 3,5,8 "
+                "(default: the seed of the mission)",
                 seeds,
             ),
             Option(
@@ -299,22 +299,21 @@ COMMANDS = {
             ),
             Option(
                 "--within RANGES.yaml",
-                "what may vary, in a file: parameters, seeds, plans of faults, the limit; "
-                "options come before it",
+                "a file with parameters, seeds, fault plans and the time limit; options take "
+                "precedence",
                 input_file,
                 page="ranges",
             ),
             Option(
                 "--sample N",
-                "draw N points of the parameters' space (a Latin hypercube) instead of taking "
-                "every combination; without --seeds each has a seed of its own",
+                "draw N points of the parameter space (Latin hypercube) instead of every "
+                "combination; without --seeds each has its own seed",
                 count,
             ),
-            Option("--sample-seed N", "the draws follow from it", whole, 0),
+            Option("--sample-seed N", "seed of these draws (default: 0)", whole, 0),
             Option(
                 "--fault-plan FILE",
-                "a file of ranges with plans of faults alone; each point is run with each plan; "
-                "may be repeated",
+                "a file with fault plans; each point is run with each plan; may be repeated",
                 input_file,
                 repeats=True,
             ),
@@ -327,34 +326,36 @@ COMMANDS = {
             NO_PYTHON,
             Option(
                 "--limit S",
-                "interrupt a mission after this many seconds of its time (default: 600)",
+                "interrupt a mission after this many virtual seconds (default: 600)",
                 above_zero,
             ),
             Option(
                 "-o --output FOLDER",
-                "where the results go (default: the name of the mission with _sweep)",
+                "folder for the results (default: MISSION_sweep)",
                 Path,
             ),
-            Option("--resume", "continue with the results that are in that folder"),
-            Option("--retry-errors", "run again what could not run", needs=each("resume")),
+            Option("--resume", "continue the sweep whose results are in the folder"),
+            Option(
+                "--retry-errors", "run scenarios again that could not run", needs=each("resume")
+            ),
             *WORKER_OPTIONS,
             Option(
                 "--fail-below SHARE",
-                "exit with 1 unless the success rate is surely (95 %%) at this share or above",
+                "exit with 1 unless the success rate is at least this share at 95 %% confidence",
                 share,
             ),
             Option(
                 "--report FILE",
-                "where the page goes (default: sweep.html among the results)",
+                "file of the HTML page (default: sweep.html in the folder of the results)",
                 unchecked_output_file,
             ),
             Option(
                 "--record-worst N",
-                "run N of the worst once more, recorded, with a page each (default: 20, or "
-                "as many as have failed or are a tenth of all where that is less; 0 is none)",
+                "repeat the N worst runs, each with a recording and a report (default: 20, or "
+                "fewer: the failed runs or a tenth of all; 0: none)",
                 whole,
             ),
-            Option("--yes", f"do not ask before a sweep of more than {MOST_UNASKED:,} scenarios"),
+            Option("--yes", f"do not ask before running more than {MOST_UNASKED:,} scenarios"),
             JSON,
             PLAIN,
         ),

@@ -29,18 +29,19 @@ SHOWN = 5
 
 EPILOG = """\
 examples:
-  bt-mission sweep-report explore_sweep                 a table, and the page sweep.html there
-  bt-mission sweep-report explore_sweep --html out.html the page in a place of its own
+  bt-mission sweep-report explore_sweep                 print a table, and write sweep.html there
+  bt-mission sweep-report explore_sweep --html out.html write the page to another file
   bt-mission sweep-report explore_sweep --csv -         every row, for a spreadsheet or pandas
-  bt-mission sweep-report explore_sweep --json          counts, rates, failures by reason, margins
-  bt-mission sweep-report explore_sweep --scenario 12   write the scenario of row 12 as a file
+  bt-mission sweep-report explore_sweep --json          print counts, rates, failures by reason,
+  margins bt-mission sweep-report explore_sweep --scenario 12   write the scenario of row 12 as a
+  file
 
-A sweep may still be running; what is there is reported.
+The sweep can still be running; the report shows the results so far.
 
 columns of --csv: those of the results, parameter.NAME of each parameter, verdict.NAME and
-margin.NAME of each requirement; a text that a spreadsheet would take for a formula begins with '
+margin.NAME of each requirement. Text that a spreadsheet would evaluate as a formula begins with '.
 
-exit codes: 0 success, 2 no such results, or a file that cannot be written
+exit codes: 0 success, 2 no results there, or a file that cannot be written
 """
 
 
@@ -49,7 +50,7 @@ def sweep_report(options: argparse.Namespace) -> int:
     is_stdout = str(options.csv) == "-"
     if options.json and is_stdout:
         raise BtMissionError(
-            "--json and --csv - both print: name a file for the one or the other", code="BT-1102"
+            "--json and --csv - both write to standard output: give --csv a file", code="BT-1102"
         )
     from bt_mission.sweeps.store import FILE, ResultStore
 
@@ -149,33 +150,32 @@ def write_page(
 COMMANDS = {
     "sweep-report": Command(
         sweep_report,
-        "Reports the results of a sweep: success with its interval, by each parameter and each "
-        "pair of them, margins of requirements, what of the tree was reached, failures by leaf and "
-        "reason with the command that repeats each, and the worst runs. The page needs no "
-        "network and no other file; its charts are drawn by Plotly (pip install "
-        "'bt-mission[sweep]').",
+        "Reports the results of a sweep: success rates with confidence intervals, in all and by "
+        "parameters, margins of requirements, coverage of the tree, failures by leaf and reason "
+        "with the command that repeats each, and the worst runs. The page needs no network and "
+        "no other file. Its charts need Plotly (pip install 'bt-mission[sweep]').",
         (
-            Option("folder", "of the results (bt-mission sweep -o)", Path),
+            Option("folder", "folder of the results (bt-mission sweep -o)", Path),
             Option(
                 "--html FILE",
-                "where the page goes (default: sweep.html among the results, which is replaced)",
+                "file of the HTML page (default: sweep.html in FOLDER, which is overwritten)",
                 output_file,
             ),
             Option(
                 "--csv FILE",
-                "write every row as CSV; - is the standard output, and nothing else is printed",
+                "write all rows as CSV; - writes only the CSV, to standard output",
                 output_file,
             ),
             JSON.but(help="print one JSON object"),
             Option(
                 "--worst N",
-                f"show N of the worst runs (default: {WORST} in the page, {SHOWN} here)",
+                f"show the N worst runs (default: {WORST} on the page, {SHOWN} in the terminal)",
                 count,
             ),
             Option(
                 "--scenario ID",
-                "write the scenario with this id or number as a file among the results, with all "
-                "that it needs, and print its path: bt-mission run takes it",
+                "write the scenario with this id or number and its files to FOLDER, and print "
+                "its path, for `bt-mission run`",
                 excludes=each("html", "csv", "json"),
             ),
             FORCE,

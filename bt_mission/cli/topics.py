@@ -1,4 +1,4 @@
-"""``bt-mission topics``: what is said in a graph, and how often."""
+"""``bt-mission topics``: the messages of a graph and their rates."""
 
 from __future__ import annotations
 
@@ -76,40 +76,40 @@ COMMANDS = {
         "topics",
         {
             "list": graph_command.list_command(
-                "topic", "the topics of the graph, with publishers > subscribers"
+                "topic", "list the topics of the graph, with publishers > subscribers"
             ),
             "echo": Command(
                 echo,
-                "Prints messages as YAML, lists cut after 16 items. Suits whatever quality of "
-                "service the publishers offer, and brings what was said before of latched topics.",
+                "Prints messages as YAML, with lists cut after 16 items. Adapts to the quality "
+                "of service of the publishers, and also prints earlier messages of latched topics.",
                 (
                     *_TOPIC,
-                    Option("--once", "one message"),
-                    Option("--count N", "N messages", count, excludes=each("once")),
-                    Option("--field FIELD", "only this field, by its dotted name"),
-                    Option("--full", "whole lists"),
-                    graph_command.json_option("a message a line, whole"),
+                    Option("--once", "print one message and exit"),
+                    Option("--count N", "print N messages and exit", count, excludes=each("once")),
+                    Option("--field FIELD", "print only this field, by its dotted name"),
+                    Option("--full", "print lists in full"),
+                    graph_command.json_option("one message per line, uncut"),
                 ),
                 help="print messages as YAML",
                 leaves_at_once=True,
             ),
             "hz": Command(
                 hz,
-                "Prints each second how often messages come, by this machine's clock, or by /clock "
+                "Prints the rate of messages every second, by this machine's clock, or by /clock "
                 "with --sim-time.",
                 (
                     *_TOPIC,
                     Option(
                         "--window N",
-                        "messages over which the rate is taken (default: 1000)",
+                        "number of messages over which to average (default: 1000)",
                         count,
                         1000,
                     ),
                     Option("--count N", "exit after N lines", count),
-                    Option("--sim-time", "seconds of /clock"),
-                    graph_command.json_option("an object a line"),
+                    Option("--sim-time", "use the time of /clock"),
+                    graph_command.json_option("one object per line"),
                 ),
-                help="how often messages come",
+                help="show the rate of messages",
                 leaves_at_once=True,
             ),
         },

@@ -53,8 +53,8 @@ def _format(options: argparse.Namespace) -> str:
     suffix = options.output.suffix.removeprefix(".").replace("txt", "text")
     if suffix not in FORMATS:
         raise BtMissionError(
-            f"{options.output}: its suffix tells of no format; use .txt, .dot, .svg or .png, or "
-            "say which with --format",
+            f"{options.output}: unknown suffix; use .txt, .dot, .svg or .png, or choose a format "
+            f"with --format",
             code="BT-1103",
         )
     return str(suffix)
@@ -85,7 +85,7 @@ def _write(content: bytes, output: Path | None) -> None:
     if output is None:
         if content.startswith(b"\x89PNG") and sys.stdout.isatty():
             raise BtMissionError(
-                "a PNG is nothing for a terminal; write it to a file with -o", code="BT-1103"
+                "a terminal cannot show PNG; write it to a file with -o", code="BT-1103"
             )
         sys.stdout.flush()
         sys.stdout.buffer.write(content)
@@ -122,15 +122,16 @@ def _print(root: Any, title: str) -> None:
 COMMANDS = {
     "tree": Command(
         tree,
-        "Shows the tree of a mission, with the trees that it uses in their places. Neither ROS nor "
-        "Graphviz is needed.",
+        "Shows the tree of a mission with its subtrees expanded. Needs neither ROS nor Graphviz.",
         (
             MISSION.but(completes="missions"),
             SET,
             Option(
-                "--format", "default: the suffix of the output file, else text", choices=FORMATS
+                "--format",
+                "format (default: by the suffix of the output file, else text)",
+                choices=FORMATS,
             ),
-            Option("-o --output OUTPUT", "write to this file", output_file),
+            Option("-o --output OUTPUT", "file to write (default: standard output)", output_file),
             FORCE,
         ),
         EPILOG,

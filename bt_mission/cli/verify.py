@@ -22,19 +22,20 @@ if TYPE_CHECKING:
 EPILOG = """\
 examples:
   bt-mission run missions/explore.yaml --record explore.mcap
-  bt-mission verify explore.mcap                      the requirements that the run had
-  bt-mission verify explore.mcap --require slow.yaml  and those of a file, or with other limits
-  bt-mission verify explore.mcap --mission new.yaml   those of another mission file instead
-  bt-mission verify drive_0.mcap --require slow.yaml  of any robot: ros2 bag record -s mcap -a
+  bt-mission verify explore.mcap                      the recorded requirements
+  bt-mission verify explore.mcap --require slow.yaml  and more requirements of a file
+  bt-mission verify explore.mcap --mission new.yaml   the requirements of another mission file
+  bt-mission verify drive_0.mcap --require slow.yaml  a recording of any robot: ros2 bag record -s
+  mcap -a
 
 slow.yaml:
   requirements:
     is slow: always speed < 0.3
 
-exit codes: 0 none is violated; one may be open, since the run was over before it could be decided
-            1 one is violated
+exit codes: 0 none is violated; some may be open because the run ended before they were decided
+            1 at least one is violated
             2 bad input
-            3 one cannot be determined from this recording, and none is violated
+            3 at least one cannot be determined from this recording, and none is violated
 """
 
 
@@ -45,8 +46,8 @@ def verify(options: argparse.Namespace) -> int:
 
     if not is_recording(options.file):
         raise BtMissionError(
-            f"{options.file}: a trace does not hold the signals of a run; verify takes a recording "
-            "(bt-mission run --record)",
+            f"{options.file}: a trace does not contain the signals of a run; use a recording "
+            f"(bt-mission run --record)",
             code="BT-1102",
         )
     robots = [options.robot] if options.robot else recorded_robots(options.file)
@@ -64,8 +65,7 @@ def verify(options: argparse.Namespace) -> int:
     }
     if not each:
         raise BtMissionError(
-            f"{options.file}: no recorded mission has requirements: name a file of them with "
-            "--require FILE",
+            f"{options.file}: no recorded mission has requirements; add some with --require FILE",
             code="BT-1102",
         )
     if options.json:
@@ -129,10 +129,8 @@ def _requirements(
     elif recorded.is_of_mission:
         why = "the recorded mission has no requirements"
     else:
-        why = "no mission is in it, and so no requirements"
-    raise BtMissionError(
-        f"{options.file}: {why}: name a file of them with --require FILE", code="BT-1102"
-    )
+        why = "contains no mission, so no requirements"
+    raise BtMissionError(f"{options.file}: {why}; add some with --require FILE", code="BT-1102")
 
 
 def _as_dict(
@@ -164,19 +162,19 @@ def _lines(
 COMMANDS = {
     "verify": Command(
         verify,
-        "Evaluates requirements over a recording: those that the run had (bt-mission run "
-        "--record), and those of files. Of a simulated run, verdicts, margins and instants are "
-        "those of the run itself. A recording of another robot (ros2 bag record) is evaluated "
-        "every 0.05 s; what no topic of it tells is unknown, with the reason.",
+        "Evaluates requirements on a recording: the recorded ones (bt-mission run --record), and "
+        "those of files. For a simulated run, verdicts, margins and times equal those of the "
+        "run. A recording of any other robot (ros2 bag record) is evaluated every 0.05 s; "
+        "signals that no topic provides are unknown, with the reason.",
         (
             Option("file", "a recording (MCAP)", input_file),
             REQUIRE.but(
-                help="a YAML file with further requirements; one with the name of a recorded "
-                "requirement replaces it; may be repeated"
+                help="a YAML file with more requirements, which replace recorded ones of the "
+                "same name; may be repeated"
             ),
             Option(
                 "--mission FILE",
-                "take the requirements of this mission file instead of the recorded ones",
+                "use the requirements of this mission file instead of the recorded ones",
                 input_file,
                 completes="missions",
             ),

@@ -19,10 +19,10 @@ def _check_display() -> None:
 
 VIEW = Option(
     "--view",
-    "show the simulation in MuJoCo's own viewer, in real time unless --speed says else",
+    "show the simulation in the MuJoCo viewer, in real time unless --speed is given",
     excludes=each(
         "attach",
-        why="it shows a simulation in this process; add it to `bt-mission sim`, or look on with "
+        why="it shows a simulation in this process; add it to `bt-mission sim`, or use "
         "`bt-mission watch`",
     ),
     check=_check_display,

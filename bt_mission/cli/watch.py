@@ -35,19 +35,19 @@ REQUIREMENTS_S = 0.3
 EPILOG = """\
 examples:
   bt-mission run explore --visible --speed 1  in one terminal
-  bt-mission watch                            in another
-  bt-mission watch robot1                     one of several, by its namespace
-  bt-mission watch --web --open               on a page for browsers
+  bt-mission watch                            in another terminal
+  bt-mission watch robot1                     one of several executives, by its namespace
+  bt-mission watch --web --open               in a browser
   bt-mission watch --foxglove                 all topics, for Foxglove and Lichtblick
   bt-mission watch --once                     the tree as it is now
   bt-mission watch --json | jq -c 'select(.event == "status")'
 
-exit codes: 0 left, 1 nobody to watch within --wait, 2 bad input, 130 interrupted
+exit codes: 0 closed, 1 no executive within --wait, 2 bad input, 130 interrupted
 """
 
 
 def watch(options: argparse.Namespace) -> int:
-    """Look on until told to leave; gives the exit code."""
+    """Show the mission until interrupted; return the exit code."""
     prepare_graph(options)
     if options.foxglove:
         return serve_graph(options)
@@ -75,7 +75,10 @@ def is_drawable() -> bool:
         return False
     if os.environ.get("TERM", "dumb") in ("dumb", "unknown"):
         term = os.environ.get("TERM", "")
-        print(f"TERM={term}: nothing can be drawn on this terminal; plain lines", file=sys.stderr)
+        print(
+            f"TERM={term}: this terminal cannot show the full-screen view; printing plain lines",
+            file=sys.stderr,
+        )
         return False
     return True
 
@@ -221,7 +224,7 @@ def _follow(observer: ExecutiveDirectory, link: ExecutiveSource, *, as_json: boo
                     print(log_line(entry, mission.tree.time_ns, marks), flush=True)
         if link.is_there != was_there:
             was_there = link.is_there
-            print(f"{link.name} {'is back' if was_there else 'has gone'}", file=sys.stderr)
+            print(f"{link.name} {'returned' if was_there else 'disappeared'}", file=sys.stderr)
     return INTERRUPTED
 
 
@@ -235,28 +238,27 @@ def _reader_has_left() -> bool:
 COMMANDS = {
     "watch": Command(
         watch,
-        "Attaches to an executive of the ROS graph (`run --attach`, `run --visible`, `serve`) and "
-        "shows its tree, what each node does and why it ended, its goals, its variables and where "
-        "the robot is. Waits where there is none, and when it goes until it is back. A mission "
-        "does not notice.",
+        "Attaches to an executive of the ROS graph (`run --attach`, `run --visible`, `serve`). "
+        "Shows its tree, the status of each node with its reason, goals, variables and the "
+        "robot's pose. Waits until an executive appears, and until it returns if it disappears. "
+        "Does not affect the mission.",
         (
             Option(
                 "executive",
                 "name or namespace of the executive, such as /robot1/bt_mission or robot1 "
-                "(default: the only one, or a list to choose from)",
+                "(default: the only one, or one chosen from a list)",
                 nargs="?",
                 completes="executives",
             ),
-            Option("--once", "print the tree as it is now, and leave"),
+            Option("--once", "print the current tree and exit"),
             JSON.but(
-                help="print what happens, one JSON object a line",
+                help="print events, one JSON object per line",
                 excludes=each("once"),
             ),
             PLAIN.but(excludes=each("once", "json")),
             Option(
                 "--wait SECONDS",
-                "leave with code 1 when there is nobody to watch after this time (default: keep "
-                "looking)",
+                "exit with code 1 if no executive appears within this time (default: keep looking)",
                 seconds,
             ),
             NETWORK,

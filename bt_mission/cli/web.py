@@ -26,8 +26,8 @@ GROUP = "in a browser"
 NEEDED = ("starlette", "uvicorn", "websockets")
 
 UNSAFE = """\
---host {host}: other machines reach the page. Whoever has the link can {what}, and the link and \
-all that is shown go over the network unencrypted. A tunnel keeps both to you: leave --host away, \
+--host {host}: other machines can reach the page. Everyone with the link can {what}. The link and \
+the page are sent unencrypted. Use a tunnel to keep both private: omit --host, \
 and on the other machine run  ssh -L {port}:127.0.0.1:{port} THIS_MACHINE"""
 
 
@@ -55,22 +55,21 @@ def web_options(*instead: str) -> tuple[Option, ...]:
     return (
         Option(
             "--web",
-            "show it on a page for browsers, and print its link",
+            "show the mission in a browser, and print the link",
             group=GROUP,
             excludes=each(*instead),
             check=partial(require_server, "--web"),
         ),
         of_page.but(
             form="--port N",
-            help=f"listen on this port (default: {PORT}; 0 takes any that is free)",
+            help=f"listen on this port (default: {PORT}; 0: any free port)",
             type=port,
         ),
-        of_page.but(form="--open", help="open the page at once"),
-        of_page.but(form="--read-only", help="pages can look, and control nothing"),
+        of_page.but(form="--open", help="open the page in your browser"),
+        of_page.but(form="--read-only", help="the page cannot control the mission"),
         of_page.but(
             form="--host ADDRESS",
-            help="listen on this address of the machine (default: 127.0.0.1, which other machines "
-            "do not reach)",
+            help="listen on this address (default: 127.0.0.1, which other machines cannot reach)",
         ),
     )
 
@@ -137,14 +136,14 @@ def _open(link: str) -> None:
     import webbrowser
 
     if not webbrowser.open(link):
-        print("--open: there is no browser here; open the link yourself", file=sys.stderr)
+        print("--open: no browser found; open the link yourself", file=sys.stderr)
 
 
 @contextmanager
 def watching_process(options: argparse.Namespace, name: str) -> Iterator[None]:
     """Another process that shows an executive of this one's graph, if a page is wanted.
 
-    A robot's executive serves no browser itself: whatever happens to the page, it goes on.
+    A robot's executive serves no browsers itself, so failures of the page do not affect it.
 
     Args:
         name: Of the executive.
@@ -161,7 +160,7 @@ def watching_process(options: argparse.Namespace, name: str) -> Iterator[None]:
 
 @contextmanager
 def watch_beside(*words: str) -> Iterator[None]:
-    """Run ``bt-mission watch`` with these words in a process of its own, and end it afterwards."""
+    """Run ``bt-mission watch`` with these words in another process, and end it afterwards."""
     command = [sys.executable, "-m", "bt_mission", "watch", *words, "--until-input-ends"]
     process = subprocess.Popen(  # noqa: S603 - this Python with a command of ours
         command, stdin=subprocess.PIPE, start_new_session=True
@@ -196,7 +195,7 @@ def web_arguments(options: argparse.Namespace) -> list[str]:
 
 
 def has_input_ended() -> bool:
-    """Has whoever started this process gone? Looks at standard input without waiting."""
+    """Has the parent process ended? Reads standard input without waiting."""
     import select
 
     readable, _, _ = select.select([sys.stdin], [], [], 0)

@@ -1,4 +1,4 @@
-"""Options and ends of commands whose scenarios are carried out by many workers."""
+"""Options and ends of commands whose scenarios run on many workers."""
 
 from __future__ import annotations
 
@@ -22,27 +22,25 @@ if TYPE_CHECKING:
 
 def _check_bokeh() -> None:
     if find_spec("bokeh") is None:
-        raise BtMissionError(
-            "--dashboard: Dask draws it with Bokeh: pip install bokeh", code="BT-905"
-        )
+        raise BtMissionError("--dashboard needs Bokeh: pip install bokeh", code="BT-905")
 
 
-_LOCAL = each("scheduler", why="its workers were started with what they have")
+_LOCAL = each("scheduler", why="its workers were started elsewhere")
 WORKER_OPTIONS = (
     Option(
         "--workers N",
-        "processes on this machine (default: one for each processor)",
+        "number of worker processes on this machine (default: one per processor)",
         count,
         excludes=_LOCAL,
     ),
     Option(
         "--worker-memory SIZE",
-        "what each of them may take (default: 2GiB); one that takes more is ended",
+        "memory limit of each worker (default: 2GiB); a worker above it is ended",
         excludes=_LOCAL,
     ),
     Option(
         "--scheduler ADDRESS",
-        "a scheduler of Dask that is there, such as tcp://10.0.0.1:8786, with workers of one "
+        "use a running Dask scheduler, such as tcp://10.0.0.1:8786, whose workers have one "
         "thread each",
         page="cluster",
     ),
@@ -54,11 +52,11 @@ WORKER_OPTIONS = (
         check=_check_bokeh,
     ),
 )
-"""Where the scenarios are carried out."""
+"""Where the scenarios run."""
 
 
 def require_dask() -> None:
-    """Refuse to go on without Dask.
+    """Refuse to run without Dask.
 
     Raises:
         BtMissionError: With what to install.
@@ -67,7 +65,7 @@ def require_dask() -> None:
         import distributed  # noqa: F401
     except ImportError as error:
         raise BtMissionError(
-            f"many scenarios are carried out by Dask, which is not here ({error}): "
+            f"sweeps and searches need Dask, which is not installed ({error}): "
             "pip install 'bt-mission[sweep]'",
             code="BT-905",
         ) from error

@@ -25,7 +25,7 @@ SHOWN_DIAGNOSTICS = 50
 MOST_DIAGNOSTICS = 200
 """The search for mistakes ends after this number of them."""
 
-CUT = "inside {} or [] a comma ends the text: put it in quotes"
+CUT = "a comma ends a text inside {} or []: put the text in quotes"
 """The hint at a text that ends where a parenthesis in it is still open."""
 
 _REST = re.compile(r",[^)\]}]*\)?[^,\]}]*")
@@ -137,7 +137,7 @@ def did_you_mean(name: str, valid: Iterable[str]) -> str | None:
 
 
 def listed(names: Iterable[str], most: int = 40) -> str:
-    """Return names as "a, b, c", cut after `most`; "none" where there are none."""
+    """Return names as "a, b, c", cut after `most`; "none" for an empty list."""
     known = list(names)
     if not known:
         return "none"
@@ -146,7 +146,7 @@ def listed(names: Iterable[str], most: int = 40) -> str:
 
 
 def describe(value: object) -> str:
-    """Return what a value read from YAML is, in words: "text 'fast'", "a list of 3"."""
+    """Describe a value that was read from YAML: "text 'fast'", "a list of 3"."""
     match value:
         case None:
             return "nothing"

@@ -50,7 +50,7 @@ class CatalogueEntry:
         title: In a few words.
         cause: Why it is reported.
         cure: What to do.
-        wrong: The smallest file with this mistake, or a command; empty where there is none.
+        wrong: The smallest file with this mistake, or a command; may be empty.
         right: The same without the mistake.
         line: Of `wrong`, where it is reported; 0 is the whole file.
         file: The name of the file.

@@ -10,7 +10,7 @@ from typing import Any
 class BtMissionError(Exception):
     """An error that a user can act on, with the reason in its message.
 
-    `code` is its row in `error_catalogue.toml`, such as BT-901; empty where there is none.
+    `code` is its row in `error_catalogue.toml`, such as BT-901, or empty.
     """
 
     code: str = ""

@@ -67,4 +67,4 @@ class GoalRate(RateLimit):
         if not self.is_reached(now_ns):
             return None
         what = f"{self._most} goals were accepted within {self._window_s:g} s"
-        return f"{what}, which is the limit: does a client send them in a loop?"
+        return f"{what}, which is the limit; is a client sending goals in a loop?"

@@ -322,17 +322,15 @@ def listening_socket(host: str, port: int, option: str = "--port") -> socket.soc
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             free = next(_free_ports(host, port), None)
-            hint = f"{option} {free} is free" if free else f"{option} 0 takes any that is free"
-            raise BtMissionError(
-                f"{option} {port}: another program listens there; {hint}"
-            ) from None
+            hint = f"{option} {free} is free" if free else f"{option} 0 uses any free port"
+            raise BtMissionError(f"{option} {port}: the port is in use; {hint}") from None
         if error.errno in (errno.EACCES, errno.EPERM):
             raise BtMissionError(
-                f"{option} {port}: this user may not listen there; take one from 1024 on"
+                f"{option} {port}: no permission for this port; use 1024 or above"
             ) from None
         raise BtMissionError(
-            f"--host {host}: cannot listen there ({error.strerror or error}); name an address of "
-            "this machine, such as 127.0.0.1"
+            f"--host {host}: cannot listen on this address ({error.strerror or error}); use an "
+            f"address of this machine, such as 127.0.0.1"
         ) from None
 
 

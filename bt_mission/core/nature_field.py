@@ -44,7 +44,7 @@ def _profile(written: Any) -> Profile:
 def _number(name: str, written: Any) -> float:
     if name not in BY_NAME:
         names = tuple(BY_NAME)
-        message = f"there is no quantity {quoted(name)} (known: {listed(names, len(names))})"
+        message = f"unknown quantity {quoted(name)} (known: {listed(names, len(names))})"
         raise _refused(message, did_you_mean(name, names), "BT-201")
     quantity = BY_NAME[name]
     value = _in_unit(quantity, written)

@@ -36,13 +36,13 @@ def within(folder: Path, name: str) -> Path:
     """
     parts = PurePosixPath(name).parts
     if not parts or parts[0] == "/" or ".." in parts:
-        raise BtMissionError(f"{folder}: '{name}' leads out of the folder")
+        raise BtMissionError(f"{folder}: '{name}' is outside the folder")
     path = folder
     for part in parts:
         path = path / part
         if path.is_symlink():
             raise BtMissionError(
-                f"{path}: a symbolic link; those in a folder of results are not followed"
+                f"{path} is a symbolic link, which is not followed in a folder of results"
             )
     return path
 
@@ -136,7 +136,7 @@ class OutputFile:
     @property
     def remark(self) -> str:
         """A remark on a closed file; empty for a complete one."""
-        return "" if self.place == self.path else f"{self.path} is the old one"
+        return "" if self.place == self.path else f"{self.path} is unchanged"
 
     def attempt(self, write: Callable[[], object]) -> None:
         """Write, unless a write has failed."""

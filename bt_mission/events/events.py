@@ -216,7 +216,7 @@ class StateChanged(Event):
             reason = ": ".join(filter(None, (self.verdict, self.reason)))
             return f"{reason}; observing for {self.observe_s:g} s" if self.verdict else reason
         under_way = ", ".join(self.under_way)
-        return self.reason + (f"; still under way: {under_way}" if under_way else "")
+        return self.reason + (f"; still running: {under_way}" if under_way else "")
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,7 @@ class Verb(StrEnum):
     """A request that a user may make of a mission."""
 
     PAUSE = "pause"
-    PAUSE_KEEPING_GOALS = "pause, goals run on"
+    PAUSE_KEEPING_GOALS = "pause, goals continue"
     RESUME = "resume"
     STEP = "step"
     STOP = "stop"
@@ -197,7 +197,7 @@ def choose(executives: Sequence[ListedExecutive], wanted: str | None) -> ListedE
     executives = _candidates(executives, wanted)
     if len(executives) > 1:
         names = listed(executive.name for executive in executives)
-        raise BtMissionError(f"there are {len(executives)} executives: name one of {names}")
+        raise BtMissionError(f"{len(executives)} executives: choose one of {names}")
     if executives and executives[0].is_foreign:
         raise BtMissionError(f"{executives[0].name}: {executives[0].fault}")
     return executives[0] if executives else None
@@ -207,12 +207,12 @@ def nobody(wanted: str | None, executives: Sequence[ListedExecutive], where: str
     """Return the message while the wanted executive is missing."""
     if wanted is not None and executives:
         names = listed(executive.name for executive in executives)
-        return f"{wanted} is not there ({where}); there is {names}"
+        return f"no executive {wanted} ({where}); available: {names}"
     who = wanted or "an executive"
     return (
-        f"no sign of {who} ({where}).\n"
+        f"{who} was not found ({where}).\n"
         "Start one in another terminal, in the same ROS domain:\n"
-        "  bt-mission run FILE --visible --speed 1   in a simulation of its own\n"
+        "  bt-mission run FILE --visible --speed 1   in a new simulation\n"
         "  bt-mission run FILE --attach              against the servers of a robot\n"
-        "  bt-mission serve                          missions that others send"
+        "  bt-mission serve                          missions sent as goals"
     )

@@ -50,12 +50,12 @@ class Breakpoints:
         nodes = [node for node, path in self._paths.items() if name in (node.name, path)]
         if not nodes:
             hint = did_you_mean(name, sorted({node.name for node in self._paths}))
-            raise BtMissionError(f"no node is called '{name}'" + (f"; {hint}" if hint else ""))
+            raise BtMissionError(f"unknown node '{name}'" + (f"; {hint}" if hint else ""))
         ours = [node for node in nodes if isinstance(node, Hooked)]
         if not ours:
             raise BtMissionError(
                 f"'{name}' is inside a behaviour written in Python, which is ticked as a whole; "
-                "set the breakpoint at that behaviour"
+                f"set the breakpoint on that behaviour"
             )
         self._set[name] = ours
         for node in ours:
@@ -69,7 +69,7 @@ class Breakpoints:
             BtMissionError: When no breakpoint was set by this name.
         """
         if name not in self._set:
-            raise BtMissionError(f"no breakpoint is set at '{name}'")
+            raise BtMissionError(f"no breakpoint on '{name}'")
         removed = self._set.pop(name)
         still = {node for nodes in self._set.values() for node in nodes}
         for node in removed:

@@ -247,7 +247,7 @@ class Executive:
             self._end(MissionStatus.FAILURE, reason)
         else:
             self.reason = "; ".join(filter(None, (self.reason, reason)))
-        self.cleanups.skip(reason or "the mission was left")
+        self.cleanups.skip(reason or "the mission was abandoned")
         self._note_halted()
         self._runtime.ledger.update(self._runtime.now_ns)
         self._finish(observe_s=0.0)

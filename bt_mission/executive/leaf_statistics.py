@@ -76,7 +76,7 @@ class LeafStatistics:
 
     def summaries(self) -> tuple[LeafSummary, ...]:
         """Those that have ended at least once, in the order of their first start."""
-        assert self._state.tree is not None, "the executive has told of it"
+        assert self._state.tree is not None, "the executive has sent it"
         nodes, is_known = self._state.tree.nodes, self._distance_m() is not None
         return tuple(
             LeafSummary(

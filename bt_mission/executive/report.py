@@ -57,7 +57,7 @@ class FaultOutcome:
         if self.began is None:
             return f"{self.fault}: never happened, {self.why}"
         if self.ended is None:
-            return f"{self.fault}: from {seconds(self.began)} on"
+            return f"{self.fault}: from {seconds(self.began)}"
         if self.ended == self.began:
             return f"{self.fault}: at {seconds(self.began)}"
         return f"{self.fault}: from {seconds(self.began)} to {seconds(self.ended)}"

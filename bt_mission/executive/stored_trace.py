@@ -67,7 +67,7 @@ def read_trace(path: Path) -> StoredTrace:
     lines = raw.split(b"\n")
     is_cut = lines.pop() != b""  # each whole line ends with a line feed
     if not lines:
-        raise TraceError(f"{path}: no trace: {'a torn line' if is_cut else 'an empty file'}")
+        raise TraceError(f"{path}: not a trace: {'a torn line' if is_cut else 'an empty file'}")
     return _stored(str(path), lines, is_cut=is_cut)
 
 
@@ -91,7 +91,7 @@ def _stored(file: str, lines: list[bytes], *, is_cut: bool) -> StoredTrace:
         elif _is_time(data.get("t")) and isinstance(data.get("event"), str):
             events.append(data)
         else:
-            raise TraceError(f"{file}:{number}: no event: expected 't' in ns and 'event'")
+            raise TraceError(f"{file}:{number}: not an event: expected 't' in ns and 'event'")
     return StoredTrace(file, tuple(events), digest.hexdigest(), is_cut)
 
 
@@ -103,15 +103,15 @@ def _parsed(line: bytes, place: str) -> dict[str, Any]:
     try:
         data = json.loads(line)
     except (ValueError, RecursionError) as error:
-        raise TraceError(f"{place}: no line of a trace: expected a JSON object") from error
+        raise TraceError(f"{place}: not a line of a trace: expected a JSON object") from error
     if not isinstance(data, dict):
-        raise TraceError(f"{place}: no line of a trace: expected a JSON object")
+        raise TraceError(f"{place}: not a line of a trace: expected a JSON object")
     return data
 
 
 def _check_version(data: dict[str, Any], place: str) -> None:
     version = data.get("trace_version")
     if version is None:
-        raise TraceError(f"{place}: no trace: the first line does not name its version")
+        raise TraceError(f"{place}: not a trace: the first line has no version")
     if version != VERSION:
         raise TraceError(f"{place}: a trace of version {version}; this bt-mission reads {VERSION}")

@@ -41,11 +41,11 @@ class Difference:
     setting: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        lines = [f"set up differently: {line}" for line in self.setting]
+        lines = [f"different set-up: {line}" for line in self.setting]
         if self.first is None and self.second is None:
             return _joined([*lines, f"all other {self.number} events are the same"])
         same = "no event is" if not self.number else f"the first {self.number} events are"
-        lines.append(f"{same} the same; they part at {seconds(self.time_s)}")
+        lines.append(f"{same} the same; the first difference is at {seconds(self.time_s)}")
         lines += [f"  {line}" for line in self.before]
         for sign, event in (("<", self.first), (">", self.second)):
             lines.append(f"{sign} {event if event is not None else '          (the end)'}")

@@ -219,8 +219,8 @@ def _sift(end: Any, data: dict[str, Any], executor: TapContext) -> dict[str, Any
     action, *others = executor.actions_of(end)
     if others and any(executor.taps.are_at(name) for name in (action, *others)):
         raise BtMissionError(
-            f"{action} and {', '.join(others)} are of one type and offered by one node, where rclpy"
-            " does not tell them apart: offer them on nodes of their own to tap them"
+            f"{action} and {', '.join(others)} have one type and one node, where rclpy cannot "
+            f"distinguish them: serve them from separate nodes to tap them"
         )
     return {
         part: data[part]

@@ -59,9 +59,7 @@ def read_parameters(path: str | Path, node: str) -> ParameterFile:
     sections = document.data if isinstance(document.data, dict) else {}
     if not sections:
         faults.append(
-            document.diagnostic(
-                "BT-806", (), f"expected '{ANY_NODE}:' or '{node}:', got nothing like it"
-            )
+            document.diagnostic("BT-806", (), f"expected '{ANY_NODE}:' or '{node}:', got neither")
         )
     for section, content in sections.items():
         if section not in {ANY_NODE, *NODES}:
@@ -70,9 +68,7 @@ def read_parameters(path: str | Path, node: str) -> ParameterFile:
             faults.append(document.diagnostic("BT-806", (section,), message, hint=hint, key=True))
         elif not isinstance(content, dict) or set(content) != {PARAMETERS}:
             faults.append(
-                document.diagnostic(
-                    "BT-806", (section,), f"expected '{PARAMETERS}:' and nothing else in here"
-                )
+                document.diagnostic("BT-806", (section,), f"expected only '{PARAMETERS}:' here")
             )
         elif section in {ANY_NODE, node} and isinstance(content[PARAMETERS], dict):
             for keys, value in _leaves(content[PARAMETERS], (section, PARAMETERS)):

@@ -141,7 +141,7 @@ class RobotNode(ValidClock, Node):
         fixed = [parameter for parameter in parameters if self._is_fixed(parameter.name)]
         if not result.successful and fixed:
             result.reason = (
-                f"{fixed[0].name} is read when the node starts; start it again with "
+                f"{fixed[0].name} is read only when the node starts; restart it with "
                 f"--ros-args -p {fixed[0].name}:={fixed[0].value}"
             )
 
@@ -163,9 +163,7 @@ class RobotNode(ValidClock, Node):
         unknown = [name for name in self._parameter_overrides if not self.has_parameter(name)]
         for name in unknown:
             hint = did_you_mean(name, sorted(self.list_parameters([], 0).names))
-            self._log.warning(
-                f"no such parameter '{name}': passed over{f'; {hint}' if hint else ''}"
-            )
+            self._log.warning(f"no such parameter '{name}': ignored{f'; {hint}' if hint else ''}")
 
     @property
     def is_done(self) -> bool:

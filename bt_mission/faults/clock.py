@@ -36,7 +36,7 @@ NODE = Parameter(
 ROWS = (
     FaultKind(
         "jump_clock",
-        "The clock is set forward, or back if `by` is below 0, to zero at the least, as when a "
+        "The clock is set forward, or back if `by` is below 0, but not below zero, as when a "
         "simulator skips time or is reset. At the end of the fault it jumps back.",
         _jump,
         (

@@ -34,7 +34,7 @@ def changed_by(how: str | Callable[[Any], Any], field: str | None) -> Callable[[
             owner, names = _find(message, field)
             if not ready_made(owner, names):
                 what = field or type(message).__name__
-                raise ScenarioError(f"corrupt: there is nothing in {what} that '{how}' changes")
+                raise ScenarioError(f"corrupt: {what} has nothing that '{how}' can change")
             return message
 
         return change
@@ -84,7 +84,7 @@ def restamp(message: Any, like: Any) -> None:
     """
     stamps = [(one.header, other.header) for one, other in _stamped(message, like)]
     if not stamps:
-        raise ScenarioError(f"freeze: a {type(message).__name__} has no stamp that could be fresh")
+        raise ScenarioError(f"freeze: a {type(message).__name__} has no stamp to refresh")
     for header, other in stamps:
         header.stamp = other.stamp
 

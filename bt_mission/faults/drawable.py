@@ -50,7 +50,7 @@ FIELDS = (
 
 @dataclass(frozen=True)
 class Drawable:
-    """What faults are drawn from.
+    """Material from which faults are drawn.
 
     Attributes:
         names: Of faults.

@@ -1,4 +1,4 @@
-"""Random faults: of every kind, at drawn times, each of which ends by itself."""
+"""Random faults: of every kind, at drawn times, each of limited duration."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ def unknown_kind(name: str) -> tuple[str, str | None] | None:
     if name in GROUPS or (name in FAULTS and FAULTS[name].group):
         return None
     if name in FAULTS:
-        return f"{quoted(name)}: obstacles have ranges of their own, 'obstacles:'", None
+        return f"{quoted(name)}: obstacles have separate ranges, 'obstacles:'", None
     near = did_you_mean(name, (*GROUPS, *(one.name for one in FAULTS.values() if one.group)))
     known = None if near else f"groups: {', '.join(GROUPS)}; or the name of a fault"
-    return f"there is no fault {quoted(name)} that can be drawn", near or known
+    return f"unknown fault {quoted(name)}", near or known
 
 
 def faults_of(kinds: Iterable[str]) -> tuple[str, ...]:
@@ -65,7 +65,7 @@ def faults_of(kinds: Iterable[str]) -> tuple[str, ...]:
 def drawn_faults(
     draws: Draws, names: Sequence[str] = (), leaves: Sequence[str] = ()
 ) -> tuple[PlannedFault, ...]:
-    """Return some random faults, each of which ends by itself.
+    """Return some random faults, each of limited duration.
 
     Args:
         names: Of faults; by default those of topics, goals and feedback.

@@ -50,8 +50,8 @@ FEEDBACK = action(("feedback", Side.MESSAGE))
 def on(channel: Channel, make: MakeTap, first: str = "goals") -> Effect:
     """Return the effect that decides what becomes of what passes on a channel.
 
-    It affects a ``share`` of it, what one ``receiver`` gets, or the first so many, where the fault
-    takes these arguments.
+    It affects a ``share`` of it, what one ``receiver`` gets, or the first ``count``, where the
+    fault takes these arguments.
 
     Args:
         first: Name of the argument that says how many.
@@ -116,7 +116,7 @@ def late(_: FaultInstance, given: Arguments) -> Tap:
 
 
 def repeat(_: FaultInstance, given: Arguments) -> Tap:
-    """Deliver it so many `times`, with ``after`` seconds from each to the next."""
+    """Deliver it `times` times, with ``after`` seconds between."""
     after_ns = nanoseconds(given["after"])
     return lambda _, passing: [
         Delivery(deepcopy(passing.message), after_ns=number * after_ns)

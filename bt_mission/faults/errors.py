@@ -1,4 +1,4 @@
-"""What goes wrong by a mistake of a test or a scenario."""
+"""Errors for mistakes in a test or a scenario."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class ScenarioError(BtMissionError):
 
 
 def no_such(what: str, name: str, valid: list[str]) -> ScenarioError:
-    """The error for a name that is none, with those that are."""
+    """Return the error for an unknown name, with the known ones."""
     near = did_you_mean(name, valid)
     hint = f"; {near}" if near else ""
-    return ScenarioError(f"there is no {what} '{name}', but: {listed(valid)}{hint}")
+    return ScenarioError(f"unknown {what} '{name}' (known: {listed(valid)}){hint}")

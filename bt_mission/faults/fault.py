@@ -1,4 +1,4 @@
-"""What a fault is: an action on a run that goes on for a while, and can be ended."""
+"""A fault: an action on a run that lasts for a while, and can be ended."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from bt_mission.sessions.stage_robot import StageRun
 from bt_mission.virtual_time import Answer, Delivery, Passing, Side
 
 Fates = Iterable[Delivery | Answer]
-"""What becomes of something that passes; nothing, and it is lost."""
+"""The messages that replace a passing one; without any it is lost."""
 
 Begin = Callable[["FaultInstance"], None]
-"""Makes something go wrong, and tells the instance how that is undone."""
+"""Starts a fault, and gives its instance the function that undoes it."""
 
 Tap = Callable[["FaultInstance", Passing], Fates]
-"""Decides what becomes of something that passes, while a fault goes on."""
+"""Replaces passing messages while a fault is active."""
 
 
 class PlayedServer(Protocol):
@@ -82,7 +82,7 @@ class FaultTarget(Protocol):
 class Fault:
     """Something that goes wrong: an action for ``run.do``, ``run.at`` and ``run.when``.
 
-    It goes on for the time that was said, until :attr:`end` is done, or to the end of the run.
+    It lasts for the given time, until :attr:`end` runs, or to the end of the run.
 
     Args:
         what: name of the method of ``stage.faults`` that makes it.
@@ -101,10 +101,10 @@ class Fault:
         """Begin.
 
         Raises:
-            ScenarioError: for a name that is not there, and while it goes on already.
+            ScenarioError: for an unknown name, and while it is already active.
         """
         if self._instance is not None and self._instance.goes_on_in(run):
-            raise ScenarioError(f"{self!r} goes on already: end it first, or make another")
+            raise ScenarioError(f"{self!r} is already active: end it first, or make another")
         instance = FaultInstance(run, self)
         try:
             self.begin(instance)
@@ -118,7 +118,7 @@ class Fault:
             run.stage.clock.call_at(end_ns, instance.end)
 
     def end(self, run: FaultTarget) -> None:
-        """End, if it goes on; an action, too."""
+        """End it if it is active; also an action."""
         if self._instance is not None and self._instance.goes_on_in(run):
             self._instance.end_from_outside()
 
@@ -137,11 +137,11 @@ class Fault:
 
 
 class FaultInstance:
-    """One time that a fault goes on, in one run.
+    """One activation of a fault in one run.
 
     Attributes:
         began_ns: when it began, ns of virtual time.
-        ended_ns: when it ended; None while it goes on.
+        ended_ns: when it ended; None while it is active.
         made: what it has brought into the world.
         kept: what its taps have to remember, by receiver or goal.
     """
@@ -173,13 +173,13 @@ class FaultInstance:
 
     @property
     def ended_s(self) -> float | None:
-        """When it ended; None while it goes on."""
+        """When it ended; None while it is active."""
         return None if self.ended_ns is None else (self.ended_ns - self.run.stage.start_ns) / NS
 
     # ---- its life ------------------------------------------------------------------------
 
     def goes_on_in(self, run: FaultTarget) -> bool:
-        """Tell whether it goes on, in this run."""
+        """Return whether it is active in this run."""
         return self.run is run and self._is_lasting and self.ended_ns is None
 
     def undo(self, function: Callable[[], Any]) -> None:
@@ -270,7 +270,7 @@ class FaultInstance:
         """Return the full name of a topic of the graph.
 
         Raises:
-            ScenarioError: when there is none of that name.
+            ScenarioError: when the name is unknown.
         """
         node = self.run.robot_run.node
         full = node.resolve_topic_name(name)
@@ -335,7 +335,7 @@ class FaultInstance:
         """Return the node of a name: in the namespace of the robot, or else without one.
 
         Raises:
-            ScenarioError: when there is none.
+            ScenarioError: when it does not exist.
         """
         namespace = self.run.robot_run.node.get_namespace().rstrip("/")
         full = name if name.startswith("/") else f"{namespace}/{name}"

@@ -34,7 +34,7 @@ class Faults:
     def __getattr__(self, name: str) -> Callable[..., Fault]:
         """Return what makes the faults of a name. Raises AttributeError for an unknown one."""
         if name not in FAULTS:
-            raise AttributeError(f"there is no fault '{name}'", name=name, obj=self)
+            raise AttributeError(f"unknown fault '{name}'", name=name, obj=self)
         kind = FAULTS[name]
         make = partial(kind.make)
         make.__doc__ = kind.text

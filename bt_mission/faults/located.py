@@ -103,13 +103,13 @@ def fault_in_text(text: str, robots: Sequence[str] = ()) -> WrittenFault:
             [at(error.code, start + error.column, error.message, error.hint)]
         ) from None
     if robots and not robot and planned.name in OF_THE_WORLD:
-        message = f"{planned.name} is of one robot: begin with its name, '{robots[0]}: {text}'"
+        message = f"{planned.name} is for one robot: begin with its name, '{robots[0]}: {text}'"
         raise InputError([at("BT-707", 1, message, None)])
     return WrittenFault(planned, locate, robot)
 
 
 def faults_in_texts(texts: Sequence[str], robots: Sequence[str] = ()) -> tuple[WrittenFault, ...]:
-    """Return the faults of options. Raises InputError, with everything that is wrong."""
+    """Return the faults of options. Raises InputError, with all errors."""
     found: list[WrittenFault] = []
     wrong: list[Diagnostic] = []
     for text in texts:

@@ -219,12 +219,12 @@ def _repeat_answers(fault: FaultInstance, given: Arguments) -> None:
 
 def _share_or_every(given: Arguments) -> str:
     has_both = given["every"] is not None and given["share"] != 1
-    return "give a share, or every, not both" if has_both else ""
+    return "give 'share' or 'every', not both" if has_both else ""
 
 
 def _no_field_of_function(given: Arguments) -> str:
     is_function = callable(given["how"]) and given["field"] is not None
-    return "a field goes with a ready-made corruption, not a function" if is_function else ""
+    return "'field' needs a named corruption, not a function" if is_function else ""
 
 
 def _drawn_freeze(draws: Draws, found: Drawable) -> Arguments:

@@ -113,7 +113,7 @@ class Parameter:
 
     @property
     def expected(self) -> str:
-        """What is written for it, in words."""
+        """The expected form of its value, as text."""
         where = (f" in {self.unit}" if self.unit else "") + f" {self.allowed}".rstrip()
         if self.choices:
             return f"one of {', '.join(self.choices)}"

@@ -145,7 +145,7 @@ class FaultPlan:
             yield FaultProblem("BT-704", number, why, condition.text)
 
     def outcomes(self) -> tuple[FaultOutcome, ...]:
-        """What became of each, in the order of the plan."""
+        """The outcome of each, in the order of the plan."""
         instances = {id(one.fault): one for one in self._target.faults}
         found = []
         for number, one in enumerate(self.planned):
@@ -228,7 +228,7 @@ class FaultPlan:
 
     def _why_not(self, number: int, one: PlannedFault) -> str:
         if number in self.errors:
-            return f"it could not be made: {self.errors[number]}"
+            return f"it could not be injected: {self.errors[number]}"
         end_ns = self._run.executive.ended_ns or self._stage.now_ns
         end_s = (end_ns - self._stage.start_ns) / NS
         if isinstance(one.begins, WhenTrue):

@@ -14,7 +14,7 @@ from bt_mission.faults.kind import FaultKind
 from bt_mission.language.requirements.formula import Condition
 
 Value: TypeAlias = "bool | int | float | str | tuple[Value, ...]"
-"""What an argument can be."""
+"""The type of an argument."""
 
 WORD = re.compile(r"[A-Za-z_/~][\w/.~]*")
 """A text that needs no quotes."""
@@ -78,7 +78,7 @@ class PlannedFault:
 
     @property
     def kind(self) -> FaultKind:
-        """What the fault takes."""
+        """The arguments of the fault."""
         return FAULTS[self.name]
 
     def make(self) -> Fault:

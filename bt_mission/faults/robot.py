@@ -35,7 +35,7 @@ SIDES = {"left": ("left",), "right": ("right",), "both": ("left", "right")}
 
 @dataclass(frozen=True, eq=False)
 class Breakage:
-    """What a fault has changed of a part."""
+    """The changes of a part by a fault."""
 
     part: str
     changes: Mapping[str, Any]

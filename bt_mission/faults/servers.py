@@ -90,7 +90,7 @@ def _our_servers(fault: FaultInstance, name: str) -> Any:
     """Return our servers, if it is they that offer an action."""
     servers = fault.run.robot_run.servers
     if name not in servers.actions:
-        raise no_such("action of ours", name, list(servers.actions))
+        raise no_such("shipped action", name, list(servers.actions))
     return servers
 
 

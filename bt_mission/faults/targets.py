@@ -40,7 +40,7 @@ class StageTarget:
         """Keep an error of a fault, and end the missions."""
         self.errors.append(error)
         for run in self.stage.runs:
-            run.executive.interrupt(f"a fault could not be made: {error}")
+            run.executive.interrupt(f"a fault could not be injected: {error}")
 
 
 def scripted_on(stage: Stage) -> Mapping[str, PlayedServer]:
@@ -57,7 +57,7 @@ def find_node(executive: Executive, name: str) -> Behaviour:
     """Return the node of this name, or at this path.
 
     Raises:
-        ScenarioError: When there is none, or several.
+        ScenarioError: If not exactly one exists.
     """
     paths = {node: executive.path_of(node) for node in executive.nodes}
     found = [node for node, path in paths.items() if name in (node.name, path)]
@@ -65,5 +65,5 @@ def find_node(executive: Executive, name: str) -> Behaviour:
         raise no_such("node", name, list(dict.fromkeys(node.name for node in paths)))
     if len(found) > 1:
         named = ", ".join(f"'{paths[node]}'" for node in found)
-        raise ScenarioError(f"several nodes are named '{name}': say which by its path, {named}")
+        raise ScenarioError(f"several nodes are named '{name}': use a path, {named}")
     return found[0]

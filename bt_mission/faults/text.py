@@ -125,7 +125,7 @@ class _Parser:
         return self._take() if token.kind == kind and (not texts or token.text in texts) else None
 
     def time(self) -> float:
-        """Take a time, s, which is all that is left."""
+        """Take a time, s, to the end of the text."""
         token = self._take()
         if token.kind != "number":
             message = f"expected a time such as '5.0', in seconds, got {token.shown}"

@@ -29,7 +29,7 @@ class WrittenQuantity:
 
 @dataclass(frozen=True)
 class Given:
-    """What is written for an argument, and its column."""
+    """The written value of an argument, and its column."""
 
     value: Any
     column: int = 1
@@ -39,16 +39,14 @@ class ArgumentReader:
     """Takes the arguments of one fault, each by its position or its name.
 
     Raises:
-        ExpressionError: For a name that is no fault's, with the column.
+        ExpressionError: For an unknown fault, with the column.
     """
 
     def __init__(self, name: str, column: int = 1) -> None:
         if name not in FAULTS:
             near = did_you_mean(name, FAULTS)
             known = "" if near else f" (known: {listed(FAULTS, len(FAULTS))})"
-            raise ExpressionError(
-                "BT-702", f"there is no fault {quoted(name)}{known}", column, near
-            )
+            raise ExpressionError("BT-702", f"unknown fault {quoted(name)}{known}", column, near)
         self._kind = FAULTS[name]
         self._column = column
         self._found: dict[str, Value] = {}
@@ -150,7 +148,7 @@ class ArgumentReader:
     def _read_lasting(self, given: Given, column: int) -> float:
         if not self._kind.lasts:
             raise ExpressionError(
-                "BT-703", f"{self._kind.name} is over at once: it has no 'lasting'", column
+                "BT-703", f"{self._kind.name} has no duration, so no 'lasting'", column
             )
         value = argument_value(LASTING, given.value, given.column)
         assert isinstance(value, int | float)
@@ -164,7 +162,7 @@ def planned_fault(begins: Beginning, name: str, /, *arguments: Any, **options: A
     """Return a fault of arguments as the method of ``stage.faults`` takes them.
 
     Raises:
-        ExpressionError: For a name or an argument that is none.
+        ExpressionError: For an unknown name or argument.
     """
     reader = ArgumentReader(name)
     for value in arguments:

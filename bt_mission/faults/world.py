@@ -62,7 +62,7 @@ def _remove(fault: FaultInstance, given: Arguments) -> None:
     prop = _prop(fault, given["box"])
     made = [one for one in fault.run.faults if one.made is prop]
     if not made:
-        raise ScenarioError("remove_box: the obstacle is that of a fault of another robot")
+        raise ScenarioError("remove_box: the obstacle belongs to a fault of another robot")
     for one in made:
         one.end()
 
@@ -100,7 +100,7 @@ def _prop(fault: FaultInstance, box: Fault | str) -> Any:
         return made[-1]
     named = [one for one in there if one.name == box]
     if not named:
-        raise no_such("obstacle that was spawned", box, [one.name for one in there])
+        raise no_such("spawned obstacle", box, [one.name for one in there])
     return named[0]
 
 
@@ -124,7 +124,7 @@ def _nearest(text: str) -> Parameter:
 
 
 INTO = Parameter("even_into_the_robot", "flag", default=False, by_name=True)
-NEAREST = _nearest("Where there is no room, at the nearest place that has some.")
+NEAREST = _nearest("If there is no room, at the nearest free place.")
 AHEAD = _where(steps(0.4, 2, 0.2), steps(-0.6, 0.6, 0.2))
 
 
@@ -132,7 +132,7 @@ def _appears(name: str, text: str, usual: str, *shape: Parameter) -> FaultKind:
     named = Parameter(
         "name",
         "text",
-        "In collisions, and for `move_box`; a number is added where it is taken.",
+        "Used in collisions and by `move_box`; a number is appended if it is taken.",
         usual,
         by_name=True,
     )

@@ -1,4 +1,4 @@
-"""What stands in a fleet file, and the JSON Schema of it for editors."""
+"""The form of a fleet file, and its JSON Schema for editors."""
 
 from __future__ import annotations
 

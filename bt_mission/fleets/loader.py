@@ -39,14 +39,14 @@ from sim.world.world import Spawn, World
 
 @dataclass(frozen=True)
 class FleetChanges:
-    """What replaces values of a fleet file.
+    """Values that replace those of a fleet file.
 
     Attributes:
         set: Values of inputs: ``legs`` of every mission that has it, ``robot1.legs`` of one robot.
         seed: Instead of all seeds of the file: of the sensors, and of the first mission; those of
             the others count up from it.
         world: Name or path of another world.
-        observe: For how long time goes on after each mission's end, s; None is as in the files.
+        observe: Virtual time after each mission's end, s; None for the value of the files.
         require: Files with further requirements, of every mission.
     """
 
@@ -216,7 +216,9 @@ class _Loader:
             robot, dot, _ = given.rpartition(".")
             source = f"{given}={value}"
             if dot and robot not in written.robots:
-                message = f"no robot {quoted(robot)} (the fleet's robots: {listed(written.robots)})"
+                message = (
+                    f"unknown robot {quoted(robot)} (the fleet's robots: {listed(written.robots)})"
+                )
                 hint = did_you_mean(robot, written.robots)
                 self._diagnostics.append(
                     Diagnostic("BT-707", message, SET_OPTION, 1, 1, source, hint)

@@ -16,7 +16,7 @@ from bt_mission.executive.status import MissionStatus
 
 @dataclass(frozen=True)
 class RobotReport:
-    """What a run came to for one robot.
+    """The outcome of a run for one robot.
 
     Attributes:
         mission: The report of its mission; its collisions are those with anything.
@@ -44,7 +44,7 @@ class RobotReport:
 
 @dataclass(frozen=True)
 class FleetReport:
-    """What the run of a fleet came to; `str()` of it is a summary for people.
+    """The outcome of a fleet's run; `str()` of it is a summary for people.
 
     Attributes:
         seed: Of all sensor noise.

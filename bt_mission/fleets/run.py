@@ -1,4 +1,4 @@
-"""Carries a fleet out: every mission from its start to its report."""
+"""Runs a fleet: every mission from its start to its report."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from bt_mission.sessions.stage import Stage
 
 
 def run_fleet(fleet: str | Path | FleetPlan, *, seed: int | None = None) -> FleetReport:
-    """Carry a fleet out in a simulation of its own; gives its report.
+    """Run a fleet in a new simulation; return its report.
 
     ``assert run_fleet("two.fleet.yaml").status == "success"``
 

@@ -122,7 +122,7 @@ def cancel_goals(
     taken = {bytes(canceling.goal_id.uuid).hex() for canceling in future.result().goals_canceling}
     refused = (under_way if asked == ALL else under_way & {asked}) - taken
     if not taken and not refused:
-        say(f"no goal of {action} is under way" if asked == ALL else f"goal {asked[:8]} has ended")
+        say(f"no goal of {action} is running" if asked == ALL else f"goal {asked[:8]} has ended")
     for goal in sorted(refused):
         say(f"goal {goal[:8]}: the server refused to cancel")
     ended = wait(session, GRACE_S, lambda: all(states.get(goal_id) in FINAL for goal_id in taken))
@@ -163,4 +163,4 @@ def _chosen(states: dict[str, str], digits: str) -> str:
         return wanted
     known = listed(goal[:8] for goal, state in states.items() if state not in FINAL)
     what = "several goals have" if matches else "no goal has"
-    raise BtMissionError(f"{what} an id that begins with {wanted} (under way: {known})")
+    raise BtMissionError(f"{what} an id that begins with {wanted} (running: {known})")

@@ -138,7 +138,10 @@ class GoalForm(EscapingApp[goal_events.GoalResult | None]):
             if not self._lines:
                 yield Static("the goal has no fields", id="about_none", markup=False)
         with VerticalScroll(id="progress", can_focus=False):
-            yield Static("fill in, then Ctrl-S; an empty field keeps its default", id="state")
+            yield Static(
+                "fill in the fields, then press Ctrl-S; an empty field keeps its default",
+                id="state",
+            )
             yield Static("", id="feedback")
         yield Footer()
 
@@ -174,12 +177,12 @@ class GoalForm(EscapingApp[goal_events.GoalResult | None]):
         """Send the goal, unless a field is wrong or a goal is under way."""
         rows = list(self.query(FormLine))
         if self._goal is not None:
-            self._say("a goal is under way; Escape cancels it")
+            self._say("a goal is running; Escape cancels it")
             return
         wrong = [row for row in rows if not row.check()]
         if wrong:
             wrong[0].query_one(Input).focus()  # a truth is never wrong
-            self._say(f"not sent: {', '.join(row.line.name for row in wrong)} cannot stay so")
+            self._say(f"not sent: {', '.join(row.line.name for row in wrong)} invalid")
             return
         entries = {row.line.name: row.read() for row in rows}
         values = {name: entry[0] for name, entry in entries.items() if entry is not None}
@@ -196,7 +199,7 @@ class GoalForm(EscapingApp[goal_events.GoalResult | None]):
     def action_cancel(self) -> None:
         """Cancel the goal that is under way."""
         if self._goal is None:
-            self._say("no goal is under way; Ctrl-Q leaves")
+            self._say("no goal is running; Ctrl-Q exits")
         else:
             self._goal.cancel("by you", self._session.now_ns)
 
@@ -207,9 +210,9 @@ class GoalForm(EscapingApp[goal_events.GoalResult | None]):
             return
         if not self._is_leaving:
             self._is_leaving = True
-            self._goal.cancel("you left", self._session.now_ns)
+            self._goal.cancel("you exited", self._session.now_ns)
         else:
-            self._goal.leave("you left at once", self._session.now_ns)
+            self._goal.leave("you exited at once", self._session.now_ns)
             self.exit(self._end)
 
     # ---- what becomes of the goal --------------------------------------------------------------

@@ -172,7 +172,7 @@ class GoalRequest:
             case GoalStatus.ABORTED:
                 return GoalResult(GoalOutcome.ABORTED, f"{name} aborted the goal", goal.result)
             case GoalStatus.CANCELED:
-                why = self._why_cancel or "by somebody else"
+                why = self._why_cancel or "by another client"
                 return GoalResult(GoalOutcome.CANCELED, f"canceled: {why}", goal.result)
         return GoalResult(GoalOutcome.LOST, f"{name} no longer knows the goal (restarted?)")
 
@@ -256,8 +256,8 @@ def step_to_end(session: GraphSession, goal: GoalRequest) -> GoalResult:
             if signals.count == 1:
                 goal.cancel(f"interrupted by {signals.name}", session.now_ns)
             elif signals.count > 1:
-                goal.leave(f"left at once after a second {signals.name}", session.now_ns)
+                goal.leave(f"ended at once by a second {signals.name}", session.now_ns)
         except BrokenPipeError:
             goal.mute()
-            goal.cancel("nobody reads the output any more", session.now_ns)
+            goal.cancel("the output was closed", session.now_ns)
         session.step()

@@ -120,7 +120,7 @@ def type_of(session: GraphSession, kind: Kind, name: str, seconds: float = LOOK_
         raise NotThereError(_not_there(session, kind, name, seconds))
     types = dict(look_up(session.node))[name]
     if len(types) > 1:
-        raise BtMissionError(f"{name} has several types ({listed(types)}): say which with --type")
+        raise BtMissionError(f"{name} has several types ({listed(types)}): choose one with --type")
     return str(types[0])
 
 
@@ -143,7 +143,7 @@ def resolved(node: Node, kind: Kind, name: str) -> str:
 def _not_there(session: GraphSession, kind: Kind, name: str, seconds: float) -> str:
     known = [entry.name for entry in entries(session.node, kind)]
     head = f"no {kind} {name} in the graph (looked for {seconds:g} s); there "
-    are = f"are: {listed(known)}" if known else f"is no {kind} at all"
+    are = f"are: {listed(known)}" if known else f"is no {kind}"
     hint = did_you_mean(name, known)
     return f"{head}{are}{'; ' + hint if hint else ''}"
 

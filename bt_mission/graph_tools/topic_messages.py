@@ -186,7 +186,7 @@ class RateLines:
             more = asdict(rate) if rate else {}
             return as_json({"topic": self._topic, "messages": total, "silent": is_silent, **more})
         if is_silent:
-            return f"silent for a second; {total} messages so far"
+            return f"no message for a second; {total} messages so far"
         if rate is None:
             return f"{total} message so far"
         return (

@@ -15,7 +15,7 @@ EXECUTE_MISSION = ActionName(
     type="bt_mission_interfaces/action/ExecuteMission",
     example={"path": "missions/square.yaml"},
 )
-"""What the executive itself serves."""
+"""The action of the executive."""
 
 BROKEN: dict[str, str] = {}
 """Plug-ins that cannot be used, and why."""
@@ -31,9 +31,9 @@ def plugged(taken: Container[str]) -> dict[str, ActionName]:
             BROKEN[one.name] = f"{one.value} cannot be imported: {type(error).__name__}: {error}"
             continue
         if not isinstance(short, ActionName):
-            BROKEN[one.name] = f"{one.value} is no ActionName, but {type(short).__name__}"
+            BROKEN[one.name] = f"{one.value}: expected an ActionName, got {type(short).__name__}"
         elif one.name in taken or not one.name.isidentifier():
-            BROKEN[one.name] = f"{one.value} has a name that is taken or no name"
+            BROKEN[one.name] = f"{one.value}: its name is missing or already used"
         else:
             found[one.name] = short
     return found

@@ -1,4 +1,4 @@
-"""What stands in whole files: the head of a mission, the definition of a tree, a library."""
+"""The form of files: the head of a mission, the definition of a tree, a library."""
 
 from __future__ import annotations
 

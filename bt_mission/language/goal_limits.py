@@ -28,7 +28,7 @@ def plain_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class GoalLimitsTable:
-    """What a mission says of the goals of each action."""
+    """The limits that a mission sets for goals of an action."""
 
     mission: Mapping[str, Any] = field(default_factory=dict)
     servers: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
@@ -52,7 +52,7 @@ def server_diagnostics(
     for name in servers:
         if plain_name(name) not in used:
             known = listed(used) if used else "none"
-            message = f"no goal is sent to {quoted(name)} (goals are sent to: {known})"
+            message = f"the mission sends no goals to {quoted(name)} (but to: {known})"
             hint = did_you_mean(plain_name(name), used)
             yield document.diagnostic("BT-512", ("servers", name), message, hint, key=True)
 

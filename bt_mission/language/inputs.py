@@ -23,7 +23,7 @@ from bt_mission.language.expressions.values import WORDS, Plain, Type, type_of
 from bt_mission.language.nodes.fields import input_value, refusal
 
 SET_OPTION = "--set"
-"""What is named instead of a file where a value from outside is wrong."""
+"""Named instead of a file if a value from outside is wrong."""
 
 
 def overridden(
@@ -39,7 +39,7 @@ def overridden(
     for name, value in given.items():
         source = f"{name}={value}"
         if name not in inputs:
-            message = f"no input {quoted(name)} (the mission's inputs: {listed(inputs)})"
+            message = f"unknown input {quoted(name)} (the mission's inputs: {listed(inputs)})"
             hint = did_you_mean(name, inputs)
             diagnostics.append(Diagnostic("BT-310", message, SET_OPTION, 1, 1, source, hint))
             continue

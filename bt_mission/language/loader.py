@@ -29,7 +29,7 @@ OTHER_KINDS = {
     "scenario": "'bt-mission run', 'bt-mission check' and run_scenario() take scenarios",
     "fleet": "'bt-mission run' and 'bt-mission check' take fleets",
 }
-"""Keys of files that are no missions, with who takes them."""
+"""Keys of files that are not missions, with the commands that accept them."""
 
 
 Examined: TypeAlias = tuple[Mission | None, tuple[Diagnostic, ...]]

@@ -1,4 +1,4 @@
-"""What a ROS message holds, as plain records, and how values of a mission become its fields.
+"""The fields of ROS messages as plain records, and their values from a mission.
 
 `bt_mission.ros.interface_types` makes the shapes from the installed types; everything here is pure.
 """
@@ -114,7 +114,7 @@ class TypeMismatch:
 
 
 Report = Callable[[TypeMismatch], None]
-"""Told of everything that does not fit."""
+"""Called with everything that does not fit."""
 
 Reader = Callable[[Path, Shape, Text | Late], Any]
 """Gives the value of a text for a field. Raises Unknowable where it has none yet."""
@@ -125,7 +125,7 @@ def field_at(message: MessageShape, dotted: str) -> Shape:
     shape: Shape = message
     for name in dotted.split("."):
         if not isinstance(shape, MessageShape):
-            raise UnknownField("BT-502", f"{quoted(dotted)}: {shape.name} has no fields of its own")
+            raise UnknownField("BT-502", f"{quoted(dotted)}: {shape.name} has no fields")
         if name not in shape.fields:
             raise UnknownField("BT-502", *_unknown_field(shape, name))
         shape = shape.fields[name]
@@ -211,7 +211,7 @@ class _Conforming:
         if not math.isfinite(value):
             self.refuse(path, f"expected a finite number ({shape.name}), got {value}")
         elif shape.type == "integer" and not isinstance(value, int):
-            hint = "round(...), floor(...) and // give whole numbers"
+            hint = "round(...), floor(...) and // return integers"
             self.refuse(path, f"expected an integer ({shape.name}), got {value}", hint)
         elif not shape.least <= value <= shape.most:
             limits = f"{shape.least:.12g} to {shape.most:.12g}"

@@ -48,7 +48,7 @@ class Tree:
 
 @dataclass(frozen=True)
 class NodeFactory:
-    """What makes a node of the user's in a simulation, and where a file names it.
+    """The factory of a user's node in a simulation, and its place in a file.
 
     Attributes:
         target: ``module:name``, or ``file.py:name`` for a file beside the document or below it.
@@ -82,9 +82,9 @@ class Mission:
     `inputs` holds the values after `--set`, `places` its own named places, `follow` the variables
     that follow topics, `nodes` what makes the nodes of the user that join a simulation.
 
-    `observe` tells for how long time goes on after the end, s. `map` tells whether the robot is
-    given the map of its world or has to make one, `nature` what differs from run to run in a
-    simulation; None is what the world says.
+    `observe` is how long time continues after the end, s. `map` says whether the robot has the map
+    of its world or makes one, `nature` what differs from run to run in a simulation; None is what
+    the world says.
     """
 
     name: str

@@ -112,7 +112,7 @@ class NodeReader(Reading):
                 message = f"'{name}' is an input, and inputs never change; choose another name"
                 self.report("BT-408", (*place, "as"), message)
             elif name in found:
-                message = f"'{name}' follows a topic already, in line {found[name].line}"
+                message = f"'{name}' already follows a topic, in line {found[name].line}"
                 self.report("BT-408", (*place, "as"), message)
             else:
                 position = NodePlace(*self.document.position(place), place)
@@ -214,7 +214,7 @@ class NodeReader(Reading):
             key = next(strange, next(iter(data)))
             message, hint = remedies.unknown_kind(key, KINDS, _MODIFIERS)
             if key in BROKEN:
-                message, hint = f"the plug-in {quoted(key)} does not work: {BROKEN[key]}", None
+                message, hint = f"the plug-in {quoted(key)} cannot be used: {BROKEN[key]}", None
             code = "BT-215" if key in BROKEN else "BT-203"
             self.report(code, (*path, key), message, hint, key=True)
         return None

@@ -15,7 +15,7 @@ PythonUse = Literal["import", "name", "refuse"]
 
 @dataclass(frozen=True)
 class Permissions:
-    """What a mission may bring in.
+    """The code and files that a mission may use.
 
     Attributes:
         folders: The folders from which files may come, links followed; None is any folder.

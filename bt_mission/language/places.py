@@ -37,7 +37,7 @@ def places_of(
 def zones_of_file(world: str, file: str, permissions: Permissions = ANYTHING) -> Mapping[str, Pose]:
     """Return the zones of a world, by its name or path, for a mission in a file.
 
-    What is wrong with the world is reported where it is loaded.
+    Errors of the world are reported where it is loaded.
     """
     found = look_for("worlds", world, file) if world else None
     if found is None or not permissions.allows(found, "worlds"):

@@ -59,7 +59,9 @@ def find_factory(target: str, file: str) -> Callable[..., Any]:
     )
     if not callable(found):
         raise PythonError(
-            "BT-215", f"{target} is no function and no class", "it has to return an rclpy node"
+            "BT-215",
+            f"{target} is neither a function nor a class",
+            "it has to return an rclpy node",
         )
     return found
 
@@ -96,12 +98,10 @@ def locate(target: str, file: str, folders: tuple[Path, ...] | None) -> None:
     elif where.endswith(".py"):
         path = _leaf_file(where, file)
         if folders is not None and not is_within(path, folders):
-            raise PythonError(
-                "BT-216", f"{where} lies outside of the folders that missions come from"
-            )
+            raise PythonError("BT-216", f"{where} is outside the folders of missions")
     elif folders is not None:
-        hint = f"put it into a file beside the mission, and write 'file.py:{name}'"
-        raise PythonError("BT-216", f"the module {quoted(where)} may not be imported here", hint)
+        hint = f"put it in a file beside the mission, and write 'file.py:{name}'"
+        raise PythonError("BT-216", f"the module {quoted(where)} must not be imported here", hint)
 
 
 _KINDS: dict[type, Type] = {
@@ -139,9 +139,9 @@ def _entry_point(name: str) -> EntryPoint:
     found = [one for one in there if one.name == name]
     if not found:
         known = sorted(one.name for one in there)
-        has = f"known: {listed(known)}" if known else f"no package has any of '{GROUP}'"
+        has = f"known: {listed(known)}" if known else f"no package provides '{GROUP}'"
         hint = did_you_mean(name, known) or "a class is written as 'module:Class'"
-        raise PythonError("BT-215", f"no plug-in is called '{name}' ({has})", hint)
+        raise PythonError("BT-215", f"unknown plug-in '{name}' ({has})", hint)
     return found[0]
 
 
@@ -166,9 +166,9 @@ def _leaf_file(where: str, file: str) -> Path:
     folder = Path(file).resolve().parent
     path = (folder / where).resolve()
     if not path.is_relative_to(folder):
-        raise PythonError("BT-216", f"{where} lies outside of the folder of the mission")
+        raise PythonError("BT-216", f"{where} is outside the folder of the mission")
     if not path.is_file():
-        raise PythonError("BT-215", f"no such file: {where}", "it is looked for beside the mission")
+        raise PythonError("BT-215", f"no such file: {where}", "expected it beside the mission")
     return path
 
 
@@ -190,7 +190,7 @@ def _from_file(where: str, path: Path) -> Any:
 
 def _behaviour(found: Any, target: str) -> type[Behaviour]:
     if not _is_behaviour(found):
-        raise PythonError("BT-215", f"{target} is no class of a py_trees Behaviour")
+        raise PythonError("BT-215", f"{target} is not a subclass of py_trees' Behaviour")
     kind: type[Behaviour] = found
     return kind
 

@@ -34,10 +34,10 @@ MOST_LEVELS = 200
 a level in up to three calls, and Python has a thousand."""
 
 MOST_NODES = 30_000
-"""The most nodes of a mission, each use of a tree counted; one of so many takes up to 170 MB."""
+"""The most nodes of a mission, with all uses of trees; such a mission takes up to 170 MB."""
 
 SHOWN_RING = 20
-"""Names of trees that use each other, at most so many of which are told."""
+"""The most names of trees that use each other in an error."""
 
 
 @dataclass
@@ -67,7 +67,7 @@ class TreeLibrary:
             written = written.model_copy(update={"include": []})
         for index, entry in enumerate(written.include):
             if index == MOST_FILES:
-                message = f"more than {MOST_FILES} files are included"
+                message = f"more than {MOST_FILES} included files, which is the limit"
                 self.diagnostics.append(document.diagnostic("BT-112", ("include", index), message))
                 break
             self._include(document, ("include", index), entry, within)
@@ -76,7 +76,7 @@ class TreeLibrary:
             if name in self.signatures:
                 other = self.signatures[name]
                 line, _ = other.document.position(other.path, key=True)
-                message = f"there is a tree '{name}' already, in {other.document.file}:{line}"
+                message = f"the tree '{name}' already exists, in {other.document.file}:{line}"
                 self.diagnostics.append(document.diagnostic("BT-208", path, message, key=True))
                 continue
             reader = NodeReader(document)
@@ -87,7 +87,7 @@ class TreeLibrary:
                 for given, value in definition.inputs.items():
                     if given in definition.needs:
                         place = (*path, "inputs", given)
-                        message = f"'{given}' is needed, so it can have no value of its own"
+                        message = f"'{given}' is a required input, so it cannot have a default"
                         self.diagnostics.append(
                             document.diagnostic("BT-212", place, message, key=True)
                         )
@@ -114,7 +114,7 @@ class TreeLibrary:
         elif path not in self._read:
             self._read.add(path)
             if len(self._read) > MOST_FILES:
-                message = f"more than {MOST_FILES} files are included"
+                message = f"more than {MOST_FILES} included files, which is the limit"
                 self.diagnostics.append(document.diagnostic("BT-112", place, message))
                 return
             try:
@@ -204,14 +204,14 @@ def size_diagnostics(document: Document, mission: Mission) -> Iterator[Diagnosti
         sizes[name] = _size(trees[name].body, sizes)
     count, levels = _size(mission.tree, sizes)
     if count > MOST_NODES:
-        message = f"the mission has {count:,} nodes, each use of a tree counted"
+        message = f"the mission has {count:,} nodes with all uses of trees"
         yield document.diagnostic(
-            "BT-209", ("tree",), f"{message}; at most {MOST_NODES:,} are built", key=True
+            "BT-209", ("tree",), f"{message}; the limit is {MOST_NODES:,}", key=True
         )
     if levels > MOST_LEVELS:
-        message = f"the mission has {levels:,} levels of nodes, those of the trees it uses counted"
+        message = f"the mission has {levels:,} levels of nodes with the trees it uses"
         yield document.diagnostic(
-            "BT-209", ("tree",), f"{message}; at most {MOST_LEVELS} are built", key=True
+            "BT-209", ("tree",), f"{message}; the limit is {MOST_LEVELS}", key=True
         )
 
 
@@ -263,7 +263,7 @@ def _located(document: Document, entry: str, permissions: Permissions) -> tuple[
     found = next((one for one in candidates if _real(one) is not None), None)
     if found is None:
         is_link = any(_is_link(one) for one in candidates)
-        missing = f"the links of {quoted(entry)} lead to no file"
+        missing = f"the symbolic links of {quoted(entry)} do not lead to a file"
         raise InputError(
             [Diagnostic("BT-112", missing if is_link else f"no such file {quoted(entry)}", entry)]
         )
@@ -271,7 +271,7 @@ def _located(document: Document, entry: str, permissions: Permissions) -> tuple[
     assert real is not None
     allowed = [base.resolve(), *shipped]
     if not any(real.is_relative_to(folder) for folder in allowed):
-        message = f"{quoted(entry)} lies outside of the folder of the file that includes it"
+        message = f"{quoted(entry)} is outside the folder of the file that includes it"
         raise InputError([Diagnostic("BT-112", message, entry)])
     return found, real
 

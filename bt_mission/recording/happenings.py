@@ -333,5 +333,5 @@ def _rosout(file: RecordedFile, channel: Channel, data: bytes) -> RecordedMessag
 
 
 def _unknown(file: RecordedFile, channel: Channel, data: bytes) -> RecordedMessage:
-    file.note_unread(channel, DecodingError("this bt-mission does not know the type"))
+    file.note_unread(channel, DecodingError("an unknown type in this version of bt-mission"))
     return RecordedMessage(channel, data)

@@ -276,6 +276,6 @@ class RunReader:
         if facts:
             return f"it ends before the mission began: {self._file.why_cut or 'nothing was ticked'}"
         return (
-            "no run of a mission is in it; bt-mission run --record makes such files "
-            f"(topics here: {self._file.topics or 'none'})"
+            "contains no run of a mission; record one with `bt-mission run --record` (topics "
+            "here: {self._file.topics or 'none'})"
         )

@@ -153,12 +153,12 @@ def node_of(path: Path, facts: RunFacts, robot: str) -> str:
         return nodes[wanted]
     known = [name for name in nodes if name]
     if not known:
-        raise RecordingError(f"{path}: its robot has no name; leave --robot out")
+        raise RecordingError(f"{path}: the recorded robot has no name; omit --robot")
     hint = did_you_mean(wanted, known)
     suggestion = f"; {hint}" if hint else ""
     raise RecordingError(
-        f"{path}: no mission of a robot {quoted(robot)} is in it "
-        f"(robots: {listed(known)}){suggestion}"
+        f"{path}: contains no mission of a robot {quoted(robot)} (robots: "
+        f"{listed(known)}){suggestion}"
     )
 
 
@@ -292,7 +292,7 @@ class RecordedFile:
             raise RecordingError(f"{self.path}: the file is empty")
         if not MAGIC.startswith(beginning):
             raise RecordingError(
-                f"{self.path}: not an MCAP file; bt-mission run --record makes one"
+                f"{self.path}: not an MCAP file; create one with `bt-mission run --record`"
             )
         stream.seek(0)
 
@@ -342,7 +342,7 @@ class RecordedFile:
                 record = next(read)
                 inside = _records_in(record) if isinstance(record, records.Chunk) else (record,)
             except StopIteration:
-                self.why_cut = "the end of its data is not marked"
+                self.why_cut = "the marker at the end of the data is missing"
                 return
             except Exception as error:  # noqa: BLE001 - whatever a damaged chunk does to a decompressor
                 self._note_cut(stream, error)
@@ -379,7 +379,7 @@ class RecordedFile:
         at = stream.tell()
         size = self.path.stat().st_size
         self.why_cut = (
-            "the file was cut, or the recorder killed"
+            "the file is incomplete, or the recorder was killed"
             if at >= size
             else f"the file is damaged before byte {at} of {size} ({type(error).__name__}: {error})"
         )

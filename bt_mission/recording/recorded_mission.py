@@ -77,7 +77,7 @@ class RecordedMission:
     def reader(self, signal: SignalValue) -> Reader | str:
         """Return what gives a signal's present value, or why it is not known here."""
         if not self._nodes:
-            return "the recording has no mission in it"
+            return "the recording contains no mission"
         name, arguments = signal.name, signal.arguments
         if name == "$":
             return lambda: self.variables.get(arguments[0])

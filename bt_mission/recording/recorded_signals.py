@@ -80,7 +80,7 @@ class RecordingSurvey:
         fold(file, survey.take)
         if file.first_ns is None:
             why = f": {file.why_cut}" if file.why_cut else ""
-            raise RecordingError(f"{file.path}: no message is in it{why}")
+            raise RecordingError(f"{file.path}: contains no messages{why}")
         return survey
 
     @property
@@ -246,7 +246,7 @@ class RecordedSignals:
         if signal.name != "accepted":
             return self.mission.reader(signal)
         if ACCEPTED_GOALS not in self._sampled:
-            return "the recording does not hold which goals were accepted"
+            return "the recording does not contain which goals were accepted"
         (node,) = signal.arguments
         return self.mission.accepted(node, lambda: self._values.get(ACCEPTED_GOALS))
 
@@ -255,7 +255,7 @@ class RecordedSignals:
         name = signal.name
         if not self._is_simulated:
             if name not in BY_ODOMETRY:
-                return "only a simulation knows it"
+                return "only a simulation provides it"
             read = PathLength().add if name == "distance" else OF_ODOMETRY[name]
             return self._of_topic(name, ODOMETRY, read)
         if name == "collisions":
@@ -264,7 +264,7 @@ class RecordedSignals:
             return self._of_topic(name, TRUTH, PathLength().add)
         if name in _OF_TRUTH:
             return self._of_topic(name, TRUTH, _OF_TRUTH[name])
-        return "the recording does not hold it: an earlier version of bt-mission has made it"
+        return "the recording does not contain it, as an earlier version of bt-mission made it"
 
     def _of_state(self, name: str) -> Reader | str:
         """Read what follows from the simulation's state, unless it was sampled."""

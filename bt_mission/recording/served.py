@@ -32,9 +32,7 @@ class ServedRecordings:
         except OSError as error:
             raise BtMissionError(f"--record: {folder}: {error.strerror}", code="BT-1103") from error
         if not os.access(folder, os.W_OK | os.X_OK):
-            raise BtMissionError(
-                f"--record: the folder {folder} cannot be written to", code="BT-1103"
-            )
+            raise BtMissionError(f"--record: the folder {folder} is not writable", code="BT-1103")
         self._folder = folder
         self._say = say
 

@@ -160,7 +160,7 @@ class RecordedRequirements:
         """Return why nothing can be determined; empty if something can."""
         survey = self.survey
         if TEXT in file.unread:
-            return f"what the mission tells cannot be read: {file.unread[TEXT]}"
+            return f"the messages of the mission cannot be read: {file.unread[TEXT]}"
         first = survey.first_sample
         if first is not None and first.get("cycle") != 1:
             late_s = (int(first["t"]) - survey.start_ns) / NS
@@ -172,7 +172,7 @@ class RecordedRequirements:
         if self.survey.first_sample is not None:
             return ()
         every = f"evaluated every {PERIOD_NS / NS:g} s"
-        return (f"{every}: the run's own instants were not recorded",)
+        return (f"{every}: the recording does not contain the instants of the run",)
 
 
 def _sorted(file: RecordedFile, signals: RecordedSignals) -> list[tuple[int, RecordedMessage]]:

@@ -72,7 +72,7 @@ class RequirementResult:
 
     @property
     def outcome(self) -> str:
-        """Verdict, margin, instant and reason in words."""
+        """Verdict, margin, instant and reason as text."""
         has_measure = self.margin is not None and self.verdict in ("holds", "violated")
         measure = (
             "" if not has_measure else f" by {abs(self.margin or 0.0):.4g} {self.unit}".rstrip()

@@ -54,7 +54,7 @@ class Formula(ABC):
         return (self.at(now_ns),)
 
     def finish(self, _truncation: Truncation) -> Sequence[Sample]:
-        """Return the values of the instants that are left, whose windows the end cuts off."""
+        """Return the values of the remaining instants, whose windows the end cuts off."""
         return ()
 
 
@@ -111,7 +111,7 @@ class Aligned:
         return self._ready([part.step(now_ns) for part in self._parts])
 
     def finish(self, truncation: Truncation) -> list[tuple[int, tuple[Sample, ...]]]:
-        """Return the instants that are left, with the values of the parts."""
+        """Return the remaining instants, with the values of the parts."""
         return self._ready([part.finish(truncation) for part in self._parts])
 
     def _ready(self, added: Iterable[Sequence[Sample]]) -> list[tuple[int, tuple[Sample, ...]]]:

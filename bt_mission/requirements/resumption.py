@@ -19,8 +19,9 @@ def joined(
 ) -> RequirementResult:
     """Return the result of a requirement over both parts of a run.
 
-    Nothing was monitored between the parts, and the state of the operators is lost. What was
-    decided before stays. Of the rest, only what either part can decide alone is decided.
+    Nothing was monitored between the parts, and the state of the operators is lost. Earlier
+    decisions are kept. Of the other requirements, only those are decided that either part decides
+    alone.
 
     Args:
         before: None where nothing is known of the first part.

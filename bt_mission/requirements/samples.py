@@ -25,11 +25,11 @@ class Truncation(Enum):
     NEUTRAL = "neutral"
     """The formula is evaluated over the instants of the run alone."""
     WEAK = "weak"
-    """What may still come true after the end is true."""
+    """Open claims count as true at the end."""
     WEAK_AFTER_MISSION = "weak after mission"
     """The same, but the mission has ended: what depends on its signals alone does not change."""
     STRONG = "strong"
-    """What may still become false after the end is false."""
+    """Open claims count as false at the end."""
 
     def fulfils(self, *, is_settled_by_end: bool) -> bool:
         """Return whether a formula comes true after the end.

@@ -62,14 +62,14 @@ class ControlServices:
     def _running(self) -> Executive:
         executive = self._current()
         if executive is None or executive.status is not MissionStatus.RUNNING:
-            raise BtMissionError("no mission runs")
+            raise BtMissionError("no mission is running")
         return executive
 
     def _pause(self, request: Any, answer: Any) -> Any:
         def act(executive: Executive) -> str:
             executive.pause("paused on request", keep_goals=request.keep_goals)
             running = ", ".join(f"'{leaf.name}'" for leaf in executive.running_leaves)
-            return "paused" + (f"; still under way: {running}" if running else "")
+            return "paused" + (f"; still running: {running}" if running else "")
 
         return self._served(act)(request, answer)
 
@@ -94,11 +94,11 @@ class ControlServices:
             self._breakpoints[name] = None
             return f"pauses before '{name}'" + (f" ({count} nodes)" if count > 1 else "")
         if name not in self._breakpoints:
-            raise BtMissionError(f"no breakpoint is set at '{name}'")
+            raise BtMissionError(f"no breakpoint on '{name}'")
         del self._breakpoints[name]
         if executive is not None and name in executive.breakpoints.names:
             executive.breakpoints.remove(name)
-        return f"'{name}' starts without a pause again"
+        return f"'{name}' no longer pauses"
 
     def _served(self, act: Callable[[Executive], str]) -> Callable[[Any, Any], Any]:
         def serve(_request: Any, answer: Any) -> Any:
@@ -120,11 +120,11 @@ def _resume(executive: Executive) -> str:
 
 def _step(executive: Executive) -> str:
     if executive.paused is None:
-        raise BtMissionError("the mission is not paused: pause it first")
+        raise BtMissionError("the mission is not paused; pause it first")
     executive.step()
     return "stepped one tick"
 
 
 def _stop(executive: Executive) -> str:
     executive.interrupt("stopped on request")
-    return "stops, and sees every goal to its end"
+    return "stopping; waiting until all goals have ended"

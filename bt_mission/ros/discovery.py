@@ -119,7 +119,7 @@ class ExecutiveDirectory:
         for (other, (kind, *_)), own in zip(TOPICS.items(), self._hashes, strict=True):
             for publisher in self._node.get_publishers_info_by_topic(f"{name}/{other}"):
                 if publisher.topic_type_hash != own:
-                    why = f"its {kind.__name__} messages are of another version of bt-mission: "
+                    why = f"its {kind.__name__} messages are from another version of bt-mission: "
                     why += "install the same on both sides"
                     return ListedExecutive(name, why, is_foreign=True)
         if (count := self._node.count_publishers(topic)) > 1:

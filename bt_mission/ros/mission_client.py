@@ -233,7 +233,7 @@ class MissionClient:
 
     def _ask(self, client: Any, request: Any) -> None:
         if not client.service_is_ready():
-            self._answers.append(ControlResponse(False, f"nobody offers {client.srv_name} now"))
+            self._answers.append(ControlResponse(False, f"{client.srv_name} has no server"))
             return
         self._asked.append((client.call_async(request), client.srv_name, Stopwatch()))
 

@@ -180,7 +180,7 @@ class MissionRuntime:
     def _on_clock_jump(self, jump_s: float) -> None:
         self.executive.events.emit(ClockJumped(self._time.at(self._ros_ns), jump_s))
         if jump_s < 0:
-            change = f"was set back by {seconds(-jump_s)}: limits go on with what is left of them"
+            change = f"was set back by {seconds(-jump_s)}: limits keep their remaining time"
         else:
-            change = f"skipped {seconds(jump_s)}: they count as passed"
+            change = f"skipped {seconds(jump_s)}, which count as elapsed"
         log_of(self.node).warning(f"the ROS clock {change}")

@@ -166,6 +166,6 @@ class RequirementWatch:
         runner = self._runner
         client = runner.service_client(STOP, STOP_TYPE)
         if not client.is_ready():
-            runner.log(f"nobody offers {client.name}, so the base was not stopped by it")
+            runner.log(f"{client.name} has no server, so it did not stop the base")
             return
         client.call(client.prepare({}), lambda _: None)

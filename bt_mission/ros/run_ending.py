@@ -112,8 +112,8 @@ def _move_goals(runner: MissionRuntime, node: Node, executor: Executor, made: Ex
                 sorted(goal_client.name for goal_client in clients if not goal_client.is_ready())
             )
             runner.executive.abandon(
-                "ROS was shut down before the end of every goal was heard: cancels were sent, and "
-                f"within {FIND_WAIT_S:g} s no server of {missing} was found to ask"
+                "ROS was shut down before every goal had ended: cancels were sent, but no server "
+                f"of {missing} was found within {FIND_WAIT_S:g} s"
             )
             return False
         executor.spin_once(timeout_sec=WAIT_S)

@@ -109,7 +109,7 @@ class SnapshotStreams:
         try:
             answer.topic_name = self._set(self._node.resolve_topic_name(path), request.parameters)
         except (BtMissionError, RuntimeError) as error:  # rclpy's for an invalid name
-            why = f"no stream of snapshots was opened or changed: {error}"
+            why = f"the stream of snapshots was not opened or changed: {error}"
             log_of(self._node).warning(why, throttle_duration_sec=1.0)
         return answer
 

@@ -116,7 +116,7 @@ class LatestMessageSubscriber:
         """Return what the graph shows of the topic's publishers, as text."""
         types = self._published_types()
         if not types:
-            return "nobody publishes it"
+            return "it has no publisher"
         if self._type_name not in types:
             return f"it is published as {listed(types)}, not as {self._type_name}"
         return "its publishers are silent"

@@ -1,4 +1,4 @@
-"""What stands in a scenario file."""
+"""The form of a scenario file."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Angle = Annotated[float, fields.in_unit("deg"), Field(ge=-1000, le=1000)]
 Count = Annotated[int, Field(ge=0)]
 
 FAULT_MARK, OBSTACLE_MARK = "x-fault", "x-obstacle"
-"""Stand in a schema where a fault or an obstacle does (`schema.py`)."""
+"""Placeholders in a schema for a fault and an obstacle (`schema.py`)."""
 WrittenFaults = Annotated[list[Any], WithJsonSchema({FAULT_MARK: True})]
 WrittenObstacles = Annotated[list[Any], WithJsonSchema({OBSTACLE_MARK: True})]
 

@@ -31,7 +31,7 @@ from sim.world.world import World
 
 @dataclass(frozen=True)
 class ScenarioChanges:
-    """What replaces values of a scenario file, as of a mission's."""
+    """Values that replace those of a scenario file and its mission."""
 
     set: Mapping[str, Plain] = field(default_factory=dict)
     seed: int | None = None
@@ -168,7 +168,7 @@ class _Loader:
     def _with_requirements(self, mission: Mission, written: ScenarioFile) -> Mission:
         known = {one.name for one in mission.requirements}
         for name in written.requirements.keys() & known:
-            message = f"the mission has a requirement {quoted(name)} already"
+            message = f"the mission already has a requirement {quoted(name)}"
             self._diagnostics.append(
                 self._document.diagnostic("BT-208", ("requirements", name), message, key=True)
             )
@@ -202,11 +202,11 @@ class _Loader:
                     )
             leaf = fault.planned.arguments.get("leaf")
             if isinstance(leaf, str) and names.lacks(leaf):
-                message = f"no node is named {quoted(leaf)}"
+                message = f"unknown node {quoted(leaf)}"
                 self._diagnostics.append(fault.locate("BT-705", message, names.near(leaf), leaf, 0))
         expect = written.expect
         if expect.failed and names.lacks(expect.failed):
-            message = f"no node is named {quoted(expect.failed)}"
+            message = f"unknown node {quoted(expect.failed)}"
             hint = names.near(expect.failed)
             self._diagnostics.append(
                 self._document.diagnostic("BT-705", ("expect", "failed"), message, hint)
@@ -214,7 +214,7 @@ class _Loader:
         known = [one.name for one in mission.requirements]
         for number, name in enumerate(expect.violated):
             if name not in known:
-                message = f"there is no requirement {quoted(name)}"
+                message = f"unknown requirement {quoted(name)}"
                 path = ("expect", "violated", number)
                 self._diagnostics.append(
                     self._document.diagnostic("BT-705", path, message, did_you_mean(name, known))

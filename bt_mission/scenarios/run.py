@@ -1,4 +1,4 @@
-"""Carry a scenario out on a stage of its own."""
+"""Run a scenario on a new stage."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def run_scenario(
     with_coverage: bool = False,
     before_step: Callable[[], None] = lambda: None,
 ) -> ScenarioResult:
-    """Carry a scenario out in a simulation of its own; gives what it came to.
+    """Run a scenario in a new simulation; return its result.
 
     ``assert run_scenario("scan_lost.scenario.yaml").passed``
 
@@ -62,7 +62,7 @@ def look_for_names(scenario: Scenario) -> None:
     """Look for what the faults of a scenario name, on its stage; nothing moves.
 
     Raises:
-        InputError: With all that is not there.
+        InputError: With all missing names.
         BtMissionError: Where the stage cannot be set up.
     """
     with _on_stage(scenario) as stage, planned_on(stage, scenario.faults):
@@ -85,7 +85,7 @@ def _on_stage(scenario: Scenario) -> Iterator[Stage]:
 def stop_at(stage: Stage, time_s: float) -> None:
     """Interrupt a mission once its first control step at a time, s since the start, is over.
 
-    The observation of one that has ended goes on.
+    The observation of an ended mission continues.
     """
     end_ns = stage.start_ns + round(time_s * NS)
     executive = stage.executive

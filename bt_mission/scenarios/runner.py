@@ -20,7 +20,7 @@ def prepare_process() -> None:
     of them fit beside each other, and one that is killed leaves nothing behind.
 
     Raises:
-        BtMissionError: For a middleware or a domain that is none.
+        BtMissionError: For an invalid middleware or domain.
     """
     isolate(visible=False)
     prepare_middleware(alone=True)
@@ -29,18 +29,19 @@ def prepare_process() -> None:
 def silence_logs() -> None:
     """Log nothing but what ends the process.
 
-    What thousands of broken runs warn of would bury all else; their reports have the reasons.
+    Warnings of thousands of failed runs would hide all other output; their reports have the
+    reasons.
     """
     set_logger_level("", LoggingSeverity.FATAL)
 
 
 class ScenarioProcess:
-    """Carries out any number of scenarios in a process whose memory does not grow with them.
+    """Runs any number of scenarios in a process whose memory does not grow with them.
 
     The nodes, the servers and the physics of a run refer to each other, so Python frees them when
     it looks for such cycles. It does not know of the megabytes of MuJoCo behind a few of its
-    objects, and looks too seldom; the heap is in pieces by then. So it is told to look after each
-    run, and to leave out what was there after the first one: modules, message types, caches.
+    objects, and looks too seldom; the heap is in pieces by then. So it is called after each run,
+    without the objects of the first one: modules, message types, caches.
     """
 
     def __init__(self) -> None:
@@ -53,7 +54,7 @@ class ScenarioProcess:
         seed: int | None = None,
         with_coverage: bool = False,
     ) -> ScenarioResult:
-        """Carry a scenario out as :func:`run_scenario` does; what it raises is raised."""
+        """Run a scenario as :func:`run_scenario` does, with the same exceptions."""
         try:
             return run_scenario(scenario, seed=seed, with_coverage=with_coverage)
         finally:

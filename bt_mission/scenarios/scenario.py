@@ -163,12 +163,12 @@ class Scenario:
 
 @dataclass(frozen=True)
 class ScenarioResult:
-    """What a run of a scenario came to.
+    """The result of a run of a scenario.
 
     Attributes:
         report: Of the run: outcome, requirements, faults, trace.
-        differences: What did not come out as it must, each with its place in the scenario.
-        coverage: What the run reached of its mission; None where nobody asked.
+        differences: Differences from the expected result, each with its place in the scenario.
+        coverage: The places of the mission that the run reached; None if not requested.
     """
 
     scenario: Scenario
@@ -178,17 +178,17 @@ class ScenarioResult:
 
     @property
     def passed(self) -> bool:
-        """Did everything come out as it must?"""
+        """Is the result as expected?"""
         return not self.differences
 
     @property
     def is_whole(self) -> bool:
-        """Did the run come to its own end, or to that of its limit?"""
+        """Did the run end, alone or at its limit?"""
         return self.report.status != "interrupted" or self.report.reason == TIME_IS_UP
 
     @property
     def requirements(self) -> dict[str, RequirementResult]:
-        """What each requirement came to, by its name."""
+        """The verdict of each requirement, by its name."""
         return {one.name: one for one in self.report.requirements}
 
     @property
@@ -197,7 +197,7 @@ class ScenarioResult:
         return tuple(one.name for one in self.report.requirements if one.verdict == "violated")
 
     def as_dict(self) -> dict[str, Any]:
-        """What came out, ready for JSON: name, passed, differences."""
+        """The result, ready for JSON: name, passed, differences."""
         told = [one.headline for one in self.differences]
         return {"name": self.scenario.name, "passed": self.passed, "differences": told}
 

@@ -27,7 +27,7 @@ def scenario_schema() -> dict[str, Any]:
         "anyOf": [_TEXT, _unquoted()],
     }
     definitions["obstacle"] = {
-        "description": "A box, or a cylinder where it has a radius, that is there at the start.",
+        "description": "A box, or a cylinder if it has a radius, in the world from the start.",
         "anyOf": [{"$ref": f"#/$defs/fault_{name}"} for name in OBSTACLES],
     }
     marked = _marked(schema)

@@ -1,4 +1,4 @@
-"""The scenario of a run that a test has made, as far as it can be told as data."""
+"""The scenario of a run that a test has made, as far as it can be written as data."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_{name}():
 
 
 class CannotTellError(BtMissionError):
-    """A run holds what cannot be told as data; each part of it in words, as `parts`."""
+    """A run has parts that cannot be written as data; `parts` describes each."""
 
     def __init__(self, parts: Sequence[str]) -> None:
         self.parts = tuple(parts)
@@ -67,11 +67,11 @@ class TestedRun(Protocol):
     options: StageOptions
     faults: list[FaultInstance]
     stopped_s: float | None
-    """When the test ended it, s since the start; None where it came to its own end."""
+    """When the test ended it, s since the start; None if it ended alone."""
 
     @property
     def report(self) -> Report:
-        """What it came to."""
+        """Its report."""
 
 
 def scenario_text(run: TestedRun, name: str, folder: Path) -> str:
@@ -82,7 +82,7 @@ def scenario_text(run: TestedRun, name: str, folder: Path) -> str:
         folder: Where it will be written; paths in it are relative to that.
 
     Raises:
-        CannotTellError: With everything that is not data.
+        CannotTellError: With all parts that are not data.
     """
     refuse_untellable(run)
     report = run.report
@@ -105,10 +105,10 @@ def scenario_text(run: TestedRun, name: str, folder: Path) -> str:
     data["expect"] = {"outcome": report.status}
     if report.goals_left_behind:
         data["expect"]["orphaned_goals"] = report.goals_left_behind
-    text = f"# The run that this is told of has the trace {report.trace_sha256}\n"
+    text = f"# Trace of the recorded run: {report.trace_sha256}\n"
     text += to_yaml(data)
     if read_text(text).data != data:
-        raise CannotTellError(["texts that YAML takes for something else"])
+        raise CannotTellError(["texts that YAML reads as other values"])
     return text
 
 
@@ -194,13 +194,13 @@ def _unusual(run: TestedRun) -> Iterator[str]:
     """Yield what of the stage a scenario has no words for."""
     options = run.options
     if options.without:
-        yield f"a server that the test plays: {', '.join(sorted(options.without))}"
+        yield f"servers that the test plays: {', '.join(sorted(options.without))}"
     guests = set(run.stage.guests) - {OBSERVER}
     played = {f"scripted_{name}".replace("/", "_") for name in options.without}
     if guests - played:
-        yield f"nodes of the test's own: {', '.join(sorted(guests - played))}"
+        yield f"nodes of the test: {', '.join(sorted(guests - played))}"
     if options.nodes:
-        yield f"nodes of the test's own: {', '.join(map(name_of, options.nodes))}"
+        yield f"nodes of the test: {', '.join(map(name_of, options.nodes))}"
     if options.props != MOST_OBSTACLES:
         yield f"props={options.props}"
     if options.seed is not None or options.visible:
@@ -208,7 +208,7 @@ def _unusual(run: TestedRun) -> Iterator[str]:
     if run.report.status == "interrupted" and run.report.reason != TIME_IS_UP:
         yield f"an interruption by the test: {run.report.reason}"
     if run.stopped_s == 0:
-        yield "a run that was never moved on"
+        yield "a run without a step"
 
 
 # ---- the mission and its place ---------------------------------------------------------------
@@ -277,7 +277,7 @@ def _world(mission: Mission, folder: Path) -> Any:
         return mission.world
     path = look_for("worlds", mission.world, near=mission.file)
     if path is None:
-        raise CannotTellError([f"the world {mission.world} is gone"])
+        raise CannotTellError([f"the world {mission.world} does not exist any more"])
     is_temporary = path.name.startswith("world_")
     if not is_temporary:
         return _relative(path, folder)

@@ -194,5 +194,5 @@ def _places(row: ScenarioRow) -> list[int]:
 def failed_by(row: ScenarioRow) -> str:
     """Return the reason of a mission that has not succeeded: the leaf, or that it did not end."""
     if row.outcome == "interrupted":
-        return "goes on to its limit"
+        return "runs until its limit"
     return row.failed_node or row.outcome

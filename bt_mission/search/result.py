@@ -241,7 +241,7 @@ def _when(candidate: Candidate) -> list[str]:
     if candidate.seed is not None:
         others.append(f"seed {candidate.seed}")
     if not faults and not others:
-        return ["with nothing going wrong"]
+        return ["without any fault"]
     parts = [f"when {_listed(faults)}"] if faults else []
     return [*parts, f"with {_listed(others)}"] if others else parts
 

@@ -161,9 +161,11 @@ class _Session:
         candidate = Candidate(limit=self.ranges.ranges.limit)
         async for row in runner.rows([candidate.concrete(self.base, 0)]):
             if row.is_error:
-                raise BtMissionError(f"{self.base.path}: cannot run as it is: {row.reason}")
+                raise BtMissionError(
+                    f"{self.base.path}: the unchanged mission cannot run: {row.reason}"
+                )
             return candidate, row
-        raise BtMissionError(f"{self.base.path}: nothing came of the run of the mission as it is")
+        raise BtMissionError(f"{self.base.path}: the run of the unchanged mission gave no result")
 
     async def prepare(
         self, ranges: Ranges, as_it_is: ScenarioRow, runner: ScenarioRunner

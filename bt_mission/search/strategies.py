@@ -70,7 +70,7 @@ class OptunaStrategy:
         except ModuleNotFoundError:
             raise BtMissionError(
                 "--strategy optuna needs the package optuna: pip install 'bt-mission[sweep]', or "
-                "take --strategy random",
+                "use --strategy random",
                 code="BT-905",
             ) from None
         optuna.logging.set_verbosity(optuna.logging.ERROR)

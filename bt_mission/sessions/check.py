@@ -112,7 +112,7 @@ def _faults(
 
         find = shapes
     except ImportError as error:
-        message = f"ROS 2 is not there ({error}), so types and fields were not checked"
+        message = f"ROS 2 is not available ({error}), so types and fields were not checked"
         hint = "try 'bt-mission doctor'"
         yield Diagnostic("BT-511", message, mission.file, hint=hint, severity="warning")
     yield from tree_diagnostics(
@@ -153,7 +153,7 @@ def _place_diagnostics(mission: Mission, permissions: Permissions) -> Iterator[D
         if wanted is None or _is_there(kind, wanted, mission, permissions):
             continue
         known = files.names(kind)
-        message = f"no {key} {quoted(wanted)} (known: {listed(known)})"
+        message = f"unknown {key} {quoted(wanted)} (known: {listed(known)})"
         hint = did_you_mean(wanted, known)
         written = document.data.get(key) == wanted
         yield (

@@ -156,7 +156,7 @@ def _step(
     if interrupts.count:
         _interrupt(executives, f"interrupted by {interrupts.name}")
     if interrupts.count > 1:
-        _abandon(executives, f"left at once after a second {interrupts.name}")
+        _abandon(executives, f"ended at once by a second {interrupts.name}")
         return False
     try:
         session.step()

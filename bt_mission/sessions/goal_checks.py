@@ -97,7 +97,7 @@ class ServerGoalRules:
         misfit = None if refused or _has_unknown(values) else rules.misfit(_as_goal(values))
         if misfit is not None:
             path = (*node.path, *node.sent_path)
-            message = f"{misfit}: the server of {node.ros_name} does not carry that out"
+            message = f"{misfit}: the server of {node.ros_name} cannot do that"
             yield document.diagnostic("BT-504", path, message)
         for path, pose in _poses(node, values):
             yield from self._pose_diagnostics(document, path, pose)

@@ -266,7 +266,7 @@ class MissionServer(ValidClock, Node):
             goal.id == _key(handle) for goal in self._run.runner.ledger.open_goals
         ):
             why = "a mission cannot wait for another one on the executive that runs it; "
-            why += "serve a second executive in a namespace of its own"
+            why += "serve a second executive in another namespace"
             handle.execute()
             self._end(handle, Result.UNSOUND, why)
             return

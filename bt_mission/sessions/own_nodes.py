@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 LONGEST_S = 10.0
 """Wall time after which a factory of a node is stopped, s."""
 
-KEYWORDS = "take **options, and pass them on to rclpy's Node"
+KEYWORDS = "accept **options, and pass them to rclpy's Node"
 
 Factory = NodeFactory | Callable[..., Node]
 
@@ -81,7 +81,7 @@ class OwnNodes:
             name = node.get_fully_qualified_name()
             if name in taken:
                 hint = "give the node another name"
-                _refuse(factory, f"there is a node {quoted(name)} on the stage already", hint)
+                _refuse(factory, f"a node {quoted(name)} already exists on the stage", hint)
             taken.add(name)
 
     def _make(self, factory: Factory, namespace: str) -> Node:
@@ -94,7 +94,7 @@ class OwnNodes:
                 made = function(**options)
         except TookTooLong:
             message = f"{name_of(factory)} did not return within {LONGEST_S:g} s"
-            _refuse(factory, message, "it makes the node and returns it, without spinning it")
+            _refuse(factory, message, "it must create and return the node without spinning it")
         except (Exception, SystemExit) as error:  # noqa: BLE001 - whatever a user's code raises
             hint = KEYWORDS if isinstance(error, TypeError) else None
             _refuse(factory, f"{name_of(factory)} raised {described(error)}", hint)
@@ -103,7 +103,7 @@ class OwnNodes:
             _refuse(factory, message)
         if made.context is not self._context:
             made.destroy_node()
-            message = f"{name_of(factory)} made its node in another rclpy context"
+            message = f"{name_of(factory)} created its node in another rclpy context"
             _refuse(factory, message, KEYWORDS)
         return made
 

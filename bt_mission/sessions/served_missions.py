@@ -23,13 +23,13 @@ TEXT_PERMISSIONS = Permissions(
     folders=(),
     includes=False,
     python="refuse",
-    hint="a mission in the text of a goal uses no other files and no Python code; "
-    "one in a folder that is served may",
+    hint="a mission sent as text cannot use other files or Python code; a mission in a served "
+    "folder can",
 )
-NO_PYTHON = "start serve with --allow-python to import the leaves of the folders it serves"
+NO_PYTHON = "start `serve` with --allow-python to import the leaves of its folders"
 NO_TEXT = (
-    "a mission in the text of a goal is not accepted here; put it into a folder that is served "
-    "and send its path, or start serve with --allow-text"
+    "missions sent as text are not accepted; put the mission in a served folder and send its "
+    "path, or start `serve` with --allow-text"
 )
 
 
@@ -56,7 +56,7 @@ class ServedMissions:
                 invalid seed.
         """
         if bool(goal.path) == bool(goal.text):
-            raise BtMissionError("a goal gives a path or a text: one of them, not both")
+            raise BtMissionError("expected either a path or a text in the goal")
         if goal.text and not self.allow_text:
             raise BtMissionError(NO_TEXT)
         if goal.seed < -1:
@@ -96,11 +96,13 @@ class ServedMissions:
                 if is_within(candidate, self.folders) and files.is_file(candidate):
                     return candidate
         if not self.folders:
-            raise BtMissionError("no folder of missions is served; start serve with --missions DIR")
+            raise BtMissionError(
+                "no folder of missions is served; start `serve` with --missions DIR"
+            )
         where = "in the folders that are served"
         raise BtMissionError(
             f"{quoted(wanted)}: no such mission {where} (known: {listed(self.names())}); "
-            "start serve with --missions DIR to offer another folder"
+            "start `serve` with --missions DIR to serve another folder"
         )
 
     def names(self) -> list[str]:

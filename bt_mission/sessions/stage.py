@@ -326,7 +326,7 @@ def _places_of(members: Sequence[FleetRobot]) -> dict[str, tuple[float, float]]:
 def _members(mission: Mission | None, robots: Sequence[FleetRobot]) -> Sequence[FleetRobot]:
     """Return the robots of a stage: one without a name, or all with one."""
     if (mission is None) == (not robots):
-        raise StageError("expected a mission, or robots with a mission each: one of them")
+        raise StageError("expected either a mission, or robots with a mission each")
     if mission is not None:
         return (FleetRobot("", mission),)
     for robot in robots:

@@ -124,7 +124,7 @@ class RecordedTruth:
     def __init__(self, model: SimulationModel) -> None:
         made_with, here = str(model.facts.get("mujoco", "?")), mujoco.__version__
         if made_with != here:
-            raise ValueError(f"it was simulated by MuJoCo {made_with}, and here is {here}")
+            raise ValueError(f"it was simulated by MuJoCo {made_with}, but {here} is installed")
         if hashlib.sha256(model.data).hexdigest() != model.facts.get("sha256"):
             raise ValueError("the model of the simulation is damaged")
         self._model = mujoco.MjModel.from_binary_path(_FILE, {_FILE: model.data})

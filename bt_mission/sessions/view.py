@@ -47,6 +47,6 @@ class View(Onlooker):
         try:
             show()
         except BrokenPipeError:
-            self.why_left = "nobody reads the output any more"
+            self.why_left = "the output was closed"
         except Exception as error:  # noqa: BLE001 - a view must not break the mission
             self.why_left = f"the view failed: {type(error).__name__}: {error}"

@@ -85,7 +85,7 @@ def bundle_of(mission: Mission, worlds: Iterable[str] = (), robots: Iterable[str
     for path, name in python_files(mission):
         text = _read(path)
         if files.setdefault(f"{MISSION_FOLDER}/{name}", text) != text:
-            message = f"{path}: mission and scenario have a file {name} each; rename one"
+            message = f"{path}: mission and scenario use different files named {name}; rename one"
             raise BtMissionError(message)
     known: dict[str, dict[str, str]] = {"worlds": {}, "robots": {}}
     wanted_worlds = {*worlds, *([mission.world] if mission.world else [])}

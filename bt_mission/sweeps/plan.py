@@ -50,8 +50,8 @@ class SweepPlan:
         if self.sample is None:
             for parameter in self.parameters:
                 if isinstance(parameter, Interval):
-                    message = "an interval has no end of values: draw some of them with --sample N"
-                    hint = f"or name values: {parameter.name}={parameter.low:g},{parameter.high:g}"
+                    message = "an interval has infinitely many values: draw some with --sample N"
+                    hint = f"or list values: {parameter.name}={parameter.low:g},{parameter.high:g}"
                     raise InputError([replace(parameter.place, message=message, hint=hint)])
 
     @property

@@ -276,7 +276,7 @@ async def _join(address: str) -> Client:
         return await Client(address, asynchronous=True, timeout=CONNECT_S)
     except (OSError, ValueError, TypeError, TimeoutError, ImportError) as error:
         raise BtMissionError(
-            f"no scheduler of Dask answers at {address} ({line_of(error)}); start one with "
+            f"no Dask scheduler answers at {address} ({line_of(error)}); start one with "
             "`dask scheduler`"
         ) from error
 
@@ -293,7 +293,7 @@ async def _refuse_other_scheduler(address: str) -> None:
         raise BtMissionError(
             f"the scheduler at {address} has "
             + ", ".join(f"{name} {there.get(name)} (here {here[name]})" for name in wrong)
-            + ": install there what is here, or here what is there"
+            + ": install the same versions on both"
         )
 
 
@@ -366,7 +366,7 @@ def why_unfit(answer: Any, threads: int) -> str:
         return "has a bt-mission with other sources or shipped missions"
     if threads != 1:
         return (
-            f"has {threads} threads, and a simulation takes a process of its own: start workers "
+            f"has {threads} threads, and each simulation needs its own process: start workers "
             "with --nthreads 1 (and --nworkers N)"
         )
     return ""
@@ -377,7 +377,7 @@ def refusal(unfit: Mapping[str, str], total: int) -> BtMissionError:
     name, why = next(iter(unfit.items()))
     return BtMissionError(
         f"{len(unfit)} of {total} workers cannot take part, or traces would differ: {name} {why}; "
-        f"install everywhere what is here: {versions_in_words()}"
+        f"install the same everywhere: {versions_in_words()}"
     )
 
 
@@ -467,7 +467,7 @@ class ScenarioPool:
             async for row in self._rows(iter([scenario]), lambda: 1, alone):
                 yield replace(row, attempts=row.attempts + before)
             for _, kills in alone:
-                reason = f"it has killed its worker {kills} times, alone there"
+                reason = f"it killed its worker {kills} times while it ran alone"
                 yield row_of_error(scenario, reason, attempts=2 * kills)
 
     async def recordings(
@@ -580,7 +580,7 @@ class ScenarioPool:
         status = self._client.status
         if status != "running":
             raise BtMissionError(
-                f"the scheduler is gone (the connection is {status}); what has ended is kept"
+                f"the connection to the scheduler is {status}; finished results are saved"
             )
 
     # ---- workers -------------------------------------------------------------------------

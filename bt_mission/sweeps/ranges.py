@@ -239,7 +239,7 @@ def _parameter(written: Any) -> Parameter:
         raise fields.refusal(f"expected values as in {EXAMPLES}")
     for number, value in enumerate(values):
         if value in values[:number] and type(value) is type(values[values.index(value)]):
-            raise fields.refusal(f"the value {value} stands there twice")
+            raise fields.refusal(f"the value {value} appears twice")
     return Choices("", tuple(values))
 
 
@@ -452,7 +452,7 @@ class RangesFile:
             self.document.diagnostic(
                 "BT-110",
                 ("worlds", number),
-                f"no such world: {quoted(world)}",
+                f"unknown world {quoted(world)}",
                 did_you_mean(world, names("worlds")),
             )
             for number, world in enumerate(self.ranges.worlds.values if self.ranges.worlds else ())
@@ -480,7 +480,7 @@ class RangesFile:
         for name in self.ranges.inputs:
             if name not in mission.inputs:
                 known = ", ".join(mission.inputs) or "none"
-                message = f"the mission has no input {quoted(name)} (its inputs: {known})"
+                message = f"unknown input {quoted(name)} (the mission's inputs: {known})"
                 hint = did_you_mean(name, mission.inputs)
                 yield self.document.diagnostic("BT-310", ("inputs", name), message, hint, key=True)
 
@@ -536,7 +536,7 @@ def with_fault_plans(plans: Mapping[str, list[Any]], paths: Sequence[Path]) -> d
             raise InputError([file.document.diagnostic("BT-708", (), message)])
         for name, faults in file.ranges.plans.items():
             if name in named:
-                message = f"a plan {quoted(name)} is there already"
+                message = f"the plan {quoted(name)} already exists"
                 raise InputError(
                     [file.document.diagnostic("BT-208", ("plans", name), message, key=True)]
                 )

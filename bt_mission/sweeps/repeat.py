@@ -163,7 +163,7 @@ class Repeater:
         """
         folder, about = self._store.folder, self._about
         if self.origin is None:
-            raise BtMissionError(f"{folder}: holds no files of its mission")
+            raise BtMissionError(f"{folder}: contains no files of its mission")
         bundle = self.origin.bundle
         try:
             scenario = concrete(
@@ -176,9 +176,9 @@ class Repeater:
                 plan=row.plan,
             )
         except KeyError as error:
-            raise BtMissionError(f"{folder}: holds no world or robot {error}") from None
+            raise BtMissionError(f"{folder}: contains no world or robot {error}") from None
         if scenario.id != row.id:
-            raise BtMissionError(f"{folder}: what {row.id} was made from has changed")
+            raise BtMissionError(f"{folder}: the files of {row.id} have changed")
         bundle.write_to(within(folder, SCENARIOS))
         path = self._path(row)
         remarks = [f"Scenario {row.number} of a sweep: {parameters_as_text(row)}."]

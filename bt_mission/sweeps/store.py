@@ -101,8 +101,8 @@ class ResultStore:
             return store.begin(about)
         store.close()
         raise BtMissionError(
-            f"{folder}: has results of a sweep; add --resume to go on with it, or name another "
-            "folder with -o"
+            f"{folder}: contains results of a sweep; add --resume to continue it, or choose "
+            f"another folder with -o"
         )
 
     @classmethod
@@ -131,7 +131,7 @@ class ResultStore:
         """
         file = folder / FILE if folder.is_dir() else folder
         if not file.is_file():
-            raise BtMissionError(f"{folder}: no results of a sweep are there (no {FILE})")
+            raise BtMissionError(f"{folder}: contains no results of a sweep (no {FILE})")
         if folder.is_dir():
             _refuse_links(folder)
         connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)
@@ -153,7 +153,7 @@ class ResultStore:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             lock.close()
-            raise BtMissionError(f"{folder}: another sweep writes its results there") from error
+            raise BtMissionError(f"{folder}: another sweep is writing its results there") from error
         try:
             connection = sqlite3.connect(folder / FILE, isolation_level=None)
             connection.execute("PRAGMA journal_mode=WAL")
@@ -302,7 +302,8 @@ def _refuse_other(folder: Path, then: SweepAbout, now: SweepAbout) -> None:
     if differing:
         differences = "; ".join(differing)
         raise BtMissionError(
-            f"{folder}: has results of another sweep ({differences}); name another folder with -o"
+            f"{folder}: contains results of another sweep ({differences}); choose another folder "
+            f"with -o"
         )
 
 

@@ -1,6 +1,6 @@
-"""What tests of missions are made of, and the pytest plugin that hands it to them.
+"""The parts of tests of missions, and the pytest plugin that provides them.
 
-The fixtures are on by themselves where the package is installed (``plugin``): ``stage``, a
+The fixtures are available wherever the package is installed (``plugin``): ``stage``, a
 :class:`Stages`, starts a :class:`Run`; a condition looks at a :class:`Moment` of it. The names
 below are for annotations and ``pytest.raises``; they are loaded when they are first used, so that
 a session without missions pays nothing.

@@ -124,7 +124,7 @@ class Assertions:
 
     @property
     def requirements(self) -> Mapping[str, RequirementResult]:
-        """What the mission's requirements have come to, by their names."""
+        """The verdicts of the mission's requirements, by their names."""
         results = self.stage.runner.requirements.results()
         return RequirementResults({one.name: one for one in results})
 
@@ -179,7 +179,7 @@ class Assertions:
         monitor.finish()
         result = monitor.result
         if not self.moments:
-            return self._kept(Verdict(holds=False, line="there is no control step to check"))
+            return self._kept(Verdict(holds=False, line="the run has no control step to check"))
         at = result.at if result.violated_at is None else result.violated_at
         if result.verdict == "holds":
             return Verdict(holds=True, line=result.outcome, t=at, margin=result.margin)

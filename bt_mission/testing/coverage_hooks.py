@@ -1,4 +1,4 @@
-"""The part of the plugin that watches missions while tests run, and tells what none has reached.
+"""The part of the plugin that measures the coverage of missions while tests run.
 
 With pytest-xdist each worker watches its own, and sends what it saw when it ends; the process that
 started them adds it up.
@@ -60,7 +60,7 @@ class CoverageHooks:
         for path in self._reports:
             if path.suffix not in WRITERS:
                 raise pytest.UsageError(
-                    f"--mission-cov-report: the name of {path} ends in none of {', '.join(WRITERS)}"
+                    f"--mission-cov-report: {path} must end in one of {', '.join(WRITERS)}"
                 )
         MissionRunner.created.subscribe(self._watch)
 
@@ -126,10 +126,10 @@ class CoverageHooks:
         if self._tally:
             yield from as_text(self._tally, brief=True)
         else:
-            yield "no mission was run in this process, or a worker of it"
+            yield "no mission was run in this process or its workers"
         yield from self._unread
         if self._lost:
-            yield f"{self._lost} of the workers crashed; what they saw is lost"
+            yield f"{self._lost} of the workers crashed; their coverage is lost"
         if self._reports:
             yield f"written to {', '.join(map(str, self._reports))}"
 

@@ -1,4 +1,4 @@
-"""What tests ask for by names that are none."""
+"""Errors for unknown names in tests."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ class UnknownVariableError(ScenarioError, KeyError):
 
 
 class RunVariables(dict[str, Any]):
-    """The variables of a mission; an unknown name is an error that tells those that are there."""
+    """The variables of a mission; an unknown name is an error with the known ones."""
 
     def __missing__(self, name: str) -> Any:
         raise UnknownVariableError(*no_such("variable", name, sorted(self)).args)
 
 
 class RequirementResults(dict[str, Any]):
-    """What requirements came to; an unknown name is an error that tells those that there are."""
+    """The verdicts of requirements; an unknown name is an error with the known ones."""
 
     def __missing__(self, name: str) -> Any:
         raise no_such("requirement", name, list(self))

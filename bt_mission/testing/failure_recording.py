@@ -13,7 +13,7 @@ from bt_mission.sessions.stage import Stage
 
 
 class FailureRecording:
-    """Records a run from now on. Whatever goes wrong with that is no concern of its test.
+    """Records a run from now on. An error of the recorder does not affect the test.
 
     Args:
         path: Where the recording is until somebody wants it.
@@ -31,7 +31,7 @@ class FailureRecording:
 
     @property
     def missing(self) -> str:
-        """What it lacks, in words; empty where it lacks nothing."""
+        """The missing parts, as text; empty if complete."""
         return self._fault or (self._recorder.missing if self._recorder else "")
 
     def finish(self, summary: Mapping[str, Any]) -> None:

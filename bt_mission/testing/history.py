@@ -69,7 +69,7 @@ class Recorded:
 
     Args:
         name: Resolved name of the topic.
-        stage: Tells the time.
+        stage: Provides the time.
     """
 
     def __init__(self, name: str, stage: Stage) -> None:
@@ -146,13 +146,13 @@ class History:
 
     @cached_property
     def review(self) -> Any:
-        """Tells of states of the simulation what they were like; made when it is first asked."""
+        """Reads recorded states of the simulation; created at first use."""
         return self._stage.runs[0].robot.review()
 
     # ---- asking --------------------------------------------------------------------------
 
     def last_change(self, node: Behaviour, changes: int) -> NodeChanged | None:
-        """The newest of the first so many changes that was one of this node."""
+        """The newest change of this node among the first `changes`."""
         numbers = self._changes_of[self._indices[node]]
         at = bisect_right(numbers, changes - 1)
         return self.changes[numbers[at - 1]] if at else None
@@ -170,7 +170,7 @@ class History:
         )
 
     def tree_text(self, changes: int) -> str:
-        """The tree after so many changes: a line for each node, with what it said at its end."""
+        """The tree after the first `changes`: a line for each node, with its message at the end."""
         lines = []
         for node in self.nodes:
             change = self.last_change(node, changes)
@@ -185,7 +185,7 @@ class History:
         yield from map(json.loads, self.events)
 
     def last_events(self, most: int) -> list[str]:
-        """The newest events of the trace that are no poses, in words."""
+        """The newest events of the trace except poses, as text."""
         events = [one for one in self.read_events() if one.get("event", "pose") != "pose"]
         return [f"{seconds(self.seconds(one['t'])):>10}  {line_of(one)}" for one in events[-most:]]
 

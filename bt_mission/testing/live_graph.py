@@ -1,4 +1,4 @@
-"""Sim, servers and executive as processes of their own: for the few tests that need them so."""
+"""Sim, servers and executive as separate processes, for the few tests that need them."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Process:
 
     @property
     def output(self) -> str:
-        """What it has said so far."""
+        """Its output so far."""
         return self._file.read_text(encoding="utf-8", errors="replace")
 
     @property
@@ -82,7 +82,7 @@ class Process:
                 self._looked = at + len(words)
                 return said
             if ended:
-                raise self._failed(f"ended with {self.code}, and has not said '{words}'")
+                raise self._failed(f"ended with {self.code}, without printing '{words}'")
         raise self._failed(f"has not said '{words}' within {within:g} s")
 
     def wait(self, *, within: float = 60.0) -> int:
@@ -99,7 +99,7 @@ class Process:
         return self._process.returncode
 
     def interrupt(self) -> None:
-        """What Ctrl-C does."""
+        """Send SIGINT, as Ctrl-C does."""
         self._process.send_signal(signal.SIGINT)
 
     def kill(self) -> None:
@@ -127,10 +127,10 @@ READY = "ready: scan and odometry have come"
 
 
 class LiveGraph:
-    """A ROS graph on this machine, which only those see who are told its domain.
+    """A ROS graph on this machine with its own domain.
 
-    What is started here is killed at the end of the test, and what it said is shown when the test
-    fails. Times are those of the wall: use the fixture ``stage`` where it will do.
+    Its processes are killed at the end of the test, and their output is shown if the test fails.
+    Times are those of the wall: use the fixture ``stage`` where it will do.
 
     Args:
         folder: For output and missions.

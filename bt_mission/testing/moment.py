@@ -74,7 +74,7 @@ class NodeView:
 
     @property
     def runs(self) -> int:
-        """How often it has come to run.
+        """How often it has started.
 
         A leaf that starts and ends in one tick, and does so again with the same end, counts once.
         """
@@ -111,7 +111,7 @@ class Moment:
     collisions: int
     variables: Mapping[str, Any]
     _changes: int
-    """How many changes of status there were until then; so for goals and what was said."""
+    """How many changes of status happened until then; likewise goals and log lines."""
     _goal_events: int
     _said: int
     _state: Any
@@ -195,7 +195,7 @@ class Moment:
         """The node of this name, or at this path (``0.1``).
 
         Raises:
-            ScenarioError: When there is none, or several; their paths stand in it.
+            ScenarioError: If not exactly one exists; it has their paths.
         """
         return NodeView(self._run, self._run.find(name), self._changes)
 
@@ -210,7 +210,7 @@ class Moment:
 
     @property
     def goals(self) -> tuple[GoalLife, ...]:
-        """The goals sent so far; what became of them later is told, too."""
+        """The goals sent so far, with their later states."""
         events = self._run.history.goal_events[: self._goal_events]
         return tuple(dict.fromkeys(life for _, what, life in events if what == "sent"))
 

@@ -75,7 +75,7 @@ class PassRate:
         )
 
     def add(self, report: pytest.TestReport, told: dict[str, Any]) -> None:
-        """Count what one phase of one seed's test came to."""
+        """Count the outcome of one phase of one seed's test."""
         seed = told["seed"]
         if told["sample"]:
             self.samples[seed] = told["sample"]

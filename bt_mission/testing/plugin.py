@@ -1,4 +1,4 @@
-"""The pytest plugin: fixtures for tests of missions. Installed with the package, on by itself.
+"""The pytest plugin: fixtures for tests of missions. Active wherever the package is installed.
 
 This module is imported in every pytest session of its environment: whatever needs ROS or MuJoCo
 is imported when a fixture is asked for.
@@ -32,44 +32,46 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--scenario-seeds",
         type=_count,
         metavar="N",
-        help="run tests marked 'scenario' with N seeds each, instead of as many as they say",
+        help="run each test marked 'scenario' with N seeds, instead of the number in its marker",
     )
     group.addoption(
         "--scenario-results",
         metavar="DIR",
-        help=f"where failed tests leave what happened (default: {DEFAULT} in pytest's rootdir)",
+        help=f"folder for the traces, recordings and reports of failed tests (default: {DEFAULT} "
+        f"in pytest's rootdir)",
     )
     group.addoption(
         "--mission-record",
         choices=RECORD,
-        help="record missions: those of tests that fail, all, or none (default: the ini option "
-        "mission_record, else failed)",
+        help="record the missions of failed tests, of all tests, or of none (default: the ini "
+        "option mission_record, else failed)",
     )
-    parser.addini("mission_record", "as --mission-record", default="failed")
+    parser.addini("mission_record", "the default of --mission-record", default="failed")
     group.addoption(
         "--mission-cov",
         action="store_true",
-        help="tell what no test has reached of the missions: nodes, outcomes, branches",
+        help="report nodes, outcomes and branches of missions that no test reached",
     )
     group.addoption(
         "--mission-cov-source",
         action="append",
         default=[],
         metavar="PATH",
-        help="count missions of this file or folder also where no test runs them; repeatable",
+        help="include the missions of this file or folder even if no test runs them; may be "
+        "repeated",
     )
     group.addoption(
         "--mission-cov-report",
         action="append",
         default=[],
         metavar="FILE",
-        help="write the coverage to FILE.txt, FILE.json or FILE.html; repeatable",
+        help="write the coverage to FILE.txt, FILE.json or FILE.html; may be repeated",
     )
     group.addoption(
         "--mission-cov-fail-under",
         type=_percent,
         metavar="PERCENT",
-        help="fail where less than this is reached in all",
+        help="fail if the total coverage is below this",
     )
 
 
@@ -124,7 +126,7 @@ EDITABLE = "Module already imported so cannot be rewritten; _editable_skbc_bt_mi
 
 @pytest.hookimpl(trylast=True)
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Take a warning back that came before any plugin was there, and that no user can mend."""
+    """Remove a warning that precedes all plugins, and that no user can fix."""
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
     if reporter is not None and "warnings" in reporter.stats:
         kept = [one for one in reporter.stats["warnings"] if EDITABLE not in one.message]
@@ -187,7 +189,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> Iterator[None]:
 
 @pytest.fixture
 def mission(stage: Stages) -> Callable[..., Mission]:
-    """Missions that are sound, of a file, of the name of a shipped one, or of a text."""
+    """Valid missions of a file, of the name of a shipped one, or of a text."""
     return stage.mission
 
 
@@ -199,7 +201,7 @@ def world(stage: Stages) -> Callable[[str], str | Path]:
 
 @pytest.fixture
 def scripted_server(stage: Stages) -> Callable[..., ScriptedServer]:
-    """Action servers that the test plays move by move, in place of ours of that name.
+    """Action servers that the test plays step by step, in place of the shipped ones.
 
     ``turn = scripted_server("turn", accepts=None)``
     """
@@ -208,7 +210,7 @@ def scripted_server(stage: Stages) -> Callable[..., ScriptedServer]:
 
 @pytest.fixture
 def live_graph(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[LiveGraph]:
-    """Sim, servers and executive as processes of their own, in a graph that nobody else is in.
+    """Sim, servers and executive as separate processes, in their own graph.
 
     ``sim, servers = live_graph.robot("empty_arena")``
     ``assert live_graph.run("missions/square.yaml").wait(within=120) == 0``

@@ -1,4 +1,4 @@
-"""What a test tells when it is over: figures for JUnit's file, and what a failed one leaves.
+"""Results of a test: properties for JUnit's file, and the files of a failed one.
 
 A failed test leaves a folder of its own with what happened in its runs; one that passes none,
 unless all are to be recorded.
@@ -109,7 +109,7 @@ class Results:
             self._make_folder(path.parent)
             is_left = recording.leave(path)
         except OSError as error:
-            return f"nothing is left of it: {error.filename}: {error.strerror}"
+            return f"it was not saved: {error.filename}: {error.strerror}"
         lacks = recording.missing and f"  the recording lacks {recording.missing}"
         return "\n".join(filter(None, (self._replay_of(path) if is_left else "", lacks)))
 
@@ -148,7 +148,7 @@ class Results:
         try:
             found = self.leave(folder, runs)
         except OSError as error:
-            return f"nothing is left of it: {error.filename}: {error.strerror}"
+            return f"it was not saved: {error.filename}: {error.strerror}"
         lines = []
         for run, path in zip(runs, found, strict=True):
             lines.append(self._replay_of(path))
@@ -174,7 +174,7 @@ class Results:
 
 
 def leave_scenario(run: Run, path: Path) -> None:
-    """Write the scenario of a run that has ended, where it can be told as data.
+    """Write the scenario of a run that has ended, if it can be written as data.
 
     Raises:
         OSError: Where that cannot be written.
@@ -189,7 +189,7 @@ def leave_scenario(run: Run, path: Path) -> None:
 
 
 def hide_library(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
-    """Take our frames out of the traceback of an error that is told to the test.
+    """Remove frames of bt-mission from the traceback of an error of a test.
 
     It then ends at the line of the test. Of any other error they stay: it may be our own.
     """
@@ -202,7 +202,7 @@ def escape_error(report: pytest.TestReport) -> None:
     """Escape the message of an error, which may quote what a server or a mission says.
 
     Its further lines are indented: where ``CI`` is set, pytest prints them all in the summary, and
-    none is to pass for a line of its own.
+    none should look like a separate line.
     """
     for traceback, crash, _ in getattr(report.longrepr, "chain", ()):
         for entry in traceback.reprentries:
@@ -242,7 +242,7 @@ def what_to_record(config: pytest.Config) -> str:
     """One of :data:`RECORD`.
 
     Raises:
-        pytest.UsageError: Where the ini option is none of them.
+        pytest.UsageError: For an invalid ini option.
     """
     chosen = config.getoption("mission_record") or config.getini("mission_record")
     if chosen not in RECORD:

@@ -36,7 +36,7 @@ LAST_EVENTS = 12
 
 
 class NeverHeldError(AssertionError):
-    """A run did not come where its test expected it; the tree stands in the message."""
+    """A run did not reach the point that its test expected; the message has the tree."""
 
 
 class Run(Assertions):
@@ -46,7 +46,7 @@ class Run(Assertions):
     ``moments`` are its control steps so far, in order.
 
     Args:
-        mission: What to carry out, with its world, robot and seed.
+        mission: The mission to run, with its world, robot and seed.
         folder: For pictures.
         options: For :class:`bt_mission.sessions.stage_robot.StageOptions`.
     """
@@ -72,12 +72,12 @@ class Run(Assertions):
         self._beats = 0
         self._is_closed = False
         self.stopped_s: float | None = None
-        """When the test ended it, s since the start; None where it came to its own end."""
+        """When the test ended it, s since the start; None if it ended alone."""
 
     # ---- moving on -----------------------------------------------------------------------
 
     def step(self) -> Moment:
-        """Go on to the next control step; gives it.
+        """Run to the next control step; return it.
 
         Raises:
             ScenarioError: When the mission has ended.
@@ -97,14 +97,14 @@ class Run(Assertions):
         return moment
 
     def advance(self, seconds: float) -> Moment:
-        """Go on for so many seconds, or to the mission's end; gives the last control step."""
+        """Run for some seconds, or to the mission's end; return the last control step."""
         end = self.t + seconds
         while not self.is_done and self.t < end - 1e-9:
             self.step()
         return self.now
 
     def until(self, condition: Condition, *, within: float = 60.0) -> Moment:
-        """Go on until a condition holds; gives that control step.
+        """Run until a condition holds; return that control step.
 
         Raises:
             NeverHeldError: When it has not after ``within`` seconds, or at the mission's end.
@@ -119,7 +119,7 @@ class Run(Assertions):
         raise self._failed(f"the condition did not hold within {within:g} s")
 
     def until_done(self, *, within: float = LIMIT_S) -> Report:
-        """Go on to the mission's end; gives its report.
+        """Run to the mission's end; return its report.
 
         Raises:
             NeverHeldError: When it has not ended after ``within`` seconds.
@@ -132,24 +132,24 @@ class Run(Assertions):
         return self.report
 
     def do(self, *actions: Action) -> None:
-        """Carry actions out now."""
+        """Apply actions now."""
         for action in actions:
             action(self)
 
     def at(self, time: float, *actions: Action) -> None:
-        """Carry actions out at a time: after the measurements of that instant, before all else.
+        """Apply actions at a time: after the measurements of that instant, before all else.
 
         Raises:
             ScenarioError: When that time is past.
         """
         if time < self.t - 1e-9:
-            raise ScenarioError(f"{time:g} s is past: the run is at {self.t:g} s")
+            raise ScenarioError(f"{time:g} s is in the past: the run is at {self.t:g} s")
         self.stage.clock.call_at(
             self.stage.start_ns + round(time * 1e9), lambda: self._do_within_a_step(actions)
         )
 
     def when(self, condition: Condition, *actions: Action) -> None:
-        """Carry actions out once, after the first control step at which a condition holds."""
+        """Apply actions once, after the first control step at which a condition holds."""
         self._waiting.append((condition, actions))
 
     # ---- asking --------------------------------------------------------------------------
@@ -167,7 +167,7 @@ class Run(Assertions):
             ScenarioError: Before the first.
         """
         if not self.moments:
-            raise ScenarioError("there is no control step yet: move the run on, by run.step()")
+            raise ScenarioError("the run has no control step yet: call run.step() first")
         return self.moments[-1]
 
     @property
@@ -229,7 +229,7 @@ class Run(Assertions):
         """The node of this name, or at this path.
 
         Raises:
-            ScenarioError: When there is none, or several.
+            ScenarioError: If not exactly one exists.
         """
         return find_node(self.stage.executive, name)
 
@@ -237,7 +237,7 @@ class Run(Assertions):
         """Write down the messages of topics from now on; names and types are those of the graph.
 
         Raises:
-            ScenarioError: For a topic that nobody publishes; those that are stand in it.
+            ScenarioError: For a topic without a publisher; it names those with one.
         """
         if self._observer is None:
             self._observer = self.stage.make_node("observer")
@@ -300,7 +300,7 @@ class Run(Assertions):
     def close(self) -> tuple[str, ...]:
         """Interrupt a mission that runs on, and take everything down.
 
-        Gives a line for each goal that is left behind.
+        Returns a line for each goal that has not ended.
         """
         if self._is_closed:
             return ()

@@ -24,7 +24,7 @@ class MarkerError(Exception):
 
 @dataclass(frozen=True)
 class ScenarioMark:
-    """What a marker asks for.
+    """The seeds of a marker.
 
     Args:
         seeds: One test for each.
@@ -52,7 +52,7 @@ class SeededTest:
 
 
 def read_marker(mark: pytest.Mark) -> ScenarioMark:
-    """What the marker of a test asks for.
+    """Return the seeds of a test's marker.
 
     Raises:
         MarkerError: When it is not as in :data:`USAGE`.
@@ -61,9 +61,9 @@ def read_marker(mark: pytest.Mark) -> ScenarioMark:
         raise MarkerError(f"seeds are given by name: {USAGE}")
     unknown = [name for name in mark.kwargs if name not in ("seeds", "at_least")]
     if unknown:
-        raise MarkerError(f"'{unknown[0]}' is not known; as in {USAGE}")
+        raise MarkerError(f"unknown argument '{unknown[0]}': {USAGE}")
     if "seeds" not in mark.kwargs:
-        raise MarkerError(f"it has to say which seeds: {USAGE}")
+        raise MarkerError(f"the seeds are missing: {USAGE}")
     return ScenarioMark(_seeds(mark.kwargs["seeds"]), _at_least(mark.kwargs.get("at_least")))
 
 
@@ -82,7 +82,7 @@ def _seeds(given: Any) -> tuple[int, ...]:
         raise MarkerError(f"seeds={given!r}: at least one seed is needed")
     if len(set(given)) < len(given):
         twice = next(seed for seed in given if list(given).count(seed) > 1)
-        raise MarkerError(f"the seed {twice} stands there twice")
+        raise MarkerError(f"the seed {twice} appears twice")
     return tuple(given)
 
 
@@ -90,7 +90,9 @@ def _at_least(given: Any) -> float | None:
     if given is None:
         return None
     if isinstance(given, bool) or not isinstance(given, int | float) or not 0 < given <= 1:
-        raise MarkerError(f"at_least is the share of seeds that has to pass, 0.9 say, not {given}")
+        raise MarkerError(
+            f"expected the share of seeds that must pass as at_least, such as 0.9, got {given}"
+        )
     return float(given)
 
 
@@ -99,13 +101,13 @@ def _is_whole(value: object) -> bool:
 
 
 def so_many(seeds: tuple[int, ...], count: int) -> tuple[int, ...]:
-    """The first so many seeds; after the last of them it goes on from the greatest."""
+    """The first `count` seeds; after the last, they continue from the greatest."""
     more = range(max(seeds) + 1, max(seeds) + 1 + max(count - len(seeds), 0))
     return (*seeds[:count], *more)
 
 
 def name_of(seed: int) -> str:
-    """What a seed is called in the id of its test."""
+    """The name of a seed in the id of its test."""
     return f"seed{seed}"
 
 
@@ -162,7 +164,7 @@ def failing_seeds(cache: pytest.Cache | None) -> dict[str, list[int]]:
 
 
 def seeded(item: pytest.Item) -> SeededTest | None:
-    """What a test is among those of a scenario; None where it is none."""
+    """The role of a test among those of a scenario, or None."""
     mark = item.get_closest_marker(MARKER)
     call = getattr(item, "callspec", None)
     if mark is None or call is None or "seed" not in call.params:
@@ -176,7 +178,7 @@ def seeded(item: pytest.Item) -> SeededTest | None:
 
 
 def line_to_repeat(config: pytest.Config, nodeid: str) -> str:
-    """What to type, where pytest was started, to run one test again."""
+    """The command that runs one test again, in the folder where pytest started."""
     path, colons, name = nodeid.partition("::")
     here = os.path.relpath(config.rootpath / path, config.invocation_params.dir)
     return f"pytest {shlex.quote(here + colons + name)}"

@@ -39,13 +39,13 @@ from bt_mission.testing.run import Run
 
 
 class Stages:
-    """Carries missions out in a simulation of their own, one after another.
+    """Runs missions in separate simulations, one after another.
 
-    Nobody outside this process hears them. What a test leaves behind ends with it.
+    They are isolated from other processes. Runs that a test does not end, end with it.
 
     Args:
         folder: For worlds, pictures, and what failed runs leave.
-        seed: Of every run that is given none of its own; None is the mission's.
+        seed: Of every run without a seed; None for the mission's.
         nature: Of every run for which neither the test nor its files say it.
         records: Record every run, in the folder.
         replay: Gives what to type to see a run again, if the test fails.
@@ -104,8 +104,9 @@ class Stages:
             seed: Of everything random; instead of the test's (``@pytest.mark.scenario``), and of
                 the mission's.
             inputs: Values of the mission's inputs.
-            observe: For how long time goes on after the mission's end, s; instead of the mission's.
-            nature: A profile, or a mapping with numbers (`docs/reference/nature.md`); instead of
+            observe: How long the run continues after the mission's end, s; instead of the
+            mission's. nature: A profile, or a mapping with numbers (`docs/reference/nature.md`);
+            instead of
                 the mission's or the world's.
             options: For :class:`bt_mission.sessions.stage_robot.StageOptions`.
 
@@ -136,13 +137,13 @@ class Stages:
             faults: As text, or as strategies draw them.
 
         Raises:
-            ExpressionError: For a text that is no fault.
+            ExpressionError: For a text that is not a fault.
         """
         planned = [parse_fault(one) if isinstance(one, str) else one for one in faults]
         return FaultPlan(run, planned)
 
     def run_scenario(self, scenario: str | Path | Scenario) -> ScenarioResult:
-        """Carry a scenario out; gives what it came to, of which :attr:`runs` has the run.
+        """Run a scenario; return its result. :attr:`runs` has the run.
 
         Raises:
             InputError: With every error of the file, and of names that its faults find nothing of.
@@ -159,7 +160,7 @@ class Stages:
             return scenario.judge(with_outcomes(run.stage.report()))
 
     def mission(self, mission: str | Path | Mission, **changes: Any) -> Mission:
-        """A mission that is sound; whether servers refuse its goals is for the scenario to see.
+        """A valid mission; servers can still refuse its goals.
 
         Raises:
             InputError: With all its faults.
@@ -188,7 +189,7 @@ class Stages:
     def scripted_server(
         self, name: str, type_name: str | None = None, **habits: Any
     ) -> ScriptedServer:
-        """An action server that the test plays, in place of ours of that name.
+        """An action server that the test plays, in place of the shipped one.
 
         Args:
             name: Of the action; a short name of the mission language will do.
@@ -275,8 +276,8 @@ class Stages:
         for run in self.runs:
             if not run.is_done:
                 raise ScenarioError(
-                    f"'{run.mission.name}' is still on the stage: end it by run.until_done() or "
-                    "run.close() before the next, or use a stage for each"
+                    f"'{run.mission.name}' is still on the stage: call run.until_done() or "
+                    f"run.close() before the next one, or use separate stages"
                 )
             self.left_behind += run.close()
 

@@ -45,8 +45,8 @@ def wait_for_matching(nodes: Sequence[Node]) -> None:
             return
     missing = ", ".join(sorted(set(unmatched(nodes))))
     raise DiscoveryError(
-        f"these did not find each other within this process: {missing}; "
-        "run `bt-mission doctor` to check DDS on this machine"
+        f"these did not discover each other within this process: {missing}; run `bt-mission "
+        f"doctor` to check DDS on this machine"
     )
 
 

@@ -117,7 +117,7 @@ class VirtualTimeExecutor(Spinning):
             ValueError: When that instant is past.
         """
         if time_ns < self._now_ns:
-            raise ValueError(f"{time_ns} ns is past: it is {self._now_ns} ns")
+            raise ValueError(f"{time_ns} ns is in the past: it is {self._now_ns} ns")
         self._alarms.append((time_ns, function))
         self._alarms.sort(key=itemgetter(0))  # those of the same instant keep their order
 
@@ -254,7 +254,7 @@ class VirtualTimeExecutor(Spinning):
             if not self._alarms or self._alarms[0][0] > self._now_ns:
                 return
             self._alarms.pop(0)[1]()
-        raise self._stuck("what was asked for at this instant asks for it again")
+        raise self._stuck("callbacks of this instant schedule more for this instant")
 
     def _fire_timers(self) -> None:
         """Call the timers that are due, and become quiet again after each."""

@@ -82,7 +82,7 @@ def _exchange(context: Context) -> None:
     executor.shutdown()
     if late:
         raise NoVirtualTimeError(
-            f"{late} of {2 * ROUNDS} exchanges within this process came late with "
+            f"{late} of {2 * ROUNDS} exchanges within this process were late with "
             f"{get_rmw_implementation_identifier()}; virtual time needs synchronous delivery: "
             "set RMW_IMPLEMENTATION=rmw_fastrtps_cpp and unset FASTRTPS_DEFAULT_PROFILES_FILE"
         )

@@ -24,7 +24,7 @@ class NothingDueError(BtMissionError):
     """There is neither a timer nor a world that could move time."""
 
     def __init__(self) -> None:
-        super().__init__("virtual time cannot move: no timer is set and there is no world")
+        super().__init__("virtual time cannot move: no timer is set, and no world exists")
 
 
 class NestedStepError(BtMissionError):

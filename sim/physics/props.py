@@ -348,7 +348,7 @@ class Props:
                 return index
         there = listed([prop.name for prop in self]) if self else ""
         raise PropError(
-            f"no prop is left for '{name}': this simulation has {self.count}"
+            f"no free prop for '{name}': this simulation has {self.count}"
             + (f", all in the world: {there}; remove one, or" if there else ";")
             + f" make it with props={self.count + 1} or more (up to {MOST})"
         )

@@ -79,5 +79,5 @@ def check(entrants: Sequence[RobotSpawn]) -> None:
                 " a robot's name is the namespace of its topics"
             )
         if name in seen:
-            raise RobotSpawnError(f"two robots are named '{name}'; give each a name of its own")
+            raise RobotSpawnError(f"two robots are named '{name}'; give each its own name")
         seen.add(name)

@@ -177,9 +177,9 @@ class LiveSimNode(SimNode):
         """Offer the standard interfaces of simulators, if their types are installed."""
         if find_spec("simulation_interfaces") is None:
             self._log.warning(
-                "the standard services of simulators are not there: the package"
-                " simulation_interfaces is not installed; install bt-mission anew, or"
-                " ros-jazzy-simulation-interfaces"
+                "the standard services of simulators are not available: the package "
+                "simulation_interfaces is not installed; reinstall bt-mission, or "
+                "ros-jazzy-simulation-interfaces"
             )
             return
         from sim.ros.standard_services import (  # noqa: PLC0415 - needs what may not be installed

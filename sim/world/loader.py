@@ -83,7 +83,7 @@ def _names(world: World) -> Iterator[WorldProblem]:
                 "BT-208",
                 (section, index, "name"),
                 f"the name '{name}' is taken by {seen[name]}",
-                "give every obstacle a name of its own: collisions are reported by it",
+                "give every obstacle a different name; collisions are reported by it",
             )
         seen.setdefault(name, f"item {index + 1} of {section}")
     zones: set[str] = set()

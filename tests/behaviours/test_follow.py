@@ -142,7 +142,7 @@ def test_a_mission_begins_with_the_first_value(play: Any) -> None:
     assert run.logged == []
     run.tick()
     assert run.logged == [
-        "the mission waits to begin: no message of /battery yet, nobody publishes it"
+        "the mission waits to begin: no message of /battery yet, it has no publisher"
     ]
     run.tick(20)
     assert len(run.logged) == 1
@@ -160,8 +160,8 @@ def test_a_topic_that_is_never_published_fails_the_mission(play: Any) -> None:
     run.tick()
     assert run.status == "failure"
     assert run.executive.reason == (
-        "<text>:2:9: 'battery' has no value after 5 s: no message of /battery yet, nobody "
-        "publishes it; start what publishes it, or give it an 'initial' value"
+        "<text>:2:9: 'battery' has no value after 5 s: no message of /battery yet, it has no "
+        "publisher; start its publisher, or give it an 'initial' value"
     )
 
 

@@ -111,7 +111,7 @@ def test_a_breakpoint_by_name_means_all_of_that_name(play: Any) -> None:
     assert points.add("log") == 2
     assert points.add("0.1") == 1
     points.remove("log")
-    with pytest.raises(BtMissionError, match="no breakpoint is set at 'log'"):
+    with pytest.raises(BtMissionError, match="no breakpoint on 'log'"):
         points.remove("log")
     run.tick()
     assert run.executive.paused == "breakpoint at 'log'"
@@ -135,7 +135,7 @@ def stepped(play: Any, tree: str, node: str = "turn") -> Any:
     run.tick()
     assert (
         run.executive.mission_state.explanation
-        == f"breakpoint at '{node}'; still under way: '{node}'"
+        == f"breakpoint at '{node}'; still running: '{node}'"
     )
     return run
 
@@ -151,7 +151,7 @@ def test_a_condition_is_watched_during_a_pause(play: Any) -> None:
     assert len(run.turn.cancels) == 1
     assert (
         run.executive.mission_state.explanation
-        == "breakpoint at 'turn'; still under way: 'turn' (canceling)"
+        == "breakpoint at 'turn'; still running: 'turn' (canceling)"
     )
     run.turn.cancel()
     run.tick(100)
@@ -210,9 +210,9 @@ def test_an_unanswered_goal_is_given_up_during_a_pause(play: Any) -> None:
     run.tick()
     run.executive.pause("by hand", keep_goals=True)
     run.tick(39)
-    assert run.executive.mission_state.explanation == "by hand; still under way: 'turn'"
+    assert run.executive.mission_state.explanation == "by hand; still running: 'turn'"
     run.tick()
-    assert run.executive.mission_state.explanation == "by hand; still under way: 'turn' (canceling)"
+    assert run.executive.mission_state.explanation == "by hand; still running: 'turn' (canceling)"
     run.turn.accept()
     run.turn.cancel()
     run.tick()
@@ -280,7 +280,7 @@ def test_goals_side_by_side_keep_limits_of_their_own(play: Any) -> None:
     assert run.turn.cancels == [short]
     short.on_result(5, None)
     run.tick()
-    assert run.executive.mission_state.explanation == "by hand; still under way: 'long'"
+    assert run.executive.mission_state.explanation == "by hand; still running: 'long'"
     long.on_result(4, None)
     run.tick(100)
     assert run.turn.cancels == [short]

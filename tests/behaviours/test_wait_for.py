@@ -74,7 +74,7 @@ def test_it_fails_when_its_time_is_over(play: Any) -> None:
     assert run.tick(20) == "R"
     assert run.tick() == "F"
     assert run.executive.reason == (
-        "'wait for battery' /battery: no message within 1 s; nobody publishes it"
+        "'wait for battery' /battery: no message within 1 s; it has no publisher"
     )
     run = play(f"{BATTERY}\n  timeout: 1", HEAD)
     run.tick()

@@ -68,7 +68,7 @@ def test_what_is_nested_too_deeply_for_yaml_is_refused():
     other = f'<BehaviorTree ID="n">{deep}</BehaviorTree></root>'
     text = in_tree("<SubTree ID='n'/>").replace("</root>", other)
     (fault,) = faults_of(text.replace('"4"', '"4" main_tree_to_execute="m"'))
-    assert fault == (3, 1006, "nested too deeply; at most 200 levels of YAML are read", None)
+    assert fault == (3, 1006, "nested too deeply; the limit is 200 levels of YAML", None)
 
 
 def test_the_only_tree_needs_no_id(tmp_path):

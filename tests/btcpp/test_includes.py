@@ -73,22 +73,22 @@ def test_a_fault_is_in_the_file_that_has_it(main: Path) -> None:
     (main.parent / "trees" / "deep" / "far.xml").write_text(FAR.replace("own", "nobody"))
     ((file, line, _, message),) = faults_of(main)
     assert (file, line) == ("far.xml", 2)
-    assert message.startswith("no tree is called 'nobody'")
+    assert message.startswith("unknown tree 'nobody'")
     (main.parent / "trees" / "deep" / "far.xml").write_text("<root")
     assert [fault[0] for fault in faults_of(main)][:1] == ["far.xml"]
     (main.parent / "trees" / "deep" / "far.xml").write_text(FAR.replace('"far"', '"own"'))
     messages = [message for *_, message in faults_of(main)]
-    assert any(text.startswith("there is a tree 'own' already, in ") for text in messages)
+    assert any(text.startswith("the tree 'own' already exists, in ") for text in messages)
 
 
 @pytest.mark.parametrize(
     ("path", "message"),
     [
         ("nowhere.xml", "no such file 'nowhere.xml' in the folder of the file that includes it"),
-        ("../out.xml", "'../out.xml' lies outside of the folder of the file that includes it"),
-        ("link.xml", "'link.xml' lies outside of the folder of the file that includes it"),
-        ("/etc/passwd", "'/etc/passwd' lies outside of the folder of the file that includes it"),
-        ("trees", "'trees' is no file"),
+        ("../out.xml", "'../out.xml' is outside the folder of the file that includes it"),
+        ("link.xml", "'link.xml' is outside the folder of the file that includes it"),
+        ("/etc/passwd", "'/etc/passwd' is outside the folder of the file that includes it"),
+        ("trees", "'trees' is not a file"),
         ("m.xml", "the files include each other: m.xml -> m.xml"),
     ],
 )

@@ -67,7 +67,10 @@ def test_all_that_cannot_be_said_is_found_at_once():
     ("definition", "message"),
     [
         ("{needs: {name: text}, do: {log: $name}}", "a port with the name 'name'"),
-        ("{inputs: {x: 1}, outputs: {x: integer}, do: {log: $x}}", "'x' as an input and an output"),
+        (
+            "{inputs: {x: 1}, outputs: {x: integer}, do: {log: $x}}",
+            "'x' as both input and output",
+        ),
         ('{inputs: {x: "\\x01"}, do: {log: $x}}', "a control character"),
         ('{description: "\\x01", do: {log: a}}', "a control character"),
     ],
@@ -77,7 +80,7 @@ def test_ports_that_xml_cannot_have_are_errors(definition, message):
     with pytest.raises(InputError) as caught:
         xml_of(f"mission: m\ntrees:\n  t: {definition}\ntree: {{log: a}}\n")
     assert [fault.message for fault in caught.value.diagnostics] == [
-        f"{message}: XML has no counterpart"
+        f"{message} has no counterpart in XML"
     ]
     assert [fault.line for fault in caught.value.diagnostics] == [3]
 
@@ -95,7 +98,7 @@ def test_a_variable_that_follows_a_topic_is_an_error(text, line):
     with pytest.raises(InputError) as caught:
         xml_of(text.replace("FOLLOW", follow))
     assert [(fault.line, fault.message) for fault in caught.value.diagnostics] == [
-        (line, "the variable 'b', which follows a topic: XML has no counterpart")
+        (line, "the variable 'b', which follows a topic, has no counterpart in XML")
     ]
 
 

@@ -104,7 +104,7 @@ def test_two_trees_with_one_name_are_refused():
         "</SubTree></TreeNodesModel>"
     )
     trees = "".join(f'<BehaviorTree ID="{name}"><AlwaysSuccess/></BehaviorTree>' for name in "mab")
-    with pytest.raises(InputError, match="there is a tree 'a' already"):
+    with pytest.raises(InputError, match="the tree 'a' already exists"):
         document_of(f'<root BTCPP_format="4" main_tree_to_execute="m">{trees}{model}</root>')
 
 

@@ -73,7 +73,7 @@ def test_a_folder_hides_no_mission_and_that_of_a_project_is_to_be_entered(
     Path("square").mkdir()
     cli("check square")
     cli("new walker")
-    expected = "walker: error: expected a mission, got a folder; commands are called in it: cd walk"
+    expected = "walker: error: expected a mission, got a folder; run the command in it: cd walk"
     assert expected in cli.refused("check walker")
 
 

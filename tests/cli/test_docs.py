@@ -120,7 +120,7 @@ def test_a_search_shows_the_best_section_and_names_others(docs: CommandLine) -> 
         "\n"
         "Keep braking distance.\n"
         "\n"
-        "Found here and in:\n"
+        "Also found in:\n"
         "  bt-mission docs reference/rules#of-the-road  Rules > Of the road\n"
         "  bt-mission docs first#on-debian              First steps > Install it > On Debian\n"
     )
@@ -128,7 +128,7 @@ def test_a_search_shows_the_best_section_and_names_others(docs: CommandLine) -> 
 
 def test_a_name_of_two_pages_finds_both_first(docs: CommandLine) -> None:
     """Each can be shown by the name with its folder."""
-    result = docs("docs rules").partition("Found here and in:\n")[2].splitlines()
+    result = docs("docs rules").partition("Also found in:\n")[2].splitlines()
     assert {line.split()[2] for line in result[:2]} == {"reference/rules", "tutorials/rules"}
 
 
@@ -175,7 +175,7 @@ def test_without_pages_the_installation_is_doubted(
 ) -> None:
     """A folder of the same name beside the package is not taken for them."""
     monkeypatch.setattr("bt_mission.cli.pages.docs_folder", lambda: None)
-    assert cli.refused("docs") == "no pages found: is bt-mission installed as a whole?\n"
+    assert cli.refused("docs") == "no pages found: is the installation complete?\n"
 
 
 PROGRAM = """\

@@ -255,7 +255,7 @@ def test_an_edited_requirement_is_evaluated_from_the_start(run: Path, cli: Comma
 @pytest.mark.parametrize(
     ("new", "expected"),
     [
-        ("seed: 4", "edited.yaml:3:7: error: 'seed' is settled when a run begins: it was 3, and"),
+        ("seed: 4", "edited.yaml:3:7: error: 'seed' is fixed at the start of a run: recorded 3,"),
         ("sed: 3", "edited.yaml:3:1: error: unknown key 'sed'"),
     ],
 )
@@ -298,14 +298,14 @@ def test_a_fault_begins_after_the_fork(run: Path, cli: CommandLine) -> None:
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ("--at 1 --set sped=1", "no variable 'sped' (the mission's: speed, angle, way)"),
+        ("--at 1 --set sped=1", "unknown variable 'sped' (the mission's: speed, angle, way)"),
         ("--at 1 --set sped=1", "did you mean 'speed'?"),
         ("--at 1 --set speed=fast", "input 'speed' expects a number, got string 'fast'"),
         ("--at 999", "--at 999: the run ends at "),
         ("--sweep-at --set speed=0.1", "there is nothing to save"),
         (
             "--at 2 --fault 'at 1.5: drop scan'",
-            "--fault:1:4: error: it begins before the fork, whose control step is at 2.00",
+            "--fault:1:4: error: it begins before the fork, which is at 2.00",
         ),
         (
             "--at 2 --fault 'when speed > 0.1: drop scan'",
@@ -402,7 +402,7 @@ def test_files_that_hold_no_run(cli: CommandLine) -> None:
     for name, expected in (
         ("empty.mcap", "the file is empty"),
         ("text", "not an MCAP file"),
-        ("foreign.mcap", "no run of bt-mission is in it"),
+        ("foreign.mcap", "contains no run of bt-mission"),
         ("none.mcap", "cannot read it: No such file"),
     ):
         assert expected in cli.refused(f"fork {name} --at 1")
@@ -411,10 +411,10 @@ def test_files_that_hold_no_run(cli: CommandLine) -> None:
 @pytest.mark.parametrize(
     ("changes", "expected"),
     [
-        ({"world": None, "stage": None}, "it has no seed: it was recorded against the servers"),
-        ({"stage": None}, "it lacks the files of world and robot"),
-        ({"stage": "{}"}, "it lacks the files of world and robot"),
-        ({"file": "gone.yaml"}, "it lacks the mission's file 'gone.yaml'"),
+        ({"world": None, "stage": None}, "has no seed: it was recorded on a running graph"),
+        ({"stage": None}, "lacks the files of world and robot"),
+        ({"stage": "{}"}, "lacks the files of world and robot"),
+        ({"file": "gone.yaml"}, "lacks the mission file 'gone.yaml'"),
         ({"seed": "-"}, "it has no seed"),
         (
             {"requirements": '[{"name": "a", "formula": "always"}]'},
@@ -435,11 +435,14 @@ def test_a_run_that_cannot_be_repeated_is_refused(cli: CommandLine) -> None:
     changes = {"inputs": '{"reach": 0.3}', "versions": '{"mujoco": "1.0"}'}
     with_facts(Path("other.mcap"), changes)
     error = cli.refused("fork other.mcap --at 99999")
-    assert "recorded with mujoco 1.0, here it is " in error
+    assert "recorded with mujoco 1.0, installed is " in error
     error = cli.refused("fork other.mcap --at 7")
-    assert "run again, it is not the same up to 7.00 s, so it cannot be forked there" in error
-    assert "they part at " in error
-    assert error.count("recorded with mujoco 1.0, here it is ") == 2
+    assert (
+        "the repeated run differs from the recording before 7.00 s, so it cannot be forked there"
+        in error
+    )
+    assert "the first difference is at " in error
+    assert error.count("recorded with mujoco 1.0, installed is ") == 2
 
 
 def test_the_code_of_python_leaves_is_not_run_unasked(cli: CommandLine) -> None:
@@ -469,9 +472,9 @@ def test_a_sweep_says_what_it_has_tried(late: Path, cli: CommandLine) -> None:
     """A value that is overwritten before it is read saves nothing."""
     lines = cli.lines(f"fork {late} --sweep-at --set pace=0.1 --tries 2", 1)
     assert lines[1].startswith("  requirement keeps its distance: violated by ")
-    assert lines[2] == "with pace=0.1: saved at none of the instants that were tried"
+    assert lines[2] == "with pace=0.1: not saved at any of the instants tried"
     assert lines[3].startswith("  2 of ")
-    assert "such instants were left out (--tries). Nothing is known of the others" in lines[3]
+    assert "such instants were skipped (--tries). The others were not tried" in lines[3]
 
 
 def test_without_a_change_the_same_happens_again_to_every_robot(
@@ -522,8 +525,8 @@ def test_a_fork_of_a_fleet_is_a_recording_of_all_robots(fleet: Path, cli: Comman
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("--at 1 --set speed=0.2", "say with --robot whose run is changed: one, two"),
-        ("--at 1 --robot tow", "no mission of a robot 'tow' is in it (robots: one, two)"),
+        ("--at 1 --set speed=0.2", "name the robot to change with --robot: one, two"),
+        ("--at 1 --robot tow", "contains no mission of a robot 'tow' (robots: one, two)"),
         ("--at 99 --robot one", "--at 99: the run ends at"),
         ("--at 1 --robot one --set speed=1", "no variable 'speed'"),
         ("--at 1 --video x.mp4", "--video does not apply to fleets: "),
@@ -541,5 +544,5 @@ def test_the_robot_that_cannot_be_repeated_is_named(fleet: Path, cli: CommandLin
     changes: dict[str, Any] = {"inputs": '{"speed": 0.2}'}
     with_facts(Path("other.mcap"), changes, fleet, "bt_mission /two/bt_mission")
     error = cli.refused("fork other.mcap --at 2")
-    assert "two: run again, it is not the same up to 2.00 s" in error
-    assert "they part at" in error
+    assert "two: the repeated run differs from the recording before 2.00 s" in error
+    assert "the first difference is at" in error

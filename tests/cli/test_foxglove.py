@@ -74,7 +74,7 @@ def test_a_port_that_is_taken_ends_it_before_anything_moves(words: tuple[str, ..
         with started(*arguments, "--foxglove", f"--foxglove-port={port}") as process:
             out, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 2
-    output = f"--foxglove-port {port}: another program listens there; --foxglove-port "
+    output = f"--foxglove-port {port}: the port is in use; --foxglove-port "
     assert output in out
     assert "Traceback" not in out
 

@@ -65,7 +65,7 @@ def test_a_copy_replaces_the_shipped_file(cli: CommandLine) -> None:
     assert cli("check square").startswith("missions/square.yaml: mission 'square' is valid")
     assert "square" in cli.lines("missions")[0]
     error = cli.refused("missions copy square --force")
-    assert "missions/square.yaml is that file itself" in error
+    assert "missions/square.yaml is the same file" in error
 
 
 def test_a_file_that_exists_is_kept(cli: CommandLine) -> None:
@@ -84,5 +84,5 @@ def test_a_copy_does_not_take_the_place_of_a_file_that_it_names(cli: CommandLine
     cli.write("a.yaml", "mission: a\ninclude: [b.yaml]\ntree: {wait: 1}\n")
     cli.write("b.yaml", "trees: {}\n")
     error = cli.refused("missions copy a.yaml new/b.yaml")
-    assert "a.yaml names b.yaml, which is copied with it" in error
+    assert "a.yaml names b.yaml, which is also copied" in error
     assert not Path("new").exists()

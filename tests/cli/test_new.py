@@ -131,7 +131,9 @@ def test_a_disk_that_is_full_leaves_nothing(
         return write(path, text, **options)
 
     monkeypatch.setattr(Path, "write_text", fail)
-    assert cli.refused(f"new {NAME}") == f"cannot make {NAME}: No space left on device [BT-1103]\n"
+    assert (
+        cli.refused(f"new {NAME}") == f"cannot create {NAME}: No space left on device [BT-1103]\n"
+    )
     assert list(Path().iterdir()) == []
 
 
@@ -144,7 +146,7 @@ def test_a_folder_that_may_not_be_written_is_named(
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
     monkeypatch.setattr("bt_mission.cli.new.TemporaryDirectory", refuse)
-    assert cli.refused(f"new {NAME}") == f"cannot make {NAME}: Permission denied [BT-1103]\n"
+    assert cli.refused(f"new {NAME}") == f"cannot create {NAME}: Permission denied [BT-1103]\n"
 
 
 def test_inside_of_a_project_it_asks_first(
@@ -152,13 +154,13 @@ def test_inside_of_a_project_it_asks_first(
 ) -> None:
     """Also in a folder below it; `--yes` answers."""
     monkeypatch.chdir(project / "missions")
-    expected = f"'other' would be made inside the project {project}"
+    expected = f"'other' is inside the project {project}"
     assert cli.refused("new other") == f"{expected}; change to another folder, or add --yes\n"
     answers = io.StringIO("\ny\n")
     monkeypatch.setattr(answers, "isatty", lambda: True)
     monkeypatch.setattr("sys.stdin", answers)
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
-    expected = f"inside the project {project}. Make it there? [y/N] nothing was made\n"
+    expected = f"inside the project {project}. Create it there? [y/N] nothing was created\n"
     assert cli.refused("new other").endswith(expected)
     assert not Path("other").exists()
     cli("new other")

@@ -44,7 +44,7 @@ def test_a_paragraph_of_help_is_filled_as_a_whole(
     monkeypatch.setenv("COLUMNS", "80")
     assert cli.lines("--help")[-3:] == [
         "exit codes: 0 success, 1 mission failed, 2 bad input or an output that cannot",
-        "be written, 130 interrupted; those of actions and services are in their own",
+        "be written, 130 interrupted; `actions` and `services` have more, listed in",
         "help",
     ]
 
@@ -64,9 +64,9 @@ def test_without_a_command_the_commands_are_shown(
             "run",
             [
                 "--port N with --web: listen on this port",
-                "--resume with --journal: continue where a mission was",
+                "--resume with --journal: continue a mission where its",
                 "--record-camera [{compressed,raw}] with --record or --report: the camera's",
-                "as fast as it goes) (not with --attach)",
+                "(default: as fast as possible) (not with --attach)",
             ],
         ),
         ("watch", ["one JSON object a line (not with --once)", "--web, EXECUTIVE, --wait)"]),

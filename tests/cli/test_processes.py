@@ -85,7 +85,7 @@ def test_a_signal_is_cleaned_up_after_and_a_second_one_skips_that(
     assert process.returncode == 130
     assert "tidy: interrupted by Ctrl-C" in rest
     assert ("all tidy" in rest, "0 orphaned" in rest) == (count == 1, count == 1)
-    assert ("clean-up skipped: left at once after a second Ctrl-C" in rest) == (count == 2)
+    assert ("clean-up skipped: ended at once by a second Ctrl-C" in rest) == (count == 2)
     assert "Traceback" not in rest
 
 
@@ -333,7 +333,7 @@ def test_processes_say_that_they_are_heard_on_this_machine_only(drive: str) -> N
         with started(*arguments, ROS_AUTOMATIC_DISCOVERY_RANGE="") as process:
             assert process.stdout is not None
             lines.append(process.stdout.readline())
-    words = " on this machine only; --network opens it to others"
+    words = ", this machine only; --network includes other machines"
     assert [words in line for line in lines] == [True] * 3
 
 

@@ -90,7 +90,7 @@ def test_a_killed_run_leaves_all_but_its_last_second(tmp_path: Path) -> None:
         process.kill()
         process.wait()
     run = read_run(path)
-    assert run.why_cut == "the file was cut, or the recorder killed"
+    assert run.why_cut == "the file is incomplete, or the recorder was killed"
     assert run.status == "running"
     assert len(run.truth) > 20
 
@@ -134,7 +134,7 @@ def test_a_folder_that_takes_no_file_is_refused_before_the_run(
     monkeypatch.setattr("os.access", lambda _path, _mode: False)  # a superuser may write anywhere
     error = mission.refused(f"run m.yaml {option}")
     name = option.partition("=")[2]
-    assert f"{name}: the folder {mission.folder} cannot be written to" in error
+    assert f"{name}: the folder {mission.folder} is not writable" in error
 
 
 def test_a_run_can_have_a_page_without_a_recording(mission: CommandLine) -> None:

@@ -69,7 +69,7 @@ def test_a_cut_recording_is_printed_up_to_the_cut(cli: CommandLine) -> None:
     """The last line says so."""
     data = recording().read_bytes()
     Path("cut.mcap").write_bytes(data[: len(data) // 2])
-    why = "cut.mcap: ends here: the file was cut, or the recorder killed"
+    why = "cut.mcap: ends here: the file is incomplete, or the recorder was killed"
     assert cli.lines("replay cut.mcap")[-1] == why
     assert cli.lines("replay cut.mcap --once --at 1")[-1] == why
 
@@ -80,8 +80,8 @@ def test_a_cut_recording_is_printed_up_to_the_cut(cli: CommandLine) -> None:
         (None, "file: cannot read it: No such file or directory"),
         (b"", "the file is empty: neither a recording (MCAP, bt-mission run --record) nor a trace"),
         (b"hello", "the file is neither a recording (MCAP, bt-mission run --record) nor a trace"),
-        (b"\x89MC", "no message is in it: the file was cut, or the recorder killed"),
-        (b"{}\n", "1: no trace: the first line does not name its version"),
+        (b"\x89MC", "contains no messages: the file is incomplete, or the recorder was killed"),
+        (b"{}\n", "1: not a trace: the first line has no version"),
     ],
 )
 def test_a_file_that_is_neither_is_refused(

@@ -70,4 +70,4 @@ def test_a_signal_ends_it_in_good_order() -> None:
     served.is_busy = True
     interrupts.note("Ctrl-C")
     assert not served.serve(interrupts)
-    assert served.events == ["abandoned: left at once after a second Ctrl-C"]
+    assert served.events == ["abandoned: ended at once by a second Ctrl-C"]

@@ -119,7 +119,7 @@ def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(
     assert code == 1
     assert (reported["succeeded"], reported["errors"]) == (3, 1), error
     assert [failure["reason"] for failure in reported["failures"]] == [
-        "it has killed its worker 3 times, alone there"
+        "it killed its worker 3 times while it ran alone"
     ]
     assert "1 scenario could not run" in error
 
@@ -139,7 +139,7 @@ def test_ctrl_c_ends_it_with_what_is_there(tmp_path: Path) -> None:
     finally:
         os.chdir(here)
     assert "stopped by SIGINT" in rest
-    assert "the same command with --resume goes on" in rest
+    assert "the same command with --resume continues" in rest
     assert "succeeded (" in rest
     with ResultStore.read(tmp_path / "turns_sweep") as store:
         assert 0 < len(store.ids()) < 400

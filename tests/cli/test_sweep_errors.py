@@ -46,6 +46,6 @@ def test_results_of_another_sweep_are_kept(cli: CommandLine) -> None:
         Path("turns_sweep"), SweepAbout(mission="turns", seeds="0..4")
     ) as store:
         store.add(row(0))
-    assert "add --resume to go on with it" in cli.refused("sweep turns.yaml --seeds 3")
+    assert "add --resume to continue it" in cli.refused("sweep turns.yaml --seeds 3")
     error = cli.refused("sweep turns.yaml --seeds 3 --resume")
     assert 'seeds was "0..4", is "0..2"' in error

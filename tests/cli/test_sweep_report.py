@@ -104,13 +104,13 @@ def test_a_scenario_as_a_file(tmp_path, capsys):
     assert report(tmp_path / "r", "--scenario", "4") == 2
     assert "no scenario is called so or begins with '4'" in capsys.readouterr().err
     assert report(tmp_path / "r", "--scenario", "3") == 2
-    assert "holds no files of its mission" in capsys.readouterr().err
+    assert "contains no files of its mission" in capsys.readouterr().err
 
 
 def test_a_folder_without_results(tmp_path, capsys):
     """Is told with its name."""
     assert report(tmp_path) == 2
-    assert "no results of a sweep are there" in capsys.readouterr().err
+    assert "contains no results of a sweep" in capsys.readouterr().err
 
 
 def test_a_file_that_is_no_result(tmp_path, capsys):

@@ -70,7 +70,7 @@ def test_an_unknown_verdict_has_an_exit_code_of_its_own(cli: CommandLine) -> Non
     keeps_off = "always clearance > 0.1"
     out = cli(f"verify bag.mcap {required(cli, keeps_off=keeps_off)}", 3)
     assert "no mission, 1.90 s" in out
-    assert "requirement keeps off: unknown: clearance: only a simulation knows it" in out
+    assert "requirement keeps off: unknown: clearance: only a simulation provides it" in out
     more = required(cli, keeps_off=keeps_off, is_slow="always speed < 0.1")
     cli(f"verify bag.mcap {more}", 1)
 
@@ -85,7 +85,7 @@ def test_an_open_requirement_is_no_failure_of_a_whole_recording(cli: CommandLine
     (cli.folder / "cut.mcap").write_bytes(data[: len(data) // 2])
     out = cli(f"verify cut.mcap {required(cli, is_slow='always speed < 3')}", 3)
     assert "  requirement is slow: open" in out
-    assert "the recording is cut: the file was cut, or the recorder killed" in out
+    assert "the recording is cut: the file is incomplete, or the recorder was killed" in out
 
 
 def test_bad_input_is_refused_with_what_to_do(cli: CommandLine) -> None:
@@ -102,16 +102,16 @@ def test_bad_input_is_refused_with_what_to_do(cli: CommandLine) -> None:
     bag.odometry(0.0, x=0.0, speed=0.0)
     bag.close()
     more = required(cli, gets_on="eventually succeeded('drve')")
-    nowhere = "and so no requirements: name a file of them with --require"
+    nowhere = "so no requirements; add some with --require"
     for words, expected in {
         "none.mcap": ["none.mcap: cannot read it: No such file"],
         "empty.mcap": ["empty.mcap: the file is empty"],
         "notes.txt": ["notes.txt: the file is neither a recording"],
-        "trace.jsonl": ["a trace does not hold the signals of a run"],
+        "trace.jsonl": ["a trace does not contain the signals of a run"],
         "bag.mcap": [f"no mission is in it, {nowhere}"],
-        f"{recording()}": ["the recorded mission has no requirements: name a file of them with"],
-        f"{recording()} {more}": ["more.yaml:2", "no node is named 'drve'", "drive"],
-        f"{recording()} --mission other.yaml": ["other.yaml:3", "no node is named 'rest'"],
+        f"{recording()}": ["the recorded mission has no requirements; add some with"],
+        f"{recording()} {more}": ["more.yaml:2", "unknown node: 'drve'", "drive"],
+        f"{recording()} --mission other.yaml": ["other.yaml:3", "unknown node: 'rest'"],
     }.items():
         error = cli.refused(f"verify {words}")
         assert [part for part in expected if part not in error] == []

@@ -74,7 +74,7 @@ def test_a_terminal_that_cannot_be_drawn_on_has_plain_lines(mission: subprocess.
     """With a word."""
     seen, code = on_terminal("dumb", "▶ turn round", b"\x03")
     assert code == 130
-    assert "TERM=dumb: nothing can be drawn on this terminal; plain lines" in seen
+    assert "TERM=dumb: this terminal cannot show the full-screen view; printing plain lines" in seen
     assert "\x1b" not in seen
 
 

@@ -70,4 +70,4 @@ def test_who_is_there_when_the_time_is_up_is_taken(
     """Also where nobody had come up before."""
     assert looked(monkeypatch, 0.9 * watch.SETTLE_S, "/r2", watch.SETTLE_S) == "/r2/bt_mission"
     assert looked(monkeypatch, 0.9 * watch.SETTLE_S, "/r3", watch.SETTLE_S) == ""
-    assert "/r3/bt_mission is not there (a test); there is" in capsys.readouterr().err
+    assert "no executive /r3/bt_mission (a test); available:" in capsys.readouterr().err

@@ -92,7 +92,7 @@ def test_a_page_for_other_machines_is_warned_of(capsys: pytest.CaptureFixture[st
     shown = LiveMission(ScriptedGraph())
     with web.web_server(options("--web", "--port", "0", "--host", EVERYWHERE), shown) as server:
         reported = capsys.readouterr().err
-        assert "--host 0.0.0.0: other machines reach the page." in reported
+        assert "--host 0.0.0.0: other machines can reach the page." in reported
         assert "watch and stop the mission" in reported
         assert f"ssh -L {server.port}:127.0.0.1:{server.port}" in reported
     with web.web_server(options("--web", "--port", "0"), shown):

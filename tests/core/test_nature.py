@@ -73,7 +73,7 @@ def test_it_is_a_profile_or_a_mapping(written, nature):
         ("usuall", "harsh, got string 'usuall'"),
         ({"profile": 3}, "expected a profile of none, mild, usual, harsh, got the number 3"),
         (["usual"], "or a mapping, got a list"),
-        ({"lidar_nois": 1}, "there is no quantity 'lidar_nois'"),
+        ({"lidar_nois": 1}, "unknown quantity 'lidar_nois'"),
         ({"lidar_noise": "2 s"}, "expected a number, or one with a unit of m, cm, mm"),
         ({"lidar_noise": True}, "lidar_noise: expected a number"),
         ({"wheel_grip": 2}, "wheel_grip: expected 0 to 1, got the number 2"),

@@ -92,7 +92,7 @@ def test_what_raises_while_it_is_written_leaves_the_old_file(old: Path) -> None:
 
 
 def test_a_device_is_written_to() -> None:
-    """It is no file that could be replaced; one that is full says so."""
+    """It is not a file that could be replaced; one that is full says so."""
     write_file(Path("/dev/null"), b"anything")
     with pytest.raises(BtMissionError, match="cannot write /dev/full: No space left on device"):
         write_file(Path("/dev/full"), b"anything")
@@ -142,7 +142,7 @@ def test_a_grown_file_that_is_not_whole_replaces_nothing(old: Path) -> None:
     assert old.read_bytes() == OLD
     assert file.place == old.parent / "page.part.html"
     assert file.place.stat().st_size == 1000
-    assert file.remark == f"{old} is the old one"
+    assert file.remark == f"{old} is unchanged"
 
 
 def test_a_file_that_its_writer_gives_up_replaces_nothing(old: Path) -> None:

@@ -95,7 +95,7 @@ def test_of_several_one_has_to_be_named():
     with pytest.raises(BtMissionError) as caught:
         choose([ONE, TWO], None)
     assert str(caught.value) == (
-        "there are 2 executives: name one of /robot1/bt_mission, /robot2/bt_mission"
+        "2 executives: choose one of /robot1/bt_mission, /robot2/bt_mission"
     )
 
 
@@ -110,8 +110,8 @@ def test_another_version_is_refused():
 
 def test_nobody_there_is_told_with_what_was_looked_for():
     """And what can be watched; with the names of others that are there."""
-    assert "no sign of an executive (ROS domain 7)" in nobody(None, [], "ROS domain 7")
+    assert "an executive was not found (ROS domain 7)" in nobody(None, [], "ROS domain 7")
     assert "--visible" in nobody(None, [], "")
     assert nobody("/b/bt_mission", [ONE], "x") == (
-        "/b/bt_mission is not there (x); there is /robot1/bt_mission"
+        "no executive /b/bt_mission (x); available: /robot1/bt_mission"
     )

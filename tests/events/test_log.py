@@ -45,6 +45,6 @@ def test_words_and_the_state_of_the_mission_stand_in_it():
     )
     paused = StateChanged(S, "r", "m", "paused", "paused on request", ("'drive'",))
     assert mission.entry_of(paused) == LogEntry(
-        S, None, "mission paused on request; still under way: 'drive'", ""
+        S, None, "mission paused on request; still running: 'drive'", ""
     )
     assert mission.entry_of(StateChanged(S, "", "", "idle", "")) is None

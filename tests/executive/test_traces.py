@@ -95,15 +95,15 @@ def test_a_trace_that_was_cut_is_read_up_to_there(path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "no trace: an empty file"),
-        ("x", "no trace: a torn line"),
-        ("x\n", ":1: no line of a trace: expected a JSON object"),
-        ("[1]\n", ":1: no line of a trace: expected a JSON object"),
-        ("{}\n", ":1: no trace: the first line does not name its version"),
+        ("", "not a trace: an empty file"),
+        ("x", "not a trace: a torn line"),
+        ("x\n", ":1: not a line of a trace: expected a JSON object"),
+        ("[1]\n", ":1: not a line of a trace: expected a JSON object"),
+        ("{}\n", ":1: not a trace: the first line has no version"),
         ('{"trace_version": 99}\n', ":1: a trace of version 99; this bt-mission reads 3"),
-        ('{"trace_version": 3}\n{"t": "x"}\n', ":2: no event: expected 't' in ns and 'event'"),
-        ('{"trace_version": 3}\n\xff\n', ":2: no line of a trace: expected a JSON object"),
-        ("[" * 100_000 + "\n", ":1: no line of a trace: expected a JSON object"),
+        ('{"trace_version": 3}\n{"t": "x"}\n', ":2: not an event: expected 't' in ns and 'event'"),
+        ('{"trace_version": 3}\n\xff\n', ":2: not a line of a trace: expected a JSON object"),
+        ("[" * 100_000 + "\n", ":1: not a line of a trace: expected a JSON object"),
     ],
 )
 def test_what_is_no_trace_is_refused(tmp_path: Path, text: str, message: str) -> None:
@@ -156,7 +156,7 @@ def test_the_first_difference_is_told(path: Path, tmp_path: Path) -> None:
     assert str(
         first_difference(read_trace(path), read_trace(tmp_path / "b.jsonl"))
     ).splitlines() == [
-        "the first 3 events are the same; they part at 2.00 s",
+        "the first 3 events are the same; the first difference is at 2.00 s",
         "      0.00 s  mission m in w, robot waffle, seed 1",
         "      1.00 s    goal aaaaaaaa at /turn sent (t)",
         "      1.00 s  ▶ t",
@@ -182,7 +182,7 @@ def test_runs_of_two_seeds_are_compared_in_what_followed(path: Path, tmp_path: P
     other = tmp_path / "b.jsonl"
     write(other, seed=2, goal="bb" * 16)
     assert str(first_difference(read_trace(path), read_trace(other))) == (
-        "set up differently: seed: 1 in the first, 2 in the second\nall other 5 events are the same"
+        "different set-up: seed: 1 in the first, 2 in the second\nall other 5 events are the same"
     )
     write(other, seed=2, goal="bb" * 16, x=9.0)
     difference = first_difference(read_trace(path), read_trace(other))
@@ -205,7 +205,7 @@ def test_diff_on_the_command_line(path: Path, tmp_path: Path, capsys: Any) -> No
     assert main(["diff", str(path), str(tmp_path / "absent")]) == 2
     other.write_bytes(path.read_bytes()[:-3])
     assert main(["diff", str(path), str(other)]) == 1
-    assert "its last line is torn, and left out" in capsys.readouterr().out
+    assert "its last line is incomplete and was ignored" in capsys.readouterr().out
 
 
 def test_replay_on_the_command_line(path: Path, capsys: Any) -> None:

@@ -39,7 +39,7 @@ def test_nested_names_are_joined_by_dots(written):
     ("text", "message"),
     [
         ("bt_mission_server:\n  ros__parameters: {}\n", "robot.yaml:1:1: error: no such node"),
-        ("/**:\n  parameters: {a: 1}\n", "expected 'ros__parameters:' and nothing else"),
+        ("/**:\n  parameters: {a: 1}\n", "expected only 'ros__parameters:'"),
         ("/**:\n  ros__parameters: {a: [1]}\n", "robot.yaml:2:24: error: expected a value for 'a'"),
         ("[]\n", "expected '/**:' or 'bt_mission_servers:'"),
     ],

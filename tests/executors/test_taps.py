@@ -287,5 +287,5 @@ def test_actions_of_one_type_on_one_node_cannot_be_tapped(rig: Any) -> None:
     rig.clock.run_until_quiet()
     rig.clock.taps.add("/turn_back/_action/send_goal", Side.REQUEST, lambda _: [])
     client.send_goal_async(Turn.Goal())
-    with pytest.raises(BtMissionError, match="/turn and /turn_back are of one type and offered by"):
+    with pytest.raises(BtMissionError, match="/turn and /turn_back have one type and one node"):
         rig.clock.run_until_quiet()

@@ -106,7 +106,7 @@ def test_names_that_are_not_there_are_found_before_the_start(stage: Any) -> None
         (5, 'speed > 0 and running("bak")', 14),
     ]
     assert problems[0].message.endswith("did you mean '/scan'?")
-    assert problems[5].message.startswith("no node is named 'bak'")
+    assert problems[5].message.startswith("unknown node: 'bak'")
 
 
 def test_a_part_that_the_robot_has_not_is_found_before_the_start(stage: Any) -> None:
@@ -130,5 +130,5 @@ def test_looking_for_names_changes_nothing(stage: Any) -> None:
 def test_a_fault_that_cannot_begin_is_an_error_of_the_test(stage: Any) -> None:
     """As in a test that makes it itself."""
     run, _ = planned(stage, "at 0.5: move_box chair ahead 1")
-    with pytest.raises(ScenarioError, match="there is no obstacle that was spawned 'chair'"):
+    with pytest.raises(ScenarioError, match="unknown spawned obstacle 'chair'"):
         run.until_done()

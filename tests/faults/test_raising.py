@@ -70,13 +70,13 @@ def test_what_is_not_there(stage: Any, turn: Any) -> None:
     for fault, reason in (
         (
             faults.raise_in_leaf("tern"),
-            "no node 'tern', but: turns, turn, wait; did you mean 'turn",
+            "unknown node 'tern'",
         ),
-        (faults.raise_in_leaf("turns"), "no leaf 'turns', but: turn, wait"),
-        (faults.raise_in_callback("sim", "scan"), "no node '/sim', but: /bt_mission_sim"),
+        (faults.raise_in_leaf("turns"), "unknown leaf 'turns'"),
+        (faults.raise_in_callback("sim", "scan"), "unknown node '/sim'"),
         (
             faults.raise_in_callback("bt_mission_sim", "scan"),
-            "no topic or service of /bt_mission_sim '/scan', but: .*/cmd_vel",
+            "unknown topic or service of /bt_mission_sim '/scan'",
         ),
     ):
         with pytest.raises(ScenarioError, match=reason):

@@ -54,7 +54,7 @@ def test_groups_that_are_named_are_there() -> None:
 
 def test_an_unknown_fault_is_no_method() -> None:
     """As of any object."""
-    with pytest.raises(AttributeError, match="there is no fault 'dorp'"):
+    with pytest.raises(AttributeError, match="unknown fault 'dorp'"):
         Faults().dorp  # noqa: B018 - it raises
 
 
@@ -79,14 +79,14 @@ def test_what_only_python_can_give_is_left_out() -> None:
     ("name", "arguments", "options", "message"),
     [
         ("drop", ("scan",), {"share": 1.5}, "a number above 0 and at most 1 for 'share', got 1.5"),
-        ("drop", ("scan",), {"share": 0.5, "every": 2}, "give a share, or every, not both"),
+        ("drop", ("scan",), {"share": 0.5, "every": 2}, "give 'share' or 'every', not both"),
         ("drop", ("scan",), {"lasting": -1}, "a number in s above 0 for 'lasting', got -1"),
         ("drop", (5,), {}, "the name of a topic for 'topic', got 5"),
         ("delay", ("scan", -0.1), {}, "a number in s from 0 up for 'by', got -0.1"),
         ("delay", ("scan", float("nan")), {}, "a number in s from 0 up for 'by', got nan"),
         ("duplicate", ("scan",), {"times": 1}, "an integer from 2 up for 'times', got 1"),
         ("corrupt", ("scan", "wrong"), {}, "expected one of nan, inf, zeros"),
-        ("corrupt", ("scan", max), {"field": "ranges"}, "a field goes with a ready-made"),
+        ("corrupt", ("scan", max), {"field": "ranges"}, "'field' needs a named corruption"),
         ("set_fields", ("odom",), {}, "give fields, such as error_code=906"),
         ("set_result", ("turn",), {}, "give fields, such as error_code=906"),
         ("reject_goals", ("turn", 0), {}, "an integer from 1 up for 'goals', got 0"),

@@ -168,12 +168,12 @@ def test_faults_end_at_a_time_or_all_at_once(stage: Any) -> None:
 def test_a_fault_on_something_that_is_not_there(stage: Any) -> None:
     """Lists what is; an error at its time, also within a step."""
     run = stage.run(WAITS)
-    with pytest.raises(ScenarioError, match=r"no topic '/scam', but: .*/scan.*mean '/scan'\?"):
+    with pytest.raises(ScenarioError, match=r"unknown topic '/scam'"):
         run.do(stage.faults.drop("scam"))
-    with pytest.raises(ScenarioError, match=r"no node '/server', but: /bt_mission_sim, /bt_m"):
+    with pytest.raises(ScenarioError, match=r"unknown node '/server'"):
         run.do(stage.faults.drop("scan", receiver="server"))
     run.at(0.1, stage.faults.delay("odo", 1.0))
-    with pytest.raises(ScenarioError, match=r"no topic '/odo', but: .*did you mean '/odom'\?"):
+    with pytest.raises(ScenarioError, match=r"unknown topic '/odo'"):
         run.until_done()
     assert run.faults == []
     run.until_done()
@@ -183,9 +183,9 @@ def test_a_fault_on_something_that_is_not_there(stage: Any) -> None:
 @pytest.mark.parametrize(
     ("fault", "reason"),
     [
-        (("odom", "nan", {"field": "pose.poze"}), "no field of PoseWithCovariance 'poze', but"),
+        (("odom", "nan", {"field": "pose.poze"}), "unknown field of PoseWithCovariance 'poze'"),
         (("odom", "nan", {"field": "child_frame_id.x"}), "no field 'x' in 'base_footprint', a p"),
-        (("motors_on", "nan", {}), "there is nothing in Bool that 'nan' changes"),
+        (("motors_on", "nan", {}), "Bool has nothing that 'nan' can change"),
         (("odom", lambda m: 1 / 0, {}), r"the function raised ZeroDivisionError: .*test_topics"),
         (("odom", lambda m: 5, {}), "change the Odometry, or to give another, got 5"),
     ],
@@ -208,7 +208,7 @@ def test_a_fault_goes_on_once_at_a_time(stage: Any) -> None:
     run = stage.run(WAITS)
     blind = stage.faults.drop("scan")
     run.do(blind)
-    with pytest.raises(ScenarioError, match=r"faults.drop\(topic='scan'\) goes on already: end"):
+    with pytest.raises(ScenarioError, match=r"faults.drop\(topic='scan'\) is already active: end"):
         run.do(blind)
     run.until_done()
     stage.run(WAITS).do(blind)
@@ -218,7 +218,7 @@ def test_messages_without_a_stamp_cannot_be_fresh(stage: Any) -> None:
     """Which shows with the first."""
     run = stage.run(WAITS)
     run.do(stage.faults.freeze("motors_on", fresh_stamps=True))
-    with pytest.raises(ScenarioError, match="a Bool has no stamp that could be fresh"):
+    with pytest.raises(ScenarioError, match="a Bool has no stamp to refresh"):
         run.step()
     with pytest.raises(NeverHeldError):
         run.until_done(within=0.5)

@@ -93,7 +93,7 @@ def test_what_cannot_be(stage: Any) -> None:
     for fault, reason in (
         (stage.spawn_box(ahead=0.1), r"spawn_box: prop 'box' does not fit at .*in the robot"),
         (stage.spawn_box(at=(50, 0)), r"spawn_box: prop 'box': \(50, 0\) is not on the floor"),
-        (stage.move_box("box", ahead=1), "no obstacle that was spawned 'box', but: none"),
+        (stage.move_box("box", ahead=1), "unknown spawned obstacle 'box'"),
         (stage.move_box("box"), "move_box: give a place"),
         (stage.remove_box(stage.spawn_box(ahead=1)), "has no obstacle in the world now"),
     ):

@@ -90,7 +90,7 @@ def test_all_goals_are_cancelled_and_waited_for(type_in: Any, robot: Callable[..
     assert done.code == 0
     assert sorted(done.lines) == sorted(f"goal {goal[:8]} canceled" for goal in ids)
     again = type_in("actions", "cancel", "/turn")
-    assert (again.code, again.lines) == (0, ["no goal of /turn is under way"])
+    assert (again.code, again.lines) == (0, ["no goal of /turn is running"])
 
 
 def test_one_goal_is_meant_by_its_first_digits(type_in: Any, robot: Callable[..., Robot]) -> None:
@@ -102,7 +102,7 @@ def test_one_goal_is_meant_by_its_first_digits(type_in: Any, robot: Callable[...
     assert (again.code, again.lines) == (0, [f"goal {first[:8]} has ended"])
     wrong = type_in("actions", "cancel", "/turn", "ffffff0")
     assert wrong.code == 2
-    assert f"no goal has an id that begins with ffffff0 (under way: {second[:8]})" in wrong.err
+    assert f"no goal has an id that begins with ffffff0 (running: {second[:8]})" in wrong.err
     assert "expected hexadecimal digits" in type_in("actions", "cancel", "/turn", "xyz").err
 
 
@@ -117,7 +117,7 @@ def test_an_action_without_a_server_has_nothing_to_cancel(type_in: Any, ros: Any
     """Its name is looked for as by send."""
     done = type_in("actions", "cancel", "/turn", "--wait", "1")
     assert done.code == 5
-    assert "no action /turn in the graph (looked for 1 s); there is no action at all" in done.err
+    assert "no action /turn in the graph (looked for 1 s); there is no action" in done.err
 
 
 def test_watching_shows_states_and_feedback(

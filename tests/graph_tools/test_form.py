@@ -110,9 +110,9 @@ def test_a_field_says_what_is_wrong_while_it_is_typed(ros: Any, fill_in: Any) ->
         await pilot.press(*"9x")
         assert note(form, 0) == "expected a number (float32), got string '9x'"
         await pilot.press("tab", *"[1")
-        assert note(form, 1).startswith("this list is opened with '['")
+        assert note(form, 1).startswith("this '[' has no closing")
         await pilot.press("ctrl+s")
-        assert shown(form, "#state") == "not sent: angle, angular_velocity cannot stay so"
+        assert shown(form, "#state") == "not sent: angle, angular_velocity invalid"
         assert form.focused is form.query(Input).first()
         await pilot.press("end", "backspace", "tab", "ctrl+u")
         assert note(form, 1).startswith("magnitude of the turning speed")
@@ -120,7 +120,7 @@ def test_a_field_says_what_is_wrong_while_it_is_typed(ros: Any, fill_in: Any) ->
         await pilot.press("ctrl+s")
         await until(form, pilot, lambda: server.goals)
         await pilot.press("ctrl+s")
-        assert shown(form, "#state") == "a goal is under way; Escape cancels it"
+        assert shown(form, "#state") == "a goal is running; Escape cancels it"
         server.goal.succeed()
         await until(form, pilot, lambda: form.last_words[0].startswith("succeeded"))
 
@@ -135,7 +135,7 @@ def test_escape_cancels_the_goal_and_the_form_stays(ros: Any, fill_in: Any) -> N
 
     async def script(form: GoalForm, pilot: Pilot[Any]) -> None:
         await pilot.press("escape")
-        assert shown(form, "#state") == "no goal is under way; Ctrl-Q leaves"
+        assert shown(form, "#state") == "no goal is running; Ctrl-Q exits"
         await pilot.press("ctrl+s")
         await until(form, pilot, lambda: "accepted" in shown(form, "#state"))
         await pilot.press("escape")

@@ -108,7 +108,7 @@ def test_silence_is_told_too(ros: Any, hand: Any, type_in: Any) -> None:
     hand.at(2.5, hand.press_ctrl_c)
     done = type_in("topics", "hz", "/speech")
     assert done.code == 130
-    assert done.lines == ["1 message so far", "silent for a second; 1 messages so far"]
+    assert done.lines == ["1 message so far", "no message for a second; 1 messages so far"]
 
 
 def test_rates_for_programs(ros: Any, type_in: Any) -> None:

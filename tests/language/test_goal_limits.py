@@ -68,7 +68,7 @@ def test_a_limit_of_the_mission_is_one_for_the_warning(tmp_path):
     [
         (
             "servers: {trun: {timeout: 3}}",
-            "m.yaml:2:11: error: no goal is sent to 'trun' (goals are sent to: turn); did you mean",
+            "m.yaml:2:11: error: the mission sends no goals to 'trun' (but to: turn); did you mean",
         ),
         ("limits: {timeout: 0}", "m.yaml:2:19: error: expected seconds above 0, got the number 0"),
         ("limits: {timeout: $x}", "m.yaml:2:19: error: expected seconds above 0, got string '$x'"),

@@ -73,8 +73,8 @@ def test_a_list_of_names_is_a_list_of_poses() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("zone Q", "no place 'zone Q' (places: A, B, C, D, dock, door); None"),
-        ("dok", "no place 'dok' (places: A, B, C, D, dock, door); did you mean 'dock'?"),
+        ("zone Q", "unknown place 'zone Q' (places: A, B, C, D, dock, door); None"),
+        ("dok", "unknown place 'dok' (places: A, B, C, D, dock, door); did you mean 'dock'?"),
         ("$missing", "'$missing' is an undefined variable (defined: home, route); None"),
     ],
 )
@@ -88,7 +88,7 @@ def test_without_places_the_error_says_so() -> None:
     result = messages("{navigate_to_pose: {pose: zone A}, timeout: 9}", "mission: m\n")
     assert result == [
         (
-            "no place 'zone A': the mission has no 'places', its world no zones; "
+            "unknown place 'zone A': the mission has no 'places' and its world no zones; "
             "write a pose: [x m, y m, yaw deg]"
         )
     ]
@@ -133,4 +133,4 @@ def test_a_scenario_has_the_zones_of_its_own_world() -> None:
     assert isinstance(sent.sent["pose"].expression, Expression)
     none, faults = examine_scenario(read_text(text % "A"))
     assert none is None
-    assert faults[0].message == "no place 'A' (places: Z)"
+    assert faults[0].message == "unknown place 'A' (places: Z)"

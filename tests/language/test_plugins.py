@@ -87,15 +87,15 @@ def test_a_package_brings_leaves_and_actions(installed: Path) -> None:
             "AttributeError: module 'my_robot' has no attribute 'Gone' [BT-215]"
         ),
         (
-            "mission.yaml:10:15: error: no plug-in is called 'blonk' (known: blink, gone); "
+            "mission.yaml:10:15: error: unknown plug-in 'blonk' (known: blink, gone); "
             "did you mean 'blink'? [BT-215]"
         ),
         (
-            "mission.yaml:11:7: error: the plug-in 'wrong' does not work: my_robot:WRONG is no "
-            "ActionName, but str [BT-215]"
+            "mission.yaml:11:7: error: the plug-in 'wrong' cannot be used: my_robot:WRONG: "
+            "expected an ActionName, got str [BT-215]"
         ),
         (
-            "mission.yaml:12:7: error: the plug-in 'missing' does not work: my_robots:CHARGE "
+            "mission.yaml:12:7: error: the plug-in 'missing' cannot be used: my_robots:CHARGE "
             "cannot be imported: ModuleNotFoundError: No module named 'my_robots' [BT-215]"
         ),
         "turn charge",

@@ -84,7 +84,7 @@ def test_a_link_is_followed_before_its_place_is_judged(tmp_path):
     here = tmp_path / "here"
     path = write(here, mission=mission("link.yaml"), lib=LIBRARY)
     (here / "link.yaml").symlink_to(outside)
-    assert refusal(path).startswith("mission.yaml:2:11: error: 'link.yaml' lies outside")
+    assert refusal(path).startswith("mission.yaml:2:11: error: 'link.yaml' is outside")
     (here / "link.yaml").unlink()
     (here / "link.yaml").symlink_to(here / "lib.yaml")
     assert list(load(path).trees) == ["rest"]
@@ -114,7 +114,8 @@ def test_files_are_counted(tmp_path):
     files = {f"f{n}": f"include: [f{n + 1}.yaml]\n" for n in range(MOST_FILES + 1)}
     path = write(tmp_path, mission=mission("f0.yaml", "{wait: 1}"), **files)
     assert refusal(path) == (
-        f"f{MOST_FILES - 1}.yaml:1:11: error: more than {MOST_FILES} files are included [BT-112]"
+        f"f{MOST_FILES - 1}.yaml:1:11: error: more than {MOST_FILES} included files, which is "
+        f"the limit [BT-112]"
     )
 
 
@@ -132,8 +133,8 @@ def test_levels_are_counted_through_trees():
     with pytest.raises(InputError) as caught:
         load(chained(2_000, depth=3))
     assert str(caught.value).splitlines()[0] == (
-        "<text>:2004:1: error: the mission has 6,002 levels of nodes, those of the trees it uses "
-        "counted; at most 200 are built [BT-209]"
+        "<text>:2004:1: error: the mission has 6,002 levels of nodes with the trees it uses; "
+        "the limit is 200 [BT-209]"
     )
 
 

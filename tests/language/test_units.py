@@ -100,10 +100,10 @@ def test_what_does_not_fit_is_reported_at_its_place() -> None:
         "3:18 the field is in deg (rad, deg), got m; None"
     ]
     assert problems("{turn: {angle: 9}, timeout: 9, cancel_when: current_angle > 3 s}") == [
-        "3:61 units do not fit: rad and s; None"
+        "3:61 units do not match: rad and s; None"
     ]
     problem = problems("set: {a: 90 deg}")[0]
-    assert problem.startswith("3:12 90 deg: nothing here says whether")
+    assert problem.startswith("3:12 90 deg: the unit cannot be converted")
 
 
 def test_inputs_keep_their_units() -> None:

@@ -111,8 +111,8 @@ def test_data_without_an_end_is_not_whole(edited, tmp_path):
     contents = edited(lambda _: None).read_bytes()
     path = tmp_path / "run.mcap"
     ended = damage(contents, Opcode.DATA_END, remove)
-    assert why_cut(path, ended) == "the end of its data is not marked"
-    assert why_cut(path, contents[:-1]) == "the file was cut, or the recorder killed"
+    assert why_cut(path, ended) == "the marker at the end of the data is missing"
+    assert why_cut(path, contents[:-1]) == "the file is incomplete, or the recorder was killed"
 
 
 def test_facts_that_are_none_are_left_out_and_named(edited, capsys, tmp_path):
@@ -212,5 +212,6 @@ def test_a_trace_whose_time_cannot_be_is_refused_with_the_line(tmp_path, capsys)
     )
     assert main(["replay", str(path)]) == 2
     assert (
-        capsys.readouterr().err == f"{path}:3: no event: expected 't' in ns and 'event' [BT-1002]\n"
+        capsys.readouterr().err
+        == f"{path}:3: not an event: expected 't' in ns and 'event' [BT-1002]\n"
     )

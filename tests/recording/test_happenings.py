@@ -144,7 +144,10 @@ def test_a_message_of_a_newer_version_is_named_once_and_skipped(
     newer = Channel("/bt_mission/weather", NEWER, "float64 wind\n", "cdr")
     other = Channel("/weather", "my_msgs/msg/Weather", "float64 wind\n", "cdr")
     path = with_more((channel, end_ns, bytes(12)) for channel in (newer, newer, other))
-    lacks = f"2 messages of type {NEWER} (cannot be read: this bt-mission does not know the type)"
+    lacks = (
+        f"2 messages of type {NEWER} (cannot be read: an unknown type in this version of "
+        f"bt-mission)"
+    )
     timeline = read_timeline(path)
     assert timeline.missing == lacks
     assert timeline.changes_ns == read_timeline(recording()).changes_ns

@@ -63,7 +63,7 @@ def test_a_file_cut_anywhere_gives_what_is_before_the_cut(ten_seconds: Path) -> 
         most = len(times)
         assert bool(file.why_cut) or len(times) == 100
         if bool(file.why_cut):
-            assert file.why_cut == "the file was cut, or the recorder killed"
+            assert file.why_cut == "the file is incomplete, or the recorder was killed"
     assert most == 100
 
 
@@ -87,7 +87,7 @@ def test_a_damaged_file_gives_what_is_before_the_damage(ten_seconds: Path) -> No
     ("data", "what"),
     [
         (b"", "the file is empty"),
-        (b"not an mcap", "not an MCAP file; bt-mission run --record makes one"),
+        (b"not an mcap", "not an MCAP file; create one"),
         (b"SQLite format 3\0", "not an MCAP file"),
     ],
 )

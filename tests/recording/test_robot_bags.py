@@ -51,8 +51,8 @@ def test_a_recording_of_another_robot(bag: RobotBag) -> None:
     unknown = (clearance, node, battery, nothing)
     assert {judged.verdict for judged in unknown} == {"unknown"}
     assert [judged.why for judged in unknown] == [
-        "clearance: only a simulation knows it",
-        "running('drive'): the recording has no mission in it",
+        "clearance: only a simulation provides it",
+        "running('drive'): the recording contains no mission",
         "battery: the recording has no topic /battery_state",
         "its signals never had a value",
     ]
@@ -88,7 +88,7 @@ def test_clocks_that_do_not_agree_are_told(bag: RobotBag) -> None:
 
 def test_a_recording_without_a_message(tmp_path: Path) -> None:
     """There is nothing to evaluate."""
-    with pytest.raises(RecordingError, match="no message is in it"):
+    with pytest.raises(RecordingError, match="contains no messages"):
         RecordedRequirements(RobotBag(tmp_path / "bag.mcap").close())
 
 
@@ -109,4 +109,4 @@ def test_a_message_of_ours_that_cannot_be_read_makes_all_unknown(tmp_path: Path)
     copy.close()
     (result,) = verify(tmp_path / "joined.mcap", "always running('drive')").results
     assert result.verdict == "unknown"
-    assert result.why.startswith("what the mission tells cannot be read: ")
+    assert result.why.startswith("the messages of the mission cannot be read: ")

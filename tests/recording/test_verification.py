@@ -315,7 +315,7 @@ def test_messages_that_are_missing_are_named(tmp_path: Path) -> None:
     edited(path, lambda channel, _: not channel.topic.endswith(("/tree", "/scan")))
     node, scan = verify(path, "always running('drive')", "always age('scan') < 1").results
     assert (node.verdict, scan.verdict) == ("unknown", "unknown")
-    assert node.why == "running('drive'): the recording has no mission in it"
+    assert node.why == "running('drive'): the recording contains no mission"
     assert scan.why == "age('scan'): the recording has no topic /scan"
 
 
@@ -335,7 +335,7 @@ def test_a_damaged_line_of_signals_makes_all_unknown(line: str, tmp_path: Path) 
     copy.close()
     (result,) = verify(path, "always running('drive')").results
     assert result.verdict == "unknown"
-    assert result.why.startswith("what the mission tells cannot be read: ")
+    assert result.why.startswith("the messages of the mission cannot be read: ")
 
 
 def test_margins_over_time(tmp_path: Path) -> None:

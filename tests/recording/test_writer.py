@@ -1,4 +1,4 @@
-"""Runs on the stage, recorded, and read by somebody else."""
+"""Runs on the stage, recorded, and read by another client."""
 
 from __future__ import annotations
 
@@ -302,12 +302,12 @@ def test_a_topic_whose_type_is_not_installed_is_named(
 
     def without_scans(type_name: str) -> str:
         if type_name.endswith("/LaserScan"):
-            raise NoDefinitionError(f"no definition of {type_name} is installed")
+            raise NoDefinitionError(f"the definition of {type_name} is not installed")
         return definition_of(type_name)
 
     monkeypatch.setattr(writer, "definition_of", without_scans)
     run = record()
-    missing = "/scan (no definition of sensor_msgs/msg/LaserScan is installed)"
+    missing = "/scan (the definition of sensor_msgs/msg/LaserScan is not installed)"
     assert run.recorder.missing == missing
     counts = Counter(
         messages_for_other.topic for messages_for_other in messages_for_others(run.path)

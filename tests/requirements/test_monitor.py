@@ -100,7 +100,7 @@ def test_a_run_that_was_cut_does_not_prove_always() -> None:
 def test_a_signal_that_nobody_knows_is_said_and_never_guessed() -> None:
     """Unknown, with the signal and the reason."""
     result = watched("always clearance > 0.1 or speed < 0.1", speed=[0.0])
-    assert (result.verdict, result.why) == ("unknown", "clearance: only a simulation knows it")
+    assert (result.verdict, result.why) == ("unknown", "clearance: only a simulation provides it")
 
 
 def test_a_signal_without_a_value_decides_nothing() -> None:

@@ -60,7 +60,7 @@ def test_paused_goals_may_be_kept(ros: Any) -> None:
     node = ros.mission(TWO, has_controls=True)
     ros.until(lambda: turn.goals)
     answer = ros.call(PauseMission, "/bt_mission/pause", keep_goals=True)
-    assert answer.message == "paused; still under way: 'turn'"
+    assert answer.message == "paused; still running: 'turn'"
     turn.goal.succeed()
     ros.run(100.0)
     assert node.executive.root.status.name == "RUNNING"
@@ -85,8 +85,8 @@ def test_a_kept_goal_keeps_its_limits(ros: Any, received: dict[str, list[Any]]) 
     ros.run(100.0)
     assert [(state.status, state.reason) for state in received["state"]] == [
         ("running", ""),
-        ("paused", "paused on request; still under way: 'turn'"),
-        ("paused", "paused on request; still under way: 'turn' (canceling)"),
+        ("paused", "paused on request; still running: 'turn'"),
+        ("paused", "paused on request; still running: 'turn' (canceling)"),
         ("paused", "paused on request"),
     ]
 
@@ -95,7 +95,7 @@ def test_steps_are_single_ticks(ros: Any) -> None:
     """One for each call, only while paused."""
     node = ros.mission("mission: m\ntree:\n  wait: 60\n", has_controls=True)
     ros.run(1.0)
-    assert trigger(ros, "step") == (False, "the mission is not paused: pause it first")
+    assert trigger(ros, "step") == (False, "the mission is not paused; pause it first")
     ros.call(PauseMission, "/bt_mission/pause")
     ticks = node.executive.ticks
     for _ in range(3):
@@ -127,15 +127,15 @@ def test_breakpoints_are_listed_and_removed(ros: Any) -> None:
         answer = ros.call(SetBreakpoint, "/bt_mission/breakpoint", **fields)
         return answer.success, answer.message, list(answer.breakpoints)
 
-    assert ask(node="wiat") == (False, "no node is called 'wiat'; did you mean 'wait'?", [])
+    assert ask(node="wiat") == (False, "unknown node 'wiat'; did you mean 'wait'?", [])
     assert ask(node="0.1") == (True, "pauses before '0.1'", ["0.1"])
     assert ask() == (True, "1 set", ["0.1"])
-    assert ask(node="wait", remove=True) == (False, "no breakpoint is set at 'wait'", ["0.1"])
-    assert ask(node="0.1", remove=True) == (True, "'0.1' starts without a pause again", [])
+    assert ask(node="wait", remove=True) == (False, "no breakpoint on 'wait'", ["0.1"])
+    assert ask(node="0.1", remove=True) == (True, "'0.1' no longer pauses", [])
 
 
 def test_breakpoints_do_not_grow_without_end(ros: Any) -> None:
-    """Also while no mission runs, when no name is known to be wrong."""
+    """Also while no mission is running, when no name is known to be wrong."""
     ros.serve()
 
     def ask(node: str) -> tuple[bool, str]:
@@ -157,7 +157,7 @@ def test_a_stopped_mission_ends_its_goals(ros: Any) -> None:
     ros.until(lambda: node.executive.is_done)
     assert (node.executive.mission_state.status, turn.goal.cancels) == ("interrupted", 1)
     for name in ("stop", "resume", "step"):
-        assert trigger(ros, name) == (False, "no mission runs")
+        assert trigger(ros, name) == (False, "no mission is running")
     assert not ros.call(PauseMission, "/bt_mission/pause").success
 
 
@@ -216,7 +216,7 @@ def test_each_of_many_calls_is_answered(ros: Any, name: str) -> None:
     client = ros.client.create_client(Trigger, f"/bt_mission/{name}")
     asked = [client.call_async(Trigger.Request()) for _ in range(300)]
     ros.until(lambda: all(answer.done() for answer in asked))
-    assert {answer.result().message for answer in asked} == {"no mission runs"}
+    assert {answer.result().message for answer in asked} == {"no mission is running"}
 
 
 def test_answers_to_other_clients_push_out_none_of_ours(ros: Any) -> None:

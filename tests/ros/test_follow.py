@@ -49,7 +49,7 @@ def test_names_lie_in_the_namespace_of_the_robot(ros: Any) -> None:
     ros.until(lambda: runs[1].is_done, 3.0)
     assert runs[1].executive.reason == "'m' does not hold (n = 7)"
     ros.until(lambda: runs[0].is_done, 6.0)
-    assert "no message of /r1/n yet, nobody publishes it" in runs[0].executive.reason
+    assert "no message of /r1/n yet, it has no publisher" in runs[0].executive.reason
 
 
 def test_an_array_comes_as_a_list(ros: Any) -> None:

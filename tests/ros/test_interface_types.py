@@ -154,7 +154,7 @@ def test_what_does_not_fit_is_told_by_field():
 def test_a_variable_without_a_value_is_told_by_field():
     """An output that was never written, for example."""
     goal = resolve({"angle": Text("$obstacle")}, {"n": 1}, random.Random(0))
-    with pytest.raises(FillError, match=r"angle: '\$obstacle' has no value \(those that have: n\)"):
+    with pytest.raises(FillError, match=r"angle: '\$obstacle' has no value \(values: n\)"):
         fill(TURN.Goal(), goal)
 
 

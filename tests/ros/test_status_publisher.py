@@ -199,7 +199,7 @@ def test_a_violation_is_told_in_the_step_in_which_it_is_seen(ros: Any) -> None:
     assert (quick.violated_at, quick.unit, quick.on_violation) == (1.25, "s", "report")
     assert quick.at is not None
     assert quick.margin == pytest.approx(1.22 - quick.at)
-    assert reports[-1].requirements[3].outcome == "unknown: x: only a simulation knows it"
+    assert reports[-1].requirements[3].outcome == "unknown: x: only a simulation provides it"
 
 
 NAMES = ["has time", "is quick", "ends", "sees"]

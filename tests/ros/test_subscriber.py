@@ -86,7 +86,7 @@ def test_who_leaves_hears_nothing_more(rig: Any) -> None:
 def test_silence_is_explained(rig: Any) -> None:
     """Nobody, or publishers that say nothing."""
     reader = LatestMessageSubscriber(rig.node("listener"), "n", TYPE)
-    assert reader.why_silent() == "nobody publishes it"
+    assert reader.why_silent() == "it has no publisher"
     rig.node("talker").create_publisher(Int32, "n", 10)
     assert reader.why_silent() == "its publishers are silent"
 

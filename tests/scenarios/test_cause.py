@@ -12,7 +12,7 @@ from bt_mission.scenarios.run import run_scenario
 @pytest.mark.parametrize(
     ("text", "shown"),
     [
-        ("108 deg were left", "… deg were left"),
+        ("108 deg remained", "… deg remained"),
         ("the last is 1.05 s old (code 902)", "the last is … s old (code 902)"),
         ("1,200 of -3e-5, (1.5, -0.5), inf m", "… of …, (…, …), … m"),
         ("'leg2' in dqn_stage4 after 66deg", "'leg2' in dqn_stage4 after …deg"),

@@ -41,7 +41,7 @@ def changed(**changes: RequirementMargin) -> ScenarioRow:
             {"outcome": "failure", "failed_node": "drive", "reason": "3.5 m left\nand more"},
             (Failure("failed", "drive", "drive", "… m left"),),
         ),
-        ("failed", {"outcome": "interrupted"}, (Failure("failed", "goes on to its limit"),)),
+        ("failed", {"outcome": "interrupted"}, (Failure("failed", "runs until its limit"),)),
         ("orphaned", {"orphaned_goals": 1}, (Failure("orphaned"),)),
         ("collision", {"collisions": 2}, (Failure("collision"),)),
         ("anything", {}, ()),

@@ -147,7 +147,7 @@ def test_a_mission_that_cannot_run(base: BaseScenario) -> None:
                 yield row_of_error(scenario, "the leaf is gone")
 
     made = SearchSession(base, RangesFile(), SearchOptions(), lambda _: True)
-    with pytest.raises(BtMissionError, match="cannot run as it is: the leaf is gone"):
+    with pytest.raises(BtMissionError, match="the unchanged mission cannot run: the leaf is gone"):
         asyncio.run(made.run(Broken(far)))
 
 

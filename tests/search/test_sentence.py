@@ -77,14 +77,14 @@ BOX = parse_fault("at 3.0: spawn_box 1.0 left -0.2")
             Candidate(),
             (
                 "the mission fails at 20.00 s: 'drive' fails ('drive' aborted: no scan for 1 s "
-                "(code 901)) with nothing going wrong"
+                "(code 901)) without any fault"
             ),
         ),
         (
-            Failure("failed", "goes on to its limit"),
+            Failure("failed", "runs until its limit"),
             replace(REPORT, status="interrupted"),
             Candidate(),
-            "the mission has not ended at 20 s with nothing going wrong",
+            "the mission has not ended at 20 s without any fault",
         ),
     ],
 )

@@ -24,8 +24,8 @@ def test_a_world_or_robot_from_the_command_line_is_told_as_such():
     """There is no line in the file to point at."""
     text = "mission: m\nworld: dqn_stage4\ntree: {wait: 1}"
     (robot, world) = sorted(first_lines(text, world="x", robot="y"))
-    assert robot.startswith("--robot: error: no robot 'y' (known: burger, waffle)")
-    assert world.startswith("--world: error: no world 'x' (known: ")
+    assert robot.startswith("--robot: error: unknown robot 'y' (known: burger, waffle)")
+    assert world.startswith("--world: error: unknown world 'x' (known: ")
     assert first_lines(text) == []
 
 
@@ -44,7 +44,7 @@ def test_without_ros_a_warning_says_what_was_not_checked(monkeypatch):
     monkeypatch.delattr("bt_mission.ros.interface_types", raising=False)
     result = first_lines("mission: m\nrobot: x\ntree: {turn: {angel: 9}, timeout: 9}")
     assert len(result) == 2
-    assert result[0].startswith("m.yaml: warning: ROS 2 is not there (")
+    assert result[0].startswith("m.yaml: warning: ROS 2 is not available (")
     assert result[0].endswith(
         "so types and fields were not checked; try 'bt-mission doctor' [BT-511]"
     )

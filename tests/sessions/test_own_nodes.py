@@ -191,7 +191,7 @@ def test_a_run_with_nodes_of_a_program_cannot_be_forked(
             stage.step()
         recorder.finish(stage.report().as_dict())
     assert main(["fork", str(path), "--at", "0"]) == 2
-    assert "it needs nodes that a program made" in capsys.readouterr().err
+    assert "needs nodes that a program created" in capsys.readouterr().err
 
 
 def test_xml_keeps_them(tmp_path: Path) -> None:
@@ -217,7 +217,7 @@ def test_served_missions_need_leave_for_them(tmp_path: Path) -> None:
     assert ServedMissions((tmp_path,), allow_python=True).load(goal).name == "turns"
     outside = ExecuteMission.Goal(path=str(written(tmp_path, "os:getcwd")), seed=-1)
     output = refused(lambda: ServedMissions((tmp_path,), allow_python=True).load(outside))
-    assert "the module 'os' may not be imported here" in output
+    assert "the module 'os' must not be imported here" in output
 
 
 def test_check_only_names_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -255,7 +255,7 @@ def make(**options):
         ("server.py:Turnserver", "no 'Turnserver' in server.py (functions or classes: "),
         ("nowhere.py:make", "no such file: nowhere.py"),
         ("no_such_package.server:make", "the module no_such_package.server cannot be imported"),
-        ("server.py:MADE", "server.py:MADE is no function and no class"),
+        ("server.py:MADE", "server.py:MADE is neither a function nor a class"),
         ("countdown", "expected 'my_package.server:make' or 'server.py:make'"),
     ],
 )
@@ -280,11 +280,11 @@ def test_factories_that_are_not_there(tmp_path: Path, target: str, words: str) -
         ),
         (
             OTHER_CONTEXT,
-            "server.py:make made its node in another rclpy context",
+            "server.py:make created its node in another rclpy context",
         ),
         (
             OUR_NAME,
-            "there is a node '/bt_mission_sim' on the stage already",
+            "a node '/bt_mission_sim' already exists on the stage",
         ),
     ],
 )

@@ -136,11 +136,11 @@ def test_python_leaves_need_leave(inside: Path) -> None:
 @pytest.mark.parametrize(
     ("target", "words"),
     [
-        ("link.py:Leaf", "outside of the folder"),
-        ("../leaf.py:Leaf", "outside of the folder"),
-        ("antigravity:Leaf", "may not be imported here"),
-        ("leaf:Leaf", "may not be imported here"),
-        ("leaf", "no plug-in is called 'leaf'"),
+        ("link.py:Leaf", "is outside the folder"),
+        ("../leaf.py:Leaf", "is outside the folder"),
+        ("antigravity:Leaf", "must not be imported here"),
+        ("leaf:Leaf", "must not be imported here"),
+        ("leaf", "unknown plug-in 'leaf'"),
     ],
 )
 def test_python_leaves_come_from_the_folders(

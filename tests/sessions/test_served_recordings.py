@@ -91,7 +91,7 @@ def test_topics_of_the_graph_are_in_it(ros: Any, serve: Any, tmp_path: Path) -> 
 def test_a_mission_that_is_left_keeps_what_was_recorded(
     ros: Any, serve: Any, tmp_path: Path
 ) -> None:
-    """The file is closed, and says that the mission was left."""
+    """The file is closed, and says that the mission was abandoned."""
     _, send = serve
     turn = ros.server()
     send(text=TURN)

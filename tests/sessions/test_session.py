@@ -56,7 +56,7 @@ def test_a_reader_who_leaves_ends_the_mission_in_good_order(stage: Any) -> None:
     view = ClosedPipe()
     (report,) = drive(run.stage, [view])
     assert report.status == "interrupted"
-    assert report.reason == "nobody reads the output any more"
+    assert report.reason == "the output was closed"
     assert report.goals_left_behind == 0
     assert view.shown == 1
 
@@ -86,7 +86,7 @@ def test_a_second_ctrl_c_leaves_at_once_and_names_the_goals(
 
     (report,) = drive(run.stage, [Twice(40)])
     assert report.goals_left_behind == 1
-    assert "left at once after a second Ctrl-C; orphaned goals: /explore_forward" in report.reason
+    assert "ended at once by a second Ctrl-C; orphaned goals: /explore_forward" in report.reason
     assert len(run.close()) == 1
 
 

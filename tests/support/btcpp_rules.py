@@ -73,7 +73,7 @@ def _refused(node: ET.Element, leaves: dict[str, set[str]], trees: list[str]) ->
     ports = {name for name in node.attrib if name not in ("ID", "name") and name[0] != "_"}
     if node.tag == "SubTree":
         if node.get("ID") not in trees:
-            yield f"no tree is called {node.get('ID')}"
+            yield f"unknown tree {node.get('ID')}"
         ports = set()
     elif "ID" in node.attrib:
         yield f"an ID in <{node.tag}>"

@@ -65,7 +65,7 @@ class Graph(Rig):
             self.changes.append(event)
 
     def serve(self, missions: ServedMissions | None = None, **options: Any) -> MissionServer:
-        """The executive as a server, of missions in texts unless another one is given."""
+        """The executive as a server, of missions sent as text unless another one is given."""
         self.served = MissionServer(
             self.clock.add_node,
             self.drop,

@@ -74,7 +74,7 @@ class ScriptedTopic:
         pass
 
     def why_silent(self) -> str:
-        return "nobody publishes it"
+        return "it has no publisher"
 
     def publish(self, **fields: Any) -> None:
         for listener in tuple(self.listeners):

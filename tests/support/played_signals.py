@@ -26,7 +26,7 @@ class PlayedSignals:
     def reader(self, signal: SignalValue) -> Reader | str:
         """Return what reads a signal."""
         if signal.key not in self.values:
-            return "only a simulation knows it"
+            return "only a simulation provides it"
 
         def read() -> Played:
             self.reads += 1

@@ -75,10 +75,10 @@ limit: 40
         ("faults: {times: -3..2}", "1:17", "expected a time from 0 s up"),
         ("faults: {lasting: soon}", "1:19", "a range such as '0.5..2', got string 'soon'"),
         ("faults: {kinds: [netwrk]}", "1:18", "did you mean 'network'?"),
-        ("faults: {kinds: [spawn_box]}", "1:18", "obstacles have ranges of their own"),
+        ("faults: {kinds: [spawn_box]}", "1:18", "obstacles have separate ranges"),
         ("obstacles: {speed: 0.1..9}", "1:20", "expected speeds from 0 to 2 m/s"),
         ("assume: [always sped < 1]", "1:17", "unknown signal 'sped'"),
-        ("assume: [speed < 1]", "1:16", "this speaks of the start alone"),
+        ("assume: [speed < 1]", "1:16", "this covers only the start"),
         ("inputs: {speed: 3..1}", "1:17", "expected the lower end first"),
         ("inputs: {speed: fast}", "1:17", "a range such as '0.1..0.26', or a list"),
         ("inputs: {speed: {low: 1}}", "1:17", "a range such as '0.1..0.26', or a list"),
@@ -95,7 +95,7 @@ def test_errors_have_their_place(text: str, place: str, message: str) -> None:
 @pytest.mark.parametrize(
     ("text", "place", "message"),
     [
-        ("worlds: [empty_arena, nowhere]", "1:23", "no such world: 'nowhere'"),
+        ("worlds: [empty_arena, nowhere]", "1:23", "unknown world 'nowhere'"),
         ("inputs: {sped: 1..2}", "1:10", "did you mean 'speed'?"),
         ("assume: [\"always not failed('driv')\"]", "1:22", "did you mean 'drive'?"),
         ("inputs: {rounds: [two]}", "1:18", "input 'rounds' expects a number, got string 'two'"),
@@ -146,7 +146,7 @@ def test_plans_of_several_files(tmp_path: Path) -> None:
     first.write_text("plans: {sound: [], late: ['at 0: delay odom 200 ms']}\n")
     second.write_text("plans: {lost: ['at 1.0: drop scan lasting 1']}\n")
     assert list(with_fault_plans({"own": []}, [first, second])) == ["own", "sound", "late", "lost"]
-    with pytest.raises(InputError, match="1:9: error: a plan 'sound' is there already"):
+    with pytest.raises(InputError, match="1:9: error: the plan 'sound' already exists"):
         with_fault_plans({}, [first, first])
     second.write_text("plans: {lost: []}\nseeds: 0..3\n")
     with pytest.raises(InputError, match="--fault-plan does not read 'seeds'"):
@@ -192,7 +192,7 @@ def test_parameters_are_read(text: str, parameter: Choices | Interval) -> None:
         ("speed", "expected NAME=VALUES, such as 'speed=0.1,0.2'"),
         ("=1", "expected NAME=VALUES"),
         ("speed=", "'speed': expected values"),
-        ("speed=0.1,0.1", "the value 0.1 stands there twice"),
+        ("speed=0.1,0.1", "the value 0.1 appears twice"),
         ("speed=0.3..0.1", "expected the lower end first, got 0.3..0.1"),
         ("speed=0..1 step 1e-9", "expected a step above 0 with at most 1,000 values"),
         ("speed=0.1:0.3", "write 'speed=0.1..0.3'"),

@@ -91,7 +91,7 @@ def test_what_options_cannot_say_is_a_scenario_file(tmp_path, changes, failed_ro
 def test_results_that_do_not_know_their_origin(tmp_path):
     """Give no file, and say so."""
     store = write_results(tmp_path / "r", [row(0)], None)
-    with pytest.raises(BtMissionError, match="holds no files of its mission"):
+    with pytest.raises(BtMissionError, match="contains no files of its mission"):
         Repeater(store).write(row(0))
 
 

@@ -56,7 +56,7 @@ def test_results_are_not_overwritten_without_a_word(tmp_path: Path):
     with ResultStore.create(tmp_path, SweepAbout(seeds="0..1")) as store:
         store.add(ROW)
     with pytest.raises(
-        BtMissionError, match="add --resume to go on with it, or name another folder"
+        BtMissionError, match="add --resume to continue it, or choose another folder"
     ):
         ResultStore.create(tmp_path, SweepAbout(seeds="0..1"))
 
@@ -83,7 +83,7 @@ def test_two_sweeps_do_not_write_into_one_folder(tmp_path: Path):
     """The second is refused while the first writes; who reads is not."""
     with ResultStore.create(tmp_path, SweepAbout()) as store:
         store.add(ROW)
-        with pytest.raises(BtMissionError, match="another sweep writes its results there"):
+        with pytest.raises(BtMissionError, match="another sweep is writing its results there"):
             ResultStore.resume(tmp_path, SweepAbout())
         with ResultStore.read(tmp_path) as reader:
             assert reader.ids() == {"a1"}
@@ -134,7 +134,7 @@ def test_results_in_which_nothing_is_are_begun_anew(tmp_path: Path):
     with ResultStore.create(tmp_path, SweepAbout(seeds="0..9")) as store:
         assert store.about == SweepAbout(seeds="0..9")
         store.add(ROW)
-    with pytest.raises(BtMissionError, match="has results of a sweep"):
+    with pytest.raises(BtMissionError, match="contains results of a sweep"):
         ResultStore.create(tmp_path, SweepAbout(seeds="0..9"))
 
 

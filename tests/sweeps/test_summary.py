@@ -97,10 +97,10 @@ def test_failures_are_grouped_by_leaf_and_reason():
 
 def test_numbers_in_a_reason_make_no_group_of_their_own():
     """A measured value differs from run to run, whole or not; an error code is a name."""
-    reasons = ["108 deg were left (code 902)", "1.5 deg were left (code 902)", "3 deg (code 903)"]
+    reasons = ["108 deg remained (code 902)", "1.5 deg remained (code 902)", "3 deg (code 903)"]
     groups = SweepTally.of(failed(n, reason=text) for n, text in enumerate(reasons)).failures
     assert [(group.count, group.reason) for group in groups] == [
-        (2, "… deg were left (code 902)"),
+        (2, "… deg remained (code 902)"),
         (1, "3 deg (code 903)"),
     ]
 

@@ -81,14 +81,14 @@ def test_a_requirement_that_does_not_hold(run: Any, requirement: str, line: str)
 
 def test_a_run_without_a_step_fulfils_nothing(stage: Any) -> None:
     """Else a test that never moves its run would pass."""
-    assert repr(stage.run(WAITS).check("always x < 9")) == "<there is no control step to check>"
+    assert repr(stage.run(WAITS).check("always x < 9")) == "<the run has no control step to check>"
 
 
 @pytest.mark.parametrize(
     ("requirement", "message"),
     [
         ("always spead > 1", r"always spead > 1: unknown signal 'spead' .*did you mean 'speed'"),
-        ("never running('third')", "there is no node 'third', but: waits, first, second"),
+        ("never running('third')", "unknown node 'third' (known: waits, first, second)"),
         ("always topic('imu', 'x') > 1", "/imu is not recorded"),
         ("always $least > 1", "variable 'least'"),
     ],

@@ -145,7 +145,7 @@ def test_too_little_fails_the_session(missions, workers):
     run = missions.runpytest_subprocess if workers else missions.runpytest
     result = run("--mission-cov-fail-under=90", *workers)
     assert result.ret == 1
-    result.stdout.fnmatch_lines(["FAILED: missions are covered by 87.10%, at least 90% wanted"])
+    result.stdout.fnmatch_lines(["FAILED: coverage of missions is 87.10%, below 90%"])
     assert run("--mission-cov-fail-under=80", *workers).ret == 0
 
 
@@ -154,13 +154,13 @@ def test_no_mission_is_too_little(pytester):
     pytester.makepyfile("def test_nothing(): pass")
     result = pytester.runpytest("--mission-cov-fail-under=10")
     assert result.ret == 1
-    result.stdout.fnmatch_lines(["no mission was run in this process, or a worker of it"])
+    result.stdout.fnmatch_lines(["no mission was run in this process or its workers"])
 
 
 @pytest.mark.parametrize(
     ("option", "words"),
     [
-        ("--mission-cov-report=cov.pdf", "*: the name of cov.pdf ends in none of .json, *"),
+        ("--mission-cov-report=cov.pdf", "*: cov.pdf must end in one of .json, *"),
         ("--mission-cov-fail-under=all", "*expected a number from 0 to 100, got 'all'"),
     ],
 )

@@ -188,7 +188,7 @@ def test_what_is_no_data_is_named_instead(left: tuple[pytest.RunResult, Path]) -
     """No scenario is written then."""
     result, folder = left
     result.stdout.fnmatch_lines(
-        ["  no scenario was written: a server that the test plays: spin; faults.corrupt(*"]
+        ["  no scenario was written: servers that the test plays: spin; faults.corrupt(*"]
     )
     assert not (folder / "test_a.test_python" / "scenario.yaml").exists()
     assert (folder / "test_a.test_python" / "recording.mcap").exists()

@@ -30,7 +30,7 @@ def test_words_are_waited_for_one_after_another(python):
     """Those that were waited for before do not count again."""
     process = python("import os; print(os.environ['GREETING'], 'hello'); input()")
     assert process.until("hello") == process.until("hello")
-    with pytest.raises(ScenarioError, match="'one' ended with 1, and has not said 'hello':\nhello"):
+    with pytest.raises(ScenarioError, match="'one' ended with 1, without printing 'hello':\nhello"):
         process.until("hello")
     assert "EOFError" in process.output, "it has no keyboard"
 

@@ -129,7 +129,7 @@ def test_a_folder_that_cannot_be_written_is_told(session, pytester):
     (pytester.path / "file").write_text("no folder")
     result = session("--scenario-results=file", "-k", "two", fails=True)
     result.assert_outcomes(failed=1, deselected=3)
-    result.stdout.fnmatch_lines(["nothing is left of it: */file/test_a.test_two: Not a directory"])
+    result.stdout.fnmatch_lines(["it was not saved: */file/test_a.test_two: Not a directory"])
 
 
 def test_a_goal_left_behind_shows_the_run(pytester):
@@ -322,8 +322,8 @@ def test_a_mistake_of_a_test_is_shown_in_the_test(pytester):
     result.assert_outcomes(failed=4)
     result.stdout.fnmatch_lines(
         [
-            "*there is no variable 'rom', but: room; did you mean 'room'?",
-            "*there is no node 'hihg', but: *; did you mean 'high'?",
+            "*unknown variable 'rom' (known: room); did you mean 'room'?",
+            "*unknown node 'hihg' (known: *); did you mean 'high'?",
             "*NeverHeldError: the mission ended before the condition held*",
         ]
     )

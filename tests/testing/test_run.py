@@ -74,7 +74,7 @@ def test_what_is_done_at_a_time_and_on_a_condition(stage: Any) -> None:
     run.when(lambda s: s.leaf("second").running, lambda r: done.append(("when", r.t)))
     run.until_done()
     assert done == [("early", 0.1), ("at", 0.33), ("then", 0.33), ("when", 0.55)]
-    with pytest.raises(ScenarioError, match=r"0.3 s is past: the run is at 1.55 s"):
+    with pytest.raises(ScenarioError, match=r"0.3 s is in the past: the run is at 1.55 s"):
         run.at(0.3, print)
 
 
@@ -148,7 +148,7 @@ def test_topics_are_recorded_when_asked_for(stage: Any) -> None:
     assert len(run.topic("scan")) == len(run.topic("scan").messages) > 3
     assert run.now.scan is run.topic("/scan").last
     assert len(run.moments[0].scan.ranges) == 360
-    with pytest.raises(ScenarioError, match=r"there is no topic '/scam', but: .*mean '/scan'"):
+    with pytest.raises(ScenarioError, match=r"unknown topic '/scam' .*mean '/scan'"):
         run.record("scam")
     with pytest.raises(ScenarioError, match="/imu is not recorded, but /scan, /odom: call"):
         run.now.topic("imu")
@@ -160,9 +160,9 @@ def test_nodes_are_named_by_name_or_path(stage: Any) -> None:
     run.step()
     assert run.leaf("0.1").status == "idle"
     assert repr(run.leaf("0.0")) == "<wait: running since 0.05 s>"
-    with pytest.raises(ScenarioError, match=r"several .* say which by its path, '0.0', '0.1'"):
+    with pytest.raises(ScenarioError, match=r"several .* use a path, '0.0', '0.1'"):
         run.leaf("wait")
-    with pytest.raises(ScenarioError, match="no node 'lag', but: m, wait, log; did you mea"):
+    with pytest.raises(ScenarioError, match="unknown node 'lag'"):
         run.leaf("lag")
 
 
@@ -186,7 +186,7 @@ def test_one_run_after_the_other(stage: Any) -> None:
     """A second while the first goes on is refused; the first can still be asked about."""
     first = stage.run(WAITS)
     first.step()
-    with pytest.raises(ScenarioError, match="'waits' is still on the stage: end it by"):
+    with pytest.raises(ScenarioError, match="'waits' is still on the stage: call"):
         stage.run(WAITS)
     first.until_done()
     second = stage.run(WAITS)

@@ -28,9 +28,9 @@ def test_at_least_is_a_share(given, share):
 @pytest.mark.parametrize(
     ("mark", "words"),
     [
-        (marked(), "it has to say which seeds: @pytest.mark.scenario(seeds=range(50)"),
+        (marked(), "the seeds are missing: @pytest.mark.scenario(seeds=range(50)"),
         (marked(50), "seeds are given by name"),
-        (marked(seed=5), "'seed' is not known; as in @pytest.mark.scenario("),
+        (marked(seed=5), "unknown argument 'seed': @pytest.mark.scenario("),
         (marked(seeds=0), "seeds=0: at least one seed is needed"),
         (marked(seeds=[]), r"seeds=\[\]: at least one seed is needed"),
         (marked(seeds=2.0), "a range or a list of seeds, not 2.0, of type float"),
@@ -39,8 +39,11 @@ def test_at_least_is_a_share(given, share):
         (marked(seeds=True), "not True, of type bool"),
         (marked(seeds=[1, -1]), "a seed is an integer from 0, not -1"),
         (marked(seeds=[1, None]), "a seed is an integer from 0, not None"),
-        (marked(seeds=[3, 1, 3]), "the seed 3 stands there twice"),
-        (marked(seeds=3, at_least=0), "the share of seeds that has to pass, 0.9 say, not 0"),
+        (marked(seeds=[3, 1, 3]), "the seed 3 appears twice"),
+        (
+            marked(seeds=3, at_least=0),
+            "the share of seeds that must pass as at_least, such as 0.9, got 0",
+        ),
         (marked(seeds=3, at_least=90), "not 90"),
         (marked(seeds=3, at_least="all"), "not all"),
         (marked(seeds=3, at_least=True), "not True"),

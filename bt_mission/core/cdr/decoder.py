@@ -99,7 +99,7 @@ class Decoder:
             self.specs = parse(type_name, definition)
             """The fields of the message ("") and of those that it is made of."""
         except ValueError as error:
-            raise DecodingError(f"the definition of {type_name} cannot be read: {error}") from error
+            raise DecodingError(f"invalid definition of {type_name}: {error}") from error
         self._steps: dict[bytes, Step] = {}
         """By the first bytes of a message."""
 
@@ -181,9 +181,7 @@ class Decoder:
                 step = self._steps[head] = _Compiler(self.specs, byte_order(data)).message("")
             value, end = step(data, HEAD)
         except (struct.error, IndexError, ValueError, KeyError, RecursionError) as error:
-            raise DecodingError(
-                f"a message of type {self.type_name} cannot be read: {error}"
-            ) from error
+            raise DecodingError(f"invalid message of type {self.type_name}: {error}") from error
         else:
             return value, end
 
@@ -196,7 +194,7 @@ def byte_order(data: bytes) -> str:
     """
     head = data[:2] if len(data) >= HEAD else b""
     if head not in _ORDERS:
-        raise ValueError("no CDR head")
+        raise ValueError("no CDR header")
     return _ORDERS[head]
 
 
@@ -212,7 +210,7 @@ class _Compiler:
         if name in self._known:
             return self._known[name]
         if name not in self._specs:
-            raise KeyError(f"it has no definition of {name}")
+            raise KeyError(f"the definition of {name} is missing")
         steps: list[tuple[list[str], Step, bool]] = []
         for size, group in groupby(self._specs[name], _size):
             row = list(group)
@@ -291,7 +289,7 @@ class _Compiler:
             count, at = unpack(data, at)[0], at + 4
             end = at + count
             if end > len(data):
-                raise ValueError("a text is longer than the message")
+                raise ValueError("a string is longer than the message")
             return data[at : end - 1].decode(errors="replace") if count else "", end
 
         return read

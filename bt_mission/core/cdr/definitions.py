@@ -117,7 +117,7 @@ class Definitions:
         if text is None:
             text = self._made(package, name)
         if text is None:
-            raise NoDefinitionError(f"no definition of {type_name} is installed")
+            raise NoDefinitionError(f"the definition of {type_name} is not installed")
         return text
 
     def _made(self, package: str, name: str) -> str | None:

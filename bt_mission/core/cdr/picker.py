@@ -88,7 +88,7 @@ class Picker:
             row = _row(walk, self._choose(walk.texts), byte_order(data))
         except (struct.error, IndexError, ValueError, KeyError, RecursionError) as error:
             raise DecodingError(
-                f"a message of type {self._decoder.type_name} cannot be read: {error}"
+                f"invalid message of type {self._decoder.type_name}: {error}"
             ) from error
         decisive = tuple((start, end, data[start:end]) for start, end in _merged(walk.decisive))
         return _Layout(len(data), decisive, row, walk.texts)
@@ -167,7 +167,7 @@ class _Walk:
         count, start = self._length(at)
         end = start + count
         if end > len(self.data):
-            raise ValueError("a text is longer than the message")
+            raise ValueError("a string is longer than the message")
         self.decisive.append((start, end))
         self.texts[path] = self.data[start : end - 1].decode(errors="replace") if count else ""
         return end

@@ -143,7 +143,7 @@ def _find(message: Any, part: Any, name: str, serialize: Serialize) -> _Field:
         (at, form) for form in ("d", "f") for at in _all(data, struct.pack(f"<{form}", _PROBE))
     ]
     if len(matches) != 1:
-        raise ValueError(f"{name} stands in {len(matches)} places of a {type(message).__name__}")
+        raise ValueError(f"{name} is in {len(matches)} places of a {type(message).__name__}")
     ((at, form),) = matches
     return _Field(name, at, form, count)
 

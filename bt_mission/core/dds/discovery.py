@@ -39,8 +39,8 @@ def restrict_discovery(*, network: bool) -> str | None:
     domain = os.environ.get("ROS_DOMAIN_ID") or "0"
     if network:
         os.environ[RANGE] = NETWORK
-        return f"ROS domain {domain}, with other machines of the network (--network)"
+        return f"ROS domain {domain}, all machines of the network (--network)"
     if os.environ.get(RANGE):
         return None
     os.environ[RANGE] = MACHINE
-    return f"ROS domain {domain}, on this machine only; --network opens it to others"
+    return f"ROS domain {domain}, this machine only; --network includes other machines"

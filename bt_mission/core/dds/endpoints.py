@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import Protocol
 
-UNNAMED = "a node whose name is not known yet"
+UNNAMED = "a node with unknown name"
 """Replaces a missing name: the graph may know an endpoint before its node."""
 
 _UNKNOWN = "_NODE_NAME_UNKNOWN_"

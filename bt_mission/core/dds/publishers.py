@@ -11,8 +11,8 @@ from bt_mission.core.diagnostics import listed
 CLOCK, ODOMETRY = "/clock", "odom"
 
 ADVICE = (
-    "two robots, or a robot and a simulation, would be taken for one; stop one of them, give each "
-    "a namespace or a ROS_DOMAIN_ID of its own, or start this with --allow-duplicates"
+    "two robots, or a robot and a simulation, cannot be distinguished; stop one of them, give "
+    "each its own namespace or ROS_DOMAIN_ID, or add --allow-duplicates"
 )
 
 

@@ -232,7 +232,8 @@ class RobotModel(RobotPart):
             got = getattr(self.hull, field)
             if abs(got - expected) > _TOLERANCE:
                 raise ValueError(
-                    f"hull.{field} must be {expected:.4g} m, which body and wheels reach, got {got}"
+                    f"hull.{field} must be {expected:.4g} m, the extent of body and wheels, got "
+                    f"{got}"
                 )
         return self
 

@@ -147,12 +147,14 @@ class _EventReader:
         bad = _UNPRINTABLE.search(self.text)
         if bad:
             lines = split_lines(self.text[: bad.start()])
-            message = f"a control character (U+{ord(bad.group()):04X}); this is no YAML text"
+            message = f"a control character (U+{ord(bad.group()):04X}); this is not text"
             self.fail("BT-102", message, (len(lines), len(lines[-1]) + 1))
         for tab in _TAB_INDENT.finditer(self.text):
             line = len(split_lines(self.text[: tab.start()]))
             self.note(
-                "BT-104", "a tab; YAML is indented with spaces", (line, tab.end() - tab.start())
+                "BT-104",
+                "a tab in the indentation; YAML requires spaces",
+                (line, tab.end() - tab.start()),
             )
             if len(self.diagnostics) == 20:
                 break
@@ -188,15 +190,13 @@ class _EventReader:
                 self.documents += 1
                 if self.documents > 1:
                     line, _ = _start(event)
-                    self.fail("BT-108", "a second document; a file holds one", (line, 1))
+                    self.fail("BT-108", "a second document; expected one per file", (line, 1))
 
     def begin(self, event: Any) -> At:
         """Return the place of a value, after its anchor on the same line; refuse a tag."""
         line, column = _start(event)
         if event.tag is not None:
-            self.note(
-                "BT-108", f"the tag {quoted(event.tag)}; tags are not used here", (line, column)
-            )
+            self.note("BT-108", f"the tag {quoted(event.tag)} is not allowed", (line, column))
         if event.anchor is None and event.tag is None:
             return line, column
         rest = self.lines[line - 1][column - 1 :] if line <= len(self.lines) else ""
@@ -252,7 +252,7 @@ class _EventReader:
         at = _start(event)
         target = self.anchors.get(event.anchor)
         if target is None:
-            self.fail("BT-108", f"no anchor '&{event.anchor}' before this alias", at)
+            self.fail("BT-108", f"this alias has no anchor '&{event.anchor}' before it", at)
             return
         if not target.closed:
             self.fail("BT-108", f"the alias '*{event.anchor}' contains itself", at)
@@ -267,8 +267,8 @@ class _EventReader:
         """Put a finished value where it belongs."""
         self.values += size if at else 1
         if self.values > MAX_VALUES:
-            what = "aliases blow the file up: " if at else ""
-            message = f"{what}more than {MAX_VALUES:,} values; a file holds at most so many"
+            what = "with aliases expanded, " if at else ""
+            message = f"{what}the file exceeds the limit of {MAX_VALUES:,} values"
             self.fail("BT-103", message, at or (place.line, place.column))
         if not self.stack:
             self.root = (data, place)

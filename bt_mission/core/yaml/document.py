@@ -109,7 +109,7 @@ def refuse_large(text: str, file: str) -> None:
 
 def _refuse_size(size: int, file: str) -> None:
     if size > MAX_BYTES:
-        message = f"the file is too large: {size:,} bytes, at most {MAX_BYTES:,} are read"
+        message = f"the file is too large: {size:,} bytes, the limit is {MAX_BYTES:,}"
         raise InputError([Diagnostic("BT-103", message, file)])
 
 

@@ -6,9 +6,9 @@ import re
 from typing import Any
 
 _UNCLOSED = {
-    "while parsing a flow sequence": "this list is opened with '[' and never closed with ']'",
-    "while parsing a flow mapping": "this mapping is opened with '{' and never closed with '}'",
-    "while scanning a quoted scalar": "this quoted text is never closed",
+    "while parsing a flow sequence": "this '[' has no closing ']'",
+    "while parsing a flow mapping": "this '{' has no closing '}'",
+    "while scanning a quoted scalar": "this quote is never closed",
 }
 _UNCLOSED_PROBLEMS = frozenset(
     (
@@ -25,20 +25,20 @@ _SECOND_COLON = re.compile(
 MAX_DEPTH = 200
 """Levels of nesting, aliases followed. A tree node takes two to three levels."""
 
-TOO_DEEP = f"nested too deeply; at most {MAX_DEPTH} levels are read"
+TOO_DEEP = f"nested too deeply; the limit is {MAX_DEPTH} levels"
 
-_TAB = "a tab; YAML is indented with spaces"
+_TAB = "a tab in the indentation; YAML requires spaces"
 _PROBLEMS = {
     "mapping values are not allowed in this context": (
-        "a ':' where no key can stand; check the indentation, or quote the text that holds it"
+        "unexpected ':'; check the indentation, or quote the text that contains it"
     ),
     "did not find expected node content": "expected a value here",
-    "did not find expected <document start>": "expected 'key: value', got loose text",
+    "did not find expected <document start>": "expected 'key: value', got text",
     "could not find expected ':'": "expected ':' after a key",
     "found unknown escape character": (
         "an unknown escape in a double-quoted text; write '\\\\' for a backslash"
     ),
-    "found undefined tag handle": "a tag; tags are not used here",
+    "found undefined tag handle": "a tag is not allowed",
     # libyaml 0.2.6 has its own limit: 1,000 levels, counted before it yields an event.
     "exceeded maximum nesting depth": TOO_DEEP,
 }
@@ -53,7 +53,7 @@ def translate(error: Any, lines: tuple[str, ...]) -> tuple[str, str, tuple[int, 
 
 
 def _translated(error: Any, lines: tuple[str, ...]) -> tuple[str, tuple[int, int]]:
-    problem = getattr(error, "problem", None) or "the text cannot be read"
+    problem = getattr(error, "problem", None) or "the file cannot be parsed"
     context = getattr(error, "context", None) or ""
     start = _place(getattr(error, "context_mark", None), lines)
     at = _place(getattr(error, "problem_mark", None), lines) or start or (1, 1)
@@ -76,7 +76,7 @@ def _translated(error: Any, lines: tuple[str, ...]) -> tuple[str, tuple[int, int
         return f"expected 'key: value' of {mapping}, or another indentation", at
     if "tab character" in problem:
         return _TAB, at
-    return _PROBLEMS.get(problem, f"this is no valid YAML: {problem}"), at
+    return _PROBLEMS.get(problem, f"invalid YAML: {problem}"), at
 
 
 def _place(mark: Any, lines: tuple[str, ...]) -> tuple[int, int] | None:

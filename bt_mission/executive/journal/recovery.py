@@ -78,8 +78,8 @@ class Recovery:
                 )
             elif self._waited_ns >= SERVER_WAIT_NS:
                 raise BtMissionError(
-                    f"'{owner}' had a goal at {client.name} when its process died, and no server "
-                    "is there now; start it, then resume again",
+                    f"'{owner}' had a goal at {client.name} when its process died, and the "
+                    f"server is not running; start it, then resume again",
                     code="BT-906",
                 )
         if len(self._goals) < len(self._clients):
@@ -88,7 +88,7 @@ class Recovery:
             return False
         left = self._runtime.ledger.describe_left_behind()
         if left:
-            raise BtMissionError(f"nobody confirms the end of {', '.join(left)}", code="BT-906")
+            raise BtMissionError(f"no server confirms the end of {', '.join(left)}", code="BT-906")
         return True
 
     def finish(self, paths: Mapping[Behaviour, str]) -> None:

@@ -215,8 +215,8 @@ class Journal:
             then, now = getattr(theirs, key), getattr(ours, key)
             if then != now:
                 raise BtMissionError(
-                    f"{self.path}: the journal of a run with other {key}: {then!r}, not {now!r} "
-                    f"({option})",
+                    f"{self.path}: the journal of a run with a different {key}: {then!r}, not "
+                    f"{now!r} ({option})",
                     code="BT-906",
                 )
         if state.about.end is not None:
@@ -304,7 +304,7 @@ class Journal:
         code = getattr(error, "sqlite_errorcode", None)
         if code == sqlite3.SQLITE_BUSY:
             return BtMissionError(
-                f"{self.path}: another mission that is running has this journal", code="BT-906"
+                f"{self.path}: a running mission uses this journal", code="BT-906"
             )
         if code == sqlite3.SQLITE_NOTADB:
             return BtMissionError(f"{self.path}: not a journal", code="BT-906")
@@ -323,8 +323,8 @@ class Journal:
 
     def _damaged(self, why: object) -> BtMissionError:
         return BtMissionError(
-            f"{self.path}: damaged: {why}; delete the file and start the mission again, since what "
-            "it had done is not known",
+            f"{self.path}: damaged: {why}; delete the file and start the mission again, since "
+            f"its progress is unknown",
             code="BT-906",
         )
 

@@ -189,11 +189,11 @@ class Client:
             case {"id": int(subscription), "channelId": int(number)} if 0 <= subscription < 1 << 32:
                 channel = self._channels.get(number)
             case _:
-                return "a subscription has an 'id' and a 'channelId', which are numbers"
+                return "expected a subscription with numbers as 'id' and 'channelId'"
         if channel is None:
-            return f"there is no channel {str(number)[:LONGEST_WORD]}"
+            return f"unknown channel {str(number)[:LONGEST_WORD]}"
         if self in channel.viewers or subscription in self._subscribed:
-            return f"channel {number} or subscription {subscription} is in use already"
+            return f"channel {number} or subscription {subscription} is already in use"
         channel.viewers[self] = subscription
         self._subscribed[subscription] = channel
         self._on_subscribe(channel)
@@ -201,7 +201,7 @@ class Client:
 
     def _unsubscribe(self, subscription: Any) -> str:
         if not isinstance(subscription, int) or subscription not in self._subscribed:
-            return "there is no such subscription"
+            return "unknown subscription"
         self._subscribed.pop(subscription).viewers.pop(self, None)
         return ""
 

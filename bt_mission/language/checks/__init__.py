@@ -1,1 +1,1 @@
-"""What is checked in a mission before anything moves."""
+"""Checks of a mission before anything moves."""

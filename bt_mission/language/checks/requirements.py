@@ -1,4 +1,4 @@
-"""The requirements of a mission: the nodes and variables that they name, and files of their own."""
+"""The requirements of a mission: the nodes and variables that they name, and separate files."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def with_requirements(mission: Mission, paths: Sequence[str | Path]) -> Mission:
     """Return a mission with the requirements of further files.
 
     Raises:
-        InputError: With everything that is wrong with them.
+        InputError: With all their errors.
     """
     known = {one.name for one in mission.requirements}
     more = read_requirements(paths, MissionNames(mission), known)
@@ -48,7 +48,7 @@ def read_requirements(
         known: The names of requirements that there are already.
 
     Raises:
-        InputError: With everything that is wrong with them.
+        InputError: With all their errors.
     """
     found: list[Requirement] = []
     diagnostics: list[Diagnostic] = []
@@ -61,7 +61,7 @@ def read_requirements(
             continue
         diagnostics += diagnostics_of_names(document, names)
         for name in written.requirements.keys() & {*known, *(one.name for one in found)}:
-            message = f"there is a requirement {quoted(name)} already"
+            message = f"the requirement {quoted(name)} already exists"
             diagnostics.append(
                 document.diagnostic("BT-208", ("requirements", name), message, key=True)
             )
@@ -75,7 +75,7 @@ def requirement_diagnostics(mission: Mission, lost: Collection[str] = ()) -> Ite
     """Yield the nodes and variables that are named in requirements and are not in the mission.
 
     Args:
-        lost: Names of nodes that could not be read, of which enough is said elsewhere.
+        lost: Names of nodes that could not be read, which other errors report.
     """
     return diagnostics_of_names(mission.document, MissionNames(mission, lost))
 
@@ -93,7 +93,7 @@ class KnownNames:
 
     Args:
         nodes: Names of nodes, each with whether such a node has a goal. None where they are not
-            known, and anything may be named; likewise the others.
+            known, and any name is valid; the others likewise.
         places: The same of the places of nodes in their tree, such as ``0.1``.
         variables: Without their `$`.
     """
@@ -133,8 +133,8 @@ class KnownNames:
             return
         nodes = self._nodes or {}
         wanted = sorted(one for one, acts in nodes.items() if acts or not needs_goal)
-        what = "node is" if has_goal is None else "node has a goal and is"
-        message = f"no {what} named {quoted(name)} (named: {listed(wanted, 12)})"
+        what = "node" if has_goal is None else "node with a goal"
+        message = f"unknown {what}: {quoted(name)} (known: {listed(wanted, 12)})"
         yield ExpressionError(
             "BT-603", message, column, self._hint(name) or did_you_mean(name, wanted)
         )

@@ -43,7 +43,7 @@ MOST_ELEMENTS = 100
 
 @dataclass
 class Variables:
-    """The names known at one node of a tree, which stands in a document.
+    """The names known at one node of a tree in a document.
 
     It changes as the tree is walked: use it at once.
     """
@@ -111,11 +111,11 @@ class Variables:
             return f"'{name}' is an input, and inputs never change; choose another name"
         if name in self.followed:
             line = self.followed[name]
-            why = f"'{name}' follows a topic, in line {line}, which alone changes it"
+            why = f"'{name}' follows a topic, in line {line}; only the topic changes it"
             return f"{why}; choose another name"
         if name in self.loops:
             line = self.loops[name]
-            return f"'{name}' is what the for_each in line {line} goes through; choose another name"
+            return f"'{name}' is the variable of the for_each in line {line}; choose another name"
         return None
 
     def unknown(self, name: Name) -> tuple[str, str, str | None] | None:
@@ -125,7 +125,7 @@ class Variables:
         if name.name in self.left:
             return (
                 "BT-403",
-                f"is known only inside the for_each in line {self.left[name.name]}",
+                f"is defined only inside the for_each in line {self.left[name.name]}",
                 None,
             )
         if name.name in self.lines:
@@ -238,7 +238,7 @@ def _naming_diagnostics(node: NodeModel, variables: Variables) -> Iterator[Diagn
         why = variables.fixed(name)
         if isinstance(node, ForEachNode):
             is_known = name in variables.types
-            why = f"'{name}' is a variable already; choose another name" if is_known else None
+            why = f"'{name}' is already a variable; choose another name" if is_known else None
         if why is not None:
             yield variables.document.diagnostic(
                 "BT-408", (*node.path, *path), why, key=what == "variable"
@@ -281,7 +281,7 @@ def expression_diagnostics(
         wanted: The type that it must have; None where every type will do.
         message: The message whose fields come before variables, in a condition on messages.
         offset: Of the expression in its text.
-        expected: In words what stands here; a single unknown word is compared with it.
+        expected: The expected value, as a phrase; a single unknown word is compared with it.
     """
     loose = _loose_word(value.root, variables, expected)
     if loose is not None:
@@ -334,9 +334,9 @@ def reference_diagnostics(
     *,
     is_on_messages: bool = False,
 ) -> Iterator[Diagnostic]:
-    """Yield a diagnostic for every name that is no field of the message and no known variable.
+    """Yield a diagnostic for every name that is neither a field nor a known variable.
 
-    `is_on_messages` tells that fields may be read where these are not known.
+    `is_on_messages` allows fields that are not known.
     """
     may_be_field = message is not None or is_on_messages
     for name in references:

@@ -56,7 +56,7 @@ Ranges = Mapping[str, tuple[float, float]]
 
 
 class GoalRules(Protocol):
-    """What is known of goals before they are sent.
+    """The goals of a mission as far as they are known before they are sent.
 
     `values` are the fields of a goal as their message holds them, those that are not written as 0,
     false or empty; None stands for a value that only the run can tell.
@@ -216,9 +216,9 @@ def _settled_condition(
     reach = " and ".join(f"'{name}' {_words(ranges[name])}" for name in read)
     path = (*node.path, *node.condition_path)
     if True in found:
-        message = f"this condition holds from the first feedback on: with this goal {reach}"
+        message = f"this condition is true from the first feedback: with this goal {reach}"
     else:
-        message = f"this condition never holds: with this goal {reach}"
+        message = f"this condition is never true: with this goal {reach}"
     yield variables.document.diagnostic("BT-507", path, message, severity="warning")
 
 

@@ -1,4 +1,4 @@
-"""What a mission would better not do, as far as that is seen without ROS."""
+"""Warnings about a mission that need no ROS."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _findings(tree: Tree, read: frozenset[str]) -> Iterator[Finding]:
                 yield from _bare_braces(node, variables)
         endless = node.endless()
         if endless is not None and id(node) not in bounded:
-            message = f"{endless} has no timeout: it may take for ever"
+            message = f"{endless} has no timeout: it can run forever"
             yield "BT-234", node.path, message, "add 'timeout: SECONDS'"
         for write in node.writes():
             if write.variable not in read:
@@ -141,7 +141,7 @@ def ends_of(tree: NodeModel, uses: Mapping[str, Ends] | None = None) -> dict[int
 
 
 def expected_failures(mission: Mission) -> frozenset[int]:
-    """Return the `id` of each node whose failure the mission provides for, so that it goes on.
+    """Return the `id` of each node whose failure the mission provides for, so that it continues.
 
     Those are the nodes below a `fallback` but for its last child, below `invert` and
     `force: success`, and below a `parallel` that can spare them; also in a tree that is used there.
@@ -189,10 +189,10 @@ def _restarted(node: InTurnNode) -> Iterator[Finding]:
     for child in () if node.memory else node.children[:-1]:
         if any(part.takes_time for part in child.walk()):
             message = (
-                f"once it has {ended}, this {child.kind} begins anew in every tick while a "
-                f"later one runs: the {node.kind} in line {node.line} has 'memory: false'"
+                f"once it has {ended}, this {child.kind} restarts in every tick while a later "
+                f"one runs: the {node.kind} in line {node.line} has 'memory: false'"
             )
-            yield "BT-233", child.path, message, "put what takes time last, or leave 'memory' out"
+            yield "BT-233", child.path, message, "put slow nodes last, or remove 'memory: false'"
 
 
 # ---- variables and conditions ----------------------------------------------------------------
@@ -209,7 +209,7 @@ def _unsure_cleanup(node: FinallyNode, tree: NodeModel) -> Iterator[Finding]:
     unsure = _written(node.child.walk()) - elsewhere
     for reader in node.cleanup.walk():
         for name in sorted(names_read(reader) & unsure):
-            message = f"'{name}' has no value where 'do' is halted before it is written"
+            message = f"'{name}' has no value if 'do' is halted before it is written"
             yield (
                 "BT-237",
                 reader.path,
@@ -245,7 +245,7 @@ def _bare_braces(node: LogNode, variables: set[str]) -> Iterator[Finding]:
 _CONSEQUENCES = {
     ("when", True): "'do' is always run",
     ("when", False): "'do' is never run",
-    ("guard", True): "it guards nothing",
+    ("guard", True): "it has no effect",
     ("guard", False): "'do' is never run",
     ("check", True): "it always succeeds",
     ("check", False): "it always fails",
@@ -301,7 +301,7 @@ def _cut(document: Document, path: Path, text: str) -> Iterator[Diagnostic]:
     if not source.startswith(text, start):  # in quotes, on several lines, or of another file
         return
     if _LOOKS_LIKE_TEXT.match(source[start + len(text) :]):
-        message = f"'#' begins a comment, so all that is left is {quoted(text)}"
+        message = f"'#' begins a comment, so the value is {quoted(text)}"
         hint = "put the text in quotes"
         at = line, column + len(text) + 1
         yield diagnostic_at("BT-113", at, document.file, document.lines, message, hint, "warning")

@@ -31,10 +31,10 @@ _CLOSE = re.compile(r"""(?:[^'"}]|'[^']*'|"[^"]*")*\}""")
 
 @dataclass(frozen=True)
 class Expression:
-    """A formula. Raises ExpressionError where its text is none.
+    """A formula. Raises ExpressionError if its text is invalid.
 
-    `references` are the names in the order of the text; `draws` tells whether it uses random
-    numbers. Two expressions of the same text are equal.
+    `references` are the names in the order of the text; `draws` is true if it uses random numbers.
+    Two expressions of the same text are equal.
     """
 
     text: str
@@ -125,7 +125,7 @@ class Template:
     def __post_init__(self) -> None:
         if "$" in self.text and len(self.text) > MAX_TEMPLATE:
             message = f"a text with '$' has {len(self.text):,} characters"
-            raise ExpressionError("BT-409", f"{message}; at most {MAX_TEMPLATE:,} are read")
+            raise ExpressionError("BT-409", f"{message}; the limit is {MAX_TEMPLATE:,}")
         object.__setattr__(self, "parts", tuple(_parts(self.text)))
 
     @property
@@ -203,7 +203,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Late:
-    """A `Text` with what it is evaluated with: only its field tells in which reading that is.
+    """A `Text` with its readings; the field decides which applies.
 
     No text draws random numbers in both readings: one with `${...}` is no expression.
     """

@@ -15,7 +15,7 @@ Draw = random.Random
 
 @dataclass(frozen=True)
 class Function:
-    """One function: what it takes, what it gives, and how it is said in the documentation.
+    """A function: its arguments, its result, and its line in the documentation.
 
     `takes` is the type of every argument (None: any). `random` functions draw from the
     generator that the evaluation was given.

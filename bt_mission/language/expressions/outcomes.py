@@ -135,8 +135,8 @@ def evaluate_constants(
 ) -> None:
     """Evaluate what can be evaluated before the run. Raises ExpressionError.
 
-    `values` are those of the names that are constant. What `and` and `or` do not look at is left
-    out. Where the whole expression is constant it must be of the wanted type.
+    `values` are those of the names that are constant. The operands that `and` and `or` skip are
+    omitted. Where the whole expression is constant it must be of the wanted type.
     """
     scope = EvaluationScope(values, {}, random.Random(0))
     if _is_constant(root, scope, is_constant):

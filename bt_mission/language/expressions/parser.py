@@ -118,7 +118,7 @@ def tokenized(text: str, symbols: str = "") -> list[Token]:
     Raises ExpressionError, with the column.
     """
     if len(text) > MAX_LENGTH:
-        message = f"the expression has {len(text):,} characters; at most {MAX_LENGTH:,} are read"
+        message = f"the expression has {len(text):,} characters; the limit is {MAX_LENGTH:,}"
         raise ExpressionError("BT-409", message)
     if not text.strip():
         raise ExpressionError("BT-401", "the expression is empty")
@@ -144,7 +144,7 @@ def tokenized(text: str, symbols: str = "") -> list[Token]:
 
 def _bad_character(text: str, at: int) -> ExpressionError:
     if text[at] in "'\"":
-        return ExpressionError("BT-401", "this quoted text is never closed", at + 1)
+        return ExpressionError("BT-401", "this quote is never closed", at + 1)
     if text[at] == "$":
         return ExpressionError("BT-401", "expected a name after '$'", at + 1)
     found = text[at : at + 2] if text[at : at + 2] in _INSTEAD else text[at]
@@ -183,18 +183,18 @@ class ExpressionParser:
         """Go one level deeper. Raises ExpressionError where that is too deep."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            message = f"the expression is nested too deeply; at most {MAX_DEPTH} levels are read"
+            message = f"the expression is nested too deeply; the limit is {MAX_DEPTH} levels"
             raise ExpressionError("BT-409", message, self.next.column)
 
     def end(self) -> None:
-        """Refuse what goes on behind a whole formula."""
+        """Refuse text after a complete formula."""
         token = self.next
         if token.kind != "end":
             message = f"expected an operator or the end, got {quoted(token.text)}"
             raise LooseText("BT-401", message, token.column, self.number_hint(token))
 
     def number_hint(self, token: Token) -> str | None:
-        """Return how a number is written that has a decimal comma, or no unit of ours behind it."""
+        """Return the correct form of a number with a decimal comma or an unknown unit."""
         before = self.tokens[self.at - 1]
         if before.kind == "number" and token.kind == "name":
             return near_unit(token.text)
@@ -345,7 +345,7 @@ class ExpressionParser:
         """Parse the call of a function."""
         function = FUNCTIONS.get(token.text)
         if function is None:
-            message = f"no function {quoted(token.text)} (known: {listed(FUNCTIONS)})"
+            message = f"unknown function {quoted(token.text)} (known: {listed(FUNCTIONS)})"
             raise ExpressionError(
                 "BT-405", message, token.column, did_you_mean(token.text, FUNCTIONS)
             )

@@ -52,17 +52,19 @@ class Places:
     def unknown(self, text: str, column: int = 1) -> ExpressionError:
         """Return the error for a text that names no place."""
         if not self.all:
-            message = f"no place {quoted(text)}: the mission has no 'places', its world no zones"
+            message = (
+                f"unknown place {quoted(text)}: the mission has no 'places' and its world no zones"
+            )
             return ExpressionError("BT-308", message, column, "write a pose: [x m, y m, yaw deg]")
         hint = did_you_mean(text.strip().removeprefix(_ZONE), self.all)
         return ExpressionError(
-            "BT-308", f"no place {quoted(text)} (places: {listed(self.all)})", column, hint
+            "BT-308", f"unknown place {quoted(text)} (places: {listed(self.all)})", column, hint
         )
 
 
 @dataclass(frozen=True)
 class PlaceLookup(Unary):
-    """What gives a pose, or the name of a place; or a list of those, where a field holds many."""
+    """An expression for a pose, the name of a place, or a list of these for a field with many."""
 
     places: Places
 

@@ -105,7 +105,7 @@ class Name(SyntaxNode):
 
     @property
     def shown(self) -> str:
-        """The name as it stands in the text."""
+        """The name as written in the text."""
         return f"${self.name}" if self.variable else self.name
 
     @override
@@ -120,7 +120,7 @@ class Name(SyntaxNode):
                 )
             return value
         known = [*scope.variables, *(() if self.variable else scope.fields)]
-        message = f"'{self.shown}' has no value (those that have: {listed(known)})"
+        message = f"'{self.shown}' has no value (values: {listed(known)})"
         raise ExpressionError("BT-410", message, self.column, did_you_mean(self.name, known))
 
     @override
@@ -130,7 +130,7 @@ class Name(SyntaxNode):
 
 @dataclass(frozen=True)
 class Unary(SyntaxNode):
-    """What is computed from one part."""
+    """A computation with one operand."""
 
     operand: SyntaxNode
 
@@ -340,7 +340,9 @@ class Conditional(SyntaxNode):
         if value is None or otherwise is None:
             return None
         if not fits(value, otherwise) and not fits(otherwise, value):
-            message = f"one value of 'if' is {WORDS[value]}, the other one {WORDS[otherwise]}"
+            message = (
+                f"the values of 'if' have different types: {WORDS[value]} and {WORDS[otherwise]}"
+            )
             raise ExpressionError("BT-404", message, self.column)
         return joined((value, otherwise))
 
@@ -364,7 +366,7 @@ class Subscript(SyntaxNode):
         if not -len(values) <= index < len(values):
             message = f"the list has {len(values)} elements, none at {index}"
             raise ExpressionError(
-                "BT-406", message, self.index.column, "the first one is 0, the last one -1"
+                "BT-406", message, self.index.column, "the first index is 0, the last is -1"
             )
         return values[index]
 

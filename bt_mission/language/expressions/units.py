@@ -48,7 +48,7 @@ class Quantity(Constant):
 
     @classmethod
     def of(cls, column: int, number: float, unit: str) -> Quantity:
-        """Return so many of a unit of `COMPUTED`."""
+        """Return a quantity in a unit of `COMPUTED`."""
         return cls(column, in_base(number, unit), number, unit)
 
     @property
@@ -71,7 +71,7 @@ class Measured(float):
     unit: str
 
     def __new__(cls, number: float, unit: str) -> Self:
-        """Return so many of a unit."""
+        """Return a quantity in a unit."""
         base = UNITS[unit][1]
         kept = unit if is_angle(unit) else base
         found = super().__new__(cls, converted(number, unit, kept))
@@ -112,7 +112,7 @@ def dimension_of(
 
     Args:
         node: A part of an expression.
-        leaf: Gives the dimension of a part that is none of an expression's own, or a name.
+        leaf: Returns the dimension of a part that is not a part of expressions, or a name.
 
     Raises:
         ExpressionError: Where metres are compared with, or added to, seconds, and the like.
@@ -155,7 +155,7 @@ def _agreed(
     for found in known[1:]:
         if found != known[0]:
             first, other = (shown_unit(one) or "no unit" for one in (known[0], found))
-            raise ExpressionError("BT-305", f"units do not fit: {first} and {other}", node.column)
+            raise ExpressionError("BT-305", f"units do not match: {first} and {other}", node.column)
     return known[0] if known else None
 
 
@@ -223,7 +223,7 @@ def _number(quantity: Quantity, unit: str) -> float:
         return quantity.number
     if is_angle(quantity.unit) and not unit:
         degrees = f"{quantity.number:g} {quantity.unit}"
-        message = f"{degrees}: nothing here says whether the number is in degrees or in radians"
+        message = f"{degrees}: the unit cannot be converted, as the unit of the field is unknown"
         raise ExpressionError("BT-305", message, quantity.column, "write the number without a unit")
     value = quantity.value
     assert isinstance(value, int | float)

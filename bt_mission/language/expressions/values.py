@@ -79,7 +79,7 @@ def fits(found: Type | None, wanted: Type) -> bool:
 
 
 def joined(types: Collection[Type | None]) -> Type | None:
-    """Return the type that values of these types have in common; None where there is none."""
+    """Return the common type of values of these types, or None."""
     found = frozenset(types)
     if found == {"integer", "number"}:
         return "number"

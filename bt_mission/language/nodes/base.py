@@ -1,4 +1,4 @@
-"""What all kinds of node have in common: the values they are written with, and what a kind tells.
+"""The common part of all kinds of node: their written values, and the facts about a kind.
 
 A kind of node is one class. Its fields are what a person writes, the key that names the kind as
 the alias of one of them, and its methods tell what else is to be known of it: the values that it
@@ -49,7 +49,7 @@ SUCCESS: Ends = frozenset({"success"})
 FAILURE: Ends = frozenset({"failure"})
 
 NODE_MARK, TREE_MARK = "x-node", "x-tree"
-"""Stand in a schema where a node or the definition of a tree does (`schema.py`)."""
+"""Placeholders in a schema for a node and the definition of a tree (`schema.py`)."""
 
 NODE_SCHEMA = WithJsonSchema({NODE_MARK: True})
 
@@ -75,7 +75,7 @@ class NodePlace:
 
 
 class InFile:
-    """What stands somewhere in a file, and knows where."""
+    """A part of a file that knows its place."""
 
     if TYPE_CHECKING:
 
@@ -99,7 +99,7 @@ class Read(NamedTuple):
 
     `wanted` is the rule of a number, or the type of another value; None where every type will do.
     `assigns` is the variable that the value goes to before the next one of the node is read.
-    `is_behind` tells that it is read when what is below the node has run.
+    `is_behind`: it is read after the nodes below have run.
     """
 
     path: Path
@@ -124,7 +124,7 @@ class Write(NamedTuple):
 
 @dataclass
 class Reading:
-    """What is known where the nodes of a document are read, and what is wrong with them.
+    """The context in which the nodes of a document are read, and their errors.
 
     `signatures` are the named trees that may be used (`node_reader.Signature`), `limits` what the
     mission says of goals, `places` are the named ones on the map.
@@ -167,7 +167,7 @@ HIDDEN = "@"
 
 
 class Family(StrEnum):
-    """What belongs together looks alike."""
+    """Families of kinds look alike."""
 
     COMPOSITE = "composite"
     DECORATOR = "decorator"
@@ -180,7 +180,7 @@ class Family(StrEnum):
 
 @dataclass(frozen=True)
 class Sign:
-    """How a kind of node is marked, without colour: a glyph, its form in ASCII, and in words."""
+    """How a kind of node is marked, without colour: a glyph, its form in ASCII, and a phrase."""
 
     glyph: str
     ascii: str
@@ -194,17 +194,17 @@ class NodeModel(InFile, Written):
     kind: ClassVar[str]
     sign: ClassVar[Sign]
     keys: ClassVar[tuple[str, ...]] = ("name",)
-    """The keys that may stand in a node of this kind."""
+    """The valid keys of a node of this kind."""
     read_fields: ClassVar[tuple[tuple[Path, Callable[[Any], Any], Reads], ...]] = ()
     """The fields that may read variables: the path of each, what gets it, and how it is marked."""
     always: ClassVar[Ends] = EITHER
     """How it can end, where that depends on nothing; a goal may always end either way."""
     takes_time: ClassVar[bool] = False
-    """Whether it may take more than a tick by itself."""
+    """Whether it can take more than a tick."""
     child_keys: ClassVar[tuple[str, ...]] = ()
     """The keys that hold one node each."""
     fixed: ClassVar[tuple[str, ...]] = ()
-    """What is fixed once its tree was built, besides kind, name and the nodes below it.
+    """The values that are fixed once its tree is built, besides kind, name and the nodes below it.
 
     Everything else is read when it begins.
     """
@@ -238,7 +238,7 @@ class NodeModel(InFile, Written):
     def completed(self, _reading: Reading) -> Self:
         """Return the node with what the rest of the mission says of it.
 
-        What is wrong with the parts of a node together is noted as a diagnostic.
+        Contradictions between the parts of a node become diagnostics.
         """
         return self
 
@@ -287,16 +287,16 @@ class NodeModel(InFile, Written):
         return self.always
 
     def endless(self) -> str | None:
-        """What of it may take for ever without its `timeout`, in words; None where nothing may."""
+        """The part that can run forever without a `timeout`, as a phrase, or None."""
         return None
 
     @property
     def label(self) -> str:
-        """What it is called in the tree."""
+        """Its name in the tree."""
         return self.name or self.default_label()
 
     def default_label(self) -> str:
-        """What it is called where its author gives it no name."""
+        """Its name if its author gives none."""
         return self.kind
 
     def details(self) -> list[str]:

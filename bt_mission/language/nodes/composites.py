@@ -35,7 +35,7 @@ class InTurnNode(base.CompositeNode):
 
     @override
     def details(self) -> list[str]:
-        return [] if self.memory else ["asks all again in every tick"]
+        return [] if self.memory else ["checks all children again in every tick"]
 
 
 class SequenceNode(InTurnNode):

@@ -15,7 +15,7 @@ _SWAP = {"success": "failure", "failure": "success"}
 
 
 class RepeatSettings(base.Written):
-    """How often: so many times, while a condition holds, until one holds."""
+    """How often: a number of times, while a condition holds, until one holds."""
 
     model_config = ConfigDict(json_schema_extra={"minProperties": 1})
 

@@ -33,7 +33,7 @@ Kind = TypeVar("Kind")
 
 @dataclass(frozen=True)
 class NumberRule:
-    """A number with its limits; the lower one is said in words."""
+    """A number with its limits; the lower one is a phrase."""
 
     words: str
     least: float
@@ -112,7 +112,7 @@ def parsed(kind: Callable[[str], Kind], text: str, words: str = "", unit: str | 
     """Return an expression or template of a text, its error turned into a refusal.
 
     `words` say what else could stand there. The quantities of an expression are numbers in the
-    unit; with None they are left as they are.
+    unit; with None they are unchanged.
     """
     try:
         found: Any = kind(text)
@@ -228,7 +228,7 @@ def variable(name: Any) -> str:
     """Return the name of a variable."""
     found = _variable_name(name)
     if found in RESERVED:
-        raise refusal(f"'{found}' is a word of the expression language, so no variable")
+        raise refusal(f"'{found}' is a keyword of expressions, so it cannot be a variable")
     return found
 
 
@@ -362,7 +362,7 @@ Variable = Annotated[str, PlainValidator(variable), TEXT_SCHEMA]
 TreeName = Annotated[str, PlainValidator(tree_name), TEXT_SCHEMA]
 ResultField = Annotated[str, PlainValidator(result_field), TEXT_SCHEMA]
 NodeFactories = list[Annotated[str, PlainValidator(node_factory), TEXT_SCHEMA]]
-"""What makes the user's own nodes in a simulation."""
+"""The factories of the user's nodes in a simulation."""
 InputValue = Annotated[Any, PlainValidator(input_value), WithJsonSchema({})]
 Place = Annotated[Any, PlainValidator(place), WithJsonSchema({"type": ["array", "object"]})]
 GoalPart = Annotated[Any, PlainValidator(goal_part), WithJsonSchema({})]

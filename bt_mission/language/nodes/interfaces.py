@@ -61,7 +61,7 @@ class _FieldReader:
 class InterfaceNode(base.NodeModel):
     """A node that uses a ROS interface: an action, a service or a topic.
 
-    What it reads of messages are fields, dotted where they are nested.
+    It reads fields of messages, with dots if they are nested.
     """
 
     interface: ClassVar[Literal["action", "service", "topic"]]

@@ -11,8 +11,8 @@ from bt_mission.language.action_names import ACTION_NAMES
 
 _GUARD = "'guard: CONDITION' runs its 'do' as long as a condition holds"
 _WHEN = "'when: CONDITION' runs its 'do' if a condition holds, else its 'else'"
-_ELSE_IF = "write 'else:' beside 'when', with a 'when' of its own below it"
-_FINALLY = "write 'finally: {timeout: 10}' with a 'do', and what cleans up under 'then'"
+_ELSE_IF = "write 'else:' beside 'when', with another 'when' below it"
+_FINALLY = "write 'finally: {timeout: 10}' with a 'do', and the clean-up under 'then'"
 TYPE_OF_TOPIC = (
     "write 'type: sensor_msgs/msg/BatteryState' or the like; 'bt-mission topics list' names the "
     "types of a running graph"
@@ -58,7 +58,7 @@ OTHER_WORDS = {
     "follow": "write it at the head of the mission, or of a named tree, beside 'inputs'",
     "subscribe": "write 'wait_for' for one message; a variable follows a topic by 'follow' at the "
     "head of the mission",
-    "call": "write 'service' for a service, 'tree' for a tree with a name",
+    "call": "write 'service' for a service, 'tree' for a named tree",
     "subtree": "write 'tree: NAME'",
     "random": "write 'choose'",
     "drive": "write 'move', 'drive_on_heading' or 'explore_forward'",
@@ -67,7 +67,7 @@ OTHER_WORDS = {
     "goto": "write 'navigate_to_pose: {pose: [x, y, yaw]}'",
     "navigate": "write 'navigate_to_pose: {pose: [x, y, yaw]}'",
 }
-"""What to write for words of other languages and libraries, in small letters and without signs."""
+"""Replacements for words of other languages and libraries, in small letters and without signs."""
 
 OTHER_MODIFIERS = {
     "timeout": "write a node 'timeout: SECONDS' with this one under its 'do'",
@@ -88,7 +88,7 @@ FIRST_FIELDS = {
 }
 """The field that is meant where a type of node with fields gets one value."""
 
-ALL_KINDS = "the reference of the mission language has them all"
+ALL_KINDS = "'bt-mission docs nodes' lists all"
 NEAREST = 3
 
 
@@ -102,8 +102,8 @@ def unknown_kind(key: str, kinds: Iterable[str], modifiers: Collection[str]) -> 
     known = list(kinds)[:LIKENED_NAMES]
     instead = OTHER_WORDS.get(bare_word(key[:100]))
     if key in modifiers:
-        hint = f"{quoted(key)} is a modifier: it stands beside the type of its node"
-        return f"no type of node beside {quoted(key)}", hint
+        hint = f"{quoted(key)} is a modifier: write it beside the type of its node"
+        return f"no node type beside {quoted(key)}", hint
     if instead is not None:
         return f"unknown node type {quoted(key)}", instead
     near = difflib.get_close_matches(key[:100], known, n=NEAREST, cutoff=0.0)
@@ -114,10 +114,10 @@ def unknown_kind(key: str, kinds: Iterable[str], modifiers: Collection[str]) -> 
 def two_kinds(first: str, second: str, around: Sequence[str]) -> str:
     """Return what to do with two types of node in one; `around` are those that take a `do`."""
     if len(around) != 1:
-        return "make each an item of its own, with '- ' before it"
+        return "make each a separate item, with '- ' before it"
     outer = around[0]
     inner = second if outer == first else first
-    return f"make {quoted(outer)} an item of its own, and put {quoted(inner)} under its 'do'"
+    return f"make {quoted(outer)} a separate item, and put {quoted(inner)} under its 'do'"
 
 
 def unknown_modifier(key: str, modifiers: Iterable[str]) -> str | None:
@@ -127,7 +127,7 @@ def unknown_modifier(key: str, modifiers: Iterable[str]) -> str | None:
 
 def beside(key: str, kind: str) -> str:
     """Return what to do with a modifier that stands among the fields of its node."""
-    return f"{quoted(key)} is a modifier: it stands beside {quoted(kind)}, not inside it"
+    return f"{quoted(key)} is a modifier: write it beside {quoted(kind)}, not inside it"
 
 
 def lone_value(kind: str, value: Any) -> tuple[str, str] | None:
@@ -142,4 +142,4 @@ def lone_value(kind: str, value: Any) -> tuple[str, str] | None:
 
 
 LIST_OF_NODES = "put 'sequence:' before the list, to run its nodes one after another"
-NO_DASHES = "put '- ' before each node, and indent what belongs to it"
+NO_DASHES = "put '- ' before each node, and indent its content"

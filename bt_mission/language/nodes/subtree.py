@@ -58,7 +58,7 @@ class TreeNode(base.OutputsNode):
         signature = reading.signatures.get(self.tree)
         if signature is None:
             known = listed(reading.signatures)
-            message = f"no tree is called {quoted(self.tree)} (trees: {known})"
+            message = f"unknown tree {quoted(self.tree)} (trees: {known})"
             reading.report(
                 "BT-210", name_path, message, did_you_mean(self.tree, reading.signatures)
             )
@@ -72,7 +72,7 @@ class TreeNode(base.OutputsNode):
         gives = definition.outputs
         for result in self.outputs:
             if result not in gives and not reading.is_full:
-                message = f"no output {quoted(result)} of {self.tree} (it gives: {listed(gives)})"
+                message = f"{self.tree} has no output {quoted(result)} (outputs: {listed(gives)})"
                 hint = did_you_mean(result, gives)
                 reading.report("BT-212", (*self.path, "outputs", result), message, hint, key=True)
         return self.model_copy(update={"takes": signature.types, "gives": gives})
@@ -85,7 +85,7 @@ class TreeNode(base.OutputsNode):
                 break
             place = (*path, "inputs", given)
             if given not in takes:
-                message = f"no input {quoted(given)} in {self.tree} (it takes: {listed(takes)})"
+                message = f"{self.tree} has no input {quoted(given)} (inputs: {listed(takes)})"
                 reading.report("BT-212", place, message, did_you_mean(given, takes), key=True)
             elif not isinstance(value, Expression):
                 wanted = takes[given]

@@ -67,7 +67,7 @@ class Condition(Clause):
         root.expect(lambda _: None, "bool")
         for node in walk(root):
             if isinstance(node, Temporal) and node.word in FUTURE:
-                message = f"'{node.word}' looks ahead; a condition is about now and before"
+                message = f"'{node.word}' looks ahead; a condition covers only present and past"
                 raise ExpressionError("BT-604", message, node.column, _BACK.get(node.word))
         value = _only_value(root, outer="when")
         if value is not None:
@@ -108,8 +108,8 @@ def check_formula(root: SyntaxNode) -> None:
 
 
 _BACK = {
-    "always": "write 'historically ...', or the condition alone",
-    "eventually": "write 'previously ...', or the condition alone",
+    "always": "write 'historically ...', or only the condition",
+    "eventually": "write 'previously ...', or only the condition",
     "until": "write '... since ...'",
 }
 _WINDOWED = {
@@ -220,7 +220,7 @@ def _check_times(node: SyntaxNode, outer: str | None) -> None:
         case _:
             _refuse_times(node)
             if not outer:
-                message = "this speaks of the start alone"
+                message = "this covers only the start"
                 hint = "write 'always ...' or 'eventually ...'"
                 raise ExpressionError("BT-604", message, node.column, hint)
 
@@ -228,10 +228,10 @@ def _check_times(node: SyntaxNode, outer: str | None) -> None:
 def _check_place(node: Temporal, outer: str | None) -> None:
     word = node.word
     if not outer and word in EDGES:
-        message = f"'{word}' compares the start with what was before"
+        message = f"'{word}' compares the start with the instant before it"
         raise ExpressionError("BT-604", message, node.column, f"write 'eventually {word}(...)'")
     if not outer and word not in FUTURE:
-        message = f"'{word}' looks back from the start alone"
+        message = f"'{word}' looks back only from the start"
         raise ExpressionError("BT-604", message, node.column, f"write 'always {word} ...'")
     if outer and word in FUTURE and not node.window.is_bounded:
         message = f"'{word}' inside '{outer}' needs a window"
@@ -251,7 +251,7 @@ def _check_window(node: Temporal | Measure) -> None:
 def _refuse_times(node: SyntaxNode) -> None:
     """Refuse words of time inside a calculation, but for those of what is measured in it."""
     if isinstance(node, Temporal):
-        message = f"'{node.word}' cannot stand inside a calculation or an 'if'"
+        message = f"'{node.word}' is not allowed inside a calculation or an 'if'"
         raise ExpressionError("BT-604", message, node.column)
     parts = node.parts
     if isinstance(node, Measure):

@@ -162,7 +162,7 @@ class RequirementParser(ExpressionParser):
             self.take()
         if token.kind != "end" and token.text == ":":
             raise ExpressionError(
-                "BT-601", "unexpected ':'", token.column, "it stands behind 'whenever ...'"
+                "BT-601", "unexpected ':'", token.column, "write it after 'whenever ...'"
             )
         super().end()
 
@@ -204,7 +204,7 @@ class RequirementParser(ExpressionParser):
                 "BT-605", f"expected 'far' after 'so', got {self.got}", self.next.column
             )
         if word.text not in LOOKING_BACK or not window.is_bounded:
-            message = "'so far' belongs behind a window that looks back"
+            message = "'so far' is allowed only after a window that looks back"
             hint = "such as 'historically for 5 s so far'"
             raise ExpressionError("BT-605", message, token.column, hint)
         return replace(window, so_far=True)
@@ -235,12 +235,12 @@ class RequirementParser(ExpressionParser):
         if signal is None and self.tokens[max(self.at - 2, 0)].text in ("==", "!="):
             message = f"unknown signal {quoted(node.name)}"
             raise ExpressionError(
-                "BT-602", message, node.column, f"a text stands in quotes: '{node.name}'"
+                "BT-602", message, node.column, f"put the text in quotes: '{node.name}'"
             )
         if signal is None:
             raise _unknown(node.name, node.column)
         if signal.arguments:
-            message = f"expected {_usage(node.name)}, got '{node.name}' alone"
+            message = f"expected {_usage(node.name)}, got only '{node.name}'"
             raise ExpressionError("BT-602", message, node.column)
         return SignalValue(node.column, node.name)
 

@@ -12,7 +12,7 @@ from bt_mission.goals.outcome import Outcome
 from bt_mission.language.expressions.values import Type
 
 Knows = Literal["simulator", "odometry", "topic", "mission"]
-"""Who knows a signal: a simulation alone; a simulation, and odometry on a robot; a topic; or the
+"""Sources of a signal: only a simulation; a simulation, and odometry on a robot; a topic; or the
 executive."""
 
 
@@ -25,8 +25,8 @@ class Signal:
         type: Of its value; None where a message decides.
         unit: None where it is not known.
         range: From where to where its number can go.
-        known_by: Who knows it.
-        arguments: What stands in its parentheses; without any it is written without them.
+        known_by: Its source.
+        arguments: Those in its parentheses; without any it is written without them.
         is_of_goal: Does it need a node that sends goals?
     """
 

@@ -87,9 +87,7 @@ class Temporal(SyntaxNode):
 
     @override
     def evaluate(self, scope: EvaluationScope) -> Plain:
-        raise ExpressionError(
-            "BT-604", f"'{self.word}' is about more than one instant", self.column
-        )
+        raise ExpressionError("BT-604", f"'{self.word}' covers more than one instant", self.column)
 
     @override
     def infer(self, types: Types) -> Type | None:

@@ -1,4 +1,4 @@
-"""Requirements as they stand in a file: a formula, or a mapping that says what follows what."""
+"""Requirements as written in a file: a formula, or a mapping with `whenever` and `then`."""
 
 from __future__ import annotations
 

@@ -116,9 +116,11 @@ def values_of(mission: Mission, given: Iterable[tuple[str, str]]) -> dict[str, P
         elif name in written:
             values[name] = _plain(text)
         elif name in followed:
-            faults.append(_fault(name, text, f"'{name}' follows a topic, which alone changes it"))
+            faults.append(
+                _fault(name, text, f"'{name}' follows a topic; only the topic changes it")
+            )
         else:
-            message = f"no variable {quoted(name)} (the mission's: {listed(known)})"
+            message = f"unknown variable {quoted(name)} (the mission's: {listed(known)})"
             faults.append(_fault(name, text, message, did_you_mean(name, known)))
     if faults:
         raise InputError(faults)
@@ -135,7 +137,7 @@ def refuse_earlier(faults: Iterable[WrittenFault], at_s: float) -> None:
     for fault in faults:
         begins = fault.planned.begins
         if not isinstance(begins, WhenTrue) and begins.time_s < at_s - ROUNDING_S:
-            message = f"it begins before the fork, whose control step is at {seconds(at_s)}"
+            message = f"it begins before the fork, which is at {seconds(at_s)}"
             wrong.append(fault.locate("BT-1004", message, None, str(begins.time_s), 0))
     if wrong:
         raise InputError(wrong)

@@ -62,7 +62,7 @@ def _other_heads(before: Mission, after: Mission) -> Iterator[Diagnostic]:
     for name in FIXED:
         old, other = _head(before, name), _head(after, name)
         if old != other:
-            message = f"'{name}' is settled when a run begins: it was {old}, and is {other} here"
+            message = f"'{name}' is fixed at the start of a run: recorded {old}, here {other}"
             yield after.document.diagnostic("BT-1004", (name,), message)
 
 
@@ -117,10 +117,10 @@ def _node_changes(before: NodeModel, after: NodeModel, tree: Tree) -> Iterator[D
 
 def _difference(before: NodeModel | None, after: NodeModel | None) -> str:
     if before is None:
-        return "a node more than before"
+        return "an additional node"
     if after is None:
-        return f"the node '{before.label}' is gone"
-    return f"another node than '{before.label}', or one that is built in another way"
+        return f"the node '{before.label}' is missing"
+    return f"a node other than '{before.label}', or one with another structure"
 
 
 def _signature(tree: Tree) -> tuple[object, ...]:

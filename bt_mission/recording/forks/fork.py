@@ -223,7 +223,10 @@ class ForkedRun:
         difference = self._difference(self._recorded[: self._parted + 1])
         at_s = source.seconds(self._step_ns)
         whose = f"{source.name}: " if source.name else ""
-        what = f"run again, it is not the same up to {seconds(at_s)}, so it cannot be forked there"
+        what = (
+            f"the repeated run differs from the recording before {seconds(at_s)}, so it "
+            f"cannot be forked there"
+        )
         lines = [
             f"{source.path}: {whose}{what} (< recorded, > run again)",
             str(difference),
@@ -232,11 +235,11 @@ class ForkedRun:
         if self._change.new_tree is not None:
             lines.append(f"the edited mission has another tree: {self._change.new_tree}")
         elif any(event.get("event") == "paused" for event in source.events):
-            lines.append("it was paused by hand: what people do to a run is not in its recording")
+            lines.append("it was paused by hand, and a recording does not contain interventions")
         elif source.outcome[0] == "interrupted":
-            lines.append("it was interrupted: what people do to a run is not in its recording")
+            lines.append("it was interrupted, and a recording does not contain interventions")
         else:
             lines.append(
-                "what a test, people or other processes do to a run is not in its recording"
+                "a recording does not contain interventions by tests, people or other processes"
             )
         return "\n".join(lines)

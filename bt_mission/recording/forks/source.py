@@ -39,7 +39,7 @@ LAST_LINES = 4
 
 NO_PYTHON = Permissions(
     python="refuse",
-    hint="--import-python runs the code of its author's that lies on this machine",
+    hint="--import-python runs its author's code from this machine",
 )
 
 
@@ -207,20 +207,18 @@ def _read(path: Path, permissions: Permissions, robot: str | None) -> ForkSource
     facts = file.facts
     stage = _stage_of(path, facts, file.why_cut)
     if not lines:
-        raise ForkError(f"{path}: no trace of the run is in it{_cut(file.why_cut)}")
+        raise ForkError(f"{path}: contains no trace of the run{_cut(file.why_cut)}")
     events = [_event(line) for line in lines]
     version = events[0].get("trace_version")
     if version is None:
-        raise ForkError(
-            f"{path}: it begins in the middle of the run, which has to be recorded from its start"
-        )
+        raise ForkError(f"{path}: starts in the middle of the run; record the run from its start")
     if version != VERSION:
         raise ForkError(
             f"{path}: its trace has version {version}, and this bt-mission writes {VERSION}"
         )
     steps = tuple(event["t"] for event in events if event.get("event") == "pose")
     if not steps:
-        raise ForkError(f"{path}: it ends before the first control step{_cut(file.why_cut)}")
+        raise ForkError(f"{path}: ends before the first control step{_cut(file.why_cut)}")
     written, mission = _missions_of(file, facts, permissions)
     return ForkSource(
         path=path,
@@ -259,7 +257,7 @@ def _event(line: str) -> Mapping[str, Any]:
     except (ValueError, RecursionError):
         event = None
     if not isinstance(event, dict) or ("event" in event and type(event.get("t")) is not int):
-        raise ForkError(f"a line of the recorded trace is no event: {line[:80]}")
+        raise ForkError(f"a line of the recorded trace is not an event: {line[:80]}")
     return event
 
 
@@ -279,30 +277,32 @@ def _cut(why: str) -> str:
 def _stage_of(path: Path, facts: RunFacts, why_cut: str) -> Mapping[str, Any]:
     if not facts.texts:
         raise ForkError(
-            f"{path}: no run of bt-mission is in it; bt-mission run --record FILE.mcap makes such "
-            f"files{_cut(why_cut)}"
+            f"{path}: contains no run of bt-mission; record one with `bt-mission run --record "
+            f"FILE.mcap`{_cut(why_cut)}"
         )
     if "world" not in facts.texts:
         raise ForkError(
-            f"{path}: it has no seed: it was recorded against the servers of a running graph, and "
-            "a live run cannot run again"
+            f"{path}: has no seed: it was recorded on a running graph, and such a run cannot be "
+            f"repeated"
         )
     stage = facts.stage
     if stage is None:
         by = facts.versions.get("bt-mission", "?")
         raise ForkError(
-            f"{path}: it lacks the files of world and robot, and the options of the simulation: "
+            f"{path}: lacks the files of world and robot and the options of the simulation: "
             f"recorded by an older bt-mission ({by}); record the run again"
         )
     if facts.texts.get("namespace", "/").strip("/") not in [
         robot["name"] for robot in stage["robots"]
     ]:
-        raise ForkError(f"{path}: its robots are not those of its simulation")
+        raise ForkError(f"{path}: the recorded robots differ from those of the simulation")
     if stage["without"]:
         names = ", ".join(map(str, stage["without"]))
-        raise ForkError(f"{path}: a test played the servers of {names}, which are not in it")
+        raise ForkError(
+            f"{path}: a test played the servers of {names}, which the recording does not contain"
+        )
     if made := [target for name, target in stage["nodes"] if not name]:
-        raise ForkError(f"{path}: it needs nodes that a program made: {', '.join(made)}")
+        raise ForkError(f"{path}: needs nodes that a program created: {', '.join(made)}")
     if facts.changes:
         raise ForkError(
             f"{path}: it is itself a fork, of the run in {facts.texts.get('forked_from', '?')}: "
@@ -322,7 +322,7 @@ def _missions_of(
     }
     name = facts.texts.get("file", "")
     if name not in texts:
-        raise ForkError(f"{file.path}: it lacks the mission's file '{name}'")
+        raise ForkError(f"{file.path}: lacks the mission file '{name}'")
     is_xml = Path(name).suffix == XML
     text = texts[name]
     document = document_of(text, name, texts) if is_xml else read_text(text, name)
@@ -332,7 +332,7 @@ def _missions_of(
         document = document.under("mission")  # it was written in a scenario or a fleet
     seed = facts.texts.get("seed", "")
     if not seed.isdecimal():
-        raise ForkError(f"{file.path}: it has no seed")
+        raise ForkError(f"{file.path}: has no seed")
     zones = zones_in(_text_of(file, "world", "worlds/").data)
     permissions = replace(permissions, texts=texts)
     check = partial(tree_diagnostics, permissions=permissions)
@@ -373,11 +373,11 @@ def _text_of(file: RecordedFile, what: str, prefix: str) -> Document:
     for attached in file.attached:
         if attached.media_type == "application/yaml" and attached.name.startswith(prefix):
             return read_text(attached.data.decode(errors="replace"), attached.name)
-    raise ForkError(f"{file.path}: it lacks the file of the {what}{_cut(file.why_cut)}")
+    raise ForkError(f"{file.path}: lacks the file of the {what}{_cut(file.why_cut)}")
 
 
 def _other_versions(recorded: Mapping[str, Any]) -> Iterator[str]:
     for name, here in versions().items():
         then = recorded.get(name, here)
         if then != here:
-            yield f"recorded with {name} {then}, here it is {here}"
+            yield f"recorded with {name} {then}, installed is {here}"

@@ -143,8 +143,8 @@ def check_worth(source: ForkSource, *, has_more: bool) -> None:
     violated = any(requirement.get("verdict") == "violated" for requirement in source.requirements)
     if source.outcome[0] == "success" and not violated and not has_more:
         raise ForkError(
-            f"{source.path}: it ended in success with no requirement violated, so there is nothing "
-            "to save; --require FILE adds a requirement"
+            f"{source.path}: the run succeeded without a violated requirement, so there is "
+            f"nothing to save; --require FILE adds a requirement"
         )
 
 

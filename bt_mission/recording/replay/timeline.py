@@ -215,18 +215,18 @@ class TimelineReader:
     def _why_no_timeline(self) -> str:
         if TREE in self._file.unread:
             return (
-                "its tree cannot be read; it was made by another version of bt-mission "
+                "its tree cannot be read; another version of bt-mission made it "
                 f"({self._file.unread[TREE]})"
             )
         if "bt_mission" in self._file.notes:
             why = self._file.why_cut or "nothing was ticked"
             return f"it ends before the mission began: {why}"
         if not self._file.topics:
-            return f"no message is in it: {self._file.why_cut or 'nothing was recorded'}"
+            return f"contains no messages: {self._file.why_cut or 'nothing was recorded'}"
         return (
-            f"no tree of a mission is in it (topics here: {self._file.topics}). "
-            "bt-mission run --record makes such files; with ros2 bag record, record "
-            "/bt_mission/tree, changes, state, details and log, too, from the start of the mission"
+            f"contains no tree of a mission (topics here: {self._file.topics}). "
+            "Record with `bt-mission run --record`; with ros2 bag record, include "
+            "/bt_mission/tree, changes, state, details and log from the start of the mission"
         )
 
 

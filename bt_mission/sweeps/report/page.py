@@ -39,7 +39,7 @@ PAGE = "sweep.html"
 MOST_MARGINS = 24
 MOST_GROUPS = 50
 MOST_PATH = 6
-INSTALL = "the page of a sweep is drawn by Plotly: pip install 'bt-mission[sweep]'"
+INSTALL = "the page of a sweep needs Plotly: pip install 'bt-mission[sweep]'"
 
 
 def write_sweep_page(

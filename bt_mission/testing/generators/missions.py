@@ -10,7 +10,7 @@ from bt_mission.core.draws import Draws, maybe, number, one_of
 DEEPEST = 3
 MOST_CHILDREN = 3
 MOST_PARTS = 8
-"""The mission goes on where one of them but the last fails."""
+"""The mission continues if one of them except the last fails."""
 LIMIT_S = 12.0
 """On every goal."""
 
@@ -18,7 +18,7 @@ Node = dict[str, Any]
 
 
 def drawn_mission(draws: Draws) -> dict[str, Any]:
-    """A mission, as data of a mission file; it is sound."""
+    """A valid mission, as data of a mission file."""
     parts = [_node(draws, DEEPEST) for _ in range(draws.whole(1, MOST_PARTS))]
     return {
         "mission": "drawn",

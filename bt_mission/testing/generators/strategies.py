@@ -47,7 +47,7 @@ def worlds(draw: Any) -> str:
 
 @st.composite
 def missions(draw: Any) -> str:
-    """Texts of mission files that are sound, of all kinds of nodes; they end in bounded time."""
+    """Texts of valid mission files with all kinds of nodes; they end in bounded time."""
     return as_text(drawn_mission(Drawn(draw)))
 
 

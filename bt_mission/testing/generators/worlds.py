@@ -7,7 +7,7 @@ from typing import Any
 from bt_mission.core.draws import Draws, maybe, number, one_of
 
 CELL = 0.9
-"""m. Obstacles stand in cells of this size, one in each, so that they do not touch."""
+"""m. Each obstacle has a cell of this size, so that obstacles do not touch."""
 
 FREE = 0.75
 """m. Nothing is nearer to the spawn than this, seen from an obstacle's middle."""

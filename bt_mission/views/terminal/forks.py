@@ -66,7 +66,7 @@ def sweep_lines(
         if requirement.get("verdict") == "violated"
     ]
     if result.last is None:
-        lines.append(f"with {change}: saved at none of the instants that were tried")
+        lines.append(f"with {change}: not saved at any of the instants tried")
     else:
         at_s = result.last.at_s
         lines.append(f"with {change} from {seconds(at_s)} on, it is saved: {_ending(result.last)}")
@@ -75,11 +75,11 @@ def sweep_lines(
         lines.append(
             f"  one control step later, at {seconds(at_s)}, it is not: {_ending(result.next)}"
         )
-    left = f"; {result.skipped} such instants were left out (--tries)" if result.skipped else ""
+    left = f"; {result.skipped} such instants were skipped (--tries)" if result.skipped else ""
     lines.append(
-        f"  {len(result.tries)} of {result.control_steps} control steps were tried, in "
-        f"{wall_s:.0f} s: where nodes changed, from the last one back{left}. "
-        "Nothing is known of the others"
+        f"  {len(result.tries)} of {result.control_steps} control steps were tried in "
+        f"{wall_s:.0f} s, at changes of nodes, from the last one backwards{left}. The others "
+        f"were not tried"
     )
     return [escape_control(line) for line in lines]
 

@@ -47,7 +47,7 @@ class WatchApp(ViewApp):
     """
 
     keys = KEYS
-    leaving = "leave; the mission continues"
+    leaving = "exit; the mission continues"
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding(key.keys, key.action, show=False) for key in KEYS
     ]

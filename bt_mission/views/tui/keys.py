@@ -63,7 +63,7 @@ LOOKING = (
     Key("right,l", "tree('unfold')", "", ""),
     Key("enter,space", "tree('toggle')", "Enter", "fold or unfold"),
     Key("asterisk", "tree('fold_all')", "*", "fold or unfold everything"),
-    Key("slash", "search", "/", "search names, classes and words"),
+    Key("slash", "search", "/", "search names, classes and text"),
     Key("n", "again(1)", "n N", "next, previous match"),
     Key("N", "again(-1)", "", ""),
     Key("f", "tree('follow')", "f", "follow the running node"),

@@ -44,11 +44,11 @@ PATH_ROWS = 8
 """Below this number of rows the running path is hidden."""
 
 SIDE_COLUMNS = 64
-"""At most so many for the panels beside the tree."""
+"""The most columns for the panels beside the tree."""
 
 
 TIME_ROWS = 4
-"""Below so many rows a recording's line of time gives way to the tree."""
+"""With fewer rows, a recording's line of time gives way to the tree."""
 
 
 @dataclass(frozen=True)

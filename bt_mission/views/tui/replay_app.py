@@ -103,7 +103,7 @@ class ReplayApp(ViewApp):
         """Go to the next change of the tree, or the one before."""
         if not self.player.step(steps):
             self.show_notice(
-                "the tree does not change after this" if steps > 0 else "nothing before this"
+                "the tree does not change after this" if steps > 0 else "no change before this"
             )
         self.draw()
 
@@ -139,12 +139,12 @@ class ReplayApp(ViewApp):
         if math.isfinite(at_s):
             self.player.go(at_s)
         else:
-            self.show_notice(f"'{text}' is no time: expected seconds, such as 12.5")
+            self.show_notice(f"'{text}' is not a time: expected seconds, such as 12.5")
 
     def action_fork(self) -> None:
         """Ask for a change, and fork the recording at the instant that is shown."""
         if self._fork is None:
-            self.show_notice("forks are not offered here")
+            self.show_notice("forks are not available here")
             return
         self.player.pause()
         hint = f"fork at {seconds(self.player.at_s)}: NAME=VALUE, or --mission FILE; Enter, or Esc"
@@ -160,7 +160,7 @@ class ReplayApp(ViewApp):
             return
         path = self._fork(shown.timeline.path, shown.at_s, words, self.suspend)
         if path is None:
-            self.show_notice("there is no fork; this is the recording as before")
+            self.show_notice("the fork failed; this is the original recording")
             return
         self.player = Player(read_timeline(path), speed=shown.speed, at_s=shown.at_s)
         self.outlook = WatchModel()
@@ -185,7 +185,7 @@ def _how(player: Player) -> str:
     if player.is_playing:
         how = "backwards" if player.is_backwards else "playing"
     elif player.is_at_end:
-        how = "cut here" if player.timeline.why_cut else "at the end"
+        how = "incomplete from here" if player.timeline.why_cut else "at the end"
     else:
         how = "at the start" if player.is_at_start else "paused"
     return f"{how:<12} {f'{player.speed:.4g} x':>6}"

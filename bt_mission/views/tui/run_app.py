@@ -21,7 +21,7 @@ class RunApp(WatchApp, Generic[R]):
         interrupts: Receives the user's request to leave, as Ctrl-C does without a view.
     """
 
-    leaving = "stop the mission; twice: at once; after its end: leave"
+    leaving = "stop the mission; twice: at once; after its end: exit"
 
     def __init__(
         self, graph: Graph, marks: Marks, name: str, steps: Steps[R], interrupts: InterruptSignals
@@ -46,7 +46,7 @@ class RunApp(WatchApp, Generic[R]):
             self.exit()
             return
         self.look()
-        self.show_notice("the mission has ended: q leaves")
+        self.show_notice("the mission has ended; q exits")
 
     @property
     def report(self) -> R | None:
@@ -57,9 +57,7 @@ class RunApp(WatchApp, Generic[R]):
         """End the mission, as Ctrl-C does; leave once it has ended, or after a second request."""
         if self.report is None:
             self._interrupts.note("the user")
-            self.show_notice(
-                "the mission ends, every goal is seen to its end; q again leaves at once"
-            )
+            self.show_notice("stopping; waiting until all goals have ended; q again exits at once")
         if self.report is not None or self._interrupts.count > 1:
             self.exit()
 

@@ -205,17 +205,17 @@ class ViewApp(EscapingApp[None]):
 
         def take(text: str) -> None:
             if not self.outlook.search(text, before - 1):
-                self.show_notice(f"'{text}' is nowhere in the tree")
+                self.show_notice(f"'{text}' is not in the tree")
 
         def give_up() -> None:
             self.outlook.cursor = before
 
-        self.ask(Prompt("search; Enter takes it, Esc goes back", take, follow, give_up))
+        self.ask(Prompt("search; Enter confirms, Esc cancels", take, follow, give_up))
 
     def action_again(self, step: int) -> None:
         """The next node with the text of the last search."""
         if not self.outlook.search(self.outlook.sought, self.outlook.cursor, step=step):
-            self.show_notice("nothing was searched for yet: / does")
+            self.show_notice("no search yet; press /")
         self.draw()
 
     # ---- panels and screens --------------------------------------------------------------

@@ -34,7 +34,7 @@ def load_encoder() -> Any:
         import av  # noqa: PLC0415 - an extra, of 35 MB
     except ImportError as error:
         raise BtMissionError(
-            f"films need PyAV ({error}); install it with: pip install 'bt-mission[video]'",
+            f"video export needs PyAV ({error}); install it with: pip install 'bt-mission[video]'",
             code="BT-905",
         ) from error
     return av

@@ -197,4 +197,4 @@ class VideoRecorder:
         try:
             call()
         except Exception as error:  # noqa: BLE001 - looking on must not change what happens
-            self.file.abandon(f"the film failed: {described(error)}")
+            self.file.abandon(f"the video failed: {described(error)}")

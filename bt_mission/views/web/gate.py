@@ -20,11 +20,9 @@ Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
 Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 
-OLD_LINK = (
-    "This link is wrong, or of an earlier start: open the one that the command has printed.\n"
-)
+OLD_LINK = "This link is invalid or expired: open the link that the command printed.\n"
 
-NO_PATH = "This server serves a page, by its path.\n"
+NO_PATH = "This server serves only its page.\n"
 
 AUTHORITY = re.compile(r"[A-Za-z0-9.\-\[\]:]+")
 """An address or a name with a port, and nothing that would be more in a header."""
@@ -93,13 +91,13 @@ class Gate:
         """Return why a request is refused; empty if it is not."""
         named = _header(scope, "host")
         if not self._is_ours(named):
-            return "This server is called by its address or as localhost only.\n"
+            return "This server accepts only its address or localhost.\n"
         given = scope["path"].split("/")[1]
         if not secrets.compare_digest(given.encode(), self._token.encode()):
             return OLD_LINK
         origin = _header(scope, "origin")
         if origin != f"http://{named}" and (origin or scope["type"] == "websocket"):
-            return "Pages of other servers have nothing to say here.\n"
+            return "Requests from pages of other servers are refused.\n"
         return ""
 
     def _is_ours(self, named: str) -> bool:

@@ -115,12 +115,12 @@ class LiveMission:
             if request.name in (executive.name for executive in self._graph.find()):
                 self.attach(request.name)
             else:
-                self._say(f"{request.name} is not there any more")
+                self._say(f"{request.name} no longer exists")
             return
         if refusal := self._refusal():
             self._say(refusal)
         elif source is None:
-            self._say("nobody is watched yet")
+            self._say("no executive is watched yet")
         elif request.do == "breakpoint":
             if (wish := self._watched.toggled_breakpoint(request.node)) is not None:
                 source.send(wish)

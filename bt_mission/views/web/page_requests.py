@@ -62,13 +62,13 @@ def read_request(text: str) -> PageRequest:
     try:
         request = json.loads(text)
     except (ValueError, RecursionError):
-        raise PageRequestError("the message is no JSON") from None
+        raise PageRequestError("the message is not JSON") from None
     if not isinstance(request, dict) or not isinstance(request.get("do"), str):
-        raise PageRequestError("the message is no request: expected an object with 'do'")
+        raise PageRequestError("not a request: expected an object with 'do'")
     do = request.pop("do")
     needed = {**CONTROLS, **QUESTIONS}.get(do)
     if needed is None:
-        raise PageRequestError("the message asks for what there is not")
+        raise PageRequestError("unknown request")
     allowed = {name for name in (needed, "node") if name}
     if not set(request) <= allowed or (needed and needed not in request):
         raise PageRequestError(f"'{do}' takes {needed or 'nothing'}")

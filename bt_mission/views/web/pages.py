@@ -73,7 +73,7 @@ class OpenPage:
             raise WebSocketDisconnect(message.get("code", 1000))
         text = message.get("text")
         if not isinstance(text, str):
-            raise PageRequestError("the message is no text")
+            raise PageRequestError("the message is not text")
         return text
 
     def _take(self, request: PageRequest) -> None:
@@ -152,7 +152,7 @@ class OpenPages:
         """Serve a page until it is closed."""
         await socket.accept()
         if len(self._pages) >= MOST_PAGES:
-            await socket.close(TRY_LATER, f"{MOST_PAGES} pages are open already")
+            await socket.close(TRY_LATER, f"{MOST_PAGES} pages are already open")
             return
         page = OpenPage(socket, self._shown, is_read_only=self._is_read_only)
         self._pages.add(page)

@@ -57,7 +57,7 @@ class ShownRun(Generic[R]):
         try:
             asyncio.run(self._run())
         except Exception as error:  # noqa: BLE001 - what shows a mission must not break it
-            self._say(f"the page failed, the mission goes on: {type(error).__name__}: {error}")
+            self._say(f"the page failed; the mission continues: {type(error).__name__}: {error}")
         # Raises what the session has raised.
         return self._driver.finish()
 

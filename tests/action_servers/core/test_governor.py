@@ -123,7 +123,7 @@ def test_the_maneuver_learns_at_its_next_step_what_holds_the_base(fake, waffle):
     base.step(wants.step)
     base.step(wants.step)
     held = [now.held and (now.held.words, now.held.since_s) for now in wants.seen]
-    blocked = ("an obstacle stands in the way, ahead", 10.0)
+    blocked = ("an obstacle is in the way, ahead", 10.0)
     assert held == [None, blocked, blocked, blocked, None]
 
 

@@ -59,7 +59,7 @@ def test_a_stop_ends_everything_and_refuses_until_release():
     assert commands[-1] == ZERO
     for needs_base in (True, False):
         assert interlock.refusal(needs_base=needs_base) == (
-            "stopped; call the service release to go on"
+            "stopped; call the service release to continue"
         )
     interlock.release()
     assert interlock.refusal(needs_base=True) is None

@@ -75,7 +75,7 @@ def test_it_ends_blocked_before_it_touches(fake, robot, twist, wall):
     base = fake(robot, [wall])
     finished = base.run(Move(60, twist, robot))
     assert (finished.status, finished.error_code) == ("aborted", ErrorCode.BLOCKED)
-    assert "an obstacle stands in the way" in finished.reason
+    assert "an obstacle is in the way" in finished.reason
     while base.linear or base.angular:
         base.move(ZERO)
     gap = hull_gap(base, robot, wall)

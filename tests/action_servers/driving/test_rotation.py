@@ -60,7 +60,7 @@ def test_it_slows_down_for_an_obstacle_before_the_target(fake, waffle):
     assert isinstance(finished, Finished)
     assert finished.error_code == ErrorCode.BLOCKED
     assert finished.reason.startswith(
-        "no room to turn left: an obstacle stands within the circle of 0.238 m that the robot"
+        "no room to turn left: an obstacle is within the circle of 0.238 m that the robot"
     )
     assert base.twists[-1].angular < 0.5
     base.move(Twist2D(), 0.5)

@@ -57,7 +57,7 @@ def test_an_obstacle_on_the_way_is_a_collision_ahead(fake, robot, codes, distanc
     maneuver = Straight(distance, 0.2, 0.0, codes, robot)
     finished = base.run(maneuver)
     assert (finished.status, finished.error_code) == ("aborted", code)
-    assert "an obstacle stands in the way" in finished.reason
+    assert "an obstacle is in the way" in finished.reason
     while base.linear:
         base.move(ZERO)
     room = 0.6 - (robot.hull.front if distance > 0 else -robot.hull.rear)

@@ -99,7 +99,7 @@ def test_ends_before_the_corner_behind_meets_a_wall(fake, waffle, sign):
     finished = base.run(Turn(sign * math.pi, 1.0, waffle))
     assert finished.error_code == ErrorCode.BLOCKED
     side = "left" if sign > 0 else "right"
-    assert finished.reason.startswith(f"no room to turn {side}: an obstacle stands within")
+    assert finished.reason.startswith(f"no room to turn {side}: an obstacle is within")
     base.move(Twist2D(), 0.5)
     # The corner behind on that side would meet the wall after 49 degrees.
     assert 30.0 < sign * math.degrees(base.yaw) < 45.0

@@ -92,7 +92,7 @@ def test_tuning_that_is_set_holds_at_once_and_the_period_is_fixed(bench: Bench) 
     )
     assert not period.successful
     assert period.reason == (
-        "update_period is read when the node starts; start it again with "
+        "update_period is read only when the node starts; restart it with "
         "--ros-args -p update_period:=0.1"
     )
     assert each.successful
@@ -173,7 +173,7 @@ def test_a_client_cannot_have_a_map_written_anywhere(
     bench.mapper.set_parameters([Parameter("map_prefix", value=str(target))])
     answer = bench.save()
     assert not answer.success
-    assert f"lies outside of {tmp_path}" in answer.message
+    assert f"is outside {tmp_path}" in answer.message
     assert not list(other.iterdir())
     assert not target.with_suffix(".pgm").exists()
     bench.mapper.set_parameters([Parameter("map_prefix", value=str(tmp_path / "second"))])

@@ -19,7 +19,7 @@ def test_the_type_is_the_one_that_is_listened_for(result):
 def test_nobody_listens():
     """The reason names the topic; the type stays open."""
     listeners = Listeners("/cmd_vel")
-    assert listeners.look([]) == "nobody listens on /cmd_vel; is the robot's bringup running?"
+    assert listeners.look([]) == "/cmd_vel has no subscriber; is the robot's bringup running?"
     assert listeners.type is None
 
 
@@ -46,7 +46,7 @@ def test_a_type_that_changes_later_is_a_fault_until_it_changes_back():
     assert listeners.look([STAMPED]) is None
     reason = listeners.look([PLAIN])
     assert reason is not None
-    assert reason.startswith("Twist is listened for on /cmd_vel, but TwistStamped is sent")
+    assert reason.startswith("/cmd_vel is subscribed as Twist, but TwistStamped is sent")
     assert listeners.type == STAMPED
     assert listeners.look([STAMPED]) is None
 

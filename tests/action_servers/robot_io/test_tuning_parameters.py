@@ -93,7 +93,7 @@ def test_several_fixed_and_free_parameters_are_set_together_or_not_at_all(make_n
     answer = node.set_parameters_atomically(both)
     assert not answer.successful
     assert answer.reason == (
-        "control_rate is read when the node starts; start it again with "
+        "control_rate is read only when the node starts; restart it with "
         "--ros-args -p control_rate:=10.0"
     )
     assert node.get_parameter("pictures").value == 60
@@ -106,7 +106,7 @@ def test_how_long_an_executive_may_be_late_is_fixed(waffle, tmp_path, context, n
     (answer,) = node.set_parameters([Parameter(name, value=3.0)])
     assert not answer.successful
     assert answer.reason == (
-        f"{name} is read when the node starts; start it again with --ros-args -p {name}:=3.0"
+        f"{name} is read only when the node starts; restart it with --ros-args -p {name}:=3.0"
     )
     node.destroy_node()
 

@@ -53,7 +53,7 @@ def test_an_actions_feedback_is_put_together(tmp_path: Path) -> None:
 def test_what_is_not_installed_is_named(tmp_path: Path, type_name: str, missing: str) -> None:
     """Also where only a part of the message is not there."""
     write(tmp_path, "a", "msg/Top.msg", "Gone gone\n")
-    with pytest.raises(NoDefinitionError, match=f"no definition of {missing}"):
+    with pytest.raises(NoDefinitionError, match=f"definition of {missing}"):
         Definitions([tmp_path]).of(type_name)
 
 

@@ -70,7 +70,7 @@ def test_single_precision_is_kept():
 def test_a_field_that_is_not_sent_is_refused():
     """It would be filled in vain."""
     message, other = Odometry(), Odometry()
-    with pytest.raises(ValueError, match=r"linear\.x stands in 0 places of a Odometry"):
+    with pytest.raises(ValueError, match=r"linear\.x is in 0 places of a Odometry"):
         MessageTemplate(message, STAMP, [(other, ("twist.twist.linear.x",))], serialize_message)
 
 

@@ -14,7 +14,7 @@ def test_where_nothing_is_said_it_is_this_machine(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setenv(RANGE, "")
     monkeypatch.setenv("ROS_DOMAIN_ID", "")
     output = restrict_discovery(network=False)
-    assert output == "ROS domain 0, on this machine only; --network opens it to others"
+    assert output == "ROS domain 0, this machine only; --network includes other machines"
     assert os.environ[RANGE] == "LOCALHOST"
 
 
@@ -31,7 +31,7 @@ def test_the_option_opens_the_network(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(RANGE, "LOCALHOST")
     monkeypatch.setenv("ROS_DOMAIN_ID", "7")
     output = restrict_discovery(network=True)
-    assert output == "ROS domain 7, with other machines of the network (--network)"
+    assert output == "ROS domain 7, all machines of the network (--network)"
     assert os.environ[RANGE] == "SUBNET"
 
 

@@ -30,7 +30,7 @@ def test_who_publishes_another_type_is_named_with_it():
 def test_a_node_that_the_graph_has_not_heard_of_is_said_to_have_no_name_yet():
     """What rmw says instead of a name is for programs."""
     end = End("_NODE_NAME_UNKNOWN_", PLAIN, "_NODE_NAMESPACE_UNKNOWN_")
-    assert node_of(end) == "a node whose name is not known yet"
+    assert node_of(end) == "a node with unknown name"
 
 
 def test_both_sides_of_a_conflict_are_named():

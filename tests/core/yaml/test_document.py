@@ -54,7 +54,7 @@ def test_a_large_file_is_refused_unread(tmp_path):
     """Ten megabytes: the message says the size."""
     path = tmp_path / "large.yaml"
     path.write_bytes(b"a" * 10_000_000)
-    expected = "the file is too large: 10,000,000 bytes, at most 1,000,000 are read [BT-103]"
+    expected = "the file is too large: 10,000,000 bytes, the limit is 1,000,000 [BT-103]"
     assert refusal(path) == f"{path}: error: {expected}"
 
 

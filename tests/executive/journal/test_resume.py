@@ -241,7 +241,7 @@ def test_other_inputs_and_seeds_are_told(begun: Any) -> None:
     _, path = begun("wait: 10")
     text = "mission: m\ntree:\n  wait: 10\n"
     journal = Journal(path)
-    with pytest.raises(BtMissionError, match=r"other seed: 0, not 4 \(--seed\)"):
+    with pytest.raises(BtMissionError, match=r"different seed: 0, not 4 \(--seed\)"):
         journal.resume(load(text, seed=4), "/")
     with pytest.raises(BtMissionError, match=r"other namespace: '/', not '/r' \(--namespace\)"):
         journal.resume(load(text), "/r")
@@ -268,8 +268,8 @@ def test_without_the_server_of_a_goal_in_flight_nothing_goes_on(begun: Any) -> N
     again.die()
     assert again.play.status == "failure"
     assert again.play.executive.reason == (
-        "cannot be resumed: 'turn' had a goal at /turn when its process died, and no server is "
-        "there now; start it, then resume again"
+        "cannot be resumed: 'turn' had a goal at /turn when its process died, and the server is "
+        "not running; start it, then resume again"
     )
     assert path.read_bytes() == before
 

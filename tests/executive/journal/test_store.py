@@ -248,7 +248,7 @@ def test_a_huge_value_is_kept(path: Path) -> None:
 def test_two_cannot_have_one_journal(path: Path, mission: Mission) -> None:
     """The second one is refused, before and after the first one writes."""
     journal = Journal(path)
-    with pytest.raises(BtMissionError, match="another mission that is running has this journal"):
+    with pytest.raises(BtMissionError, match="a running mission uses this journal"):
         Journal(path)
     journal.resume(mission, "/")
     journal.write({("about", "time_ns"): 4})
@@ -258,7 +258,7 @@ def test_two_cannot_have_one_journal(path: Path, mission: Mission) -> None:
     )
     command = [sys.executable, "-c", code, str(path)]
     other = subprocess.run(command, check=False, capture_output=True, text=True)
-    assert "another mission that is running has this journal" in other.stderr
+    assert "a running mission uses this journal" in other.stderr
     journal.close()
     assert read(path).about.time_ns == 4
 

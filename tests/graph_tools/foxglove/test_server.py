@@ -304,7 +304,7 @@ def test_a_port_that_is_taken_is_told():
     """With what to do."""
     with served() as it:
         port = int(it.server.link.rpartition(":")[2])
-        why = f"--foxglove-port {port}: another program listens there; --foxglove-port "
+        why = f"--foxglove-port {port}: the port is in use; --foxglove-port "
         with pytest.raises(BtMissionError, match=why):
             FoxgloveServer(it.server.node, port, lambda: 0, print)
 

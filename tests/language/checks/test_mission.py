@@ -21,7 +21,7 @@ def test_warnings_are_few_and_located():
     assert [str(fault).splitlines()[0] for fault in mission.warnings] == [
         "m.yaml:2:19: warning: the input 'idle' is never read [BT-231]",
         (
-            "m.yaml:5:7: warning: turn has no timeout: it may take for ever; "
+            "m.yaml:5:7: warning: turn has no timeout: it can run forever; "
             "add 'timeout: SECONDS' [BT-234]"
         ),
         "m.yaml:6:31: warning: the output 'turned' is never read [BT-231]",
@@ -52,7 +52,7 @@ def test_a_wait_for_a_message_without_a_limit_is_warned_of():
     )
     assert [str(fault).splitlines()[0] for fault in mission.warnings] == [
         (
-            "m.yaml:4:7: warning: the wait for odom has no timeout: it may take for ever; "
+            "m.yaml:4:7: warning: the wait for odom has no timeout: it can run forever; "
             "add 'timeout: SECONDS' [BT-234]"
         ),
     ]
@@ -124,9 +124,9 @@ def test_what_takes_time_under_a_reactive_parent_is_warned_of():
     )
     assert output == [
         (
-            "m.yaml:6:7: once it has succeeded, this sequence begins anew in every tick while a "
-            "later one runs: the sequence in line 4 has 'memory: false'; put what takes time last, "
-            "or leave 'memory' out [BT-233]"
+            "m.yaml:6:7: once it has succeeded, this sequence restarts in every tick while a "
+            "later one runs: the sequence in line 4 has 'memory: false'; put slow nodes last, or "
+            "remove 'memory: false' [BT-233]"
         )
     ]
 

@@ -42,7 +42,7 @@ def test_a_loop_in_a_loop_of_the_same_name_is_refused():
     loop = (
         "for_each: {p: [1]}\n      do: {sequence: [{for_each: {p: [2]}, do: {wait: 1}}, {log: $p}]}"
     )
-    assert faults(loop) == [(6, 35, "'p' is a variable already; choose another name")]
+    assert faults(loop) == [(6, 35, "'p' is already a variable; choose another name")]
 
 
 def test_a_body_that_repeats_reads_what_stands_before():
@@ -174,7 +174,7 @@ def test_behind_a_loop_that_never_ends_nothing_is_reached(loop, rest):
 @pytest.mark.parametrize(
     ("before", "warned"),
     [
-        ("log: $n", ["'gap' has no value where 'do' is halted before it is written"]),
+        ("log: $n", ["'gap' has no value if 'do' is halted before it is written"]),
         ("set: {gap: n}", []),
     ],
 )

@@ -58,7 +58,7 @@ def test_a_name_without_a_value_is_told_with_those_that_have():
     """The run says what the check could not know."""
     column, message = error_of("1 + $obstacle", speed=1)
     assert column == 5
-    assert message == "'$obstacle' has no value (those that have: speed)"
+    assert message == "'$obstacle' has no value (values: speed)"
 
 
 def test_references_have_columns():
@@ -84,7 +84,7 @@ def test_equal_texts_are_equal_expressions():
 def test_the_length_of_a_template_is_bounded():
     """That of a text without holes is not."""
     Template("$x " + "x" * (MAX_TEMPLATE - 3))
-    with pytest.raises(ExpressionError, match="10,001 characters; at most 10,000 are read"):
+    with pytest.raises(ExpressionError, match="10,001 characters; the limit is 10,000"):
         Template("$x " + "x" * (MAX_TEMPLATE - 2))
     assert Template("x" * 20_000).evaluate({}, random.Random(0)) == "x" * 20_000
 
@@ -159,7 +159,7 @@ def test_nesting_is_bounded(opening, levels):
 
 def test_length_is_bounded():
     """A thousand characters are a program, not an expression."""
-    with pytest.raises(ExpressionError, match="has 1,001 characters; at most 1,000 are read"):
+    with pytest.raises(ExpressionError, match="has 1,001 characters; the limit is 1,000"):
         parse(" " * MAX_LENGTH + "1")
 
 

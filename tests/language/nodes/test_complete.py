@@ -52,7 +52,7 @@ def lacking(key: str, corpus: Path, page: str, capsys: pytest.CaptureFixture[str
         yield EXAMPLE
         return
     main(["convert", str(corpus)])
-    if f"'{key}': XML has no counterpart" in capsys.readouterr().err:
+    if f"'{key}' has no counterpart in XML" in capsys.readouterr().err:
         yield XML
 
 

@@ -18,10 +18,10 @@ MISSION = "mission: rest\nrequirements:\n  is slow: always speed < 1\ntree:\n  w
     [
         (
             "requirements:\n  is slow: always speed < 2\n",
-            "a requirement 'is slow' already",
+            "'is slow' already exists",
         ),
         ("requirements:\n  a: always sped < 2\n", "unknown signal 'sped'"),
-        ('requirements:\n  a: never failed("drive")\n', "no node is named 'drive'"),
+        ('requirements:\n  a: never failed("drive")\n', "unknown node: 'drive'"),
         ("a: always speed < 2\n", "unknown key 'a'"),
         ("- always speed < 2\n", "expected a mapping"),
         ("", "the file is empty"),

@@ -53,12 +53,12 @@ def test_a_root_without_a_name_has_that_of_the_mission_everywhere() -> None:
     ("formula", "words"),
     [
         ('eventually succeeded("plian")', "did you mean 'plain'?"),
-        ('never failed("nowhere")', "no node is named 'nowhere' (named: "),
-        ('never failed("0.2")', "no node is named '0.2'"),
-        ('never failed("0.1.0.0.1")', "no node is named '0.1.0.0.1'"),
-        ('never failed("1")', "no node is named '1'"),
-        ('always feedback("inner", "x") > 0', "no node has a goal and is named 'inner'"),
-        ('always feedback("0.0", "x") > 0', "no node has a goal and is named '0.0'"),
+        ('never failed("nowhere")', "unknown node: 'nowhere' (known: "),
+        ('never failed("0.2")', "unknown node: '0.2'"),
+        ('never failed("0.1.0.0.1")', "unknown node: '0.1.0.0.1'"),
+        ('never failed("1")', "unknown node: '1'"),
+        ('always feedback("inner", "x") > 0', "unknown node with a goal: 'inner'"),
+        ('always feedback("0.0", "x") > 0', "unknown node with a goal: '0.0'"),
     ],
 )
 def test_a_name_that_no_node_of_the_run_has_is_an_error(formula: str, words: str) -> None:

@@ -99,9 +99,9 @@ def test_the_first_place_is_told() -> None:
     """Of a node more, one less, and another one."""
     two = "mission: m\ntree:\n  sequence:\n    - wait: 1\n    - log: a\n"
     for text, place, words in (
-        (f"{two}    - wait: 2\n", 6, "a node more than before"),
-        (two.replace("    - log: a\n", ""), 3, "the node 'log' is gone"),
-        (two.replace("    - wait: 1\n", "    - check: true\n"), 4, "another node than 'wait'"),
+        (f"{two}    - wait: 2\n", 6, "an additional node"),
+        (two.replace("    - log: a\n", ""), 3, "the node 'log' is missing"),
+        (two.replace("    - wait: 1\n", "    - check: true\n"), 4, "a node other than 'wait'"),
     ):
         change = frame_change(load(two), load(text))
         assert change is not None
@@ -113,4 +113,4 @@ def test_a_tree_that_is_gone() -> None:
     text = "mission: m\ntrees: {t: {do: {wait: 1}}}\ntree: {tree: t}\n"
     change = frame_change(load(text), load("mission: m\ntree: {wait: 1}\n"))
     assert change is not None
-    assert "another node than 't'" in change.message
+    assert "a node other than 't'" in change.message

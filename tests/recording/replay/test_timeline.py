@@ -91,7 +91,7 @@ def test_a_cut_file_gives_what_is_before_the_cut(tmp_path: Path) -> None:
     path = tmp_path / "cut.mcap"
     path.write_bytes(data[: len(data) // 2])
     timeline = read_timeline(path)
-    assert timeline.why_cut == "the file was cut, or the recorder killed"
+    assert timeline.why_cut == "the file is incomplete, or the recorder was killed"
     assert timeline.end_ns < read_timeline(recording()).end_ns
     assert TimelineSeeker(timeline).seek(timeline.end_ns).status == "running"
 
@@ -102,9 +102,9 @@ def test_a_file_without_a_tree_says_what_is_missing(tmp_path: Path) -> None:
     with pytest.raises(RecordingError) as error:
         read_timeline(path)
     assert str(error.value) == (
-        f"{path}: no tree of a mission is in it (topics here: /scan, /tf). bt-mission run "
-        "--record makes such files; with ros2 bag record, record /bt_mission/tree, changes, "
-        "state, details and log, too, from the start of the mission"
+        f"{path}: contains no tree of a mission (topics here: /scan, /tf). Record with "
+        f"`bt-mission run --record`; with ros2 bag record, include /bt_mission/tree, changes, "
+        f"state, details and log from the start of the mission"
     )
 
 
@@ -117,14 +117,14 @@ def test_a_tree_of_another_version_says_so(tmp_path: Path) -> None:
     )
     file.write(S, [(channel, b"\0\1\0\0\1\0\0\0")])
     file.close()
-    with pytest.raises(RecordingError, match="made by another version of bt-mission"):
+    with pytest.raises(RecordingError, match="another version of bt-mission made it"):
         read_timeline(path)
 
 
 @pytest.mark.parametrize(
     ("share", "words"),
     [
-        (0.0002, "no message is in it: the file was cut"),
+        (0.0002, "contains no messages: the file was cut"),
         (0.005, "it ends before the mission began: the file was cut"),
     ],
 )

@@ -176,7 +176,7 @@ def test_they_are_listed_and_found_by_name(simulate):
 @pytest.mark.parametrize(
     ("props", "expected"),
     [
-        (0, r"no prop is left for 'two': this simulation has 0; make it with props=1 or more"),
+        (0, r"no free prop for 'two': this simulation has 0; make it with props=1 or more"),
         (1, r"this simulation has 1, all in the world: one; remove one, or make it with props=2"),
     ],
 )

@@ -209,9 +209,7 @@ def said_at_each_look(names: list[tuple[str, str]]) -> tuple[list[int], list[str
     return counts, reports
 
 
-@pytest.mark.parametrize(
-    ("name", "who"), [("late", "/late"), (None, "a node whose name is not known yet")]
-)
+@pytest.mark.parametrize(("name", "who"), [("late", "/late"), (None, "a node with unknown name")])
 def test_a_node_without_a_name_is_told_of_at_the_second_look(name, who):
     """The graph may learn of a publisher before it learns of its node; each is told of once."""
     unknown = ("_NODE_NAME_UNKNOWN_", "_NODE_NAMESPACE_UNKNOWN_")

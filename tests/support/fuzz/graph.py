@@ -150,7 +150,7 @@ class Topic:
         pass
 
     def why_silent(self) -> str:
-        return "nobody publishes it"
+        return "it has no publisher"
 
     def prepare(self, fields: Mapping[str, Any]) -> Any:
         return interface_types.fill(self._type(), fields)

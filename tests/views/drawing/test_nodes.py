@@ -37,7 +37,7 @@ def test_every_shipped_mission_has_an_outline(path: Path) -> None:
             "↺ again  up to 2 times, 1.5 s apart",
         ),
         ("parallel: [{wait: 1}]\n  succeed_when: any", "⇉ m  succeeds when any does"),
-        ("sequence: [{wait: 1}]\n  memory: false", "→ m  asks all again in every tick"),
+        ("sequence: [{wait: 1}]\n  memory: false", "→ m  checks all children again in every tick"),
         ("wait: 2 * 3", "◷ wait  2 * 3 s"),
         ("log: at ${1 + 1}", "¶ log  at ${1 + 1}"),
         ("set: {a: 1, b: 2}", "≔ set a, b  a = 1; b = 2"),

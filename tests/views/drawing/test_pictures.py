@@ -123,8 +123,11 @@ def test_the_command_writes_every_format(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["square", "-o", "tree.xyz"], "tree.xyz: its suffix tells of no format"),
-        (["square", "-o", "/no/folder/x.svg"], "/no/folder/x.svg: there is no folder /no/folder"),
+        (["square", "-o", "tree.xyz"], "tree.xyz: unknown suffix"),
+        (
+            ["square", "-o", "/no/folder/x.svg"],
+            "/no/folder/x.svg: the folder /no/folder does not exist",
+        ),
         (["sqare"], "did you mean 'square'?"),
         (["square", "--set", "nothing=1"], "nothing"),
     ],

@@ -121,7 +121,7 @@ def test_a_pause_is_in_the_plain_lines_with_what_is_under_way(play: Any) -> None
     session.executive.resume()
     view.refresh()
     assert [line.strip() for line in stream.getvalue().splitlines()[1:]] == [
-        "2.00 s    mission paused  by hand; still under way: 'turn'",
+        "2.00 s    mission paused  by hand; still running: 'turn'",
         "2.00 s    mission paused  by hand",
         "2.00 s    mission running",
     ]
@@ -135,4 +135,4 @@ def test_a_pause_is_above_the_live_tree_with_what_is_under_way(play: Any) -> Non
     view.refresh()
     view.close()
     drawn = console.file.getvalue()  # type: ignore[attr-defined]  # a StringIO
-    assert "paused: by hand; still under way: 'turn'" in drawn
+    assert "paused: by hand; still running: 'turn'" in drawn

@@ -87,7 +87,7 @@ def test_nobody_there_is_said_and_looked_for():
 
     async def play(screen: Screen) -> None:
         assert screen.rows[0] == " searching  no mission"
-        assert screen.rows[3] == "no sign of an executive (a test)."
+        assert screen.rows[3] == "an executive was not found (a test)."
         assert "bt-mission run FILE --visible" in screen.text
         assert screen.rows[-1] == "c choose  ? help  q leave"
         executive.is_there = True

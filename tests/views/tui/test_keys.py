@@ -161,9 +161,9 @@ async def test_a_search_that_is_left_changes_nothing(screen: Screen) -> None:
 async def test_what_is_not_there_is_said(screen: Screen) -> None:
     """And so is a repetition without a search."""
     await screen.press("n")
-    assert screen.rows[-1] == "nothing was searched for yet: / does"
+    assert screen.rows[-1] == "no search yet; press /"
     await screen.press("slash", "z", "z", "enter")
-    assert screen.rows[-1] == "'zz' is nowhere in the tree"
+    assert screen.rows[-1] == "'zz' is not in the tree"
 
 
 @shown()

@@ -121,7 +121,7 @@ async def test_s_steps_from_change_to_change(screen: Replayed) -> None:
     await screen.press("G", "s")
     assert screen.rows[-1] == "the tree does not change after this"
     await screen.press("g", "S")
-    assert screen.rows[-1] == "nothing before this"
+    assert screen.rows[-1] == "no change before this"
 
 
 @replayed()
@@ -168,7 +168,7 @@ async def test_t_asks_for_a_time(screen: Replayed) -> None:
     assert screen.rows[-2].startswith("2.50 ")
     await screen.press("t")
     await screen.type("nan")
-    assert screen.rows[-1] == "'nan' is no time: expected seconds, such as 12.5"
+    assert screen.rows[-1] == "'nan' is not a time: expected seconds, such as 12.5"
     await screen.press("t", "7", "escape", "t", "escape")
     assert screen.player.at_s == 2.5
     await screen.press("t")
@@ -203,7 +203,7 @@ def test_a_recording_that_was_cut_says_so_where_it_ends() -> None:
         await screen.pilot.pause()
         assert "cut here" in screen.rows[-2]
         assert screen.rows[-1] == (
-            "the recording ends here: the file was cut, or the recorder killed"
+            "the recording ends here: the file is incomplete, or the recorder was killed"
         )
 
     data = recording().read_bytes()
@@ -248,7 +248,7 @@ def test_a_fork_at_the_shown_instant_is_shown_instead(tmp_path: Path) -> None:
         assert f"fork at {seconds(screen.player.at_s)}" in screen.text
         await screen.press(*"reach=0.2", "enter")
         assert not screen.player.is_playing
-        assert "there is no fork; this is the recording as before" in screen.text
+        assert "the fork failed; this is the original recording" in screen.text
         await screen.press("F", *"reach=0.2 --fault 'at 3: drop scan'", "enter")
         assert screen.app.player.timeline.path == other
         assert screen.app.player.at_s == forks[1][1]
@@ -269,4 +269,4 @@ def test_a_fork_at_the_shown_instant_is_shown_instead(tmp_path: Path) -> None:
 async def test_where_forks_are_not_offered_the_key_says_so(screen: Replayed) -> None:
     """Such as in a view of other programs."""
     await screen.press("F")
-    assert "forks are not offered here" in screen.text
+    assert "forks are not available here" in screen.text

@@ -69,7 +69,7 @@ def test_the_picture_stays_when_the_mission_has_ended():
         await ended(screen)
         await screen.look()
         assert screen.rows[0].startswith("explore  ✓ success")
-        assert screen.rows[-1] == "the mission has ended: q leaves"
+        assert screen.rows[-1] == "the mission has ended; q exits"
         assert "▶ drive" in screen.text, "its first step was seen"
         await screen.press("p")
         assert screen.rows[-1] == "the mission has ended"

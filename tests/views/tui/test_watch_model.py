@@ -127,4 +127,4 @@ def test_nodes_are_called_by_their_names():
     outlook.take(executive.take(needs_statuses=False), 0.0)
     assert outlook.with_names("pauses before '0.0'") == "pauses before 'drive'"
     assert outlook.with_names("pauses before '0.2'") == "pauses before 'turn' (0.2)"
-    assert outlook.with_names("no node is called '0.7'") == "no node is called '0.7'"
+    assert outlook.with_names("unknown node '0.7'") == "unknown node '0.7'"

@@ -144,7 +144,9 @@ def test_a_film_that_fails_ends_alone(stage: Stage) -> None:
     views = Plain(stage, fails_at_s=2.0)
     film, file = filmed(stage, views)
     assert stage.report(1.0).status == "success"
-    assert film.missing.startswith("everything after 1.1 s (the film failed: RuntimeError: no more")
+    assert film.missing.startswith(
+        "everything after 1.1 s (the video failed: RuntimeError: no more"
+    )
     assert file.frames == 21
     assert views.closed == [True]
 

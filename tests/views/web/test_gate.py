@@ -43,7 +43,7 @@ async def test_without_the_token_there_is_nothing(server: WebServer, path: str) 
     """But a word on what to do."""
     status, _, body = await fetch(server, path)
     assert status == 403
-    assert "open the one that the command has printed" in body
+    assert "open the link that the command printed" in body
 
 
 @pytest.mark.parametrize(

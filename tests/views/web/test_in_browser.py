@@ -197,7 +197,7 @@ def test_a_page_of_an_earlier_start_says_so(chromium: Page, executive: ScriptedE
         await screen.visit(server.link)
 
     async def second(_: WebServer) -> None:
-        await screen.shows("connection", "open the one that the command has printed")
+        await screen.shows("connection", "open the link that the command printed")
 
     serve(LiveMission(ScriptedGraph(executive)), first)
     again = LiveMission(ScriptedGraph(executive))

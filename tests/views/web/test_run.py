@@ -77,7 +77,7 @@ def test_a_page_that_fails_ends_nothing(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(run.graph, "serve", fail)
     assert run.carry_out().reason == "ended"
     assert run.taken == 500
-    assert run.logged == ["the page failed, the mission goes on: ValueError: a defect"]
+    assert run.logged == ["the page failed; the mission continues: ValueError: a defect"]
 
 
 def test_an_exception_of_the_session_closes_the_page():

@@ -112,11 +112,11 @@ def test_a_read_only_page_controls_nothing(executive: ScriptedExecutive, shown: 
 @pytest.mark.parametrize(
     ("message", "reason"),
     [
-        ("", "the message is no JSON"),
-        ("[" * 900, "the message is no JSON"),
-        ("[1]", "the message is no request: expected an object with 'do'"),
-        ('{"do": "rm -rf"}', "the message asks for what there is not"),
-        ('{"do": ["stop"]}', "the message is no request: expected an object with 'do'"),
+        ("", "the message is not JSON"),
+        ("[" * 900, "the message is not JSON"),
+        ("[1]", "not a request: expected an object with 'do'"),
+        ('{"do": "rm -rf"}', "unknown request"),
+        ('{"do": ["stop"]}', "not a request: expected an object with 'do'"),
         ('{"do": "pause", "x": 1}', "'pause' takes nothing"),
         ('{"do": "breakpoint"}', "'breakpoint' takes node"),
         ('{"do": "breakpoint", "node": -1}', "'node' is none"),
@@ -124,13 +124,13 @@ def test_a_read_only_page_controls_nothing(executive: ScriptedExecutive, shown: 
         ('{"do": "select", "node": NaN}', "'node' is none"),
         ('{"do": "select", "node": 1e400}', "'node' is none"),
         (f'{{"do": "select", "node": {"9" * 400}}}', "'node' is none"),
-        ('{"do": "go", "number": 1.5}', "the message asks for what there is not"),
+        ('{"do": "go", "number": 1.5}', "unknown request"),
         (f'{{"do": "breakpoint", "node": {"9" * 400}}}', "'node' is none"),
         (
             f'{{"do": "attach", "name": "{"x" * 1000}"}}',
             "a message of 1028 characters, at most 1000",
         ),
-        (b"\x00\xff", "the message is no text"),
+        (b"\x00\xff", "the message is not text"),
     ],
 )
 @served
@@ -227,7 +227,7 @@ def test_no_more_pages_than_can_be_served(shown: LiveMission, monkeypatch: pytes
 
     async def scene(server: WebServer) -> None:
         async with live(server) as first, live(server) as second:
-            assert await ended(second) == (1013, "1 pages are open already")
+            assert await ended(second) == (1013, "1 pages are already open")
             assert json.loads(await first.recv())
 
     serve(shown, scene)
@@ -273,13 +273,13 @@ def test_a_port_that_is_taken_is_said_with_a_free_one():
         with pytest.raises(BtMissionError) as error:
             listening_socket("127.0.0.1", port)
     output = str(error.value)
-    assert output.startswith(f"--port {port}: another program listens there; --port ")
+    assert output.startswith(f"--port {port}: the port is in use; --port ")
     assert output.endswith(" is free")
 
 
 def test_an_address_of_another_machine_is_no_place_to_listen():
     """With what to do instead."""
-    with pytest.raises(BtMissionError, match=r"--host 192\.0\.2\.1: cannot listen there"):
+    with pytest.raises(BtMissionError, match=r"--host 192\.0\.2\.1: cannot listen on this address"):
         listening_socket("192.0.2.1", 0)
 
 

@@ -152,8 +152,8 @@ def test_a_recording_that_is_not_whole_says_so(page_of: PageOf, tmp_path: Path):
     contents = recording().read_bytes()
     cut.write_bytes(contents[: len(contents) * 2 // 3])
     (data,) = data_of(page_of(cut)).values()
-    assert "the file was cut, or the recorder killed" in data["details"]["lacks"]
-    assert data["cut"] == "the file was cut, or the recorder killed"
+    assert "the file is incomplete, or the recorder was killed" in data["details"]["lacks"]
+    assert data["cut"] == "the file is incomplete, or the recorder was killed"
 
 
 def test_a_recording_of_the_executive_alone_has_a_page(page_of: PageOf, tmp_path: Path):
