@@ -34,7 +34,7 @@ examples:
   bt-mission prove mine.yaml --with interrupts  ... with Ctrl-C at any time
   bt-mission prove mine.yaml --require order.yaml
                                                 ... with the requirements of a file
-  bt-mission prove mine.yaml -o findings        save each finding as a scenario and a test, and run it once
+  bt-mission prove mine.yaml -o findings        save each finding as a scenario and a test
   bt-mission prove mine.yaml --budget 20000     at most 20000 states; 30s limits the time
 
 exit codes: 0 no violation found, 1 a property does not hold, 2 bad input, 130 interrupted

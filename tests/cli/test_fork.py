@@ -239,7 +239,7 @@ def test_a_mission_with_more_nodes_runs_from_the_start(run: Path, cli: CommandLi
     assert fork["change"]["from_start"]
     assert fork["forked"]["virtual_s"] > fork["recorded"]["virtual_s"] + 0.9
     error = cli.refused(f"fork {run} --at 4 --mission {path}")
-    assert "it is not the same up to 4.00 s" in error
+    assert "differs from the recording before 4.00 s" in error
     assert f"the edited mission has another tree: {path}:12:7: " in error
 
 
@@ -309,7 +309,7 @@ def test_a_fault_begins_after_the_fork(run: Path, cli: CommandLine) -> None:
         ),
         (
             "--at 2 --fault 'when speed > 0.1: drop scan'",
-            "it is not the same up to 2.00 s",
+            "differs from the recording before 2.00 s",
         ),
         ("--at 2 --fault 'at 3: drp scan'", "did you mean 'drop'?"),
     ],
@@ -387,7 +387,7 @@ def test_a_recording_that_was_cut_is_forked_before_its_end(run: Path, cli: Comma
     end_s = float(error.rpartition("the recording ends at ")[2].split()[0])
     fork = cli.json(f"fork cut.mcap --at {end_s} --set speed=0.1")
     assert fork["recorded"]["status"] == "unknown"
-    assert "the file was cut" in fork["recorded"]["reason"]
+    assert "the file is incomplete" in fork["recorded"]["reason"]
     assert fork["forked"]["status"] == "success"
     lines = cli.lines("fork cut.mcap --at 1")
     assert lines[3].endswith("(recorded: not known)")
@@ -415,7 +415,7 @@ def test_files_that_hold_no_run(cli: CommandLine) -> None:
         ({"stage": None}, "lacks the files of world and robot"),
         ({"stage": "{}"}, "lacks the files of world and robot"),
         ({"file": "gone.yaml"}, "lacks the mission file 'gone.yaml'"),
-        ({"seed": "-"}, "it has no seed"),
+        ({"seed": "-"}, "has no seed"),
         (
             {"requirements": '[{"name": "a", "formula": "always"}]'},
             "its requirement 'a' cannot be read here",
@@ -528,7 +528,7 @@ def test_a_fork_of_a_fleet_is_a_recording_of_all_robots(fleet: Path, cli: Comman
         ("--at 1 --set speed=0.2", "name the robot to change with --robot: one, two"),
         ("--at 1 --robot tow", "contains no mission of a robot 'tow' (robots: one, two)"),
         ("--at 99 --robot one", "--at 99: the run ends at"),
-        ("--at 1 --robot one --set speed=1", "no variable 'speed'"),
+        ("--at 1 --robot one --set speed=1", "unknown variable 'speed'"),
         ("--at 1 --video x.mp4", "--video does not apply to fleets: "),
     ],
 )

@@ -91,7 +91,7 @@ def test_its_schemas_hold_for_its_files(project: Path) -> None:
 
 def test_a_name_of_two_lines_is_refused(cli: CommandLine) -> None:
     """Other invalid names are in transcripts/missions.txt."""
-    assert "'a\\nb' is no name of a project" in cli.refused("new 'a\nb'")
+    assert "'a\\nb' is not a valid project name" in cli.refused("new 'a\nb'")
     assert list(Path().iterdir()) == []
 
 

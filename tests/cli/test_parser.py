@@ -45,7 +45,7 @@ def test_a_paragraph_of_help_is_filled_as_a_whole(
     assert cli.lines("--help")[-3:] == [
         "exit codes: 0 success, 1 mission failed, 2 bad input or an output that cannot",
         "be written, 130 interrupted; `actions` and `services` have more, listed in",
-        "help",
+        "their help",
     ]
 
 
@@ -65,12 +65,12 @@ def test_without_a_command_the_commands_are_shown(
             [
                 "--port N with --web: listen on this port",
                 "--resume with --journal: continue a mission where its",
-                "--record-camera [{compressed,raw}] with --record or --report: the camera's",
+                "--record-camera [{compressed,raw}] with --record or --report: also record",
                 "(default: as fast as possible) (not with --attach)",
             ],
         ),
-        ("watch", ["one JSON object a line (not with --once)", "--web, EXECUTIVE, --wait)"]),
-        ("check", ["--network find processes"]),
+        ("watch", ["one JSON object per line (not with --once)", "--web, EXECUTIVE, --wait)"]),
+        ("check", ["--network discover processes"]),
     ],
 )
 def test_help_names_what_an_option_needs_and_excludes(

@@ -139,7 +139,7 @@ def test_a_folder_that_takes_no_file_is_refused_before_the_run(
 
 def test_a_run_can_have_a_page_without_a_recording(mission: CommandLine) -> None:
     """Only the page is left."""
-    assert "there is no folder" in mission.refused("run m.yaml --report out/run.html")
+    assert "does not exist" in mission.refused("run m.yaml --report out/run.html")
     Path("out").mkdir()
     assert mission.lines("run m.yaml --report out/run.html")[-1] == "  report: out/run.html"
     assert [path.name for path in Path("out").iterdir()] == ["run.html"]
@@ -151,7 +151,7 @@ def test_a_run_can_have_a_page_without_a_recording(mission: CommandLine) -> None
         (None, "cannot read it: No such file"),
         (b"", "the file is empty"),
         (b"PK\x03\x04 and so on", "not an MCAP file"),
-        (b"\x89MCAP0\r\n", "no run of a mission is in it"),
+        (b"\x89MCAP0\r\n", "contains no run of a mission"),
     ],
 )
 def test_a_page_of_something_else_is_refused(

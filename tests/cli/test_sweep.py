@@ -103,7 +103,7 @@ def test_a_sweep_from_its_start_to_its_end(tmp_path: Path) -> None:
     code, again, error = sweep(tmp_path, *words, "--resume", "--fail-below", "0.2")
     assert code == 1
     assert again["failures"] == reported["failures"]
-    assert "not surely 0.2 or above: its interval begins at 0.0968" in error
+    assert "below 0.2 or too uncertain: its interval begins at 0.0968" in error
 
 
 def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(

@@ -108,7 +108,7 @@ def test_bad_input_is_refused_with_what_to_do(cli: CommandLine) -> None:
         "empty.mcap": ["empty.mcap: the file is empty"],
         "notes.txt": ["notes.txt: the file is neither a recording"],
         "trace.jsonl": ["a trace does not contain the signals of a run"],
-        "bag.mcap": [f"no mission is in it, {nowhere}"],
+        "bag.mcap": [f"contains no mission, {nowhere}"],
         f"{recording()}": ["the recorded mission has no requirements; add some with"],
         f"{recording()} {more}": ["more.yaml:2", "unknown node: 'drve'", "drive"],
         f"{recording()} --mission other.yaml": ["other.yaml:3", "unknown node: 'rest'"],

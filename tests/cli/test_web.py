@@ -124,7 +124,7 @@ def test_forks_are_offered_with_the_file_as_it_was_named(
         assert main(["replay", *words, "--web"]) == 130
     offered, refused, none = (next(iter(data_of(page).values())).get("fork", {}) for page in pages)
     assert offered == {"command": "bt-mission fork 'my run.mcap' --at", "refusal": ""}
-    assert "against the servers of a running graph" in refused["refusal"]
+    assert "on a running graph" in refused["refusal"]
     assert none == {}
 
 

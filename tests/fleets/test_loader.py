@@ -119,7 +119,7 @@ def test_everything_that_is_wrong_is_told_at_once_with_its_place(fleet: Write) -
     assert "did you mean 'empty_arena'?" in texts[0]
     assert "did you mean 'square'?" in texts[1]
     assert "expected a name of small letters, digits and '_'" in texts[2]
-    assert "no input 'angl'" in texts[3]
+    assert "unknown input 'angl'" in texts[3]
     assert "no such robot: 'burgr'; did you mean 'burger'?" in texts[4]
     assert "'it.yaml' is a fleet; expected a mission" in texts[5]
 

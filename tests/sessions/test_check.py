@@ -48,7 +48,7 @@ def test_without_ros_a_warning_says_what_was_not_checked(monkeypatch):
     assert result[0].endswith(
         "so types and fields were not checked; try 'bt-mission doctor' [BT-511]"
     )
-    assert result[1].startswith("m.yaml:2:8: error: no robot 'x'")
+    assert result[1].startswith("m.yaml:2:8: error: unknown robot 'x'")
 
 
 def test_the_real_types_are_known():

@@ -121,7 +121,7 @@ def test_poses_of_a_loop_are_checked_one_by_one() -> None:
         "  do: {navigate_to_pose: {pose: $place}, timeout: 9}\n"
     )
     assert examine(text % "A")[0] is not None
-    for wrong, message in (("[50, 0, 0]", "map"), ("zone Q", "no place 'zone Q'")):
+    for wrong, message in (("[50, 0, 0]", "map"), ("zone Q", "unknown place 'zone Q'")):
         mission, (fault, *rest) = examine(text % wrong)
         assert mission is None
         assert message in fault.message

@@ -99,7 +99,7 @@ def test_a_mission_that_fails_says_where(ros: Any, send: Any) -> None:
         ({"text": TURN, "path": "explore"}, "expected either a path or a text"),
         ({"text": TURN, "seed": -2}, "seed: expected an integer from 0"),
         ({"text": TURN, "inputs": ["angle"]}, "inputs: expected NAME=VALUE, got 'angle'"),
-        ({"text": TURN, "inputs": ["angel=3"]}, "no input 'angel'"),
+        ({"text": TURN, "inputs": ["angel=3"]}, "unknown input 'angel'"),
     ],
 )
 def test_what_is_not_sound_never_starts(ros: Any, send: Any, goal: Any, words: str) -> None:

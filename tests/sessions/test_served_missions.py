@@ -170,8 +170,8 @@ def test_a_leaf_of_a_linked_mission_folder_is_not_served(inside: Path) -> None:
         ("mission: m\ninclude: [hello.yaml]\ntree: {log: x}\n", "may not include files"),
         ("mission: m\ntree: {python: 'leaf.py:Leaf'}\n", "the Python leaf"),
         ("mission: m\ntree: {python: 'os:Leaf'}\n", "the Python leaf"),
-        ("mission: m\nworld: secret.yaml\ntree: {log: x}\n", "no world 'secret.yaml'"),
-        ("mission: m\nrobot: ./secret.yaml\ntree: {log: x}\n", "no robot './secret.yaml'"),
+        ("mission: m\nworld: secret.yaml\ntree: {log: x}\n", "unknown world 'secret.yaml'"),
+        ("mission: m\nrobot: ./secret.yaml\ntree: {log: x}\n", "unknown robot './secret.yaml'"),
     ],
 )
 def test_a_text_brings_in_nothing(inside: Path, text: str, words: str) -> None:

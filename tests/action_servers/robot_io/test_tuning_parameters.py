@@ -46,7 +46,7 @@ def test_each_tuning_is_a_parameter_with_description_and_range(make_node):
             assert node.get_parameter(prefix + name).value == default
             (answer,) = node.set_parameters([Parameter(prefix + name, value=default)])
             assert answer.successful == (not allowed.is_fixed)
-            assert ("start it again with --ros-args -p" in answer.reason) == allowed.is_fixed
+            assert ("restart it with --ros-args -p" in answer.reason) == allowed.is_fixed
 
 
 def test_a_value_out_of_its_range_is_refused(make_node):

@@ -59,7 +59,7 @@ async def test_the_tree_is_one_for_keys_and_for_screen_readers(screen: Screen) -
         "(() => { const box = document.getElementById('search'); box.value = 'nothing';"
         " box.dispatchEvent(new Event('input')); })()"
     )
-    await screen.shows("found", "nowhere in the tree")
+    await screen.shows("found", "not in the tree")
 
 
 def accessible_nodes(page: Page) -> list[tuple[str, str, dict[str, Any]]]:

@@ -211,7 +211,7 @@ export class Tree {
       this.select(index);
       return;
     }
-    found.textContent = "nowhere in the tree";
+    found.textContent = "not in the tree";
   }
 
   // ---- keys and the mouse ----------------------------------------------------------------
