@@ -54,13 +54,8 @@ layers: ## print the layers of the packages, cycles and upward imports
 types: $(installed) ## check types
 	@$(bin)/mypy
 
-# Packages whose public docstrings have no findings.
-DOCUMENTED := action_servers sim $(addprefix bt_mission/,behaviours coverage events executive executors \
-  goals graph_tools recording ros search sessions sweeps views virtual_time)
-
-prose: ## check the words of the documentation; needs npm, which installs textlint below build/ on first use
-	@python3 tools/check_prose.py README.md CONTRIBUTING.md docs
-	@python3 tools/check_prose.py --docstrings $(DOCUMENTED)
+prose: ## check the words of pages, docstrings, help and messages; needs npm, which installs textlint below build/ on first use
+	@python3 tools/check_prose.py
 
 format: $(installed) ## put the sources in order
 	@$(bin)/ruff check --fix

@@ -45,6 +45,9 @@ LEAST_WORDS = 3
 
 _WORD = re.compile(r"\b[A-Za-z][a-z']+\b")
 _CATALOGUE_TEXT = re.compile(r'(title|cause|cure) = "(?P<text>.*)"')
+_RULE = re.compile(r" *([a-z_]+ += | *\| )")
+"""A line of a grammar."""
+_SHELL = re.compile(r"\$[({\[]")
 _OUTPUT = re.compile(r"(?! {4}|[$#] )\S*(?=.*\b[A-Za-z][a-z']+ [a-z']+ [a-z']+)")
 """A line of several words that is no command, comment, or excerpt of a file."""
 _FUNCTIONS = ast.FunctionDef | ast.AsyncFunctionDef
@@ -204,7 +207,7 @@ def shadow_of(source: str, *, only_docstrings: bool = False) -> str:
         if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
             docstrings.add(first.value)
             if isinstance(first.value.value, str) and not _is_private(node):
-                for offset, line in enumerate(first.value.value.splitlines()):
+                for offset, line in enumerate(_without_examples(first.value.value)):
                     lines[first.value.lineno - 1 + offset] = _plain(line)
     if only_docstrings:
         return "\n".join(lines) + "\n"
@@ -214,9 +217,9 @@ def shadow_of(source: str, *, only_docstrings: bool = False) -> str:
         text = _text_of(node)
         if not isinstance(node, ast.expr) or node in docstrings | pieces:
             continue
-        if len(_WORD.findall(text)) >= LEAST_WORDS:
+        if len(_WORD.findall(text)) >= LEAST_WORDS and not _SHELL.search(text):
             before = lines[node.lineno - 1]
-            lines[node.lineno - 1] = f"{before} {_running(text)}".strip()
+            lines[node.lineno - 1] = f"{before} {_sentence(_running(text))}".strip()
     return "\n".join(lines) + "\n"
 
 
@@ -245,6 +248,18 @@ def _running(text: str) -> str:
 
 def _sentence(text: str) -> str:
     return f"{text}." if text and text[-1] not in ".:!?" else text
+
+
+def _without_examples(docstring: str) -> Iterator[str]:
+    """Yield the lines of a docstring, those of grammars and of examples in code empty."""
+    margin = 0
+    in_code = False
+    for line in docstring.splitlines():
+        indent = len(line) - len(line.lstrip())
+        in_code = in_code and (not line.strip() or indent > margin)
+        yield "" if in_code or _RULE.match(line) else line
+        if line.rstrip().endswith("::"):
+            in_code, margin = True, indent
 
 
 def _is_private(node: ast.AST) -> bool:

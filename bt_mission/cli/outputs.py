@@ -97,7 +97,7 @@ def refuse_used_folder(folder: Path) -> None:
         raise BtMissionError(f"{folder}: is a file; name a folder with -o", code="BT-1103")
     if folder.is_dir() and any(folder.iterdir()):
         raise BtMissionError(
-            f"{folder}: holds something already; name another folder with -o", code="BT-1103"
+            f"{folder}: the folder is not empty; name another with -o", code="BT-1103"
         )
 
 

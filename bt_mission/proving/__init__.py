@@ -12,7 +12,7 @@ from one limit to the next.
 - ``memento``: the state of the real objects, taken and put back
 - ``explorer``: all states, breadth first
 - ``claims``: what is proved of the states
-- ``proof``: what was proved and found, in words and as JSON
+- ``proof``: the result and the findings, as text and as JSON
 - ``played``: the answers of a way with their times, as a scenario has them
 - ``confirm``: a finding as a scenario and a test, and its run on the stage
 """

@@ -50,7 +50,7 @@ def lone_leaves(nodes: Iterable[Behaviour]) -> set[Behaviour]:
     """Return the leaves beside which nothing else runs.
 
     While the limit of such a leaf is the only one that runs, no other deadline can begin before it
-    is over. How much time is left makes no difference then, up to the last tick.
+    is over. The remaining time makes no difference then, up to the last tick.
     """
     return {
         node

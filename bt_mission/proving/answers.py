@@ -1,4 +1,4 @@
-"""What servers may answer, as rows, and which of the rows are considered."""
+"""The possible answers of servers, as rows, and the choice of considered rows."""
 
 from __future__ import annotations
 

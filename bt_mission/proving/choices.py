@@ -33,7 +33,7 @@ Script = tuple[int, ...]
 
 
 class OutOfFaultsError(Exception):
-    """No option is left within the bound on faults."""
+    """No option remains within the bound on faults."""
 
 
 class Choices:

@@ -1,4 +1,4 @@
-"""What is proved of a mission, each with a name."""
+"""The properties to prove of a mission, each with a name."""
 
 from __future__ import annotations
 

@@ -255,7 +255,7 @@ class AnyBehaviour(Leaf):
     def __init__(self, node: Any, values: Evaluator) -> None:
         super().__init__(node, values)
         self.answer = ""
-        """The name of the row, "running" while there is none."""
+        """The name of the row, or "running"."""
 
     def setup(self, **kwargs: Any) -> None:
         """Take the environment."""

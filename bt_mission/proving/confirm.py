@@ -21,12 +21,12 @@ from bt_mission.scenarios.scenario import ScenarioResult
 from bt_mission.scenarios.writer import mission_as_data, write_test
 
 LONGEST_S = 100.0
-"""A mission that goes on for so long behind the end of a way counts as one without an end."""
+"""A mission that runs for this long behind the end of a way counts as one without an end."""
 BEHIND_S = 10.0
-"""For so long a run goes on behind the end of a way that shows at once."""
+"""How long a run continues behind the end of a way that shows at once."""
 
 MOST_SEEDS = 8
-"""So many seeds are tried for a run with random draws."""
+"""Number of seeds to try for a run with random draws."""
 
 ONE_GOAL = "one goal at the base"
 _PLACE = re.compile(r"^\S+:\d+:\d+: ")
@@ -34,12 +34,12 @@ _PLACE = re.compile(r"^\S+:\d+:\d+: ")
 
 @dataclass(frozen=True)
 class Check:
-    """What a scenario expects, and how its run shows that the finding is there.
+    """The expected result of a scenario, and how its run confirms the finding.
 
     Attributes:
         expect: Part of the scenario.
         requirements: Part of the scenario.
-        limit_s: The run ends at so many seconds behind the end of the way; None for the usual.
+        limit_s: The run ends this many seconds behind the end of the way; None for the usual.
         has_open_goals: Do goals that the way leaves open never end?
     """
 

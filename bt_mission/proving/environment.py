@@ -65,7 +65,7 @@ INTERRUPT = "Ctrl-C"
 ROUNDS_OF_CUT = 2
 
 _WAITING = (Wait, Timeout, Retry, Finally, ServiceLeaf, PublishLeaf, WaitFor)
-"""The nodes with a limit of their own, goals apart."""
+"""The nodes with a separate limit, goals apart."""
 
 Due: TypeAlias = tuple[str, int, Behaviour | None]
 """A limit that is running: what it limits, for people; the instant at which it is over, ns; its
@@ -215,7 +215,7 @@ class Environment:
         self._any_behaviours = [node for node in nodes if isinstance(node, AnyBehaviour)]
         self._scopes = [self.scope, *(node.inner for node in nodes if isinstance(node, Subtree))]
         self._limited = {node: words_of(node) for node in nodes if isinstance(node, _WAITING)}
-        """The nodes with a limit of their own, and the words for it."""
+        """The nodes with a separate limit, and the words for it."""
         self._alone = lone_leaves(nodes)
         loose = loose_deadlines(nodes, self._evaluators)
         self._limit_words = {

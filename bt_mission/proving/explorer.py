@@ -1,8 +1,8 @@
 """Visits every state of a mission once, breadth first: the way to each is a shortest one.
 
-A state is visited again only with more faults left than before. What is kept of a state that has
-been visited is its hash, the state before it and the script of the step between; the objects are
-kept only as long as its steps are not taken.
+A state is visited again only with more faults left than before. A visited state is saved as its
+hash, the state before it and the script of the step between; the objects are kept only as long as
+its steps are not taken.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ REPORT_EVERY = 500
 
 
 class Claim(Protocol):
-    """What is checked in every state."""
+    """The checks of every state."""
 
     def check(self, environment: Environment, state: int) -> None:
         """Look at a state behind a step."""
@@ -42,7 +42,7 @@ class Progress:
 
 @dataclass
 class Explored:
-    """What was explored.
+    """The extent of an exploration.
 
     Attributes:
         is_exhaustive: Were all states visited?
@@ -221,7 +221,7 @@ def _take(
 
 
 def replay(environment: Environment, way: list[Script]) -> list[Any]:
-    """Take the steps of a way from the beginning; return what happened in each, in words."""
+    """Take the steps of a way from the beginning; return the events of each, as text."""
     words = []
     for script in way:
         environment.step(script)

@@ -1,7 +1,7 @@
 """The state of the real objects of a running mission, taken and put back in place.
 
 Objects stay the same, so that whatever refers to them remains true: closures, listeners, lists
-that two objects share. What is taken is shared between mementos as long as it is equal.
+that two objects share. Equal parts are shared between mementos.
 """
 
 from __future__ import annotations

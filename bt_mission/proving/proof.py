@@ -1,4 +1,4 @@
-"""Proves a mission; what was proved and found, in words and as JSON."""
+"""Proves a mission; the result and the findings, as text and as JSON."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ USUAL_FAULTS = 2
 _OUTCOME = re.compile(r"('[^']+') ([a-z ]+)(?::.*)?", re.DOTALL)
 """A reason that begins with a node and its outcome."""
 MORE_FAULTS = 2
-"""So many more are allowed when a node is looked for that no way has entered."""
+"""The additional ones allowed in the search for a node that no way has entered."""
 
 
 @dataclass(frozen=True)
 class ProofOptions:
-    """What is considered.
+    """The scope of a proof.
 
     Attributes:
         faults: Most faults on a way; infinite for no bound.
@@ -68,7 +68,7 @@ class StageRun:
 
     Attributes:
         is_confirmed: Does the run with the real executive show it? None without a run.
-        why_not: Why there was none, or what it cannot decide.
+        why_not: Why no run was made, or what it cannot decide.
         scenario: The path of the scenario; "" for none.
         test: The path of the test; "" for none.
     """
@@ -99,7 +99,7 @@ class Finding:
         steps: What happens, a line for each answer.
         way: The script of each step.
         broken: What the exploration saw; None for a node that no way enters.
-        stage: What a run on the stage has shown; None where there was none.
+        stage: The result of a run on the stage, or None.
     """
 
     property: str
@@ -154,7 +154,7 @@ class RequirementVerdict:
 
 @dataclass(frozen=True)
 class Proof:
-    """What was proved of a mission.
+    """The result of a proof of a mission.
 
     Attributes:
         exhaustive: Were all states visited within the bound on faults, with no count cut?

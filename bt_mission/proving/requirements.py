@@ -158,7 +158,7 @@ class RequirementMonitors:
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """What later verdicts depend on."""
+        """The state on which later verdicts depend."""
         if self._executive.is_done:
             return tuple([requirement.name for requirement in self.violated])
         history = self._history

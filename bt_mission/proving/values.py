@@ -32,7 +32,7 @@ from bt_mission.language.requirements.syntax import SignalValue
 
 
 class Known(dict[Any, Any]):
-    """What was computed once; no part of a state."""
+    """Cached results; not a part of a state."""
 
 
 MOST_COMBINATIONS = 64

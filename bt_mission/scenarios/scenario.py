@@ -65,7 +65,7 @@ class Scenario:
         nature: Instead of the mission's; None is that.
         world: Instead of the mission's; None is that.
         faults: Obstacles included, which appear at 0 s.
-        servers: Instead of ours.
+        servers: Instead of the shipped ones.
         limit: The mission is interrupted at this time, s since the start.
     """
 

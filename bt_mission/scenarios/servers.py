@@ -1,4 +1,4 @@
-"""The servers of a scenario: actions whose goals get written answers, in place of ours."""
+"""The servers of a scenario: actions whose goals get written answers."""
 
 from __future__ import annotations
 

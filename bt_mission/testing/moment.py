@@ -111,7 +111,7 @@ class Moment:
     collisions: int
     variables: Mapping[str, Any]
     _changes: int
-    """How many changes of status happened until then; likewise goals and log lines."""
+    """How many changes of status happened until then; so for goals and log lines."""
     _goal_events: int
     _said: int
     _state: Any

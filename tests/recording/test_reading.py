@@ -145,6 +145,6 @@ def test_a_run_that_is_cut_anywhere_is_a_run_or_an_error(
             assert ended == whole_spans[: len(ended)]
         lengths.append(len(run.truth))
     for output in early:
-        assert output.startswith(f"{cut}: it ends before the mission began: the file was cut")
+        assert output.startswith(f"{cut}: it ends before the mission began: the file is incomplete")
     assert lengths == sorted(lengths)
     assert lengths[-1] > lengths[0] > 0

@@ -44,9 +44,9 @@ def test_at_least_is_a_share(given, share):
             marked(seeds=3, at_least=0),
             "the share of seeds that must pass as at_least, such as 0.9, got 0",
         ),
-        (marked(seeds=3, at_least=90), "not 90"),
-        (marked(seeds=3, at_least="all"), "not all"),
-        (marked(seeds=3, at_least=True), "not True"),
+        (marked(seeds=3, at_least=90), "got 90"),
+        (marked(seeds=3, at_least="all"), "got all"),
+        (marked(seeds=3, at_least=True), "got True"),
     ],
 )
 def test_a_bad_marker_is_told_what_was_expected(mark, words):

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.project import ROOT
-from tools.check_prose import main, shadow_of
+from tools.check_prose import main, shadow_of, shadow_of_catalogue, shadow_of_output
 
 SOURCE = '''"""Drives."""
 
@@ -32,7 +32,33 @@ def test_a_text_stands_in_its_line():
     assert lines[0] == "Drives."
     assert lines[3] == "Drive at `speed`."
     assert lines[5] == "Raises `ValueError`."
-    assert lines[8] == "expected a speed above 0, got `N`"
+    assert lines[8] == "expected a speed above 0, got `N`."
+
+
+def test_lines_of_an_example_are_sentences():
+    """Lines of running text are joined; a line that is indented is one sentence."""
+    source = 'HELP = """\\\nruns a mission\nand shows it:\n  run square  once\n  run tour\n"""\n'
+    assert shadow_of(source).splitlines()[0] == (
+        "runs a mission and shows it: run square  once. run tour."
+    )
+
+
+def test_code_in_docstrings_is_not_read():
+    """Nor are scripts of a shell."""
+    source = '"""Drives::\n\n    who looks on\n\nSafely.\n"""\nSCRIPT = "run this with ${HOME}"\n'
+    assert shadow_of(source).split() == ["Drives::", "Safely."]
+
+
+def test_the_catalogue_of_errors():
+    """Title, cause and cure are read, examples are not."""
+    source = '[BT-101]\ntitle = "File cannot be read"\nwrong = "$ run who looks on"\n'
+    assert shadow_of_catalogue(source).split("\n") == ["", "File cannot be read", "", ""]
+
+
+def test_golden_files():
+    """Messages are read; commands, excerpts of files and bare values are not."""
+    source = "$ bt-mission run m.yaml\nm.yaml: error: no such file\n    who looks on\n[2]\n"
+    assert shadow_of_output(source) == "\nm.yaml: error: no such file.\n\n\n"
 
 
 def test_docstrings_alone():

@@ -93,7 +93,7 @@ class KnownNames:
 
     Args:
         nodes: Names of nodes, each with whether such a node has a goal. None where they are not
-            known, and any name is valid; the others likewise.
+            known, and any name is valid; so for the others.
         places: The same of the places of nodes in their tree, such as ``0.1``.
         variables: Without their `$`.
     """

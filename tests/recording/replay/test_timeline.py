@@ -124,8 +124,8 @@ def test_a_tree_of_another_version_says_so(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("share", "words"),
     [
-        (0.0002, "contains no messages: the file was cut"),
-        (0.005, "it ends before the mission began: the file was cut"),
+        (0.0002, "contains no messages: the file is incomplete"),
+        (0.005, "it ends before the mission began: the file is incomplete"),
     ],
 )
 def test_too_little_of_a_file(tmp_path: Path, share: float, words: str) -> None:
