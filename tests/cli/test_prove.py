@@ -40,7 +40,7 @@ def test_a_folder_with_files_is_refused(tmp_path: Path, capsys: pytest.CaptureFi
     """Before anything is explored."""
     (tmp_path / "mine.py").touch()
     assert main(["prove", "square", "-o", str(tmp_path)]) == 2
-    message = f"{tmp_path}: holds something already; name another folder with -o [BT-1103]"
+    message = f"{tmp_path}: the folder is not empty; name another with -o [BT-1103]"
     assert message in capsys.readouterr().err
 
 

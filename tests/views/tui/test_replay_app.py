@@ -201,7 +201,7 @@ def test_a_recording_that_was_cut_says_so_where_it_ends() -> None:
         await screen.press("p")
         screen.app.look()
         await screen.pilot.pause()
-        assert "cut here" in screen.rows[-2]
+        assert "incomplete from here" in screen.rows[-2]
         assert screen.rows[-1] == (
             "the recording ends here: the file is incomplete, or the recorder was killed"
         )
