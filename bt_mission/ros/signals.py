@@ -193,7 +193,7 @@ class LiveSignals:
             "distance": self._path_length,
         }
         if name not in makers:
-            return "only a simulation knows it"
+            return "only a simulation provides it"
         return makers[name](*arguments)
 
     def lower_bound(self, _signal: SignalValue, /) -> Callable[[], float | None] | None:

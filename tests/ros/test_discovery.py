@@ -181,5 +181,5 @@ def test_executives_are_found_by_what_they_publish(monkeypatch: pytest.MonkeyPat
         monkeypatch.setattr(observer, "_hashes", [TypeHash()] * 5)
         assert [executive.is_foreign for executive in observer.find()] == [True, True]
         assert find()["/robot2/bt_mission"].startswith(
-            "its MissionState messages are of another version"
+            "its MissionState messages are from another version"
         )

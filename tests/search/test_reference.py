@@ -99,5 +99,5 @@ def test_a_reference_that_does_not_fit(tmp_path: Path, base: BaseScenario) -> No
         load_reference(tmp_path / "good.yaml", base, ranges)
     (tmp_path / "good.yaml").write_text(MISSION.replace("name: drive", "name: go"))
     data = {**base.data, "requirements": {"it ends": 'eventually succeeded("drive")'}}
-    with pytest.raises(BtMissionError, match="does not fit the scenario: unknown node 'drive'"):
+    with pytest.raises(BtMissionError, match="does not fit the scenario: unknown node: 'drive'"):
         load_reference(tmp_path / "good.yaml", replace(base, data=data), RANGES)

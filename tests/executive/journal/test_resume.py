@@ -243,7 +243,7 @@ def test_other_inputs_and_seeds_are_told(begun: Any) -> None:
     journal = Journal(path)
     with pytest.raises(BtMissionError, match=r"different seed: 0, not 4 \(--seed\)"):
         journal.resume(load(text, seed=4), "/")
-    with pytest.raises(BtMissionError, match=r"other namespace: '/', not '/r' \(--namespace\)"):
+    with pytest.raises(BtMissionError, match=r"different namespace: '/', not '/r' \(--namespace\)"):
         journal.resume(load(text), "/r")
     journal.close()
 
