@@ -120,7 +120,7 @@ class CoverageHooks:
         percent = self._tally.score.percent if self._tally else 0.0
         if wanted is None or percent >= wanted:
             return ""
-        return f"missions are covered by {percent:.2f}%, at least {wanted:g}% wanted"
+        return f"coverage of missions is {percent:.2f}%, below {wanted:g}%"
 
     def _summary(self) -> Iterator[str]:
         if self._tally:

@@ -84,7 +84,7 @@ def test_nobody_there_is_told(tmp_path: Path):
     with started("watch", "robot7", "--once", "--wait", "1", **apart) as watch:
         out, _ = watch.communicate(timeout=PATIENCE_S)
     assert watch.returncode == 1
-    assert "no sign of /robot7/bt_mission (ROS domain" in out
+    assert "/robot7/bt_mission was not found (ROS domain" in out
 
 
 # In a session of its own, the first terminal that a process opens is the one whose Ctrl-C it gets.

@@ -218,7 +218,7 @@ def test_nobody_to_watch_ends_with_a_word_in_time():
     with started(*arguments, ROS_DOMAIN_ID="87") as process:
         out, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 1
-    assert "no sign of /nobody/bt_mission" in out
+    assert "/nobody/bt_mission was not found" in out
 
 
 @needs_web

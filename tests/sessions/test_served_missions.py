@@ -115,7 +115,7 @@ def test_worlds_and_robots_outside_are_not_there(inside: Path, key: str, value: 
     (inside / "link.yaml").symlink_to(inside.parent / "secret.yaml")
     path = write(inside, f"mission: m\n{key}: {value}\ntree: {{log: x}}\n")
     output = refused(ServedMissions((inside,)), path=path)
-    assert f"no {key} '{value}'" in output
+    assert f"unknown {key} '{value}'" in output
     known = write(inside, "mission: m\nworld: empty_arena\nrobot: burger\ntree: {log: x}\n")
     assert ServedMissions((inside,)).load(ExecuteMission.Goal(path=known)).robot == "burger"
 

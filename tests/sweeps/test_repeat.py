@@ -97,7 +97,7 @@ def test_results_that_do_not_know_their_origin(tmp_path):
 
 def test_a_row_that_was_not_made_from_these_files(repeater):
     """Its id does not follow from them."""
-    with pytest.raises(BtMissionError, match="has changed"):
+    with pytest.raises(BtMissionError, match="have changed"):
         repeater.write(row(0))
 
 

@@ -177,7 +177,9 @@ def test_a_failing_test_leaves_a_scenario_with_the_same_trace(
             [f"bt-mission run scenario_results/test_a.{name}/scenario.yaml"]
         )
         lines = (path.parent / "trace.jsonl").read_text(encoding="utf-8").splitlines()
-        (matches,) = re.findall(r"has the trace ([0-9a-f]{64})\n", path.read_text(encoding="utf-8"))
+        (matches,) = re.findall(
+            r"Trace of the recorded run: ([0-9a-f]{64})\n", path.read_text(encoding="utf-8")
+        )
         again = run_scenario(path)
         assert again.passed, str(again)
         assert again.report.trace_sha256 == matches
