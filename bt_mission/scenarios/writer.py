@@ -35,7 +35,7 @@ DRAWN = frozenset(("share", "jitter"))
 
 TEST = '''"""{sentence}
 
-Found by bt-mission {command}; it passes once the mission is fixed. To look at it:
+Found by bt-mission {command}; it passes once the mission is fixed. To see it:
 bt-mission run {file}
 """
 
