@@ -291,33 +291,52 @@ _KINDS = {
 }
 
 
-# ---- the page of errors ------------------------------------------------------------------------
+# ---- the pages of errors -----------------------------------------------------------------------
 
 ERRORS_HEAD = """# Errors and warnings
 
-Every error and warning ends with its code, such as `[BT-203]`. This page explains each code: its
-cause, the smallest example, its cure and the corrected example. `bt-mission explain BT-203` prints
-an entry in the terminal. This page is generated (`make generated`).
+Every error and warning ends with its code, such as `[BT-203]`. A code stands for one kind of
+mistake, and never changes. Each code has a cause, a minimal example, a cure and the corrected
+example. `bt-mission explain BT-203` prints them; `bt-mission check --json` has the code in `code`
+and the address of its explanation in `url`.
+"""
 
-A code stands for one kind of mistake, and keeps its number. `bt-mission check --json` has it in the
-field `code`, and the place of its entry in `url`.
+ERRORS_PAGE_HEAD = """# {block}: {group}
+
+[All groups](../errors.md). `bt-mission explain BT-203` prints one entry.
 """
 
 
 def errors_page() -> str:
-    """Return the page of errors, from their catalogue."""
+    """Return the table of all codes, from their catalogue."""
     parts = [ERRORS_HEAD]
     for group, members in groupby(catalogue().values(), lambda entry: entry.group):
-        entries = list(members)
         parts.append(f"## {group}\n\n| code | mistake |\n|---|---|")
-        parts += [f"| [{each.code}](#{each.anchor}) | {each.title} |" for each in entries]
+        parts += [
+            f"| [{each.code}]({_beside(each.page)}#{each.anchor}) | {each.title} |"
+            for each in members
+        ]
         parts.append("")
-        parts += map(_entry, entries)
     return "\n".join(parts)
 
 
+def error_pages() -> Mapping[str, str]:
+    """Return the page of each block of codes, by its path below docs/."""
+    pages: dict[str, str] = {}
+    for page, members in groupby(catalogue().values(), lambda entry: entry.page):
+        entries = list(members)
+        head = ERRORS_PAGE_HEAD.format(block=f"{entries[0].code[:-2]}xx", group=entries[0].group)
+        pages[page] = "\n".join([head, *map(_entry, entries)])
+    return pages
+
+
+def _beside(page: str) -> str:
+    """Return the path of a page as pages of the reference link it."""
+    return page.removeprefix("reference/")
+
+
 def _entry(entry: CatalogueEntry) -> str:
-    text = f"### {entry.code}\n\n**{entry.title}.** {entry.cause}\n\n"
+    text = f"## {entry.code}\n\n**{entry.title}.** {entry.cause}\n\n"
     if entry.wrong:
         text += f"{_block(entry, entry.wrong)}\n"
     text += f"{entry.cure}\n"
@@ -339,6 +358,7 @@ GENERATED: Mapping[Path, Callable[[str], str]] = {
     DOCS / "reference" / "terminal.md": lambda page: between("keys", key_table(), page),
     DOCS / "reference" / "files.md": lambda _: keys_page(),
     DOCS / "reference" / "errors.md": lambda _: errors_page(),
+    **{DOCS / page: lambda _, text=text: text for page, text in error_pages().items()},
     DOCS / "images" / "layers.svg": lambda _: draw(),
 }
 """Each file, and what its text becomes."""
@@ -347,7 +367,8 @@ GENERATED: Mapping[Path, Callable[[str], str]] = {
 def main() -> None:
     """Write the files."""
     for path, text in GENERATED.items():
-        path.write_text(text(path.read_text(encoding="utf-8")), encoding="utf-8")
+        before = path.read_text(encoding="utf-8") if path.is_file() else ""
+        path.write_text(text(before), encoding="utf-8")
         print(path)
 
 

@@ -142,9 +142,6 @@ def permissions_of(options: argparse.Namespace) -> Permissions:
     return Permissions(python="name", hint=hint)
 
 
-ERRORS_PAGE = "reference/errors.md"
-"""Explains the codes, each under its heading."""
-
 _PLAIN = frozenset(("world", "robot", "requirements", "ranges"))
 """Kinds of file that hold no mission."""
 
@@ -328,9 +325,11 @@ def _check_for_programs(each: Sequence[argparse.Namespace]) -> int:
 
 
 def _url_of(code: str) -> str | None:
-    """Return where the page of errors explains a code; None where the pages are not installed."""
+    """Return where a page explains a code; None where the pages are not installed."""
+    from bt_mission.core.error_catalogue import page_of
+
     folder = docs_folder()
-    return f"{(folder / ERRORS_PAGE).as_uri()}#{code.lower()}" if folder else None
+    return f"{(folder / page_of(code)).as_uri()}#{code.lower()}" if folder else None
 
 
 _SCHEMAS = {

@@ -78,9 +78,19 @@ class CatalogueEntry:
         return self.wrong.startswith(PROMPT)
 
     @property
+    def page(self) -> str:
+        """The page that explains it, below the folder of pages."""
+        return page_of(self.code)
+
+    @property
     def anchor(self) -> str:
-        """Of its section on the page of errors."""
+        """Of its section on its page."""
         return self.code.lower()
+
+
+def page_of(code: str) -> str:
+    """Return the page that explains a code: ``reference/errors/bt-2xx.md``."""
+    return f"reference/errors/{code[:-2].lower()}xx.md"
 
 
 @cache

@@ -115,14 +115,14 @@ def test_an_unknown_code_is_refused_with_the_nearest(cli: CommandLine, code: str
 
 
 def test_editors_get_the_code_and_a_link_to_its_explanation(cli: CommandLine) -> None:
-    """The link leads to a heading of the page of errors."""
+    """The link leads to a heading of a page of errors."""
     cli.write("m.yaml", "mission: m\ntree: {trun: 1}\n")
     (diagnostic,) = json.loads(cli("check --json m.yaml", 2))
     assert diagnostic["code"] == "BT-203"
     page, _, anchor = diagnostic["url"].partition("#")
     assert anchor == "bt-203"
     text = Path(page.removeprefix("file://")).read_text(encoding="utf-8")
-    assert "\n### BT-203\n" in text
+    assert "\n## BT-203\n" in text
 
 
 def test_codes_are_completed(cli: CommandLine) -> None:
