@@ -348,6 +348,10 @@ def _block(entry: CatalogueEntry, example: str) -> str:
     return f"```{language}\n{shown(example)}\n```\n"
 
 
+def _always(text: str) -> Callable[[str], str]:
+    return lambda _: text
+
+
 # ---- the files ---------------------------------------------------------------------------------
 
 GENERATED: Mapping[Path, Callable[[str], str]] = {
@@ -358,7 +362,7 @@ GENERATED: Mapping[Path, Callable[[str], str]] = {
     DOCS / "reference" / "terminal.md": lambda page: between("keys", key_table(), page),
     DOCS / "reference" / "files.md": lambda _: keys_page(),
     DOCS / "reference" / "errors.md": lambda _: errors_page(),
-    **{DOCS / page: lambda _, text=text: text for page, text in error_pages().items()},
+    **{DOCS / page: _always(text) for page, text in error_pages().items()},
     DOCS / "images" / "layers.svg": lambda _: draw(),
 }
 """Each file, and what its text becomes."""
