@@ -113,6 +113,16 @@ class TypeMismatch:
         return f"{'.'.join(str(part) for part in self.path)}: {self.message}{hint}"
 
 
+NAV2_PORTS: Mapping[str, str] = {
+    "backup_dist": "target",
+    "backup_speed": "speed",
+    "dist_to_travel": "target",
+    "goal": "pose",
+    "goals": "poses",
+    "spin_dist": "target_yaw",
+}
+"""Ports of Nav2's nodes for BehaviorTree.CPP, and the fields of goals that they set."""
+
 Report = Callable[[TypeMismatch], None]
 """Called with everything that does not fit."""
 
@@ -274,7 +284,8 @@ class _Conforming:
 def _unknown_field(message: MessageShape, name: str) -> tuple[str, str | None]:
     known = message.fields
     text = f"no field {quoted(name)} in {message.name} (its fields: {listed(known)})"
-    return text, did_you_mean(name, known)
+    field = NAV2_PORTS.get(name, name)
+    return text, did_you_mean(field if field in known else name, known)
 
 
 def completed(shape: Shape, value: Any) -> Any:

@@ -61,6 +61,21 @@ def test_diagnostics_of_the_mission_point_into_the_xml_file(tmp_path):
     ]
 
 
+@pytest.mark.parametrize(
+    ("node", "expected"),
+    [
+        ('<spin spin_dist="1.57" timeout="9"/>', ("BT-502", "did you mean 'target_yaw'?")),
+        ('<turn angle="90"/>', ("BT-234", """add 'timeout="SECONDS"'""")),
+    ],
+)
+def test_hints_are_written_as_in_xml(tmp_path, node, expected):
+    """The limit of a goal is an attribute; a port of Nav2 leads to the field that it sets."""
+    path = tmp_path / "m.xml"
+    path.write_text(in_tree(node), encoding="utf-8")
+    _, (diagnostic,) = examine(path)
+    assert (diagnostic.code, diagnostic.hint) == expected
+
+
 def test_what_is_nested_too_deeply_for_yaml_is_refused():
     """So that what is read can be written as YAML."""
     leaf = '<turn angle="[[[[1]]]]"/>'

@@ -35,6 +35,11 @@ class Document:
         """The file as a text, with a line feed at its end."""
         return "\n".join(self.lines).rstrip("\n") + "\n"
 
+    @property
+    def is_xml(self) -> bool:
+        """Whether the file is XML, which other readers turn into such data."""
+        return self.text.lstrip().startswith("<")
+
     def under(self, key: str) -> Document:
         """Return the part under a key as a document, with its places in this file."""
         return Document(self.file, self.data[key], self.find((key,)), self.lines)

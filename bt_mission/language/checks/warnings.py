@@ -93,6 +93,7 @@ def _findings(tree: Tree, read: frozenset[str]) -> Iterator[Finding]:
     followed = {one.variable for one in tree.follow}
     variables = {*tree.types, *followed, *_written(tree.body.walk())}
     bounded, concurrent = _ids_below(tree, TimeoutNode), _ids_below(tree, ParallelNode)
+    limit = 'timeout="SECONDS"' if tree.document.is_xml else "timeout: SECONDS"
     for node in tree.body.walk():
         match node:
             case InTurnNode():
@@ -110,7 +111,7 @@ def _findings(tree: Tree, read: frozenset[str]) -> Iterator[Finding]:
         endless = node.endless()
         if endless is not None and id(node) not in bounded:
             message = f"{endless} has no timeout: it can run forever"
-            yield "BT-234", node.path, message, "add 'timeout: SECONDS'"
+            yield "BT-234", node.path, message, f"add '{limit}'"
         for write in node.writes():
             if write.variable not in read:
                 message = f"the {write.what} '{write.variable}' is never read"
