@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import json
 import sys
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from functools import cache, partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -31,13 +32,7 @@ from bt_mission.faults.drawing import GROUPS  # noqa: E402
 from bt_mission.faults.kind import FaultKind  # noqa: E402
 from bt_mission.fleets.file import fleet_schema  # noqa: E402
 from bt_mission.language.action_names import ACTION_NAMES  # noqa: E402
-from bt_mission.scenarios.file import ScenarioFile  # noqa: E402
-from bt_mission.sessions.file_checks import (  # noqa: E402
-    requirements_schema,
-    robot_schema,
-    world_schema,
-)
-from bt_mission.sweeps.ranges import ranges_schema  # noqa: E402
+from bt_mission.sessions.file_checks import robot_schema, world_schema  # noqa: E402
 from bt_mission.views.tui.keys import CHOOSING, LEAVING, LOOKING, PLAYING, REQUESTS  # noqa: E402
 from tools.draw_layers import draw  # noqa: E402
 
@@ -47,12 +42,20 @@ DOCS = ROOT / "docs"
 # ---- tables within pages -------------------------------------------
 
 
+LASTING = " [lasting s]"
+"""The parameter that most faults have."""
+
+
 def fault_table() -> str:
-    """Return a table for each area of faults."""
-    tables = []
+    """Return a table for each area of faults, and first one of what many parameters mean."""
+    at_once = [f"`{name}`" for name, kind in FAULTS.items() if LASTING not in kind.usage]
+    meanings = {"lasting": f"s; all but {', '.join(at_once)} take it", **_shared_parameters()}
+    rows = [f"| `{name}` | {text[:1].lower()}{text[1:]} |" for name, text in meanings.items()]
+    head = ["Parameters of several faults:", "", "| parameter | meaning |", "|---|---|"]
+    tables = ["\n".join([*head, *rows])]
     for area in dict.fromkeys(known.area for known in FAULTS.values()):
         rows = [
-            f"| {_code(known.usage)} | {_effect(known)} |"
+            f"| {_code(known.usage.replace(LASTING, ''))} | {_effect(known)} |"
             for known in FAULTS.values()
             if known.area == area
         ]
@@ -73,12 +76,24 @@ def _code(usage: str) -> str:
 
 
 def _effect(kind: FaultKind) -> str:
+    shared = _shared_parameters()
     arguments = [
         f"`{parameter.name}`: {parameter.text[:1].lower()}{parameter.text[1:]}"
         for parameter in kind.parameters.values()
-        if parameter.text
+        if parameter.text and shared.get(parameter.name) != parameter.text
     ]
     return " ".join([kind.text, *arguments]).replace("|", "\\|")
+
+
+@cache
+def _shared_parameters() -> Mapping[str, str]:
+    """Return the meaning of each parameter that several faults have, by its name."""
+    meanings: dict[str, Counter[str]] = defaultdict(Counter)
+    for kind in FAULTS.values():
+        for parameter in kind.parameters.values():
+            meanings[parameter.name][parameter.text] += 1
+    most = {name: texts.most_common(1)[0] for name, texts in meanings.items()}
+    return {name: text for name, (text, faults) in most.items() if text and faults > 1}
 
 
 def nature_table() -> str:
@@ -157,23 +172,26 @@ def between(name: str, table: str, page: str) -> str:
 
 HEAD = """# Keys of files
 
-All keys of worlds, robots, scenarios, fleets, requirements and ranges. See [the mission
-language](mission-language.md) for missions. This page is generated (`make generated`).
+All keys of worlds, robots and fleets. This page is generated (`make generated`). Other files:
+
+| file | keys |
+|---|---|
+| mission | [Mission language](mission-language.md#the-file) |
+| scenario | [Scenarios](scenarios.md) |
+| requirements | [Requirements](requirements.md) |
+| ranges | [Ranges](ranges.md#keys) |
 
 `bt-mission check FILE...` recognizes each kind by its content and checks it. `bt-mission schema
-KIND` prints the JSON Schema of a kind, for editors with a YAML language server.
+KIND` prints its JSON Schema, for editors with a YAML language server.
 
-Keys in bold are required. A default follows its key. `0 to 1` is a number in this range, ends
-included; `string (≤ 60)` has at most 60 characters; `3 x > 0` is a list of three positive numbers.
+Keys in bold are required. A default follows its key. `0 to 1` includes both ends; `string (≤ 60)`
+has at most 60 characters; `3 x > 0` is a list of three positive numbers.
 """
 
 KINDS: Mapping[str, tuple[str, Any]] = {
     "world": ("Worlds", world_schema),
     "robot": ("Robots", robot_schema),
-    "scenario": ("Scenarios", ScenarioFile.model_json_schema),
     "fleet": ("Fleets", fleet_schema),
-    "requirements": ("Requirements", requirements_schema),
-    "ranges": ("Ranges", ranges_schema),
 }
 """The kinds of file: how each is called, and what gives its schema."""
 
