@@ -27,6 +27,8 @@ from safety_trials import SPEEDS, WORLDS, Drive, Stop, drives
 from benchmarks.measuring import figure
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "explanation" / "safety.md"
+ROWS = Path(__file__).with_name("safety_rows.txt")
+"""Every row of the tables that the page sums up."""
 WAYS = {"arbiter": True, "nothing": False}
 """What stands between servers and base."""
 KILLED = ("servers", "executive")
@@ -41,28 +43,36 @@ def in_one_world(world: str, poses: int, appears: bool) -> list[Drive]:  # noqa:
     return list(drives(world, count=poses, appears=appears))
 
 
+DRIVES = "drives | collisions | least | 5 % | median | 95 % | failed |"
+LINE = "|---" * 7 + "|"
+
+
 def drive_table(drives: list[Drive]) -> Iterator[str]:
-    """Yield a row for each world and speed."""
-    yield "| world | m/s | drives | collisions | least | 5 % | median | 95 % | failed |"
-    yield "|---|---|---|---|---|---|---|---|---|"
-    for world in WORLDS:
-        for speed in SPEEDS:
-            chosen = [d for d in drives if (d.world, d.speed) == (world, speed)]
-            left = sorted(drive.surplus for drive in chosen)
-            collisions = sum(drive.collisions for drive in chosen)
-            failed = sum(drive.status != "succeeded" for drive in chosen)
-            yield (
-                f"| {world} | {speed:g} | {len(chosen)} | {collisions} | {_mm(left[0])} "
-                f"| {_mm(left[len(left) // 20])} | {_mm(statistics.median(left))} "
-                f"| {_mm(left[-1 - len(left) // 20])} | {failed} |"
-            )
+    """Yield a row for each world and speed, and one for all drives."""
+    yield f"| world | m/s | {DRIVES}"
+    yield f"|---|---{LINE}"
+    for world, speed in product(WORLDS, SPEEDS):
+        chosen = [d for d in drives if (d.world, d.speed) == (world, speed)]
+        yield f"| {world} | {speed:g} | {_drive_row(chosen)}"
+    yield f"| **all** | | {_drive_row(drives)}"
+
+
+def _drive_row(drives: list[Drive]) -> str:
     left = sorted(drive.surplus for drive in drives)
-    yield (
-        f"| **all** | | **{len(drives)}** | **{sum(d.collisions for d in drives)}** "
-        f"| **{_mm(left[0])}** | {_mm(left[len(left) // 20])} "
-        f"| **{_mm(statistics.median(left))}** | {_mm(left[-1 - len(left) // 20])} "
-        f"| {sum(d.status != 'succeeded' for d in drives)} |"
+    return (
+        f"{len(drives)} | {sum(drive.collisions for drive in drives)} | {_mm(left[0])} "
+        f"| {_mm(left[len(left) // 20])} | {_mm(statistics.median(left))} "
+        f"| {_mm(left[-1 - len(left) // 20])} "
+        f"| {sum(drive.status != 'succeeded' for drive in drives)} |"
     )
+
+
+def drive_summary(walls: list[Drive], appearing: list[Drive]) -> Iterator[str]:
+    """Yield a row for walls, and one for obstacles that appear."""
+    yield f"| obstacle | {DRIVES}"
+    yield f"|---{LINE}"
+    yield f"| wall, box or cylinder | {_drive_row(walls)}"
+    yield f"| box that appears | {_drive_row(appearing)}"
 
 
 def stop_table(stops: Iterable[Stop], limit_s: float) -> Iterator[str]:
@@ -75,6 +85,19 @@ def stop_table(stops: Iterable[Stop], limit_s: float) -> Iterator[str]:
         yield (
             f"| `{stop.action}` | {stop.stood_after_s:.3f} s | {held} | {stop.status} "
             f"| {stop.reason} |"
+        )
+
+
+def stop_summary(stops: dict[str, tuple[float, list[Stop]]]) -> Iterator[str]:
+    """Yield a row for each event, with its limit and its stops."""
+    yield "| event | actions | base stands after | limit | met |"
+    yield "|---|---|---|---|---|"
+    for event, (limit_s, of_event) in stops.items():
+        times = [stop.stood_after_s for stop in of_event]
+        met = sum(time <= limit_s for time in times)
+        yield (
+            f"| {event} | {len(times)} | {min(times):.3f} to {max(times):.3f} s | {limit_s:g} s "
+            f"| {met} of {len(times)} |"
         )
 
 
@@ -104,6 +127,25 @@ def outing_table(outings: list[Outing]) -> Iterator[str]:
             f"| {doing['driving into']} | {doing['driving']} | {doing['turning']} "
             f"| {doing['standing']} | {sum(encounter.was_run_into for encounter in moved)} "
             f"| {sum(encounter.was_seen for encounter in moved)} "
+            f"| {sum(encounter.could_avoid for encounter in moved)} | {len(met) - len(moved)} |"
+        )
+
+
+def outing_summary(outings: list[Outing]) -> Iterator[str]:
+    """Yield a row for each speed of the obstacles, without and with giving way."""
+    yield (
+        "| obstacles | gives way | runs | driven | contacts | drove into it | could be avoided "
+        "| collisions with what stands still |"
+    )
+    yield "|---|---|---|---|---|---|---|---|"
+    for speed, gives_way in product(MOVER_SPEEDS, (False, True)):
+        chosen = [o for o in outings if (o.mover_speed, o.gives_way) == (speed, gives_way)]
+        met = [encounter for outing in chosen for encounter in outing.met]
+        moved = [encounter for encounter in met if encounter.is_mover]
+        yield (
+            f"| {speed:g} m/s | {'yes' if gives_way else 'no'} | {len(chosen)} "
+            f"| {sum(outing.driven_m for outing in chosen):,.0f} m | {len(moved)} "
+            f"| {sum(encounter.doing == 'driving into' for encounter in moved)} "
             f"| {sum(encounter.could_avoid for encounter in moved)} | {len(met) - len(moved)} |"
         )
 
@@ -160,19 +202,19 @@ def alarm_table(runs: list[Attached]) -> Iterator[str]:
         )
 
 
-def write(mark: str, lines: Iterable[str], *, on_page: bool) -> None:
-    """Put lines onto the terminal and between the marks of that name on the page."""
+def write(mark: str, lines: Iterable[str], path: Path = PAGE, *, on_page: bool) -> None:
+    """Put lines onto the terminal and between the marks of that name in the file."""
     text = "\n".join(lines)
     print(f"{mark}\n{text}\n", flush=True)
     if not on_page:
         return
-    page = PAGE.read_text(encoding="utf-8")
+    page = path.read_text(encoding="utf-8")
     begin, end = f"<!-- {mark} -->\n", f"\n<!-- end of {mark} -->"
     head, _, rest = page.partition(begin)
     _, has_end, tail = rest.partition(end)
     if not has_end:
-        raise SystemExit(f"{PAGE} has no place for '{mark}'")
-    PAGE.write_text(f"{head}{begin}{text}{end}{tail}", encoding="utf-8")
+        raise SystemExit(f"{path} has no place for '{mark}'")
+    path.write_text(f"{head}{begin}{text}{end}{tail}", encoding="utf-8")
 
 
 def main() -> None:
@@ -201,8 +243,10 @@ def main() -> None:
         figure("collisions of drives", sum(drive.collisions for drive in drives_of_all))
         left_mm = [1000 * drive.surplus for drive in drives_of_all if math.isfinite(drive.surplus)]
         figure("left of the stopping distance", left_mm, "mm")
-        for mark, part in (("walls", slice(3)), ("appearing obstacle", slice(3, 6))):
-            publish(mark, drive_table(list(chain(*results[part]))))
+        walls, appearing = (list(chain(*results[part])) for part in (slice(3), slice(3, 6)))
+        publish("walls", drive_table(walls), ROWS)
+        publish("appearing obstacle", drive_table(appearing), ROWS)
+        publish("stopping distance", drive_summary(walls, appearing))
     if options.only in (None, "movers"):
         seeds = range(1, options.outings + 1)
         # The worlds as they are twice as often as those made faster.
@@ -212,10 +256,15 @@ def main() -> None:
             for seed in (seeds if speed == MOVER_SPEEDS[0] else seeds[::2])
         ]
         with get_context("spawn").Pool(options.processes) as pool:
-            publish("moving obstacles", outing_table(pool.starmap(outing, todo, chunksize=1)))
+            outings = pool.starmap(outing, todo, chunksize=1)
+        publish("moving obstacles", outing_table(outings), ROWS)
+        publish("moving obstacles", outing_summary(outings))
     if options.only in (None, "stops"):
-        publish("stop service", stop_table(map(by_service, GOALS), 0.3))
-        publish("lost scan", stop_table(map(by_lost_scan, GOALS), 1.0))
+        called, blind = list(map(by_service, GOALS)), list(map(by_lost_scan, GOALS))
+        publish("stop service", stop_table(called, 0.3), ROWS)
+        publish("lost scan", stop_table(blind, 1.0), ROWS)
+        stops = {"`stop` is called": (0.3, called), "the lidar sends nothing": (1.0, blind)}
+        publish("stops", stop_summary(stops))
     if options.only in (None, "kills"):
         publish(
             "killed processes",
