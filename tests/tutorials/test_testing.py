@@ -1,8 +1,9 @@
-"""docs/reference/testing.md works as it stands, in an empty folder."""
+"""The tests on the pages pass as they stand, in an empty folder."""
 
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 import scipy.ndimage  # noqa: F401 - imported once, as NumPy
 
 import bt_mission.testing.stages  # noqa: F401 - NumPy cannot be imported anew by each inner session
+from bt_mission.cli import main
 from tests.support.project import ROOT
 
 TEXT = (ROOT / "docs/reference/testing.md").read_text(encoding="utf-8")
@@ -48,3 +50,25 @@ def test_every_other_example_passes(folder: pytest.Pytester, block: str) -> None
     (folder.path / "test_there.py").write_text(block, encoding="utf-8")
     result = folder.runpytest("-p", "no:cacheprovider", "--scenario-seeds", "1")
     result.assert_outcomes(passed=block.count("def test_"))
+
+
+def test_the_mission_of_the_first_tutorial_passes_its_tests(pytester: pytest.Pytester) -> None:
+    """Its last form, with the tests of the page."""
+    text = (ROOT / "docs/tutorials/first-mission.md").read_text(encoding="utf-8")
+    mission = re.findall(r"```yaml mine.yaml\n(.*?)```", text, re.DOTALL)[-1]
+    (pytester.path / "mine.yaml").write_text(mission, encoding="utf-8")
+    (pytester.path / "test_mine.py").write_text("".join(PYTHON.findall(text)), encoding="utf-8")
+    pytester.runpytest("-p", "no:cacheprovider").assert_outcomes(passed=2)
+
+
+def test_a_tree_of_behaviortree_cpp_becomes_a_tested_mission(pytester: pytest.Pytester) -> None:
+    """The tree of the page, its leaves replaced as the page says, passes the test of the page."""
+    text = (ROOT / "docs/how-to/coming-from.md").read_text(encoding="utf-8")
+    (tree,) = re.findall(r"```xml\n(.*?)```", text, re.DOTALL)
+    (test,) = re.findall(r"   ```python\n(.*?)```", text, re.DOTALL)
+    leaves = iter(re.findall(r"`(<navigate_to_pose .*?/>)`", text))
+    replaced = re.sub(r"<NavigateToPose .*?/>", lambda _: next(leaves), tree)
+    (pytester.path / "to_a.xml").write_text(replaced, encoding="utf-8")
+    assert main(["convert", "to_a.xml", "-o", "to_a.yaml"]) == 0
+    (pytester.path / "test_to_a.py").write_text(textwrap.dedent(test), encoding="utf-8")
+    pytester.runpytest("-p", "no:cacheprovider").assert_outcomes(passed=1)
