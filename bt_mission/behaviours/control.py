@@ -21,21 +21,41 @@ from bt_mission.language.nodes.fields import LIMIT
 
 
 class Sequence(Hooked, py_trees.composites.Sequence):
-    """The sequence of py_trees."""
+    """The sequence of py_trees.
 
-    walk = py_trees.composites.Sequence.tick
+    With memory it succeeds if it runs and has no current child: a revision removed the rest.
+    """
 
     def __init__(self, node: SequenceNode, values: Evaluator) -> None:
         super().__init__(node.label, node.memory, values.children)
 
+    def walk(self) -> Iterator[Behaviour]:
+        """Tick the children in order."""
+        if self.status is Status.RUNNING and self.current_child is None and self.memory:
+            return _ended(self, Status.SUCCESS)
+        return py_trees.composites.Sequence.tick(self)
+
 
 class Selector(Hooked, py_trees.composites.Selector):
-    """The selector of py_trees."""
+    """The selector of py_trees.
 
-    walk = py_trees.composites.Selector.tick
+    With memory it fails if it runs and has no current child: a revision removed the rest.
+    """
 
     def __init__(self, node: FallbackNode, values: Evaluator) -> None:
         super().__init__(node.label, node.memory, values.children)
+
+    def walk(self) -> Iterator[Behaviour]:
+        """Tick the children in order."""
+        if self.status is Status.RUNNING and self.current_child is None and self.memory:
+            return _ended(self, Status.FAILURE)
+        return py_trees.composites.Selector.tick(self)
+
+
+def _ended(node: Composite, status: Status) -> Iterator[Behaviour]:
+    """End a composite without a tick of its children."""
+    node.stop(status)
+    yield node
 
 
 class Parallel(Hooked, py_trees.composites.Parallel):
@@ -56,6 +76,11 @@ class Parallel(Hooked, py_trees.composites.Parallel):
             return "OnOne"
         needed = [str(index) for index, child in enumerate(self.children) if child in self._needed]
         return "OnAll" if len(needed) == len(self.children) else f"OnSelected({', '.join(needed)})"
+
+    def exchange(self, child: Behaviour, other: Behaviour) -> None:
+        """Note that another object is in the place of a child."""
+        if self._needed is not None:
+            self._needed = [other if needed is child else needed for needed in self._needed]
 
     def walk(self) -> Iterator[Behaviour]:
         """Tick the children that have not ended; decide; end when the others may be halted."""
@@ -217,6 +242,12 @@ class Timeout(HookedDecorator):
         """Return why the child must end now; empty if it may run."""
         is_over = self._runtime.now_ns >= self._until_ns
         return f"'{self.name}': not done within {self._limit_s:g} s" if is_over else ""
+
+    def read_again(self) -> None:
+        """Take the limit of a new version of the node; the time so far counts."""
+        started_ns = self._until_ns - round(self._limit_s * NS)
+        self._limit_s = self._values.number(self._node.seconds, LIMIT)
+        self._until_ns = started_ns + round(self._limit_s * NS)
 
     @property
     def due_ns(self) -> int:

@@ -39,6 +39,11 @@ class Repeat(HookedDecorator):
         self._done, self._count = state["done"], state["count"]
         self._is_within = state.get("within", True)
 
+    def read_again(self) -> None:
+        """Take the count of a new version of the node; the rounds so far count."""
+        count = self._node.settings.count
+        self._count = None if count is None else int(self._values.number(count, TIMES))
+
     def enter(self) -> Status | None:
         """Evaluate the count at entry, and the condition before each round."""
         if self._is_within and self.status is Status.RUNNING:
@@ -72,7 +77,7 @@ class Repeat(HookedDecorator):
 
     def _after_round(self) -> Status:
         settings: RepeatSettings = self._node.settings
-        is_over = self._done == self._count
+        is_over = self._count is not None and self._done >= self._count
         if not settings.has_condition:
             self.feedback_message = self._which(self._done + (not is_over))
             return Status.SUCCESS if is_over else Status.RUNNING
@@ -143,6 +148,10 @@ class Retry(HookedDecorator, py_trees.decorators.Retry):
         self.failures, self.num_failures = state["failures"], state["attempts"]
         left_ns = state["left_ns"]
         self._resume_ns = None if left_ns is None else now_ns + left_ns
+
+    def read_again(self) -> None:
+        """Take the attempts of a new version of the node; the failures so far count."""
+        self.num_failures = int(self._values.number(self._node.settings.attempts, TIMES))
 
     @property
     def due_ns(self) -> int | None:

@@ -80,6 +80,22 @@ class FollowedVariable:
             return None
         return self._received_ns + math.ceil(self._settings.timeout * NS)
 
+    def is_of(self, follow: Follow, scope: Scope) -> bool:
+        """Return whether it follows this field for these variables."""
+        return self._settings == follow.settings and self._values is scope.values
+
+    def leave(self) -> None:
+        """Follow the topic no more."""
+        self._topic.leave(self._hear)
+
+    def is_variable_of(self, other: FollowedVariable) -> bool:
+        """Return whether both set the same variable."""
+        return self.name == other.name and self._values is other._values
+
+    def forget(self) -> None:
+        """Remove the variable."""
+        self._values.pop(self.name, None)
+
     def update(self) -> None:
         """Take the newest message in, or note that it is too old."""
         now_ns, timeout_s = self._runtime.now_ns, self._settings.timeout
@@ -121,21 +137,43 @@ class FollowedVariables:
 
     Args:
         root: Of the tree.
-        runtime: Its variables, clock and subscribers.
+        runtime: Its clock and subscribers.
+        scope: The variables of the mission.
+        before: Those of the version of the mission that ran before. What both have continues.
     """
 
-    def __init__(self, root: Behaviour, runtime: Runtime) -> None:
-        scopes = [runtime.scope]
+    def __init__(
+        self,
+        root: Behaviour,
+        runtime: Runtime,
+        scope: Scope,
+        before: FollowedVariables | None = None,
+    ) -> None:
+        scopes = [scope]
         scopes += [node.inner for node in root.iterate() if isinstance(node, Subtree)]
         self._runtime = runtime
-        self.variables = [
-            FollowedVariable(follow, scope, runtime)
-            for scope in scopes
-            for follow in scope.followed
-        ]
-        self._awaited = list(self.variables)
+        self.variables: list[FollowedVariable] = []
+        known = [] if before is None else before.variables
+        for inner in scopes:
+            for follow in inner.followed:
+                same = next((entry for entry in known if entry.is_of(follow, inner)), None)
+                self.variables.append(same or FollowedVariable(follow, inner, runtime))
+        self._awaited = [] if before is not None and before.are_known else list(self.variables)
         self._since_ns: int | None = None
         self._is_logged = False
+
+    @property
+    def are_known(self) -> bool:
+        """Whether each variable has had a value."""
+        return not self._awaited
+
+    def leave_others(self, before: FollowedVariables) -> None:
+        """Follow no more what only an earlier version of the mission follows."""
+        for entry in before.variables:
+            if entry not in self.variables:
+                entry.leave()
+                if not any(map(entry.is_variable_of, self.variables)):
+                    entry.forget()
 
     @property
     def due_ns(self) -> int | None:

@@ -39,6 +39,10 @@ class Hooked(Behaviour):
         """The node in its current version: it may be revised while the mission runs."""
         return self._values.node
 
+    def take_values(self, values: Evaluator) -> None:
+        """Read the values of a revised mission from now on."""
+        self._values = values
+
     def remove_call_hook(self, hook: CallHook) -> None:
         """Call a hook no more."""
         self.call_hooks = tuple(kept for kept in self.call_hooks if kept is not hook)

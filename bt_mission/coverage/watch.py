@@ -22,7 +22,7 @@ from bt_mission.coverage.places import (
     branches,
     built,
 )
-from bt_mission.events.events import Event, NodeChanged
+from bt_mission.events.events import Event, NodeChanged, TreeRevised
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
 from bt_mission.language.mission import Mission
@@ -73,16 +73,21 @@ class CoverageWatch:
                 self._reach(visited, f"{OUTCOME}{outcome}")
 
     def _take(self, event: Event) -> None:
-        """Note goals that the tree halts. The end of a test is not such a halt."""
+        """Note goals that the tree halts. The end of a test is not such a halt.
+
+        After a revision, nodes are others than those of the places: nothing more is counted.
+        """
+        if isinstance(event, TreeRevised):
+            self._built.clear()
         if not isinstance(event, NodeChanged) or event.status is not Status.INVALID:
             return
         node = self._executive.nodes[event.node]
         if not isinstance(node, ActionLeaf):
             return
         if node.was_halted and self._executive.status is MissionStatus.RUNNING:
-            halted = self._built[node]
-            outcome = _outcome(halted)
-            if outcome:
+            halted = self._built.get(node)
+            outcome = "" if halted is None else _outcome(halted)
+            if halted is not None and outcome:
                 self._reach(halted, f"{OUTCOME}{outcome}")
 
     def _reach(self, reached: Built, mark: str) -> None:

@@ -36,6 +36,7 @@ from bt_mission.events.events import (
     RequirementChanged,
     RunStarted,
     StateChanged,
+    TreeRevised,
     VariableChanged,
 )
 from bt_mission.goals.goal import GoalStatus
@@ -85,6 +86,17 @@ def _started(event: RunStarted, _: Nodes) -> dict[str, Any]:
     }
 
 
+def _revised(event: TreeRevised, _: Nodes) -> dict[str, Any]:
+    shown = ("name", "kind", "path", "parent")
+    return {
+        "mission": event.mission,
+        "number": event.number,
+        "summary": event.summary,
+        "kept": list(event.kept),
+        "nodes": [{name: getattr(node, name) for name in shown} for node in event.nodes],
+    }
+
+
 def _node(index: int, nodes: Nodes) -> dict[str, Any]:
     return {"node": nodes[index].name, "path": nodes[index].path}
 
@@ -124,6 +136,7 @@ def _fault(event: FaultChanged, _: Nodes) -> dict[str, Any]:
 
 FIELDS: Mapping[type[Event], Callable[[Any, Nodes], dict[str, Any]]] = {
     RunStarted: _started,
+    TreeRevised: _revised,
     NodeChanged: _changed,
     NodesReset: lambda event, nodes: {"paths": [nodes[index].path for index in event.nodes]},
     NodeProgressed: _progressed,
@@ -302,6 +315,12 @@ def _started_of(fields: Fields, _: Indices) -> RunStarted:
     return RunStarted(fields["t"], "", fields["mission"], (), world, robot, seed)
 
 
+def _revised_of(fields: Fields, _: Indices) -> TreeRevised:
+    nodes = tuple(NodeInfo(**node) for node in fields["nodes"])
+    mission, kept = fields["mission"], tuple(fields["kept"])
+    return TreeRevised(fields["t"], "", mission, nodes, kept, fields["number"], fields["summary"])
+
+
 def _goal_of(fields: Fields, _: Indices) -> GoalChanged:
     state, status = fields["phase"], fields["status"]
     if state == "ended":
@@ -333,6 +352,7 @@ def _requirement_of(fields: Fields, _: Indices) -> RequirementChanged:
 
 READERS: Mapping[str, Callable[[Fields, Indices], Event]] = {
     "start": _started_of,
+    "revised": _revised_of,
     "status": lambda fields, indices: NodeChanged(
         fields["t"], indices[fields["path"]], Status(fields["status"]), fields["message"]
     ),

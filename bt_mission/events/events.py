@@ -84,6 +84,7 @@ class RunStarted(Event):
         run: Identifies the run.
         nodes: Nodes, depth first.
         world: None without a simulation, and if it is not known.
+        revision: The number of revisions that led to this tree.
     """
 
     event_name = "start"
@@ -96,6 +97,31 @@ class RunStarted(Event):
     world: str | None = None
     robot: str = ""
     seed: int = 0
+    revision: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class TreeRevised(Event):
+    """The running mission is another version of itself from now on, with this tree.
+
+    Attributes:
+        run: Identifies the run, which continues.
+        nodes: Nodes, depth first.
+        kept: For each of them, its index in the tree before; -1 for a new one.
+        number: 1 for the first revision of a run.
+        summary: What has changed, as text.
+    """
+
+    event_name = "revised"
+    event_topic = "tree"
+
+    time_ns: int
+    run: str
+    mission: str
+    nodes: tuple[NodeInfo, ...]
+    kept: tuple[int, ...]
+    number: int
+    summary: str = ""
 
 
 @dataclass(frozen=True, slots=True)

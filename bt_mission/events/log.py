@@ -22,6 +22,7 @@ from bt_mission.events.events import (
     NodeInfo,
     RequirementChanged,
     StateChanged,
+    TreeRevised,
 )
 from bt_mission.goals.goal import GoalStatus
 
@@ -121,6 +122,10 @@ def _start_words(event: dict[str, Any]) -> str:
     return f"mission {event['mission']} {where}"
 
 
+def _revised_words(event: dict[str, Any]) -> str:
+    return f"mission revised ({event['number']}): {event['summary']}"
+
+
 def _goal_words(event: dict[str, Any]) -> str:
     change, status = event["event"].removeprefix("goal "), event["status"]
     end = "" if status is None else f": {GoalStatus(status).name.lower()}"
@@ -147,6 +152,7 @@ UNSHOWN = ("t", "event", "path", "index")
 
 WORDS: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "start": _start_words,
+    "revised": _revised_words,
     "goal": _goal_words,
     "pose": _pose_words,
     "mission": lambda event: f"mission ended: {verdict(event['status'], event['reason'])}",
@@ -185,6 +191,8 @@ def rosout_line(event: Event, nodes: Sequence[NodeInfo]) -> tuple[int, str] | No
             not event.is_update
         ):
             return ERROR, f"requirement {name}: {word}{_margin(margin, unit)}"
+        case TreeRevised():
+            return WARN, _revised_words(fields_of(event))
         case ClockJumped(_, jump_s):
             return WARN, f"the ROS {_jump(jump_s)}"
     return None

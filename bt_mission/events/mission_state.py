@@ -220,6 +220,8 @@ class MissionState:
                 return LogEntry(time_ns, None, "", text)
             case RunStarted(time_ns, mission=name):
                 return LogEntry(time_ns, None, name, "begins")
+            case happened.TreeRevised(time_ns, summary=summary):
+                return LogEntry(time_ns, None, "mission revised", summary)
             case happened.StateChanged(time_ns, str(run), _, state) if run:
                 return LogEntry(time_ns, None, *mission_state(state, event.explanation))
             case Event(int() as time_ns, event_topic="log"):
@@ -243,21 +245,57 @@ class MissionState:
             if tree != self.tree:
                 self.tree, self.now_ns = tree, max(self.now_ns, tree.time_ns)
             return False
-        count = len(tree.nodes)
         self.tree, self.now_ns = tree, tree.time_ns
-        self.statuses, self.messages = [Status.INVALID] * count, [""] * count
-        self.since_ns, self.ran_ns = [None] * count, [None] * count
-        self._started_ns = [None] * count
-        self.ends = [()] * count
-        self.is_leaf, self._running_children = [True] * count, [0] * count
-        for index, node in enumerate(tree.nodes):
-            if index:
-                self.is_leaf[node.parent] = False
+        self._size(tree.nodes)
         self.running, self.progress, self.goals, self.variables = {}, {}, {}, {}
         self.goals_changed_ns, self._ended_goals, self._requirements = {}, {}, {}
         self.ticks = self.goals_sent = None
         self.robot.trail.clear()
         return True
+
+    def _revise(self, event: happened.TreeRevised) -> bool:
+        """Show another tree; its nodes that the earlier one had keep their state."""
+        if self.tree is None:
+            return False
+        self.tree = replace(
+            self.tree,
+            mission=event.mission,
+            nodes=event.nodes,
+            revision=event.number,
+        )
+        known, fresh = len(self.statuses), MissionState()
+        before = [index if index < known else -1 for index in event.kept]
+        fresh._size(event.nodes)
+        now = {index: new for new, index in enumerate(before) if index >= 0}
+        for name in ("statuses", "messages", "since_ns", "ran_ns", "_started_ns", "ends"):
+            values, sized = getattr(self, name), getattr(fresh, name)
+            for index, new in now.items():
+                sized[new] = values[index]
+            setattr(self, name, sized)
+        self.is_leaf, self._running_children = fresh.is_leaf, fresh._running_children
+        self.running = {now[index]: None for index in self.running if index in now}
+        for index in self.running:
+            if index:
+                self._running_children[event.nodes[index].parent] += 1
+        self.progress = {
+            now[index]: replace(progress, node=now[index])
+            for index, progress in self.progress.items()
+            if index in now
+        }
+        self._see(event.time_ns)
+        return True
+
+    def _size(self, nodes: tuple[happened.NodeInfo, ...]) -> None:
+        """Make space for the states of these nodes."""
+        count = len(nodes)
+        self.statuses, self.messages = [Status.INVALID] * count, [""] * count
+        self.since_ns, self.ran_ns = [None] * count, [None] * count
+        self._started_ns = [None] * count
+        self.ends = [()] * count
+        self.is_leaf, self._running_children = [True] * count, [0] * count
+        for index, node in enumerate(nodes):
+            if index:
+                self.is_leaf[node.parent] = False
 
     def _change(self, event: happened.NodeChanged) -> bool:
         """Give a node its status. Without a time only what differs counts as a change."""
@@ -377,6 +415,7 @@ class MissionState:
         lambda: MissionState._other,
         {
             happened.RunStarted: _begin,
+            happened.TreeRevised: _revise,
             happened.NodeChanged: _change,
             happened.NodesReset: _reset,
             happened.NodeProgressed: _progress,

@@ -8,6 +8,7 @@ tick gets the mark, and does not advance the generator until the tick may contin
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 
 from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Success
@@ -75,6 +76,16 @@ class Breakpoints:
         for node in removed:
             if node not in still:
                 node.start_hook = None
+
+    def move(self, paths: Mapping[Behaviour, str]) -> None:
+        """Set the breakpoints in the tree of a revision; those without a node there are removed."""
+        names = self.names
+        for name in names:
+            self.remove(name)
+        self._paths = paths
+        for name in names:
+            with suppress(BtMissionError):
+                self.add(name)
 
     def _stop(self, node: Behaviour) -> Iterator[Behaviour]:
         self.reached = node

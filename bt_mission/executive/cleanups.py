@@ -22,10 +22,20 @@ class Cleanups:
         nodes: All nodes of the tree.
         ledger: Set when the goals of the tree have to wait.
         mark: Yielded by a tick at a breakpoint; clean-ups do not stop there.
+        departed: Nodes that a revision has removed from the tree, and whose clean-ups still run.
     """
 
-    def __init__(self, nodes: Iterable[Behaviour], ledger: Ledger, mark: Behaviour) -> None:
-        self._nodes = tuple(node for node in nodes if isinstance(node, Finally))
+    def __init__(
+        self,
+        nodes: Iterable[Behaviour],
+        ledger: Ledger,
+        mark: Behaviour,
+        departed: Iterable[Finally] = (),
+    ) -> None:
+        inside = tuple(node for node in nodes if isinstance(node, Finally))
+        outside = (inner for node in departed for inner in node.iterate())
+        self._departed = dict.fromkeys(node for node in outside if isinstance(node, Finally))
+        self._nodes = (*inside, *self._departed)
         self._ledger = ledger
         self._mark = mark
         self.inside = frozenset(inner for node in self._nodes for inner in node.cleanup.iterate())
@@ -43,6 +53,11 @@ class Cleanups:
         """The limit of all clean-ups together that are due, s."""
         return sum(node.limit_s for node in self._nodes)
 
+    @property
+    def departed(self) -> tuple[Finally, ...]:
+        """The nodes outside the tree whose clean-ups still run."""
+        return tuple(node for node in self._departed if node.is_detached)
+
     def before(self, walk: Iterator[Behaviour]) -> Iterator[Behaviour]:
         """Put the clean-ups that are under way before a walk of the tree."""
         return self._first(walk) if self._nodes else walk
@@ -57,7 +72,9 @@ class Cleanups:
         self._ledger.is_held = False
         for node in self._nodes:
             if node.is_detached:
-                yield from (child for child in node.tick_detached() if child is not self._mark)
+                visited = [child for child in node.tick_detached() if child is not self._mark]
+                if node not in self._departed:
+                    yield from visited
                 self._note(node)
 
     def halt_tree(self, root: Behaviour) -> list[str]:

@@ -24,6 +24,7 @@ from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.behaviours.follow import FollowedVariables
 from bt_mission.behaviours.hooks import Hooked
 from bt_mission.behaviours.python_leaf import PythonLeaf
+from bt_mission.behaviours.revision import Graft
 from bt_mission.behaviours.runtime import Runtime
 from bt_mission.core.errors import BtMissionError, cause_of
 from bt_mission.core.listeners import Listeners
@@ -36,6 +37,7 @@ from bt_mission.events.events import (
     NodesReset,
     RunStarted,
     StateChanged,
+    TreeRevised,
 )
 from bt_mission.events.mission_state import MissionState
 from bt_mission.executive.breakpoints import Breakpoints
@@ -82,7 +84,6 @@ class Executive:
         mission: str = "",
         details: Mapping[str, tuple[str, ...]] | None = None,
     ) -> None:
-        self.root = root
         self.mission = mission
         self.run = secrets.token_hex(8)
         """Identifies the run."""
@@ -105,15 +106,10 @@ class Executive:
         self.verdict = MissionStatus.FAILURE
         """The verdict of the mission, also while it is ending."""
         self.observe_s = observe_s
+        self.revisions = 0
+        """The number of revisions of the mission since its start."""
         self._runtime = runtime
-        self._paths = node_paths(root)
-        self._nodes = tuple(self._paths)
-        self.indices = {node: index for index, node in enumerate(self._nodes)}
-        """The index of each node in the tree, depth first."""
-        self.node_infos = tuple(
-            _info(node, path, self.indices[node.parent or node], details or {})
-            for node, path in self._paths.items()
-        )
+        self._set_tree(root, details or {})
         self.events = EventStream()
         self.mission_state = MissionState()
         """The state that follows from the events so far."""
@@ -137,7 +133,18 @@ class Executive:
         self._follow(trace)
         for node in root.iterate():
             node.setup(runtime=runtime)
-        self.followed = FollowedVariables(root, runtime)
+        self.followed = FollowedVariables(root, runtime, runtime.scope)
+
+    def _set_tree(self, root: Behaviour, details: Mapping[str, tuple[str, ...]]) -> None:
+        self.root = root
+        self._paths = node_paths(root)
+        self._nodes = tuple(self._paths)
+        self.indices = {node: index for index, node in enumerate(self._nodes)}
+        """The index of each node in the tree, depth first."""
+        self.node_infos = tuple(
+            _info(node, path, self.indices[node.parent or node], details)
+            for node, path in self._paths.items()
+        )
 
     def _follow(self, trace: Trace) -> None:
         """Have trace and state take the events, and the ledger and the nodes cause them."""
@@ -146,6 +153,9 @@ class Executive:
         self.mission_state.state = self.state_event()
         self.events.subscribe(self.mission_state.apply)
         self._runtime.ledger.on_event = self._on_goal
+        self._note_resets_of_nodes()
+
+    def _note_resets_of_nodes(self) -> None:
         for node in self._nodes:
             if isinstance(node, Hooked):
                 node.resets = self._reset
@@ -293,6 +303,72 @@ class Executive:
         """While paused: run one tick, or the rest of the tick that a breakpoint stopped."""
         self._steps = 1
         self.steps += 1
+
+    # ---- revising ------------------------------------------------------------------------
+
+    @property
+    def why_not_revisable(self) -> str:
+        """Why the tree cannot be exchanged now; empty if it can."""
+        if self.status is not MissionStatus.RUNNING:
+            return f"the mission is {self.status}: only a running mission can change"
+        if self._recovery is not None:
+            return "the mission is being resumed; try again when it runs"
+        if self._walk is not None:
+            return "a breakpoint holds the mission within a tick; step or resume it first"
+        return ""
+
+    def revise(
+        self, graft: Graft, details: Mapping[str, tuple[str, ...]], summary: str = ""
+    ) -> None:
+        """Exchange the tree for another one, between two ticks.
+
+        Args:
+            graft: The prepared tree.
+            details: The details of each of its nodes by its path.
+            summary: What changes, as text.
+        """
+        pairs, known, indices = graft.pairs(), self._known, self.indices
+        errors = graft.commit()
+        self._note_halted()
+        self._runtime.ledger.await_ends()
+        self._set_tree(graft.root, details)
+        self._runtime.scope = graft.scope
+        graft.followed.leave_others(self.followed)
+        self.followed = graft.followed
+        before = {new: old for old, new in pairs.items()}
+        self._known = {
+            node: known[before[node]] if node in before else Status.INVALID for node in self._nodes
+        }
+        self._running = {pairs[node]: None for node in self._running if node in pairs}
+        self._note_resets_of_nodes()
+        self.breakpoints.move(self._paths)
+        self._known[self.breakpoints.mark] = Status.RUNNING
+        failures, departed = self.cleanups.failures, self.cleanups.departed
+        self.cleanups = Cleanups(
+            self._paths,
+            self._runtime.ledger,
+            self.breakpoints.mark,
+            (*departed, *graft.departed),
+        )
+        self.cleanups.failures.update(failures)
+        self.revisions += 1
+        kept = tuple(indices[before[node]] if node in before else -1 for node in self._nodes)
+        self.events.emit(
+            TreeRevised(
+                self._runtime.now_ns,
+                self.run,
+                self.mission,
+                self.node_infos,
+                kept,
+                self.revisions,
+                summary,
+            )
+        )
+        for node in self._nodes:
+            if node.status is not self._known[node]:
+                self._note(node)
+        if errors:
+            self._end(MissionStatus.FAILURE, "; ".join(errors))
 
     # ---- looking -------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ from py_trees.common import Status
 
 from bt_mission.behaviours.action_leaf import ActionLeaf
 from bt_mission.core.stamps import NS
-from bt_mission.events.events import NodeChanged
+from bt_mission.events.events import NodeChanged, NodeInfo, TreeRevised
 from bt_mission.executive.executive import Executive
 
 
@@ -38,6 +38,7 @@ class LeafSummary:
 
 @dataclass
 class _Sum:
+    node: NodeInfo
     running_ns: int = 0
     distance_m: float = 0.0
     begun_m: float | None = None
@@ -56,14 +57,28 @@ class LeafStatistics:
     def __init__(self, executive: Executive, distance_m: Callable[[], float | None]) -> None:
         self._nodes, self._state = executive.nodes, executive.mission_state
         self._distance_m = distance_m
+        self._executive = executive
         self._sums: dict[int, _Sum] = {}
         """By the node's index."""
+        self._gone: list[_Sum] = []
+        """Those of leaves that a revision has removed."""
         executive.events.subscribe(self._take, NodeChanged)
+        executive.events.subscribe(self._revise, TreeRevised)
+
+    def _revise(self, event: TreeRevised) -> None:
+        now = {index: new for new, index in enumerate(event.kept)}
+        self._gone += [leaf for index, leaf in self._sums.items() if index not in now]
+        self._sums = {now[index]: leaf for index, leaf in self._sums.items() if index in now}
+        for index, leaf in self._sums.items():
+            leaf.node = event.nodes[index]
+        self._nodes = self._executive.nodes
 
     def _take(self, event: NodeChanged) -> None:
         if not self._state.is_leaf[event.node]:
             return
-        leaf, distance_m = self._sums.setdefault(event.node, _Sum()), self._distance_m() or 0.0
+        assert self._state.tree is not None, "the executive has sent it"
+        leaf = self._sums.setdefault(event.node, _Sum(self._state.tree.nodes[event.node]))
+        distance_m = self._distance_m() or 0.0
         if event.status is Status.RUNNING:
             leaf.begun_m = distance_m
         elif event.status is not Status.INVALID or leaf.begun_m is not None:
@@ -76,18 +91,17 @@ class LeafStatistics:
 
     def summaries(self) -> tuple[LeafSummary, ...]:
         """Those that have ended at least once, in the order of their first start."""
-        assert self._state.tree is not None, "the executive has sent it"
-        nodes, is_known = self._state.tree.nodes, self._distance_m() is not None
+        is_known = self._distance_m() is not None
         return tuple(
             LeafSummary(
-                name=nodes[index].name,
-                path=nodes[index].path,
+                name=leaf.node.name,
+                path=leaf.node.path,
                 runs=leaf.outcomes.total(),
                 outcomes=dict(leaf.outcomes),
                 running_s=round(leaf.running_ns / NS, 6),
                 distance_m=round(leaf.distance_m, 6) if is_known else None,
             )
-            for index, leaf in self._sums.items()
+            for leaf in (*self._gone, *self._sums.values())
             if leaf.outcomes
         )
 

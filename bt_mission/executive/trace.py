@@ -18,7 +18,14 @@ from typing import Self
 from bt_mission.core.listeners import Stream
 from bt_mission.core.output import DELETED, OutputFile
 from bt_mission.events.codec import goal_line, node_names, trace_line
-from bt_mission.events.events import Event, EventStream, GoalChanged, NodeInfo, RunStarted
+from bt_mission.events.events import (
+    Event,
+    EventStream,
+    GoalChanged,
+    NodeInfo,
+    RunStarted,
+    TreeRevised,
+)
 
 VERSION = 3
 KEPT_LINES = 200
@@ -64,6 +71,8 @@ class Trace:
         events.subscribe(self._take)
 
     def _take(self, event: Event) -> None:
+        if isinstance(event, TreeRevised):
+            self._nodes, self._names = event.nodes, node_names(event.nodes)
         line = trace_line(event, self._nodes, self._names)
         if line is None:
             return

@@ -120,7 +120,7 @@ class Attempt:
         if self.ending:
             return str(self.ending.outcome)
         if self.goal is None:
-            return "waiting for a clean-up" if self._ledger.is_held else "waiting for the server"
+            return self._ledger.why_held or "waiting for the server"
         if self.goal.phase is Phase.SENT:
             return "waiting for acceptance"
         return "canceling" if self._cause else "active"
@@ -151,7 +151,7 @@ class Attempt:
             return {}
         running: dict[str, tuple[int | None, float | None]]
         if goal is None:
-            running = {} if self._ledger.is_held else {"server": (self._since_ns, limits.server)}
+            running = {} if self._ledger.why_held else {"server": (self._since_ns, limits.server)}
         elif goal.phase is Phase.SENT:
             running = {"answer": (self._since_ns, limits.answer)}
         elif self._cause is None:
@@ -213,7 +213,7 @@ class Attempt:
         return self._wait_for_cancel(self.goal, now_ns)
 
     def _wait_for_server(self, now_ns: int) -> AttemptResult | None:
-        if self._ledger.is_held:
+        if self._ledger.why_held:
             self._since_ns = now_ns
             return None
         busy = self._ledger.has_orphan_at(self._goal_client)

@@ -50,10 +50,24 @@ class Ledger:
         self._given_up: set[bytes] = set()
         self._seen: dict[GoalClient, tuple[int, bool]] = {}
         self.goals_sent = 0
+        self._awaited: list[Goal] = []
         self.is_held = False
         """Whether leaves of the tree must not send goals, while a clean-up after a halt is under
         way.
         """
+
+    def await_ends(self) -> None:
+        """Send nothing before the goals that are not wanted any more have ended, or are lost."""
+        self._awaited = [goal for goal in self._open.values() if goal.orphaned_ns is not None]
+
+    @property
+    def why_held(self) -> str:
+        """What a leaf waits for before it may send a goal, as text; empty if it may."""
+        if self._awaited:
+            self._awaited = [goal for goal in self._awaited if goal.is_live]
+        if self._awaited:
+            return "waiting for goals before the revision to end"
+        return "waiting for a clean-up" if self.is_held else ""
 
     @property
     def open_goals(self) -> tuple[Goal, ...]:

@@ -27,9 +27,11 @@ from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.events import GoalChanged
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.report import Report, report_on
+from bt_mission.executive.revision import revise
 from bt_mission.executive.status import MissionStatus
 from bt_mission.executive.trace import Trace
 from bt_mission.language.mission import Mission
+from bt_mission.language.revision import Revision
 from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.mission_runtime import MissionRuntime
 from bt_mission.ros.requirement_watch import RequirementWatch
@@ -101,6 +103,8 @@ class MissionRunner(MissionRuntime):
         options = options or RunnerOptions()
         super().__init__(node, mission, options.goal_seed or secrets.token_hex(8), options.say)
         self.trace = options.trace or Trace()
+        self.revising: Stream[Mission] = Stream()
+        """Emits each new version of the mission before its nodes are set up."""
         self._wall = Stopwatch()
         self._wall_s: float | None = None
         self._waypoints: WaypointMarkers | None = None
@@ -173,6 +177,43 @@ class MissionRunner(MissionRuntime):
     def halt(self, reason: str = "halted by its caller") -> None:
         """Halt the tree and cancel every goal; later ticks wait until they end."""
         self.executive.interrupt(reason)
+
+    def revise(
+        self, mission: Mission, *, dry_run: bool = False, keep_goals: bool = False
+    ) -> Revision:
+        """Continue with another version of the mission, or say why that is not possible.
+
+        Call it between two ticks. Nodes that stay continue, with their goals. Goals of nodes that
+        change or are gone are cancelled, and no goal is sent before these have ended. A running
+        node that changes starts again. Clean-ups of nodes that are gone run. If it is refused,
+        nothing changes.
+
+        Args:
+            mission: The new version, as :func:`bt_mission.load` returns it.
+            dry_run: Only say what would happen.
+            keep_goals: Let leaves that run and change continue with the values with which they
+                started; the new values apply when they start again.
+
+        Raises:
+            BtMissionError: It is called within a tick.
+        """
+        if self._tick_ns is not None:
+            raise BtMissionError(
+                "a mission cannot be revised within a tick; call revise() between two ticks",
+                code="BT-908",
+            )
+        revision, self.mission = revise(
+            self.executive,
+            self,
+            self.mission,
+            mission,
+            before=self.revising.emit,
+            dry_run=dry_run,
+            keep_goals=keep_goals,
+        )
+        if revision.is_applied:
+            self.__dict__.pop("_subtrees", None)
+        return revision
 
     def close(self) -> None:
         """Destroy the clients and topics on the node; further calls do nothing.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +17,7 @@ from bt_mission.core.diagnostics import quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.geometry import yaw_of
 from bt_mission.core.stamps import NS
-from bt_mission.events.events import Event, NodeChanged
+from bt_mission.events.events import Event, NodeChanged, TreeRevised
 from bt_mission.language.expressions.values import NoValue, Plain
 from bt_mission.language.requirements.signals import SIGNALS
 from bt_mission.language.requirements.syntax import SignalValue
@@ -156,10 +156,15 @@ class LiveSignals:
         self._outcomes = NodeOutcomes()
         self._changes = 0
         self._named: defaultdict[str, list[Behaviour]] = defaultdict(list)
+        self._name_nodes()
+        self._executive.events.subscribe(self._take)
+
+    def _name_nodes(self) -> None:
+        for nodes in self._named.values():
+            nodes.clear()
         for node in self._executive.nodes:
             self._named[node.name].append(node)
             self._named[self._executive.path_of(node)].append(node)
-        self._executive.events.subscribe(self._take)
 
     def reader(self, signal: SignalValue, /) -> Reader | str:
         """Return the reader of a signal's present value, or why it is not known here.
@@ -235,6 +240,10 @@ class LiveSignals:
         return b"", {}
 
     def _take(self, event: Event) -> None:
+        if isinstance(event, TreeRevised):
+            self._name_nodes()
+            self._status = {node: node.status for node in self._executive.nodes}
+            self._changes += 1
         if not isinstance(event, NodeChanged):
             return
         node = self._executive.nodes[event.node]
@@ -279,11 +288,12 @@ class LiveSignals:
         goals = self._runner.ledger.open_goals
         return sum(moves_base(goal.goal_client.name) for goal in goals)
 
-    def _feedback(self, node: str, field: str) -> Reader:
-        leaves = [behaviour for behaviour in self._named[node] if isinstance(behaviour, ActionLeaf)]
+    def _leaves(self, node: str) -> Iterator[ActionLeaf]:
+        return (leaf for leaf in self._named[node] if isinstance(leaf, ActionLeaf))
 
+    def _feedback(self, node: str, field: str) -> Reader:
         def value() -> Any:
-            for leaf in leaves:
+            for leaf in self._leaves(node):
                 if leaf.status is Status.RUNNING and leaf.attempt is not None:
                     return field_of(leaf.attempt.feedback, field)
             return None
@@ -291,17 +301,14 @@ class LiveSignals:
         return value
 
     def _accepted(self, node: str) -> Reader:
-        leaves = [behaviour for behaviour in self._named[node] if isinstance(behaviour, ActionLeaf)]
-
         def is_accepted() -> bool:
-            goals = [leaf.attempt.goal for leaf in leaves if leaf.attempt is not None]
+            goals = [leaf.attempt.goal for leaf in self._leaves(node) if leaf.attempt is not None]
             return any(goal is not None and goal.accepted for goal in goals)
 
         return is_accepted
 
     def _outcome(self, node: str, outcome: str) -> Reader:
-        leaves = [behaviour for behaviour in self._named[node] if isinstance(behaviour, ActionLeaf)]
-        return lambda: self._outcomes.is_any(leaves, outcome)
+        return lambda: self._outcomes.is_any(self._leaves(node), outcome)
 
     # ---- topics --------------------------------------------------------------------------
 

@@ -31,6 +31,7 @@ from bt_mission.core.errors import BtMissionError
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import NS
 from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.events.events import TreeRevised
 from bt_mission.ros.event_messages import stamp
 from bt_mission.ros.graph import LATCHED, REQUESTS
 from bt_mission.ros.mission_details import as_json
@@ -90,6 +91,10 @@ class SnapshotStreams:
         self._forget_ticks()
         run.executive.tick_wrappers.append(self._watch)
         run.executive.after_tick.append(self._after_tick)
+        run.executive.events.subscribe(self._revise, TreeRevised)
+
+    def _revise(self, _: TreeRevised) -> None:
+        self._nodes, self._visited = {}, set()
 
     def close(self) -> None:
         """Publish the end, and destroy the streams and the services."""

@@ -20,7 +20,7 @@ from py_trees.common import Status
 
 from bt_mission.core.text import escape_control, seconds
 from bt_mission.events.codec import phase_of
-from bt_mission.events.events import Event, GoalChanged, NodeChanged
+from bt_mission.events.events import Event, GoalChanged, NodeChanged, TreeRevised
 from bt_mission.events.log import UNICODE, line_of
 from bt_mission.goals.goal import Phase
 from bt_mission.sessions.stage import Stage
@@ -193,6 +193,13 @@ class History:
 
     def _take(self, event: Event) -> None:
         match event:
+            case TreeRevised(kept=kept):
+                executive, before = self._stage.executive, self._changes_of
+                self.nodes, self._indices = executive.nodes, executive.indices
+                self.paths = {node: executive.path_of(node) for node in self.nodes}
+                self._changes_of = defaultdict(
+                    list, {new: before[index] for new, index in enumerate(kept) if index in before}
+                )
             case NodeChanged(node=node):
                 self._changes_of[node].append(len(self.changes))
                 self.changes.append(event)

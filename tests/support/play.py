@@ -11,8 +11,10 @@ from py_trees.behaviour import Behaviour
 from bt_mission.behaviours.builder import build_tree
 from bt_mission.behaviours.runtime import Scope
 from bt_mission.executive.executive import Executive
+from bt_mission.executive.revision import revise
 from bt_mission.executive.trace import Trace
 from bt_mission.goals.ledger import Ledger
+from bt_mission.language.revision import Revision
 from bt_mission.sessions.load import load
 
 S = 1_000_000_000
@@ -103,7 +105,7 @@ class Play:
     """An executive without ROS."""
 
     def __init__(self, text: str, server_type: Callable[[str], Any], goal_seed: str = "") -> None:
-        mission = load(text)
+        mission = self.mission = load(text)
         self.now_ns = S
         self.servers: dict[str, Any] = {}
         self.logged: list[str] = []
@@ -117,6 +119,13 @@ class Play:
         self.trace = Trace()
         self.root = build_tree(mission, self.scope)
         self.executive = Executive(self.root, self, self.trace)
+
+    def revise(self, text: str, **options: Any) -> Revision:
+        """Continue with another version of the mission."""
+        after = load(text)
+        revision, self.mission = revise(self.executive, self, self.mission, after, **options)
+        self.root = self.executive.root
+        return revision
 
     def goal_client(self, action: str, type_name: str) -> Any:
         name = f"/{action.removeprefix('/')}"  # there is no namespace here

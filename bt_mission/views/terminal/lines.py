@@ -89,7 +89,7 @@ class PlainLines:
         self._who = who
         self._start_ns = start_ns
         self._now_ns = now_ns
-        self._nodes, self._is_leaf = executive.node_infos, executive.mission_state.is_leaf
+        self._executive = executive
         self._controls = ControlLines(executive)
         self._glyphs = glyphs_for(stream.encoding)
 
@@ -101,8 +101,9 @@ class PlainLines:
     def on_change(self, event: NodeChanged) -> None:
         """Show a change of a leaf's status; composites follow from their leaves."""
         self.refresh()
-        node, status = self._nodes[event.node], event.status
-        if event.time_ns is None or not self._is_leaf[event.node] or node.kind == LOG_KIND:
+        node, status = self._executive.node_infos[event.node], event.status
+        is_leaf = self._executive.mission_state.is_leaf[event.node]
+        if event.time_ns is None or not is_leaf or node.kind == LOG_KIND:
             return  # the lines of a log leaf are shown unchanged
         words = "" if status is Status.RUNNING else event.message
         self._line(event.time_ns, f"{self._glyphs[status]} {node.name}  {words}")

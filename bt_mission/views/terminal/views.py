@@ -259,7 +259,6 @@ class LiveTree:
         self._header = header
         self._marks = marks_for(console.encoding)
         self._state = executive.mission_state
-        self._depths = [info.depth for info in executive.node_infos]
         self._doing: dict[int, tuple[str, LeafProgress | None]] = {}
         """The messages of running nodes at the last tick."""
         executive.after_tick.append(self._note_running)
@@ -269,12 +268,11 @@ class LiveTree:
         if room is None:
             room = max(self._console.height - 3, 1)
         failed = set(self._state.failure_path())
+        depths = [info.depth for info in self._executive.node_infos]
         rows: list[Text] = []
         focus: list[int] = []
         above: list[int] = []
-        for index, (depth, shown) in enumerate(
-            zip(self._depths, self._state.shown_nodes(), strict=True)
-        ):
+        for index, (depth, shown) in enumerate(zip(depths, self._state.shown_nodes(), strict=True)):
             rows.append(self._row(index, depth, shown))
             above[depth:] = [index]
             if index in failed or (shown.status is Status.RUNNING and not failed):

@@ -1,0 +1,345 @@
+"""The tree of a revised mission, built beside the running one, and put in its place.
+
+:class:`Graft` first builds the new tree without a change of the running one, so it can be refused.
+:meth:`Graft.commit` then exchanges them, between two ticks. A leaf that stays is the same object in
+both, with its goal. Composites and decorators are new objects, and continue with the state of those
+that they replace.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from py_trees.behaviour import Behaviour
+from py_trees.behaviours import Success
+from py_trees.common import Status
+from py_trees.composites import Composite
+from py_trees.decorators import Decorator
+
+from bt_mission.behaviours import control
+from bt_mission.behaviours.action_leaf import ActionLeaf
+from bt_mission.behaviours.builder import BEHAVIOURS, build_tree
+from bt_mission.behaviours.cleanup import Finally
+from bt_mission.behaviours.decorators import Subtree
+from bt_mission.behaviours.evaluator import Evaluator
+from bt_mission.behaviours.follow import FollowedVariables
+from bt_mission.behaviours.hooks import Hooked
+from bt_mission.behaviours.python_leaf import PythonLeaf
+from bt_mission.behaviours.runtime import Generator, Runtime, Scope
+from bt_mission.core.errors import described
+from bt_mission.language.nodes.base import NodeModel
+from bt_mission.language.revision import BuiltNode, Comparison
+
+RUNNING, INVALID = Status.RUNNING, Status.INVALID
+
+
+class Graft:
+    """A new tree that takes over from a running one.
+
+    Args:
+        comparison: The two versions of the mission.
+        paths: The nodes of the running tree with their paths.
+        runtime: Its variables, clock and clients.
+        followed: Its variables that follow topics.
+        is_kept: Let changed leaves that run continue with the values with which they started.
+
+    Raises:
+        BtMissionError: The tree cannot be built; nothing has changed.
+    """
+
+    def __init__(
+        self,
+        comparison: Comparison,
+        paths: Mapping[Behaviour, str],
+        runtime: Runtime,
+        followed: FollowedVariables,
+        *,
+        is_kept: bool = False,
+    ) -> None:
+        self.comparison = comparison
+        self.departed: list[Finally] = []
+        """Nodes that are gone, and whose clean-ups run after :meth:`commit`."""
+        self.followed = followed
+        self._runtime = runtime
+        self._old = {path: node for node, path in paths.items()}
+        self._nodes = tuple(paths)
+        self._is_kept = is_kept
+        self._kept = {
+            node.path: self._old[node.twin.path]
+            for node in comparison.new
+            if node.twin is not None and self._is_same_leaf(node, node.twin)
+        }
+        """The leaves that stay, by their new paths."""
+        self._stand_ins: dict[str, Behaviour] = {}
+        before = runtime.scope
+        self.scope = Scope(before.values, before.seed, self._generators(before))
+        kinds = {kind: self._maker(make) for kind, make in BEHAVIOURS.items()}
+        self.root = build_tree(comparison.after, self.scope, kinds)
+        self._new = {
+            node.path: behaviour
+            for node, behaviour in zip(comparison.new, self._built(self.root), strict=True)
+        }
+        for node in comparison.new:
+            self._share_variables(node)
+
+    @property
+    def refusals(self) -> list[str]:
+        """Why the running tree cannot be replaced now: clean-ups that run must not change."""
+        reasons = []
+        for node in self.comparison.old:
+            behaviour = self._old[node.path]
+            if isinstance(behaviour, Finally) and behaviour.due_ns is not None:
+                _, cleanup = node.below
+                inside = [node, *_walk(cleanup)]
+                if any(one.is_changed or one.twin is None or not _links(one) for one in inside):
+                    reasons.append(
+                        f"the clean-up of '{behaviour.name}' is under way, and would change; "
+                        "wait until it has ended"
+                    )
+        return reasons
+
+    @property
+    def stopped(self) -> list[Behaviour]:
+        """The leaves that run, and are gone, or start again."""
+        kept = set(self._kept.values())
+        return [node for node in self._leaves if node.status is RUNNING and node not in kept]
+
+    @property
+    def continuing(self) -> list[Behaviour]:
+        """The leaves that run and stay."""
+        return [node for node in self._kept.values() if node.status is RUNNING]
+
+    @property
+    def restarting(self) -> list[str]:
+        """The names of leaves that run and start again."""
+        stopped = set(self.stopped)
+        return [
+            node.node.label
+            for node in self.comparison.new
+            if node.twin is not None and self._old[node.twin.path] in stopped
+        ]
+
+    @property
+    def _leaves(self) -> list[Behaviour]:
+        return [self._old[node.path] for node in self.comparison.old if not node.below]
+
+    def prepare(self) -> None:
+        """Set the new nodes up, with the state of those that they replace.
+
+        Raises:
+            BtMissionError: That is not possible; nothing has changed.
+        """
+        stand_ins, made = set(self._stand_ins.values()), list(self.root.iterate())
+        for behaviour in made:
+            if behaviour not in stand_ins:
+                behaviour.setup(runtime=self._runtime)
+        inputs = self.comparison.after.inputs
+        added = {name: inputs[name] for name in inputs if name not in self.scope.values}
+        self.scope.values.update(added)
+        try:
+            self._take_state()
+            self.followed = FollowedVariables(self.root, self._runtime, self.scope, self.followed)
+        except BaseException:
+            for name in added:
+                del self.scope.values[name]
+            raise
+
+    def _take_state(self) -> None:
+        now_ns = self._runtime.now_ns
+        for node in self.comparison.new:
+            behaviour = self._new[node.path]
+            if node.path in self._kept:
+                continue
+            if node.is_linked and node.twin is not None:
+                self._take_over(node, behaviour, self._old[node.twin.path], now_ns)
+            elif node.is_transparent and self._is_around_running(node):
+                behaviour.initialise()
+                behaviour.status = RUNNING
+
+    def commit(self) -> list[str]:
+        """Exchange the trees. Return the errors of nodes that were stopped.
+
+        The ledger sends nothing before the goals that are not wanted any more have ended.
+        """
+        errors = self._stop()
+        for path, leaf in self._kept.items():
+            self._put(leaf, self._stand_ins[path], self.scope.evaluators[path])
+        for name in self.comparison.lost_variables:
+            self.scope.values.pop(name, None)
+        return errors
+
+    def pairs(self) -> dict[Behaviour, Behaviour]:
+        """Return the new node of each old one that continues, users' nodes included."""
+        pairs: dict[Behaviour, Behaviour] = {}
+        for node in self.comparison.new:
+            if not node.is_linked or node.twin is None:
+                continue
+            old = self._old[node.twin.path]
+            if node.path in self._kept:
+                pairs |= {inner: inner for inner in old.iterate()}
+            else:
+                pairs[old] = self._new[node.path]
+        return pairs
+
+    # ---- building ------------------------------------------------------------------------
+
+    def _is_same_leaf(self, node: BuiltNode, twin: BuiltNode) -> bool:
+        if node.below or not node.is_linked:
+            return False
+        is_running = self._old[twin.path].status is RUNNING
+        return not node.is_changed or (self._is_kept and is_running)
+
+    def _maker(
+        self, make: Callable[[Any, Evaluator], Behaviour]
+    ) -> Callable[[Any, Evaluator], Behaviour]:
+        def made(node: NodeModel, values: Evaluator) -> Behaviour:
+            if values.path not in self._kept:
+                return make(node, values)
+            stand_in = self._stand_ins[values.path] = Success(node.label)
+            return stand_in
+
+        return made
+
+    def _built(self, root: Behaviour) -> list[Behaviour]:
+        """Return the nodes of the mission, depth first, without those of users' behaviours."""
+        nodes, inside = [], {node.path for node in self.comparison.new}
+        waiting = [(root, "0")]
+        while waiting:
+            node, path = waiting.pop()
+            if path in inside:
+                nodes.append(node)
+                below = enumerate(node.children)
+                waiting += reversed([(child, f"{path}.{part}") for part, child in below])
+        return nodes
+
+    def _generators(self, before: Scope) -> dict[str, Generator]:
+        """Return the random generators of the nodes that stay, by their new paths."""
+        moved = {node.twin.path: node.path for node in self.comparison.new if node.twin is not None}
+        generators = {}
+        for name, generator in before.generators.items():
+            path, slash, key = name.partition("/")
+            if path in moved:
+                generators[moved[path] + slash + key] = generator
+        return generators
+
+    def _share_variables(self, node: BuiltNode) -> None:
+        """Let a named tree that stays continue with its variables."""
+        behaviour = self._new[node.path]
+        if isinstance(behaviour, Subtree) and node.is_linked and node.twin is not None:
+            old = self._old[node.twin.path]
+            assert isinstance(old, Subtree), "the kinds are the same"
+            behaviour.inner.values = old.inner.values
+
+    # ---- state ---------------------------------------------------------------------------
+
+    def _take_over(
+        self, node: BuiltNode, behaviour: Behaviour, old: Behaviour, now_ns: int
+    ) -> None:
+        if not node.below:  # a changed leaf that runs starts again
+            if old.status is not RUNNING:
+                behaviour.status, behaviour.feedback_message = old.status, old.feedback_message
+            return
+        behaviour.status, behaviour.feedback_message = old.status, old.feedback_message
+        save, restore = (
+            getattr(old, "save_state", None),
+            getattr(behaviour, "restore_state", None),
+        )
+        if save is not None and restore is not None:
+            restore(save(now_ns), now_ns)
+        if isinstance(behaviour, Composite) and isinstance(old, Composite):
+            self._take_child(node, behaviour, old)
+        if node.is_changed and old.status is RUNNING and hasattr(behaviour, "read_again"):
+            behaviour.read_again()
+
+    def _take_child(self, node: BuiltNode, behaviour: Composite, old: Composite) -> None:
+        """Continue with the child at which the old composite is."""
+        twin = node.twin
+        if twin is None or old.current_child is None:
+            return
+        at = old.children.index(old.current_child)
+        places = {
+            child.core.twin: place for place, child in enumerate(node.below) if child.core.is_linked
+        }
+        place = places.get(twin.below[at].core)
+        if place is not None:
+            behaviour.current_child = behaviour.children[place]
+        elif isinstance(behaviour, control.Pick):
+            behaviour.status = INVALID  # what it had picked is gone: it picks again
+        elif isinstance(behaviour, control.Sequence | control.Selector):
+            done = [places[child.core] for child in twin.below[:at] if child.core in places]
+            place = 1 + max(done, default=-1)
+            is_over = place == len(behaviour.children)
+            behaviour.current_child = None if is_over else behaviour.children[place]
+        elif isinstance(behaviour, control.Parallel):
+            behaviour.current_child = behaviour.children[-1]
+
+    def _is_around_running(self, node: BuiltNode) -> bool:
+        core = node.core
+        if core.twin is None or not core.is_linked:
+            return False
+        is_leaf = not core.below
+        is_kept = core.path in self._kept
+        return self._old[core.twin.path].status is RUNNING and (is_kept or not is_leaf)
+
+    # ---- exchanging ----------------------------------------------------------------------
+
+    def _stop(self) -> list[str]:
+        """Stop what is gone, or starts again; clean-ups of what is gone begin."""
+        errors: list[str] = []
+        kept = set(self._kept.values())
+        linked = {self._old[node.path] for node in self.comparison.old if _links(node)}
+        inside: set[Behaviour] = set()
+        for node in self.comparison.old:
+            behaviour = self._old[node.path]
+            if behaviour in inside or behaviour in kept:
+                continue
+            try:
+                if isinstance(behaviour, Finally):
+                    if behaviour not in linked and behaviour.limit_s > 0:
+                        inside.update(behaviour.iterate())
+                        behaviour.stop(INVALID)
+                        self.departed.append(behaviour)
+                elif not node.below:
+                    if behaviour.status is RUNNING:
+                        behaviour.stop(INVALID)
+                    elif isinstance(behaviour, ActionLeaf):
+                        behaviour.call_terminate(INVALID)
+                elif behaviour not in linked and behaviour.status is RUNNING:
+                    behaviour.terminate(INVALID)
+            except Exception as error:  # noqa: BLE001 - the others must still be stopped
+                errors.append(f"stopping '{behaviour.name}' raised {described(error)}")
+        return errors
+
+    def _put(self, leaf: Behaviour, stand_in: Behaviour, values: Evaluator) -> None:
+        """Put a leaf that stays in the place that was held for it."""
+        parent = stand_in.parent
+        leaf.parent, leaf.name = parent, stand_in.name
+        assert isinstance(leaf, Hooked), "every leaf of a mission has values"
+        leaf.take_values(values)
+        if isinstance(leaf, PythonLeaf):
+            leaf.behaviour.parent = parent
+        if parent is None:
+            self.root = leaf
+            return
+        part = parent.children.index(stand_in)
+        parent.children[part] = leaf
+        if isinstance(parent, Composite) and parent.current_child is stand_in:
+            parent.current_child = leaf
+        if isinstance(parent, Decorator):
+            parent.decorated = leaf
+        elif isinstance(parent, control.Parallel | Finally):
+            parent.exchange(stand_in, leaf)
+
+
+def _links(node: BuiltNode) -> bool:
+    """Whether a node of the running tree continues in the new one."""
+    return node.twin is not None and node.twin.is_linked
+
+
+def _walk(node: BuiltNode) -> Sequence[BuiltNode]:
+    nodes, waiting = [], [node]
+    while waiting:
+        nodes.append(waiting.pop())
+        waiting += nodes[-1].below
+    return nodes
