@@ -139,7 +139,7 @@ class FollowedVariables:
         root: Of the tree.
         runtime: Its clock and subscribers.
         scope: The variables of the mission.
-        before: Those of the version of the mission that ran before. What both have continues.
+        before: Those of the version of the mission that ran before. Common variables continue.
     """
 
     def __init__(

@@ -92,7 +92,7 @@ class Graft:
             if isinstance(behaviour, Finally) and behaviour.due_ns is not None:
                 _, cleanup = node.below
                 inside = [node, *_walk(cleanup)]
-                if any(one.is_changed or one.twin is None or not _links(one) for one in inside):
+                if any(part.is_changed or not _links(part) for part in inside):
                     reasons.append(
                         f"the clean-up of '{behaviour.name}' is under way, and would change; "
                         "wait until it has ended"

@@ -62,7 +62,7 @@ class Ledger:
 
     @property
     def why_held(self) -> str:
-        """What a leaf waits for before it may send a goal, as text; empty if it may."""
+        """Why a leaf has to wait before it sends a goal; empty if it need not wait."""
         if self._awaited:
             self._awaited = [goal for goal in self._awaited if goal.is_live]
         if self._awaited:

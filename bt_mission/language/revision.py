@@ -205,16 +205,14 @@ class Revision:
             KeyError: A field is missing.
             TypeError: A field has another form.
         """
-        nodes = {
-            name: tuple(RevisedNode(**node) for node in data[name])
-            for name in ("stays", "changes", "new", "gone")
-        }
-        texts = {
-            name: tuple(map(str, data[name]))
-            for name in ("reasons", "continues", "cancels", "restarts")
+        nodes = ("stays", "changes", "new", "gone")
+        texts = ("reasons", "continues", "cancels", "restarts")
+        fields: dict[str, Any] = {
+            **{name: tuple(RevisedNode(**node) for node in data[name]) for name in nodes},
+            **{name: tuple(map(str, data[name])) for name in texts},
         }
         is_applied, number = data["is_applied"] is True, int(data["number"])
-        return cls(str(data["mission"]), is_applied, number=number, **nodes, **texts)
+        return cls(str(data["mission"]), is_applied, number=number, **fields)
 
     def as_text(self) -> str:
         """Return the revision as lines for people."""
