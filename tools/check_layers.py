@@ -23,7 +23,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("bt_mission.executive", "bt_mission.btcpp"),
     ("bt_mission.ros",),
     ("bt_mission.sessions",),
-    ("bt_mission.faults", "bt_mission.coverage"),
+    ("bt_mission.faults", "bt_mission.coverage", "bt_mission.editing"),
     ("bt_mission.recording", "bt_mission.graph_tools", "bt_mission.scenarios"),
     ("bt_mission.fleets", "bt_mission.proving"),
     ("bt_mission.views",),

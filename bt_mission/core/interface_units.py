@@ -66,7 +66,7 @@ def type_of_field(type_name: str, part: str, path: tuple[str | int, ...]) -> Fie
             continue
         if written:
             interface, section = _message(name, interface), 0
-        part_section = _interface(interface).section(section)
+        part_section = interface_of(interface).section(section)
         written = _full(part_section.types.get(step, ""), interface)
         unit = part_section.remark(step).unit or unit
     return FieldType(written, unit, interface)
@@ -88,7 +88,8 @@ def unit_of_field(type_name: str, part: str, path: tuple[str | int, ...]) -> str
 
 
 @cache
-def _interface(name: str) -> InterfaceText:
+def interface_of(name: str) -> InterfaceText:
+    """Return the comments in the file of an interface, by its full name; empty without it."""
     text = file_text(name, share_folders()) if name.count("/") == 2 else None
     return InterfaceText("", ()) if text is None else read_interface(text)
 

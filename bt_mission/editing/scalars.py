@@ -1,0 +1,41 @@
+"""Texts as scalars of YAML, with quotes only where they need them."""
+
+from __future__ import annotations
+
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.yaml.composer import compose
+from bt_mission.editing.spans import read_spans
+
+
+def as_text(text: str) -> str:
+    """Return a text as a YAML scalar, with quotes only if it needs them."""
+    for written in (text, "'" + text.replace("'", "''") + "'"):
+        if "\n" in written or written != written.strip():
+            continue
+        try:
+            span = read_spans(f"[{written}]")
+        except InputError:
+            continue
+        only = span.items[0] if len(span.items) == 1 else None
+        if only is not None and only.kind == "scalar" and only.text == text:
+            is_word = written is text and not _is_text(text)
+            if not is_word:
+                return written
+    return _double_quoted(text)
+
+
+def _is_text(text: str) -> bool:
+    """Return whether YAML reads a plain scalar as a text."""
+    try:
+        return isinstance(compose(f"[{text}]", "<text>")[0][0], str)
+    except InputError:
+        return False
+
+
+def _double_quoted(text: str) -> str:
+    escapes = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\t": "\\t"}
+    shown = (
+        escapes.get(char) or (char if char.isprintable() else f"\\U{ord(char):08x}")
+        for char in text
+    )
+    return f'"{"".join(shown)}"'
