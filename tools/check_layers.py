@@ -74,6 +74,7 @@ ASSEMBLES = (
     "bt_mission.faults",
     "bt_mission.scenarios",
     "bt_mission.fleets",
+    "bt_mission.editing",
     "bt_mission.sweeps",
     "bt_mission.search",
     "bt_mission.cli",

@@ -32,6 +32,7 @@ GROUPS: Mapping[int, str] = {
     10: "Recordings",
     11: "Command line",
     12: "XML of BehaviorTree.CPP",
+    13: "The editor",
 }
 """The kinds of mistake, by the hundreds of their codes."""
 

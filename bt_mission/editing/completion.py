@@ -114,7 +114,7 @@ def completion(text: str, offset: int, file: str = "") -> Completion:
         for option in (_values(place, text, file) if place.key else _keys(place))
         if option.label.lower().startswith(wanted) or wanted in option.label.lower()
     ]
-    options.sort(key=lambda one: not one.label.lower().startswith(wanted))
+    options.sort(key=lambda facts: not facts.label.lower().startswith(wanted))
     return Completion(offset - len(place.word), tuple(options))
 
 
@@ -142,13 +142,13 @@ def definition(text: str, offset: int) -> int | None:
             continue
         stop = re.search(r"^\S", text[head.end() :], re.MULTILINE)
         end = head.end() + stop.start() if stop else len(text)
-        found = re.search(rf"(?<![\w-]){re.escape(word)}[ ]*:", text[head.end() : end])
-        if found and head.end() + found.start() != offset:
-            return head.end() + found.start()
-    found = re.search(
+        match = re.search(rf"(?<![\w-]){re.escape(word)}[ ]*:", text[head.end() : end])
+        if match and head.end() + match.start() != offset:
+            return head.end() + match.start()
+    match = re.search(
         rf"(?<=[\s{{,]){re.escape(word)}(?= *:)|(?<=: ){re.escape(word)}(?=[}},])", text
     )
-    return None if found is None or found.start() <= offset <= found.end() else found.start()
+    return None if match is None or match.start() <= offset <= match.end() else match.start()
 
 
 # ---- the context ---------------------------------------------------------------------------------
@@ -239,7 +239,7 @@ def _keys(place: Place, *, is_all: bool = False) -> Iterator[Option]:
     known = kinds()
     if not place.path:
         taken = () if is_all else place.beside
-        yield from (_of_field(one) for one in mission_fields() if one.keys[0] not in taken)
+        yield from (_of_field(facts) for facts in mission_fields() if facts.keys[0] not in taken)
         for key, words in (("tree", "the tree of the mission"), ("trees", "named trees")):
             if key not in taken:
                 yield Option(key, f"{key}:", "", words)
@@ -247,19 +247,19 @@ def _keys(place: Place, *, is_all: bool = False) -> Iterator[Option]:
     if _is_node(place.path):
         kind = next((key for key in place.beside if key in known), None)
         if kind is None or is_all:
-            for one in known.values():
-                yield Option(one.kind, _indented(one.template, place), one.family, one.text)
+            for facts in known.values():
+                yield Option(facts.kind, _indented(facts.template, place), facts.family, facts.text)
         if kind is not None:
             yield from _modifiers(known[kind], () if is_all else place.beside)
         return
     last = place.path[-1]
     if last in known:
         yield from (
-            _of_field(one)
-            for one in known[last].fields
-            if one.keys[0] == last
-            and len(one.keys) > 1
-            and (is_all or one.keys[1] not in place.beside)
+            _of_field(facts)
+            for facts in known[last].fields
+            if facts.keys[0] == last
+            and len(facts.keys) > 1
+            and (is_all or facts.keys[1] not in place.beside)
         )
     if last == "outputs":
         node = next((key for key in place.around if key in known), "")
@@ -267,9 +267,9 @@ def _keys(place: Place, *, is_all: bool = False) -> Iterator[Option]:
 
 
 def _modifiers(kind: KindFacts, taken: Sequence[str]) -> Iterator[Option]:
-    for one in kind.fields:
-        if len(one.keys) == 1 and one.keys[0] not in taken and one.keys[0] != kind.kind:
-            yield _of_field(one)
+    for facts in kind.fields:
+        if len(facts.keys) == 1 and facts.keys[0] not in taken and facts.keys[0] != kind.kind:
+            yield _of_field(facts)
     for key in kind.children:
         if key not in ("*", kind.kind, *taken):
             yield Option(key, f"{key}:", "", "the node below")
@@ -279,11 +279,11 @@ def _indented(template: str, place: Place) -> str:
     return template.replace("\n", "\n" + " " * place.column)
 
 
-def _of_field(one: FieldFacts) -> Option:
-    words = one.words or one.unit or (one.type if one.type != "yaml" else "")
-    default = f"default: {one.default}" if one.default else ""
-    text = ". ".join(filter(None, (one.text, default)))
-    return Option(one.keys[-1], f"{one.keys[-1]}: ", words, text)
+def _of_field(facts: FieldFacts) -> Option:
+    words = facts.words or facts.unit or (facts.type if facts.type != "yaml" else "")
+    default = f"default: {facts.default}" if facts.default else ""
+    text = ". ".join(filter(None, (facts.text, default)))
+    return Option(facts.keys[-1], f"{facts.keys[-1]}: ", words, text)
 
 
 def _values(place: Place, text: str, file: str) -> Iterator[Option]:
@@ -312,13 +312,13 @@ def _values(place: Place, text: str, file: str) -> Iterator[Option]:
 
 def _field_of(place: Place) -> FieldFacts | None:
     if not place.path:
-        return next((one for one in mission_fields() if one.keys[0] == place.key), None)
+        return next((facts for facts in mission_fields() if facts.keys[0] == place.key), None)
     known = kinds()
     names = [*place.beside, place.key, place.path[-1]]
     for kind in (known[name] for name in names if name in known):
-        for one in kind.fields:
-            if one.keys in ((place.key,), (place.path[-1], place.key)):
-                return one
+        for facts in kind.fields:
+            if facts.keys in ((place.key,), (place.path[-1], place.key)):
+                return facts
     return None
 
 
@@ -341,9 +341,9 @@ def _entries(text: str, block: str) -> list[str]:
     if head[1]:
         return [name for name, _ in _PAIR.findall(head[1])]
     body = re.match(r"(?:[ ]+.*\n|[ ]*\n|#.*\n)*", text[head.end() :])
-    found = re.findall(r"^( +)([\w-]+) *:", body.group() if body else "", re.MULTILINE)
-    least = min((len(margin) for margin, _ in found), default=0)
-    return [name for margin, name in found if len(margin) == least]
+    match = re.findall(r"^( +)([\w-]+) *:", body.group() if body else "", re.MULTILINE)
+    least = min((len(margin) for margin, _ in match), default=0)
+    return [name for margin, name in match if len(margin) == least]
 
 
 def _places(text: str, file: str) -> Iterator[str]:

@@ -496,10 +496,10 @@ class Source:
         if path[-1] == 0:
             return parent.start
         before = parent.items[path[-1] - 1].end
-        found = re.compile(rf"\n {{{column}}}-(?=\s)").search(self.text, max(before - 1, 0))
-        if found is None:
+        match = re.compile(rf"\n {{{column}}}-(?=\s)").search(self.text, max(before - 1, 0))
+        if match is None:
             raise PatchError("the dash of this item shares its line with others; edit the text")
-        return found.end() - 1
+        return match.end() - 1
 
     def _region(self, path: Path) -> tuple[int, int]:
         """Return the lines of a node in a block, with the comments that belong to it."""
@@ -523,14 +523,14 @@ class Source:
     def _with_comments(self, end: int, column: int) -> int:
         """Return an offset behind comment lines that follow and are indented more than a column."""
         at = self._line_end(end)
-        found = end
+        last = end
         while at < len(self.text):
             stop = self._line_end(at + 1)
             line = self.text[at + 1 : stop]
             if line.strip()[:1] != "#" or _margin(line) <= column:
                 break
-            found = at = stop
-        return found
+            last = at = stop
+        return last
 
     def _line_start(self, offset: int) -> int:
         return self.text.rfind("\n", 0, offset) + 1

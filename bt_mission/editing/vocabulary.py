@@ -52,8 +52,10 @@ TEMPLATES: Mapping[str, str] = {
 }
 """A new node of each kind that is not the goal of an action with a short name."""
 
-WRAPPERS = ("sequence", "fallback", "parallel", "repeat", "retry", "timeout", "invert", "force")
-WRAPPERS += ("guard", "when", "finally", "for_each", "choose")
+WRAPPERS = (
+    *("sequence", "fallback", "parallel", "repeat", "retry", "timeout", "invert", "force"),
+    *("guard", "when", "finally", "for_each", "choose"),
+)
 """The kinds into which a node can be put, the most usual first."""
 
 GOAL_TIMEOUT = 60
@@ -109,7 +111,8 @@ def kinds() -> Mapping[str, KindFacts]:
     robot = load_robot(DEFAULT_ROBOT)
     facts = [_kind(kind, model, schema, robot) for kind, model in KINDS.items()]
     order = [family.value for family in Family]
-    return {one.kind: one for one in sorted(facts, key=lambda one: order.index(one.family))}
+    facts.sort(key=lambda kind: order.index(kind.family))
+    return {kind.kind: kind for kind in facts}
 
 
 @cache
@@ -127,9 +130,9 @@ def mission_fields() -> tuple[FieldFacts, ...]:
 def as_json() -> dict[str, Any]:
     """Return all of it for a page."""
     return {
-        "kinds": [asdict(one) for one in kinds().values()],
+        "kinds": [asdict(facts) for facts in kinds().values()],
         "wrappers": list(WRAPPERS),
-        "mission": [asdict(one) for one in mission_fields()],
+        "mission": [asdict(facts) for facts in mission_fields()],
     }
 
 
@@ -242,16 +245,16 @@ def _field(
 
 def _options(part: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(part.get("enum", ())) or tuple(
-        option for one in part.get("anyOf", ()) for option in one.get("enum", ())
+        option for facts in part.get("anyOf", ()) for option in facts.get("enum", ())
     )
 
 
 def _goal_fields(kind: str, robot: RobotModel) -> Iterator[FieldFacts]:
     """Yield the fields of a goal, with the units and limits that servers declare."""
-    found = _shapes(kind)
+    sent = _shapes(kind)
     known = ACTION_NAMES[kind]
     limits = _limits(kind, robot)
-    fields: Mapping[str, Any] = found.sends.fields if found else dict.fromkeys(known.example)
+    fields: Mapping[str, Any] = sent.sends.fields if sent else dict.fromkeys(known.example)
     for name, shape in fields.items():
         unit = unit_of_field(known.type, "goal", (name,)) or ""
         limit = limits.get(name)

@@ -70,15 +70,15 @@ def _nodes(span: Span, path: KeyPath = ()) -> Iterator[KeyPath]:
 
 
 def _below_root(text: str) -> list[KeyPath]:
-    found = [path for path in _nodes(read_spans(text)) if path and path[0] in ("tree", "trees")]
-    return [path for path in found if path[-1] not in ("inputs", "outputs")]
+    paths = [path for path in _nodes(read_spans(text)) if path and path[0] in ("tree", "trees")]
+    return [path for path in paths if path[-1] not in ("inputs", "outputs")]
 
 
 def _act(text: str, draw: random.Random) -> tuple[str, Callable[[], Edits]]:
     """Draw an act; return its kind, and what does it."""
     nodes = _below_root(text)
     path = draw.choice(nodes)
-    slots = [one for one in nodes if isinstance(one[-1], int)] or nodes
+    slots = [path for path in nodes if isinstance(path[-1], int)] or nodes
     slot = draw.choice(slots)
     acts: dict[str, Callable[[], Edits]] = {
         "add": lambda: patches.add(text, slot, "turn: {angle: 90}\ntimeout: 30"),
