@@ -7,6 +7,7 @@ A test compares each file with the result; `make generated` writes them.
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping
@@ -97,34 +98,44 @@ def _shared_parameters() -> Mapping[str, str]:
 
 
 def nature_table() -> str:
-    """Return the table of nature's quantities."""
-    head = "| quantity | unit | mild | usual | harsh | drawn | what it is | source |"
-    return "\n".join([head, "|---" * 8 + "|", *map(_quantity, QUANTITIES)])
+    """Return the table of nature's quantities, and the one of the sources of their numbers."""
+    head = "| quantity | unit | mild | usual | harsh | drawn | what it is |"
+    quantities = "\n".join([head, "|---" * 7 + "|", *map(_quantity, QUANTITIES)])
+    by_source: dict[str, list[str]] = defaultdict(list)
+    for quantity in QUANTITIES:
+        by_source[quantity.source].append(f"`{quantity.name}`")
+    rows = [f"| {', '.join(names)} | {source} |" for source, names in by_source.items()]
+    sources = "\n".join(["| quantities | source of the numbers |", "|---|---|", *rows])
+    return f"{quantities}\n\n{sources}"
 
 
 def _quantity(quantity: Quantity) -> str:
     values = " | ".join(f"{value:g}" for value in (quantity.mild, quantity.usual, quantity.harsh))
-    cells = (
-        f"`{quantity.name}`",
-        quantity.unit,
-        values,
-        quantity.shape,
-        quantity.text,
-        quantity.source,
-    )
+    cells = (f"`{quantity.name}`", quantity.unit, values, quantity.shape, quantity.text)
     return f"| {' | '.join(cells)} |"
 
 
 def limit_table() -> str:
-    """Return the table of the limits of goals, of a Waffle and servers without parameters."""
+    """Return the table of the limits of goals, of a Waffle and servers without parameters.
+
+    Actions with the same limit of a field share a row.
+    """
     waffle = load_robot("waffle")
-    rows = ["| action | field | accepted | limit |", "|---|---|---|---|"]
+    actions: dict[tuple[str, str, str], list[str]] = defaultdict(list)
     for name in declared():
         for limit in action(name).limits(waffle, TUNING):
             zero = limit.zero if isinstance(limit, NumberLimit) else ""
             accepted = f"{limit.words}; 0: {zero}" if zero else limit.words
-            rows.append(f"| `{name}` | `{limit.field}` | {accepted} | {limit.source} |")
-    return "\n".join(rows)
+            source = _PARAMETER.sub(r"`\1`", limit.source)
+            actions[limit.field, accepted, source].append(f"`{name}`")
+    rows = [
+        f"| {', '.join(names)} | `{field}` | {accepted} | {source} |"
+        for (field, accepted, source), names in actions.items()
+    ]
+    return "\n".join(["| action | field | accepted | limit |", "|---|---|---|---|", *rows])
+
+
+_PARAMETER = re.compile(r"parameter (\w+) of the servers")
 
 
 def action_examples() -> str:
@@ -354,7 +365,7 @@ def _beside(page: str) -> str:
 
 
 def _entry(entry: CatalogueEntry) -> str:
-    text = f"## {entry.code}\n\n**{entry.title}.** {entry.cause}\n\n"
+    text = f"## {entry.code}\n\n{entry.cause}\n\n"
     if entry.wrong:
         text += f"{_block(entry, entry.wrong)}\n"
     text += f"{entry.cure}\n"

@@ -68,11 +68,8 @@ class Quantity:
 
 _PLACED = "a robot placed by hand on a mark (an assumption)"
 _LDS = "LDS-01: accuracy 15 mm below 0.5 m, precision 10 mm (ROBOTIS e-manual)"
-_AMCL = (
-    "a mean error of 6.7 cm with ROS, odometry and depth images is 0.05 m along each axis "
-    "(Schmitt and others, IPIN 2012)"
-)
-_JUMPS = "relocalization of a particle filter in symmetric surroundings (an assumption)"
+_AMCL = "mean error of 6.7 cm (Schmitt and others, IPIN 2012)"
+_JUMPS = "a particle filter in symmetric surroundings (an assumption)"
 _WIRELESS = "a robot and its servers on one wireless network (an assumption)"
 
 QUANTITIES: tuple[Quantity, ...] = (
@@ -109,7 +106,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "up to",
         *(0.02, 0.05, 0.1),
         *(0.0, 1.0),
-        "standard deviation of the localization's error along x and y; it changes with each update",
+        "standard deviation of the localization along x and y; it changes with each update",
         _AMCL,
     ),
     Quantity(
@@ -118,7 +115,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "up to",
         *(0.5, 2.0, 5.0),
         *(0.0, 90.0),
-        "standard deviation of the localization's error of the heading",
+        "standard deviation of the localization's heading",
         "0.05 m over the 1.5 m to the walls of a small arena (derived)",
     ),
     Quantity(
@@ -145,8 +142,8 @@ QUANTITIES: tuple[Quantity, ...] = (
         "normal",
         *(0.3, 1.0, 2.0),
         *(-50.0, 50.0),
-        "by how much odometry takes the wheels for larger than they are",
-        "0.3 mm of 33 mm: wear of a tyre and dirt on it (an assumption)",
+        "by how much odometry assumes larger wheels",
+        "0.3 mm of 33 mm: wear and dirt (an assumption)",
     ),
     Quantity(
         "wheel_difference",
@@ -154,8 +151,8 @@ QUANTITIES: tuple[Quantity, ...] = (
         "normal",
         *(0.05, 0.1, 0.3),
         *(-20.0, 20.0),
-        "by how much odometry takes the left wheel for larger than the right one",
-        "a TurtleBot3 corrects its heading by its IMU, so less than of the radius (an assumption)",
+        "by how much odometry assumes a larger left wheel",
+        "less than of the radius: the IMU corrects the heading (an assumption)",
     ),
     Quantity(
         "wheel_grip",
@@ -173,7 +170,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "up to",
         *(0.005, 0.01, 0.03),
         *(0.0, 1.0),
-        "standard deviation of noise on each distance, on top of the sensor's own",
+        "standard deviation of additional noise on each distance",
         _LDS,
     ),
     Quantity(
@@ -191,8 +188,8 @@ QUANTITIES: tuple[Quantity, ...] = (
         "up to",
         *(0.5, 2.0, 10.0),
         *(0.0, 100.0),
-        "share of the rays without a reading, other ones in each scan",
-        "1 % of an LDS-02's, more on dark and shiny surfaces (an assumption)",
+        "share of rays without a reading, drawn for each scan",
+        "1 % of an LDS-02, more on dark surfaces (an assumption)",
     ),
     Quantity(
         "topic_latency",
@@ -200,8 +197,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "up to",
         *(0.005, 0.02, 0.05),
         *(0.0, 2.0),
-        "mean delay of scans, odometry, transforms, pictures and commands; each message takes half "
-        "to one and a half times as long",
+        "mean delay of sensors, transforms and commands; of each message 0.5 to 1.5 times this",
         _WIRELESS,
     ),
     Quantity(
@@ -210,7 +206,7 @@ QUANTITIES: tuple[Quantity, ...] = (
         "up to",
         *(0.01, 0.05, 0.15),
         *(0.0, 10.0),
-        "mean delay of goals, cancel requests, results and feedback, in the same way",
+        "the same of goals, cancel requests, results and feedback",
         _WIRELESS,
     ),
 )

@@ -36,8 +36,8 @@ NODE = Parameter(
 ROWS = (
     FaultKind(
         "jump_clock",
-        "The clock is set forward, or back if `by` is below 0, but not below zero, as when a "
-        "simulator skips time or is reset. At the end of the fault it jumps back.",
+        "The clock is set forward, or back if `by` is below 0. At the end of the fault it jumps "
+        "back.",
         _jump,
         (
             Parameter("by", "number", unit="s", drawn=steps(-2, 2, 0.5, instead_of_0=0.5)),
@@ -49,7 +49,7 @@ ROWS = (
     ),
     FaultKind(
         "stop_clock",
-        "The clock stands still, as when a simulator is paused, and resumes from there.",
+        "The clock stands still, and resumes from there.",
         _stop,
         (NODE,),
         "The clock of a node",

@@ -273,8 +273,7 @@ FIELD = Parameter(
 HOW = Parameter(
     "how",
     "text",
-    "The stamps are 10 s off. In Python also a function that changes the message or returns "
-    "another.",
+    "Stamps are 10 s off. In Python also a function.",
     choices=tuple(READY_MADE),
     takes=Callable,
 )
@@ -288,7 +287,7 @@ ROWS = (
         Parameter(
             "every",
             "integer",
-            "Every Nth message instead of a share, from the first on.",
+            "Instead of a share, from the first message on.",
             default=None,
             allowed=FROM_1,
             by_name=True,
@@ -304,7 +303,7 @@ ROWS = (
         seconds("by", drawn=period(0.05, 0.5, 0.05)),
         seconds(
             "jitter",
-            "Up to this much more, drawn from the mission's seed for each message.",
+            "Up to this much more, drawn for each message.",
             default=0.0,
             by_name=True,
             drawn=steps(0, 0.1, 0.05),
@@ -312,7 +311,7 @@ ROWS = (
         Parameter(
             "in_order",
             "flag",
-            "No message overtakes another; if false, the jitter lets them.",
+            "Whether messages keep their order (the default).",
             default=True,
             by_name=True,
             is_quiet=True,
@@ -332,14 +331,12 @@ ROWS = (
     ),
     _topic(
         "freeze",
-        "The first message is repeated instead of all after it (a velocity command is soon too "
-        "old for the base).",
+        "The first message is repeated instead of all after it.",
         on(topic, _freeze),
         Parameter(
             "fresh_stamps",
             "flag",
-            "With the stamps of those that it replaces, as with a sensor that hangs while its "
-            "driver keeps publishing.",
+            "With the stamps of the replaced messages, as of a sensor that hangs.",
             default=False,
             by_name=True,
         ),
@@ -369,22 +366,22 @@ ROWS = (
     ),
     _action(
         "delay_answers",
-        "Goal responses are late, while the server already executes the goals.",
+        "Goal responses are late; the server already executes the goals.",
         on(ANSWERED, late),
         LATE,
         GOALS,
         group="network",
     ),
-    _action("drop_results", "Results are lost for good.", on(RESULTS, lose), FIRST),
+    _action("drop_results", "Results are lost.", on(RESULTS, lose), FIRST),
     _action("delay_results", "Results are late.", on(RESULTS, late), LATE, GOALS, group="network"),
     _action(
         "answer_after_halt",
         "The goal response arrives after the client has abandoned the goal.",
         _answer_after_halt,
-        seconds("after", "From there to the response.", default=0.0, by_name=True),
+        seconds("after", "From the abandonment to the response.", default=0.0, by_name=True),
         seconds(
             "at_most",
-            "The response arrives then at the latest.",
+            "The latest time of the response.",
             default=None,
             by_name=True,
         ),
@@ -438,9 +435,9 @@ ROWS = (
     ),
     _action(
         "forge_feedback",
-        "Feedback of another goal arrives as well, whose values are not numbers.",
+        "Feedback of another goal, with NaN, arrives as well.",
         on(FEEDBACK, _forge),
-        Parameter("instead", "flag", "It arrives in place of the right one.", False, by_name=True),
+        Parameter("instead", "flag", "In place of the right one.", False, by_name=True),
         group="messages",
     ),
     _topic(

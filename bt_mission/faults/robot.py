@@ -158,19 +158,19 @@ BEARING = Range(-360, 360)
 ROWS = (
     _part(
         "lidar_noise",
-        "Ranges have normal noise of this size (1 sigma), on top of the sensor's own.",
+        "Ranges have additional normal noise (1 sigma).",
         {"noise": "sigma"},
         _figure("sigma", LidarFaults, "noise", drawn=steps(0.01, 0.2, 0.01)),
     ),
     _part(
         "lidar_bias",
-        "All ranges are too long by this constant, or too short if it is below 0.",
+        "All ranges are too long by this; below 0, too short.",
         {"bias": "metres"},
         _figure("metres", LidarFaults, "bias", drawn=steps(-0.3, 0.3, 0.1)),
     ),
     _part(
         "lidar_blind",
-        "Rays have no return, as where there is nothing: those of sectors, or a share of all rays.",
+        "Rays of sectors, or a share of all rays, have no return.",
         lambda given: {
             **({SECTORS: given[SECTORS]} if given[SECTORS] else {}),
             **({"dropout": given["share"]} if given["share"] else {}),
@@ -178,16 +178,13 @@ ROWS = (
         Parameter(
             SECTORS,
             "numbers",
-            "Each from a bearing counter-clockwise to another, left positive: (-20, 20) is ahead, "
-            "(160, -160) behind.",
+            "Bearings, counter-clockwise, left positive: (-20, 20) is ahead, (160, -160) behind.",
             unit="deg",
             allowed=BEARING,
             count=2,
             repeats=True,
         ),
-        _figure(
-            "share", LidarFaults, "dropout", "Other rays in each scan.", default=0.0, by_name=True
-        ),
+        _figure("share", LidarFaults, "dropout", "Drawn for each scan.", default=0.0, by_name=True),
         check=_any_of((SECTORS, "share"), "give sectors, such as (-20, 20), or a share"),
         draw=_drawn_sectors,
     ),
@@ -195,7 +192,7 @@ ROWS = (
     _part("lidar_dead", "No scans are published.", {"dead": True}),
     _part(
         "odometry_error",
-        "Odometry uses wrong parameters, each by its relative error: 0.1 is a tenth too large.",
+        "Odometry uses wrong parameters: 0.1 is a tenth too large.",
         lambda given: {f"{name}_error": given[name] for name in ERRORS if given[name]},
         *(
             _figure(
@@ -212,7 +209,7 @@ ROWS = (
     ),
     _part(
         "odometry_drift",
-        "Odometry adds a motion that does not exist, ahead and to the left.",
+        "Odometry adds a motion, ahead and to the left.",
         {"drift": "ahead", "turn_drift": "turn"},
         _figure("ahead", OdometryFaults, "drift", default=0.0, drawn=steps(-0.1, 0.1, 0.05)),
         _figure(
@@ -221,14 +218,14 @@ ROWS = (
     ),
     _part(
         "odometry_dead",
-        "Neither odometry nor the transforms that come from it are published.",
+        "Neither odometry nor its transforms are published.",
         {"dead": True},
     ),
     _part("imu_dead", "No IMU messages are published.", {"dead": True}),
     _part("joints_dead", "No joint states are published; odometry continues.", {"dead": True}),
     _part(
         "camera_noise",
-        "Each channel of each pixel has normal noise; 1 sigma is a share of full scale.",
+        "Pixels have normal noise; 1 sigma is a share of full scale.",
         {"noise": "sigma"},
         _figure("sigma", CameraFaults, "noise", drawn=steps(0.1, 0.5, 0.1)),
     ),
@@ -253,7 +250,7 @@ ROWS = (
     _robot_fault("motors_off", "The motors have no power; the base rolls to rest.", _motors_off),
     _robot_fault(
         "battery_charge",
-        "The battery has this charge, 0 to 1. An empty one takes the motors' power.",
+        "The battery has this charge, 0 to 1. Empty, the motors lose power.",
         _at_once(lambda robot, given: robot.charge_battery(given["share"])),
         Parameter("share", "number", allowed=Range(0, 1), drawn=steps(0, 1, 0.1)),
         group="battery",

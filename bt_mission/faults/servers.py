@@ -184,8 +184,7 @@ def _method(usual: str, *choices: str) -> Parameter:
 ROWS = (
     FaultKind(
         "abort_goal",
-        "The goal that runs, or else the next, is aborted. The shipped servers do so at their next "
-        "control step, and stop the robot first.",
+        "The running goal, or else the next, is aborted. The shipped servers stop the robot first.",
         _abort,
         (
             ACTION,
@@ -198,8 +197,7 @@ ROWS = (
     ),
     FaultKind(
         "kill_server",
-        "The node disappears from the graph without notice, with everything it offers. It returns "
-        "at the end of the fault, and then knows no goals.",
+        "The node disappears from the graph. At the end of the fault it returns without its goals.",
         _kill,
         (ACTION,),
         "Action servers",

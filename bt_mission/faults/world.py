@@ -132,7 +132,7 @@ def _appears(name: str, text: str, usual: str, *shape: Parameter) -> FaultKind:
     named = Parameter(
         "name",
         "text",
-        "Used in collisions and by `move_box`; a number is appended if it is taken.",
+        "Used in collisions and by `move_box`; made unique by a number.",
         usual,
         by_name=True,
     )
@@ -151,12 +151,12 @@ BOX_PARAMETER = Parameter(
 ROWS = (
     _appears(
         "spawn_box",
-        "A box appears; it vanishes at the end of the fault.",
+        "A box appears until the end of the fault.",
         "box",
         Parameter(
             "yaw",
             "number",
-            "From the robot's heading; `at` a place, from the map's x.",
+            "From the robot's heading; with `at`, from the map's x.",
             0.0,
             unit="deg",
             by_name=True,
@@ -175,7 +175,7 @@ ROWS = (
     ),
     _appears(
         "spawn_cylinder",
-        "A cylinder appears; it vanishes at the end of the fault.",
+        "A cylinder appears until the end of the fault.",
         "cylinder",
         _size("radius", 0.1),
         _size("height", 0.5),
@@ -196,7 +196,7 @@ ROWS = (
                 by_name=True,
                 drawn=steps(0.1, 1, 0.1),
             ),
-            _nearest("To the nearest place of the floor, where the place lies outside of it."),
+            _nearest("To the nearest place of the floor, if the place is outside."),
         ),
         "Obstacles",
         lasts=False,
