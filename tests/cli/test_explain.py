@@ -18,7 +18,7 @@ CALLS = [entry for entry in ENTRIES if entry.is_command]
 WITHOUT_EXAMPLE = {
     *("BT-410", "BT-510", "BT-511"),  # of a run, of a graph, of a machine without ROS
     *("BT-804", "BT-806"),  # of whole files of robots and parameters
-    *("BT-901", "BT-902", "BT-903", "BT-904", "BT-905", "BT-906", "BT-907"),
+    *("BT-901", "BT-902", "BT-903", "BT-904", "BT-905", "BT-906", "BT-907", "BT-908"),
     *("BT-1003", "BT-1004"),
     "BT-1301",  # of an act on a page
 }
