@@ -10,7 +10,7 @@ import json
 import re
 import sys
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from itertools import groupby
 from pathlib import Path
@@ -101,12 +101,18 @@ def nature_table() -> str:
     """Return the table of nature's quantities, and the one of the sources of their numbers."""
     head = "| quantity | unit | mild | usual | harsh | drawn | what it is |"
     quantities = "\n".join([head, "|---" * 7 + "|", *map(_quantity, QUANTITIES)])
-    by_source: dict[str, list[str]] = defaultdict(list)
+    measured: dict[str, list[str]] = defaultdict(list)
     for quantity in QUANTITIES:
-        by_source[quantity.source].append(f"`{quantity.name}`")
-    rows = [f"| {', '.join(names)} | {source} |" for source, names in by_source.items()]
+        if not quantity.source.endswith(ASSUMED):
+            measured[quantity.source].append(f"`{quantity.name}`")
+    rows = [f"| {', '.join(names)} | {source} |" for source, names in measured.items()]
+    rows.append("| all others | estimates of the authors |")
     sources = "\n".join(["| quantities | source of the numbers |", "|---|---|", *rows])
     return f"{quantities}\n\n{sources}"
+
+
+ASSUMED = "(an assumption)"
+"""Ends the source of a quantity without a measurement."""
 
 
 def _quantity(quantity: Quantity) -> str:
@@ -330,7 +336,7 @@ example. `bt-mission explain BT-203` prints them; `bt-mission check --json` has 
 and the address of its explanation in `url`.
 """
 
-ERRORS_PAGE_HEAD = """# {block}: {group}
+ERRORS_PAGE_HEAD = """# BT-{block}: {group}
 
 [All groups](../errors.md). `bt-mission explain BT-203` prints one entry.
 """
@@ -338,15 +344,18 @@ ERRORS_PAGE_HEAD = """# {block}: {group}
 
 def errors_page() -> str:
     """Return the table of all codes, from their catalogue."""
-    parts = [ERRORS_HEAD]
-    for group, members in groupby(catalogue().values(), lambda entry: entry.group):
-        parts.append(f"## {group}\n\n| code | mistake |\n|---|---|")
-        parts += [
-            f"| [{each.code}]({_beside(each.page)}#{each.anchor}) | {each.title} |"
-            for each in members
-        ]
-        parts.append("")
-    return "\n".join(parts)
+    rows = ["| code | mistake |", "|---|---|"]
+    for page, members in groupby(catalogue().values(), lambda entry: entry.page):
+        entries = list(members)
+        path = page.removeprefix("reference/")
+        rows.append(f"| [**BT-{_block_of(entries)}**]({path}) | **{entries[0].group}** |")
+        rows += [f"| [{each.code}]({path}#{each.anchor}) | {each.title} |" for each in entries]
+    return "\n".join([ERRORS_HEAD, *rows, ""])
+
+
+def _block_of(entries: Sequence[CatalogueEntry]) -> str:
+    """Return the codes of a page: ``2xx``."""
+    return f"{entries[0].code[:-2].removeprefix('BT-')}xx"
 
 
 def error_pages() -> Mapping[str, str]:
@@ -354,14 +363,9 @@ def error_pages() -> Mapping[str, str]:
     pages: dict[str, str] = {}
     for page, members in groupby(catalogue().values(), lambda entry: entry.page):
         entries = list(members)
-        head = ERRORS_PAGE_HEAD.format(block=f"{entries[0].code[:-2]}xx", group=entries[0].group)
+        head = ERRORS_PAGE_HEAD.format(block=_block_of(entries), group=entries[0].group)
         pages[page] = "\n".join([head, *map(_entry, entries)])
     return pages
-
-
-def _beside(page: str) -> str:
-    """Return the path of a page as pages of the reference link it."""
-    return page.removeprefix("reference/")
 
 
 def _entry(entry: CatalogueEntry) -> str:
