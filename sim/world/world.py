@@ -91,8 +91,7 @@ class Wall(WorldPart):
 class Moving(WorldPart):
     """The motion of an obstacle: `around` a point with `period`, or `through` points at `speed`.
 
-    `period` in s, negative for clockwise; `speed` in m/s. After the last point it returns straight
-    to its place and repeats.
+    `period` in s, negative for clockwise; `speed` in m/s. After the last point it returns straight.
     """
 
     around: Point | None = None
@@ -203,9 +202,9 @@ class Zone(FloorMark):
 
 
 class SlipperyPatch(FloorMark):
-    """A round slippery place on the floor, with the coefficient of friction of wheels there.
+    """A round place with another coefficient of friction of wheels; elsewhere it is 1.
 
-    The rest of the floor has 1. The camera sees it, the lidar does not.
+    The camera sees it, the lidar does not.
     """
 
     radius: Extent

@@ -65,8 +65,7 @@ class MountedSensor(RobotPart):
 class LidarModel(MountedSensor):
     """A planar lidar: place, ranges, rays per turn, rate, noise (1 sigma).
 
-    `model` determines the value of a direction without a reading, and whether the number of rays
-    varies (LDS-02: around `rays`).
+    With `model` LDS-02 the number of rays varies around `rays`.
     """
 
     min_range: NotNegative
@@ -115,9 +114,8 @@ class ImuModel(MountedSensor):
 class BatteryModel(RobotPart):
     """The battery: capacity (Ah), voltages (V), consumption.
 
-    `idle_power` (W) is always drawn, `drive_energy` (J) for each radian that a wheel turns.
-    `start_charge` is a share of the full charge. Defaults: the LiPo of a TurtleBot3, which is empty
-    after 2 h of driving at full speed or 2.9 h at rest.
+    `idle_power` (W) is always drawn, `drive_energy` (J) for each radian of a wheel. Defaults: the
+    LiPo of a TurtleBot3, which lasts for 2 h at full speed or 2.9 h at rest.
     """
 
     capacity: Positive = 1.8
@@ -154,8 +152,7 @@ class NoiseOption(RobotPart):
 class OdometryOptions(RobotPart):
     """The drift of odometry: relative errors of its parameters, and slip.
 
-    `wheel_radius_error` 0.01: it assumes wheels 1 % too large. `slip`: the mean share of a wheel's
-    rotation without motion.
+    `slip`: the mean share of a wheel's rotation without motion.
     """
 
     wheel_radius_error: Error = 0.0
