@@ -27,7 +27,7 @@ installed := $(VENV)/.installed
 bin := $(VENV)/bin
 install = $(bin)/python -m pip install -qq --disable-pip-version-check
 
-.PHONY: help demo test fuzz benchmarks lint layers types prose format docs generated doctor clean
+.PHONY: help demo test thorough fuzz benchmarks lint layers types prose format docs generated doctor clean
 
 help: ## say what can be made
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -35,8 +35,11 @@ help: ## say what can be made
 demo: $(runs) ## run the main job: explore.yaml on a simulated TurtleBot3
 	@$(bin)/bt-mission run $(MISSION)
 
-test: $(installed) ## run all tests, on all processors
+test: $(installed) ## run the tests, on all processors
 	@$(bin)/pytest --numprocesses=$(PROCESSES) $(PYTEST_ARGS)
+
+thorough: PYTEST_ARGS += --thorough
+thorough: test ## run the tests, and those that repeat them on every case or at length
 
 fuzz: $(installed) ## mutate what comes from outside for a minute, and look for what is not caught
 	@$(bin)/python tools/fuzz.py $(FUZZ_ARGS)

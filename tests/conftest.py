@@ -20,6 +20,7 @@ pytest_plugins = [
     "tests.support.checkout",
     "tests.support.no_skips",
     "tests.support.recorded_runs",
+    "tests.support.thorough",
 ]
 
 # Before any test module imports rclpy. The domain belongs to this process as long as it lives.

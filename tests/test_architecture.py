@@ -88,14 +88,14 @@ def patches(text: str) -> Iterator[str]:
     }
     for node in ast.walk(tree):
         for target, attribute, value in _changed(node):
-            where = f"line {target.lineno}: {ast.unparse(node).splitlines()[0]}"
             is_function = isinstance(value, ast.Lambda) or (
                 isinstance(value, ast.Name) and value.id in functions
             )
+            if attribute != "__class__" and _is_own(target):
+                continue
+            where = f"line {target.lineno}: {ast.unparse(node).splitlines()[0]}"
             if attribute == "__class__":
                 yield f"{where} changes the class of an object"
-            elif _is_own(target):
-                continue
             elif attribute in PATCHABLE or (is_function and attribute not in HOOKS):
                 yield f"{where} replaces a method of another object; give its class a hook"
     for number, line in enumerate(text.splitlines(), start=1):

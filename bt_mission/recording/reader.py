@@ -277,5 +277,5 @@ class RunReader:
             return f"it ends before the mission began: {self._file.why_cut or 'nothing was ticked'}"
         return (
             "contains no run of a mission; record one with `bt-mission run --record` (topics "
-            "here: {self._file.topics or 'none'})"
+            f"here: {self._file.topics or 'none'})"
         )

@@ -113,6 +113,7 @@ def test_what_breaks_the_reference_does_not_count(search: CommandLine) -> None:
     assert result["broke_the_reference"] > 0
 
 
+@pytest.mark.thorough
 def test_a_search_that_continues(search: CommandLine) -> None:
     """Each cause is in its own file, the simplest first, with how often it was found."""
     search.write("safe.yaml", REQUIRED + '  sees: always age("scan") < 0.8\n')

@@ -106,6 +106,7 @@ def test_a_sweep_from_its_start_to_its_end(tmp_path: Path) -> None:
     assert "below 0.2 or too uncertain: its interval begins at 0.0968" in error
 
 
+@pytest.mark.thorough
 def test_a_scenario_that_kills_its_workers_does_not_stop_the_rest(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -129,4 +129,5 @@ def test_several_types_under_one_name_ask_for_one(
     monkeypatch.setitem(graph_query._LOOK_UP, "topic", lambda _: [("/mixed", types)])
     done = type_in("topics", "echo", "/mixed", "--once")
     assert done.code == 2
-    assert "/mixed has several types (std_msgs/msg/Bool, std_msgs/msg/String): say" in done.err
+    both = ", ".join(types)
+    assert f"/mixed has several types ({both}): choose one with --type" in done.err

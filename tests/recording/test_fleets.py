@@ -65,7 +65,7 @@ def test_the_robots_of_a_recording_are_known_at_its_beginning(recorded: Any) -> 
     """In the order of the fleet; one that is not there is named with those that are."""
     path, _ = recorded
     assert recorded_robots(path) == ["one", "two"]
-    with pytest.raises(RecordingError, match=r"no mission of a robot 'tow' is in it \(robots: one"):
+    with pytest.raises(RecordingError, match=r"contains no mission of a robot 'tow' \(robots: one"):
         read_run(path, "tow")
 
 

@@ -179,7 +179,7 @@ def test_a_recording_of_something_else_is_refused(tmp_path: Path) -> None:
             writer.add_message(channel, 5, b"{}", 5)
         writer.finish()
     with pytest.raises(
-        RecordingError, match=r"no run of a mission .*\(topics here: /a, /b, .*\.\.\."
+        RecordingError, match=r"no run of a mission; .*\(topics here: /a, /b, .*\.\.\."
     ):
         read_run(path)
 

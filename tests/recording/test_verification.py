@@ -33,6 +33,7 @@ from bt_mission.testing.stages import Stages
 from tests.requirements.test_semantics import drawn_formula
 from tests.support.recordings import edited, recording
 from tests.support.robot_bag import verify
+from tests.support.thorough import sample
 
 NODES = {"explore": ("drive", "look around"), "patrol": ("visit the zones", "visit the zones")}
 REQUIREMENTS = """\
@@ -131,7 +132,7 @@ def plain(results: tuple[RequirementResult, ...]) -> list[dict[str, Any]]:
     return [asdict(result) for result in results]
 
 
-@pytest.mark.parametrize("name", NODES)
+@pytest.mark.parametrize("name", sample(NODES, every=2))
 def test_a_recording_comes_to_what_the_run_did(name: str, tmp_path: Path) -> None:
     """Verdict, margin, instant and all else; also where the run did not know the requirements."""
     drive, look = NODES[name]

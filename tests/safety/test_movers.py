@@ -9,9 +9,10 @@ import pytest
 from bt_mission.core.robot.model import load_robot
 from sim.world.motion import Drifting
 from sim.world.shapes import Obstacle
+from tests.support.thorough import sample
 
 
-@pytest.mark.parametrize("world", ["dqn_stage3", "dqn_stage4"])
+@pytest.mark.parametrize("world", sample(["dqn_stage4", "dqn_stage3"], every=2))
 def test_nothing_runs_into_an_exploring_robot(benchmark: Any, world: str) -> None:
     """Not even at 0.5 m/s, twice as fast as the robot."""
     outing = benchmark("safety_movers").outing(world, 1, 40, 0.5)

@@ -63,11 +63,11 @@ def by_itself(*arguments: object) -> str:
     return reported
 
 
-def test_the_tenth_run_is_that_of_a_process_of_its_own(runner, written):
+def test_a_later_run_is_that_of_a_process_of_its_own(runner, written):
     """With the mission's file as with the scenario's; whatever ran before, and broke."""
     turn, leg = written("turn", TURN), written("leg", LEG)
     faulty = written("faulty", LEG + FAULTY)
-    for seed in range(6):
+    for seed in range(2):
         runner.run(turn, seed=seed)
     with pytest.raises(BtMissionError):
         runner.run(written("wrong", TURN + WRONG))
@@ -75,7 +75,6 @@ def test_the_tenth_run_is_that_of_a_process_of_its_own(runner, written):
         runner.run(scenario, seed=3).report.trace_sha256 for scenario in (leg, faulty, leg, faulty)
     ]
     assert first[:2] == first[2:]
-    assert first[0] == by_itself("explore", "--set", "legs=1", "--seed", 3)
     assert first[0] == by_itself(leg, "--seed", 3)
     assert first[1] == by_itself(faulty, "--seed", 3)
 

@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 from bt_mission.core.errors import BtMissionError
-from bt_mission.core.files import find
 from bt_mission.sessions.stage import StageError, free_folder
+from tests.support.thorough import sample
 
 DRIVE = """\
 mission: drive
@@ -51,7 +51,8 @@ def test_a_run_repeats_and_another_seed_differs(stage: Any) -> None:
 
 
 @pytest.mark.process
-def test_two_processes_give_the_same_trace(tmp_path: Any) -> None:
+@pytest.mark.parametrize("name", sample(["square", "explore"], every=2))
+def test_two_processes_give_the_same_trace(tmp_path: Any, name: str) -> None:
     """Also with another hash seed of Python, another environment and another folder."""
     outputs = []
     for number in (1, 2):
@@ -59,7 +60,7 @@ def test_two_processes_give_the_same_trace(tmp_path: Any) -> None:
         folder.mkdir()
         environment = os.environ | {"PYTHONHASHSEED": str(number), "PADDING": "x" * 1000 * number}
         done = subprocess.run(
-            [sys.executable, "-m", "bt_mission", "run", find_mission(), "--json"],
+            [sys.executable, "-m", "bt_mission", "run", name, "--json"],
             cwd=folder,
             env=environment,
             capture_output=True,
@@ -69,11 +70,6 @@ def test_two_processes_give_the_same_trace(tmp_path: Any) -> None:
         outputs.append(done.stdout)
     keys = [_without_wall_times(output) for output in outputs]
     assert keys[0] == keys[1]
-
-
-def find_mission() -> str:
-    """Path of the explore mission."""
-    return str(find("missions", "explore").resolve())
 
 
 def _without_wall_times(output: str) -> dict[str, Any]:

@@ -29,6 +29,7 @@ tree:
 OPTIONS = ("--seeds", "6", "--vary", "angle=30,60")
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_worker_scheduler_and_client_are_killed(tmp_path: Path):
     """After all of it the rows are those of a serial run, in this process."""

@@ -137,16 +137,12 @@ def test_a_runner():
     result.stdout.fnmatch_lines(["*missions/resting.yaml*"])
 
 
-@pytest.mark.parametrize(
-    "workers", [(), pytest.param(("-n", "1"), marks=pytest.mark.process)], ids=["one", "xdist"]
-)
-def test_too_little_fails_the_session(missions, workers):
+def test_too_little_fails_the_session(missions):
     """With the figures."""
-    run = missions.runpytest_subprocess if workers else missions.runpytest
-    result = run("--mission-cov-fail-under=90", *workers)
+    result = missions.runpytest("--mission-cov-fail-under=90")
     assert result.ret == 1
     result.stdout.fnmatch_lines(["FAILED: coverage of missions is 87.10%, below 90%"])
-    assert run("--mission-cov-fail-under=80", *workers).ret == 0
+    assert missions.runpytest("--mission-cov-fail-under=80").ret == 0
 
 
 def test_no_mission_is_too_little(pytester):

@@ -83,7 +83,7 @@ def test_no_test_leaves_a_trace_in_another(scenarios):
     first = traces(scenarios)
     assert sum(map(len, first.values())) == 10
     names = list(first)
-    for seed in (1, 2):
+    for seed in (1,):
         order = random.Random(seed).sample(names, len(names))
         scenarios.runpytest("--junitxml=junit.xml", *(f"test_a.py::{name}" for name in order))
         result = traces(scenarios)
@@ -91,6 +91,7 @@ def test_no_test_leaves_a_trace_in_another(scenarios):
         assert result == first
 
 
+@pytest.mark.thorough
 @pytest.mark.process
 def test_workers_do_not_hear_each_other(scenarios):
     """Two processes at once give the traces of one, though all robots have the same topics."""

@@ -30,7 +30,7 @@ LARGEST_OUTPUT = 10_000_000
 NO_OPTIONS = Namespace(options=())
 """In the place of the parser, whose options have rules that are tested elsewhere."""
 PAGE = Path("page.html")
-SAID = ("ends here", "not whole", "cut here", "torn", "the recording is cut")
+SAID = ("ends here", "not whole", "cut here", "incomplete", "the recording is cut")
 REQUIREMENTS = """\
 requirements:
   keeps off: always clearance > 0.1

@@ -1,0 +1,38 @@
+"""Thorough tests repeat on every case, or at length, what others show on a sample of cases.
+
+They run with `--thorough`, and when a test is chosen by its name (`FILE::TEST`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
+
+
+def sample(values: Iterable[Any], every: int) -> list[Any]:
+    """Return parameters; without `--thorough` only the first of each `every` of them runs."""
+    return [
+        pytest.param(*_row(value), marks=pytest.mark.thorough if number % every else ())
+        for number, value in enumerate(values)
+    ]
+
+
+def _row(value: Any) -> tuple[Any, ...]:
+    return value if isinstance(value, tuple) else (value,)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add `--thorough`."""
+    parser.addoption("--thorough", action="store_true", help="run the thorough tests, too")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave thorough tests out unless somebody asks for them."""
+    if config.getoption("thorough") or any("::" in argument for argument in config.args):
+        return
+    thorough = [item for item in items if item.get_closest_marker("thorough")]
+    if thorough:
+        config.hook.pytest_deselected(items=thorough)
+        items[:] = [item for item in items if not item.get_closest_marker("thorough")]
