@@ -10,6 +10,7 @@ from typing import Any
 COMMANDS: Mapping[str, str] = {
     "run": "run a mission",
     "watch": "monitor a running mission; pause, step or stop it",
+    "revise": "continue a running mission with another version of its file",
     "check": "check mission files and report every error",
     "convert": "convert missions between YAML and the XML of Groot 2",
     "new": "create a project: a mission, a world, a test, and editor settings",
@@ -45,6 +46,7 @@ COMMANDS: Mapping[str, str] = {
 PAGES: Mapping[str, Sequence[str]] = {
     "run": ("first-mission", "scenarios", "recording"),
     "watch": ("terminal", "watch-in-a-browser"),
+    "revise": ("change-while-it-drives",),
     "check": ("mission-language", "nodes", "errors"),
     "convert": ("groot",),
     "new": ("own-project", "first-mission"),

@@ -90,6 +90,11 @@ ALLOW_DUPLICATES = Option(
     "--allow-duplicates",
     "continue even if several nodes publish the same odometry or /clock",
 )
+EDITABLE = Option(
+    "--editable",
+    "take new versions of the running mission from `bt-mission revise`",
+    page="change-while-it-drives",
+)
 NAMESPACE = Option(
     "--namespace NAMESPACE", "namespace of the robot's topics", default="", completes="namespaces"
 )

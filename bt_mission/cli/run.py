@@ -10,6 +10,7 @@ from bt_mission.cli.argument_types import seconds, unchecked_output_file
 from bt_mission.cli.foxglove import foxglove_options
 from bt_mission.cli.options import (
     ALLOW_DUPLICATES,
+    EDITABLE,
     FAULT,
     IMAGES,
     JSON,
@@ -74,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
         announce(_what_starts(options))
     kind = kind_of(mission_file(options))
     refuse_for_kind(options, kind)
-    if options.attach or options.visible:
+    if options.attach or options.visible or options.editable:
         prepare_graph(options)
     else:
         prepare_middleware()
@@ -141,10 +142,17 @@ COMMANDS = {
                 "let other processes on this machine communicate with the simulated run",
                 excludes=each("attach", why="an attached run is always visible"),
             ),
+            EDITABLE.but(
+                help="take new versions of the mission from `bt-mission revise` while it runs; a "
+                "simulated run is then visible to other processes on this machine"
+            ),
             *(one.but(group="on a running ROS graph") for one in _ON_A_GRAPH),
             NETWORK.but(
                 needs=each(
-                    "attach", "visible", why="no other process communicates with this run otherwise"
+                    "attach",
+                    "visible",
+                    "editable",
+                    why="no other process communicates with this run otherwise",
                 )
             ),
             ALLOW_DUPLICATES.but(needs=each("attach", why="a simulation is the only publisher")),

@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
-from bt_mission.cli.check import examined_file, examined_fleet
+from bt_mission.cli.check import examined_file, examined_fleet, permissions_of
 from bt_mission.cli.exits import INTERRUPTED, MISSION_FAILED, SUCCESS
 from bt_mission.cli.options import nature_of
 from bt_mission.cli.outputs import file_of_robot, files_of, refuse_existing, refuse_overwritten
@@ -71,6 +71,8 @@ class MissionPlan:
                 allow_duplicates=options.allow_duplicates,
                 journal=options.journal,
                 resume=options.resume,
+                editable=options.editable,
+                permissions=permissions_of(options),
             )
             return AttachedSession(self.mission, joining, _unsaid)
         from bt_mission.sessions.stage import Stage
@@ -201,7 +203,8 @@ def _stage_options(
     return replace(
         own,
         nature=nature_of(options) or own.nature,
-        visible=options.visible,
+        visible=options.visible or options.editable,
+        editable=options.editable,
         network=options.network,
         watched=options.tui or options.web or options.foxglove,
         props=_obstacles() if faults else own.props,

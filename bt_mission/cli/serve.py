@@ -13,13 +13,14 @@ from bt_mission.cli.exits import INTERRUPTED, SUCCESS
 from bt_mission.cli.foxglove import foxglove_options, foxglove_process
 from bt_mission.cli.options import (
     ALLOW_DUPLICATES,
+    EDITABLE,
     NAMESPACE,
     NETWORK,
     WALL_CLOCK,
     announce,
     prepare_graph,
 )
-from bt_mission.cli.parser import Command, Option
+from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.ros_arguments import checked, of_node
 from bt_mission.cli.web import watching_process, web_options
 
@@ -100,6 +101,7 @@ def serve(options: argparse.Namespace) -> int:
                 allow_duplicates=options.allow_duplicates,
                 say=say,
                 onlookers=onlookers,
+                editable=options.editable,
             ),
         )
         graph.host(node)
@@ -180,6 +182,10 @@ COMMANDS = {
                 "how to handle a goal while a mission runs (default: replace the mission)",
                 choices=("replace", "refuse"),
                 default="replace",
+            ),
+            EDITABLE.but(
+                help="take new versions of the running mission from `bt-mission revise`",
+                needs=each("allow_text", why="a new version comes as text"),
             ),
             WALL_CLOCK,
             Option(

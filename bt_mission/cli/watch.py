@@ -16,10 +16,14 @@ from bt_mission.cli.parser import Command, Option, each
 from bt_mission.cli.web import has_input_ended, web_options, web_server
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from bt_mission.events.events import RunStarted, TreeRevised
     from bt_mission.events.feed import MissionFeed
     from bt_mission.events.mission_state import MissionState
     from bt_mission.events.source import ExecutiveSource
     from bt_mission.ros.discovery import ExecutiveDirectory
+    from bt_mission.views.terminal.marks import Marks
 
 WAIT_S = 0.1
 SETTLE_S = 0.6
@@ -59,7 +63,7 @@ def watch(options: argparse.Namespace) -> int:
                 return _serve_page(observer, options)
             if not (options.once or options.json or options.plain) and is_drawable():
                 return _draw(observer, options)
-            link = _look_for(observer, options)
+            link = look_for(observer, options)
             if link is None:
                 return MISSION_FAILED
             if options.once:
@@ -125,8 +129,8 @@ def _serve_page(observer: ExecutiveDirectory, options: argparse.Namespace) -> in
     return INTERRUPTED if leaving.count else SUCCESS
 
 
-def _look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> ExecutiveSource | None:
-    """The executive to watch, once it is there; None when it is not in time."""
+def look_for(observer: ExecutiveDirectory, options: argparse.Namespace) -> ExecutiveSource | None:
+    """Return the executive that the options name, once it is there; None if it is late."""
     from bt_mission.core.wall_clock import Stopwatch
     from bt_mission.events.source import choose, nobody, wanted_name
 
@@ -198,10 +202,10 @@ def _is_complete(feed: MissionFeed) -> bool:
 def _follow(observer: ExecutiveDirectory, link: ExecutiveSource, *, as_json: bool) -> int:
     """Print what happens, until whoever reads has left."""
     from bt_mission.events.codec import json_line
-    from bt_mission.events.events import RequirementChanged, RunStarted
+    from bt_mission.events.events import RequirementChanged, RunStarted, TreeRevised
     from bt_mission.events.feed import MissionFeed
     from bt_mission.events.mission_state import MissionState
-    from bt_mission.views.terminal.lines import RequirementLines, log_line, whole_tree
+    from bt_mission.views.terminal.lines import RequirementLines, log_line
     from bt_mission.views.terminal.marks import marks_for
 
     mission, requirements = MissionState(), RequirementLines()
@@ -214,8 +218,8 @@ def _follow(observer: ExecutiveDirectory, link: ExecutiveSource, *, as_json: boo
             for one in feed.take(batch):
                 if as_json:
                     print(json_line(one, mission.tree.nodes if mission.tree else ()), flush=True)
-                elif isinstance(one, RunStarted):
-                    print("\n".join(whole_tree(mission, marks, None)), flush=True)
+                elif isinstance(one, RunStarted | TreeRevised):
+                    print("\n".join(_shown_tree(one, mission, marks)), flush=True)
                     requirements = RequirementLines(mission.requirements)
                 elif isinstance(one, RequirementChanged):
                     for line in requirements.take(one, mission.tree):
@@ -226,6 +230,19 @@ def _follow(observer: ExecutiveDirectory, link: ExecutiveSource, *, as_json: boo
             was_there = link.is_there
             print(f"{link.name} {'returned' if was_there else 'disappeared'}", file=sys.stderr)
     return INTERRUPTED
+
+
+def _shown_tree(
+    event: RunStarted | TreeRevised, mission: MissionState, marks: Marks
+) -> Iterator[str]:
+    """Yield every node of a mission that has started, or was revised, with a line that says so."""
+    from bt_mission.events.events import TreeRevised
+    from bt_mission.views.terminal.lines import log_line, whole_tree
+
+    entry = mission.entry_of(event)
+    if isinstance(event, TreeRevised) and entry is not None and mission.tree is not None:
+        yield log_line(entry, mission.tree.time_ns, marks)
+    yield from whole_tree(mission, marks, None)
 
 
 def _reader_has_left() -> bool:

@@ -110,6 +110,7 @@ class TreeRevised(Event):
         kept: For each of them, its index in the tree before; -1 for a new one.
         number: 1 for the first revision of a run.
         summary: What has changed, as text.
+        start_ns: ROS time of the start of the run, ns.
     """
 
     event_name = "revised"
@@ -122,6 +123,12 @@ class TreeRevised(Event):
     kept: tuple[int, ...]
     number: int
     summary: str = ""
+    start_ns: int = 0
+
+    def as_start(self) -> RunStarted:
+        """Return the tree as that of a run that was already running."""
+        start_ns = self.start_ns or self.time_ns
+        return RunStarted(start_ns, self.run, self.mission, self.nodes, revision=self.number)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
-from bt_mission.events.events import FINAL, Event, RunStarted, StateChanged
+from bt_mission.events.events import FINAL, Event, RunStarted, StateChanged, TreeRevised
 from bt_mission.events.messages import Batch
 from bt_mission.events.mission_state import MissionState
 
@@ -47,11 +48,19 @@ class MissionFeed:
             case (RunStarted() as tree,):
                 yield from self._begin(tree)
                 return
+            case (TreeRevised() as revised,):
+                yield from self._revise(revised)
+                return
             case (StateChanged(),):  # also of a run whose tree has not arrived
                 yield from self._apply(batch.events)
                 return
         if mission.tree is None or batch.run != mission.tree.run:
             self._early.append(batch)
+        elif (batch.sequence or batch.is_complete) and batch.revision != mission.tree.revision:
+            if batch.revision > mission.tree.revision:
+                self._early.append(batch)
+            else:  # of an earlier tree: its changes are in the statuses of all nodes
+                self.sequence = None
         elif batch.is_complete:
             yield from self._take_statuses(batch)
         elif batch.sequence:
@@ -64,9 +73,30 @@ class MissionFeed:
         if not self.mission.apply(tree):
             return
         self.sequence = None
-        self._waiting.clear()
         yield tree
-        batches = [batch for batch in self._early if batch.run == tree.run]
+        yield from self._take_early(tree.run)
+
+    def _revise(self, revised: TreeRevised) -> Iterator[Event]:
+        tree = self.mission.tree
+        if tree is None or tree.run != revised.run:
+            yield from self._begin(revised.as_start())
+            return
+        if revised.number <= tree.revision:
+            return
+        if revised.number > tree.revision + 1:  # one between them was lost
+            lost = replace(revised, kept=(-1,) * len(revised.nodes))
+            self.mission.apply(lost)
+            self.sequence = None
+        else:
+            self.mission.apply(revised)
+        if self._waiting:
+            self.sequence = None
+        yield revised
+        yield from self._take_early(revised.run)
+
+    def _take_early(self, run: str) -> Iterator[Event]:
+        self._waiting.clear()
+        batches = [batch for batch in self._early if batch.run == run]
         self._early.clear()
         for batch in batches:
             yield from self._taken(batch)

@@ -19,12 +19,14 @@ class Batch:
         sequence: The number of a message with changes of nodes, from 1; 0 for others.
         is_complete: Whether these are the statuses of all nodes, with all changes up to the
             sequence.
+        revision: The number of revisions that led to the tree to which the indices refer.
     """
 
     run: str
     events: tuple[Event, ...]
     sequence: int = 0
     is_complete: bool = False
+    revision: int = 0
 
 
 @dataclass(frozen=True)

@@ -255,8 +255,8 @@ class MissionState:
 
     def _revise(self, event: happened.TreeRevised) -> bool:
         """Show another tree; its nodes that the earlier one had keep their state."""
-        if self.tree is None:
-            return False
+        if self.tree is None or (event.run and event.run != self.tree.run):
+            return self._begin(event.as_start())
         self.tree = replace(
             self.tree,
             mission=event.mission,
@@ -264,7 +264,7 @@ class MissionState:
             revision=event.number,
         )
         known, fresh = len(self.statuses), MissionState()
-        before = [index if index < known else -1 for index in event.kept]
+        before = [index if index < known else -1 for index in event.kept[: len(event.nodes)]]
         fresh._size(event.nodes)
         now = {index: new for new, index in enumerate(before) if index >= 0}
         for name in ("statuses", "messages", "since_ns", "ran_ns", "_started_ns", "ends"):

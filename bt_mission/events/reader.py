@@ -41,7 +41,10 @@ MOST_ZONES = 200
 
 
 def tree(message: Any) -> Batch:
-    """Return a ``Tree``. A parent that does not precede its child is taken for the root."""
+    """Return a ``Tree``; after a revision, as such.
+
+    A parent that does not precede its child is taken for the root.
+    """
     nodes = tuple(
         events.NodeInfo(
             node.name,
@@ -52,8 +55,22 @@ def tree(message: Any) -> Batch:
         )
         for index, node in enumerate(message.nodes)
     )
-    started = events.RunStarted(time_ns(message.stamp), message.run, message.mission, nodes)
-    return Batch(message.run, (started,))
+    start_ns = time_ns(message.stamp)
+    if not message.revision:
+        return Batch(
+            message.run, (events.RunStarted(start_ns, message.run, message.mission, nodes),)
+        )
+    revised = events.TreeRevised(
+        time_ns(message.revised),
+        message.run,
+        message.mission,
+        nodes,
+        tuple(map(int, message.kept)),
+        message.revision,
+        message.summary,
+        start_ns,
+    )
+    return Batch(message.run, (revised,), revision=message.revision)
 
 
 def requirements(message: Any) -> Batch:
@@ -91,12 +108,13 @@ def changes(message: Any) -> Batch:
     changed: list[events.Event] = list(_statuses(message.changes, stamp_ns))
     if len(message.reset):
         changed.append(events.NodesReset(stamp_ns, tuple(map(int, message.reset))))
-    return Batch(message.run, tuple(changed), message.sequence)
+    return Batch(message.run, tuple(changed), message.sequence, revision=message.revision)
 
 
 def statuses(answer: Any) -> Batch:
     """Return the response of ``GetStatuses``."""
-    return Batch(answer.run, tuple(_statuses(answer.statuses, None)), answer.sequence, True)
+    known = tuple(_statuses(answer.statuses, None))
+    return Batch(answer.run, known, answer.sequence, True, answer.revision)
 
 
 def _statuses(messages: Any, stamp_ns: int | None) -> Iterator[events.NodeChanged]:

@@ -12,6 +12,7 @@ from bt_mission.events.events import (
     NodeChanged,
     NodesReset,
     RunStarted,
+    TreeRevised,
 )
 from bt_mission.events.feed import MissionFeed
 from bt_mission.events.messages import Batch
@@ -71,8 +72,9 @@ class WatchedMission:
             for event in self._feed.take(batch):
                 happened.append(event)
                 if isinstance(event, RunStarted):
-                    self.on_tree(event)
                     self.pace = RealTimeFactor()
+                if isinstance(event, RunStarted | TreeRevised):
+                    self.on_tree(self.mission.tree)
         for reading in received.robot:
             self.mission.robot.take(reading)
         return happened

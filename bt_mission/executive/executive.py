@@ -362,6 +362,7 @@ class Executive:
                 kept,
                 self.revisions,
                 summary,
+                self.started_ns,
             )
         )
         for node in self._nodes:

@@ -23,10 +23,11 @@ def revise(
     running: Mission,
     mission: Mission,
     *,
-    before: Callable[[Mission], object] = lambda _: None,
+    prepare: Callable[[Mission], object] = lambda _: None,
+    accept: Callable[[Mission], object],
     dry_run: bool = False,
     keep_goals: bool = False,
-) -> tuple[Revision, Mission]:
+) -> Revision:
     """Continue with another version of a running mission, or say why that is not possible.
 
     Args:
@@ -34,12 +35,10 @@ def revise(
         runtime: Of its leaves.
         running: The running mission, or the newest version of it.
         mission: The new version as its file has it.
-        before: Called with the new version before its nodes are set up.
+        prepare: Called with the new version before its nodes are set up.
+        accept: Called with the new version before the trees are exchanged.
         dry_run: Only say what would happen.
         keep_goals: Let leaves that run and change continue with the values with which they started.
-
-    Returns:
-        The revision, and the mission that runs from now on.
     """
     comparison = compare(running, mission)
     revision = replace(comparison.revision(), number=executive.revisions)
@@ -55,14 +54,15 @@ def revise(
             restarts=tuple(graft.restarting),
         )
         if not reasons and not dry_run:
-            before(comparison.after)
+            prepare(comparison.after)
             graft.prepare()
     except Exception as error:  # noqa: BLE001 - a user's behaviour may raise anything
         reasons.append(cause_of(error))
     if reasons or dry_run:
-        return replace(revision, reasons=tuple(reasons)), running
+        return replace(revision, reasons=tuple(reasons))
+    accept(comparison.after)
     executive.revise(graft, node_details(comparison.after), revision.counts)
-    return replace(revision, is_applied=True, number=executive.revisions), comparison.after
+    return replace(revision, is_applied=True, number=executive.revisions)
 
 
 def _with_goals(leaves: list[Behaviour]) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,13 @@ from py_trees.common import Status
 
 from bt_mission.core.cdr.decoder import DecodedMessage, DecodingError
 from bt_mission.core.cdr.definitions import action_of
-from bt_mission.events.events import GoalChanged, NodeChanged, RunStarted, StateChanged
+from bt_mission.events.events import (
+    GoalChanged,
+    NodeChanged,
+    RunStarted,
+    StateChanged,
+    TreeRevised,
+)
 from bt_mission.recording.facts import RunFacts
 from bt_mission.recording.happenings import (
     ExecutiveMessage,
@@ -213,10 +220,23 @@ class RunReader:
             match event:
                 case RunStarted():
                     self._tree, self._node = event, happening.node
+                case TreeRevised():
+                    self._revise(event)
+                    count = len(event.nodes)
                 case NodeChanged(node=node) if node < count:
                     self._changes.append((time_ns, event))
                 case StateChanged():
                     self._state = event
+
+    def _revise(self, event: TreeRevised) -> None:
+        """Show the tree of a revision, with the changes so far of the nodes that it has."""
+        self._tree = event.as_start()
+        now = {index: new for new, index in enumerate(event.kept)}
+        self._changes = [
+            (time_ns, replace(change, node=now[change.node]))
+            for time_ns, change in self._changes
+            if change.node in now
+        ]
 
     # ---- the end ---------------------------------------------------------------------------
 

@@ -21,6 +21,7 @@ from bt_mission.events.events import (
     PoseSampled,
     RunStarted,
     StateChanged,
+    TreeRevised,
     VariableChanged,
 )
 from bt_mission.goals.outcome import Outcome
@@ -59,6 +60,8 @@ class RecordedMission:
         self._has_trace = f"{node}/{TRACE}" in topics and bool(self._nodes)
         self._topics = topics
         self._status = [Status.INVALID] * len(self._nodes)
+        self._numbers: dict[str, list[int]] = {}
+        """The indices of the nodes with a name or path."""
         self._seen: defaultdict[int, set[Status]] = defaultdict(set)
         """Statuses that nodes have had since the last instant."""
         self._collisions: int | None = None
@@ -128,6 +131,8 @@ class RecordedMission:
         match event:
             case NodeChanged():
                 self._note(event)
+            case TreeRevised():
+                self._revise(event)
             case PoseSampled():
                 self._collisions = event.collisions
             case GoalChanged(id=goal, change="sent"):
@@ -144,6 +149,20 @@ class RecordedMission:
             case VariableChanged():
                 self.variables[event.name] = _value(event.value)
 
+    def _revise(self, event: TreeRevised) -> None:
+        """Continue with the tree of a revision."""
+        before = list(self._status)
+        self._status[:] = [before[index] if index >= 0 else Status.INVALID for index in event.kept]
+        self._outcomes.move({index: new for new, index in enumerate(event.kept) if index >= 0})
+        self._goals = {
+            new: self._goals[index] for new, index in enumerate(event.kept) if index in self._goals
+        }
+        self._nodes = event.nodes
+        self._indices = {node.path: index for index, node in enumerate(event.nodes)}
+        self._seen.clear()
+        for name, indices in self._numbers.items():
+            indices[:] = self._numbered(name)
+
     def _note(self, event: NodeChanged) -> None:
         index, status = event.node, event.status
         self._status[index] = status
@@ -155,7 +174,10 @@ class RecordedMission:
     # ---- readers ---------------------------------------------------------------------------
 
     def _named(self, name: str) -> list[int]:
-        """Return the nodes with a name or path."""
+        """Return the nodes with a name or path; the list changes with a revision."""
+        return self._numbers.setdefault(name, self._numbered(name))
+
+    def _numbered(self, name: str) -> list[int]:
         return [at for at, node in enumerate(self._nodes) if name in (node.name, node.path)]
 
     def _node_status(self, status: Status, node: str) -> Reader | str:
@@ -174,7 +196,7 @@ class RecordedMission:
         leaves = self._leaves(node)
         if not leaves:
             return _no_goal(node)
-        return lambda: self._outcomes.is_any(leaves, outcome)
+        return lambda: self._outcomes.is_any(self._leaves(node), outcome)
 
     def _feedback_of(self, node: str, field: str) -> Reader | str:
         leaves = self._leaves(node)
@@ -183,7 +205,7 @@ class RecordedMission:
         if not any(topic.endswith(f"/_action/{FEEDBACK}") for topic in self._topics):
             return "the recording has no feedback"
         self._wants_feedback = True
-        return self._newest(leaves, field)
+        return self._newest(node, field)
 
     def accepted(self, node: str, known: Callable[[], Any]) -> Reader | str:
         """Return a reader of whether the newest goal of a node was accepted.
@@ -198,7 +220,7 @@ class RecordedMission:
 
         def is_accepted() -> bool:
             seen.update(known() or ())
-            goals = [self._goal_of(leaf) for leaf in leaves]
+            goals = [self._goal_of(leaf) for leaf in self._leaves(node)]
             return any(goal in seen or goal in self._ended_accepted for goal in goals)
 
         return is_accepted
@@ -215,9 +237,9 @@ class RecordedMission:
             self._goals[leaf] = self._sent.pop(name)  # sent while it ran already
         return self._goals.get(leaf, "")
 
-    def _newest(self, leaves: list[int], field: str) -> Callable[[], Any]:
+    def _newest(self, node: str, field: str) -> Callable[[], Any]:
         def value() -> Any:
-            for leaf in leaves:
+            for leaf in self._leaves(node):
                 if self._status[leaf] is Status.RUNNING:
                     return field_of(self._feedback.get(self._goal_of(leaf)), field)
             return None

@@ -1,17 +1,19 @@
-"""Services by which people and tools hold a running mission: pause, resume, step, stop, break."""
+"""Services that control a running mission: pause, resume, step, stop, breakpoint, revise."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import Any
 
-from bt_mission_interfaces.srv import PauseMission, SetBreakpoint
+from bt_mission_interfaces.srv import PauseMission, ReviseMission, SetBreakpoint
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from bt_mission.core.errors import BtMissionError
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.status import MissionStatus
+from bt_mission.language.revision import Revision
 from bt_mission.ros.graph import REQUESTS
 
 MOST_BREAKPOINTS = 100
@@ -20,7 +22,7 @@ LONGEST_NAME = 1_000
 
 
 class ControlServices:
-    """Offers ``~/pause``, ``~/resume``, ``~/step``, ``~/stop`` and ``~/breakpoint``.
+    """Offers ``~/pause``, ``~/resume``, ``~/step``, ``~/stop``, ``~/breakpoint``, ``~/revise``.
 
     Breakpoints that are set without a mission apply to later missions; they last until they are
     removed.
@@ -28,10 +30,17 @@ class ControlServices:
     Args:
         node: The node of the services; their names begin with its name.
         current: Returns the running mission, or None.
+        revise: Continues with the version of a request of ``~/revise``; raises BtMissionError.
     """
 
-    def __init__(self, node: Node, current: Callable[[], Executive | None]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        current: Callable[[], Executive | None],
+        revise: Callable[[Any], Revision],
+    ) -> None:
         self._current = current
+        self._revise_on_request = revise
         self._breakpoints: dict[str, None] = {}
         self._node = node
         served: list[tuple[Any, str, Callable[[Any, Any], Any]]] = [
@@ -40,6 +49,7 @@ class ControlServices:
             (Trigger, "step", self._served(_step)),
             (Trigger, "stop", self._served(_stop)),
             (SetBreakpoint, "breakpoint", self._breakpoint),
+            (ReviseMission, "revise", self._revise),
         ]
         self._services = [
             node.create_service(kind, f"~/{name}", serve, qos_profile=REQUESTS)
@@ -79,6 +89,17 @@ class ControlServices:
         except BtMissionError as error:
             answer.message, answer.success = str(error), False
         answer.breakpoints = list(self._breakpoints)
+        return answer
+
+    def _revise(self, request: Any, answer: Any) -> Any:
+        try:
+            self._running()
+            revision = self._revise_on_request(request)
+        except BtMissionError as error:
+            answer.message, answer.success = str(error), False
+        else:
+            answer.message, answer.success = revision.as_text(), not revision.is_refused
+            answer.revision = json.dumps(revision.as_dict())
         return answer
 
     def _change(self, name: str, *, remove: bool) -> str:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import Protocol, Self
+from typing import Any, Protocol, Self
 
+from bt_mission_interfaces.srv import ReviseMission
 from rclpy.node import Node
 
 from bt_mission.core.dds.discovery import RANGE
 from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.events.source import ExecutiveSource, ListedExecutive
-from bt_mission.ros.graph import GraphConnection, quiet_node, type_hash_of
+from bt_mission.ros.graph import REQUESTS, GraphConnection, quiet_node, type_hash_of
 from bt_mission.ros.local_client import LocalClient, LocalRun
 from bt_mission.ros.mission_client import TOPICS, MissionClient
 
@@ -113,6 +114,24 @@ class ExecutiveDirectory:
     def attach(self, name: str, *, with_robot: bool = True) -> ExecutiveSource:
         """Return the source of an executive and its robot, even if it is not in the graph yet."""
         return MissionClient(self._node, name, with_robot=with_robot)
+
+    def revise(self, name: str, request: Any, wait_s: float) -> Any:
+        """Send an executive a new version of its mission; return its response, None without one.
+
+        Args:
+            request: Of ``bt_mission_interfaces/srv/ReviseMission``.
+            wait_s: The limit of the wait for the service, and of that for the response, s.
+        """
+        client = self._node.create_client(ReviseMission, f"{name}/revise", qos_profile=REQUESTS)
+        since = Stopwatch()
+        while not client.service_is_ready() and since.elapsed_s < wait_s:
+            self.serve(SERVE_S)
+        if not client.service_is_ready():
+            return None
+        future, since = client.call_async(request), Stopwatch()
+        while not future.done() and since.elapsed_s < wait_s:
+            self.serve(SERVE_S)
+        return future.result() if future.done() else None
 
     def _look_at(self, topic: str) -> ListedExecutive:
         name = topic.removesuffix("/state")

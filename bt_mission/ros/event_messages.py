@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 from bt_mission_interfaces.msg import (
     GoalRecord,
@@ -35,6 +36,7 @@ from bt_mission.events.events import (
     RequirementChanged,
     RunStarted,
     StateChanged,
+    TreeRevised,
 )
 from bt_mission.events.log import words_of
 
@@ -52,9 +54,11 @@ def stamp(time_ns: int) -> Time:
     return message
 
 
-def tree(event: RunStarted) -> Tree:
-    """Return the tree of a run that has started."""
+def tree(event: RunStarted, revised: TreeRevised | None = None) -> Tree:
+    """Return the tree of a run that has started, with its newest revision."""
+    newest = {} if revised is None else _revision(revised)
     return Tree(
+        **newest,
         stamp=stamp(event.time_ns),
         run=event.run,
         mission=event.mission,
@@ -71,16 +75,29 @@ def tree(event: RunStarted) -> Tree:
     )
 
 
+def _revision(event: TreeRevised) -> dict[str, Any]:
+    return {
+        "revision": event.number,
+        "revised": stamp(event.time_ns),
+        "kept": list(event.kept),
+        "summary": event.summary,
+    }
+
+
 def node_status(index: int, status: Status, message: str) -> NodeStatus:
     """Return the status of a node."""
     return NodeStatus(node=index, status=CODES[status], message=message)
 
 
 def changes(
-    time_ns: int, run: str, sequence: int, events: Iterable[NodeChanged | NodesReset]
+    time_ns: int,
+    run: str,
+    sequence: int,
+    events: Iterable[NodeChanged | NodesReset],
+    revision: int = 0,
 ) -> StatusChanges:
     """Return the changes of nodes in one tick."""
-    message = StatusChanges(stamp=stamp(time_ns), run=run, sequence=sequence)
+    message = StatusChanges(stamp=stamp(time_ns), run=run, sequence=sequence, revision=revision)
     for event in events:
         if isinstance(event, NodesReset):
             message.reset.extend(event.nodes)

@@ -67,6 +67,8 @@ class RunnerOptions:
         why_rejected: Returns why an action, by its resolved name, rejected its last goal; None
             takes what its server warns of on ``/rosout`` meanwhile.
         signals: Gives the signals of requirements; None takes them from topics.
+        read_revision: Reads the new version that another process sends (``~/revise``), for the
+            running mission; None refuses it. :meth:`MissionRunner.revise` is always possible.
     """
 
     say: Callable[[str], None] | None = None
@@ -76,6 +78,7 @@ class RunnerOptions:
     has_presence: bool = True
     why_rejected: Callable[[str], str] | None = None
     signals: Callable[[Any], LiveSignals] | None = None
+    read_revision: Callable[[Mission, Any], Mission] | None = None
 
 
 class MissionRunner(MissionRuntime):
@@ -103,6 +106,7 @@ class MissionRunner(MissionRuntime):
         options = options or RunnerOptions()
         super().__init__(node, mission, options.goal_seed or secrets.token_hex(8), options.say)
         self.trace = options.trace or Trace()
+        self._read_revision = options.read_revision
         self.revising: Stream[Mission] = Stream()
         """Emits each new version of the mission before its nodes are set up."""
         self._wall = Stopwatch()
@@ -135,7 +139,8 @@ class MissionRunner(MissionRuntime):
                 self.executive.events.raised.append(self.created.raised.pop())
             if options.has_controls:
                 self.show_waypoints()
-                made.callback(ControlServices(node, lambda: self.executive).close)
+                services = ControlServices(node, lambda: self.executive, self.revise_on_request)
+                made.callback(services.close)
             self.requirements = RequirementWatch(self, options.signals or LiveSignals)
             self.status_publisher = StatusPublisher(node, has_topics=options.has_controls)
             made.callback(self.status_publisher.close)
@@ -202,18 +207,35 @@ class MissionRunner(MissionRuntime):
                 "a mission cannot be revised within a tick; call revise() between two ticks",
                 code="BT-908",
             )
-        revision, self.mission = revise(
+        return revise(
             self.executive,
             self,
             self.mission,
             mission,
-            before=self.revising.emit,
+            prepare=self.revising.emit,
+            accept=self._accept,
             dry_run=dry_run,
             keep_goals=keep_goals,
         )
-        if revision.is_applied:
-            self.__dict__.pop("_subtrees", None)
-        return revision
+
+    def revise_on_request(self, request: Any) -> Revision:
+        """Continue with the version that another process has sent.
+
+        Args:
+            request: Of ``bt_mission_interfaces/srv/ReviseMission``.
+
+        Raises:
+            InputError: The new version has errors.
+            BtMissionError: The mission was not started as editable.
+        """
+        if self._read_revision is None:
+            raise BtMissionError(
+                "the mission was not started with --editable, so it cannot change while it runs; "
+                "start it with `bt-mission run MISSION --editable`",
+                code="BT-908",
+            )
+        mission = self._read_revision(self.mission, request)
+        return self.revise(mission, dry_run=request.dry_run, keep_goals=request.keep_goals)
 
     def close(self) -> None:
         """Destroy the clients and topics on the node; further calls do nothing.
@@ -242,6 +264,10 @@ class MissionRunner(MissionRuntime):
                 self._note_end()
 
     # ---- inside --------------------------------------------------------------------------
+
+    def _accept(self, mission: Mission) -> None:
+        self.mission = mission
+        self.__dict__.pop("_subtrees", None)  # those of the tree before
 
     @override
     def _close_clients(self) -> None:

@@ -125,6 +125,11 @@ class NodeOutcomes:
             if outcome or status is not Status.INVALID:
                 self._ended[node] = outcome
 
+    def move(self, now: Mapping[Any, Any]) -> None:
+        """Continue with other keys, after a revision; the rest is forgotten."""
+        self._ended = {now[node]: text for node, text in self._ended.items() if node in now}
+        self._restarted = {now[node] for node in self._restarted if node in now}
+
     def forget(self) -> None:
         """Forget the ends of restarted nodes; called after each control step."""
         for node in self._restarted:

@@ -94,7 +94,8 @@ class SnapshotStreams:
         run.executive.events.subscribe(self._revise, TreeRevised)
 
     def _revise(self, _: TreeRevised) -> None:
-        self._nodes, self._visited = {}, set()
+        self._nodes = {}
+        self._visited.clear()
 
     def close(self) -> None:
         """Publish the end, and destroy the streams and the services."""

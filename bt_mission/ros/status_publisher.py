@@ -32,6 +32,7 @@ from bt_mission.events.events import (
     NodesReset,
     RequirementChanged,
     StateChanged,
+    TreeRevised,
 )
 from bt_mission.ros import event_messages
 from bt_mission.ros.graph import LATCHED, REQUESTS
@@ -72,6 +73,8 @@ class StatusPublisher:
         self._has_tree = False
         """Whether the tree was sent."""
         self._pending: list[NodeChanged | NodesReset] = []
+        self._revised: TreeRevised | None = None
+        """The newest revision of the mission."""
         self._has_verdicts = False
         self._state: StateChanged | None = None
         self._has_state = False
@@ -126,6 +129,7 @@ class StatusPublisher:
         had_verdicts = self._run is not None and self._run.executive.mission_state.requirements
         self.sequence, self._run, self._watch = 0, run, requirements
         self._pending, self._has_tree, self._has_verdicts = [], False, False
+        self._revised = None
         executive = run.executive
         self._state, self._has_state = None, False
         if had_verdicts:
@@ -151,7 +155,8 @@ class StatusPublisher:
         """The latched messages, as sent."""
         if self._run is not None and self._has_tree:
             assert self._run.executive.mission_state.tree is not None, "it was sent"
-            yield "tree", event_messages.tree(self._run.executive.mission_state.tree)
+            tree = self._run.executive.mission_state.tree
+            yield "tree", event_messages.tree(tree, self._revised)
             if self._run.executive.mission_state.requirements:
                 yield "requirements", self._requirements(self._run)
         if self._state is not None and (self._has_state or self._run is None):
@@ -166,6 +171,8 @@ class StatusPublisher:
             case NodeChanged() | NodesReset():
                 if self._listeners:
                     self._pending.append(event)
+            case TreeRevised():
+                self._send_revision(event)
             case StateChanged():
                 self._state, self._has_state = event, False
             case RequirementChanged():
@@ -187,13 +194,8 @@ class StatusPublisher:
             if tree is None or not tree.time_ns:
                 return False  # the run has not started
             self._has_tree = True
-            self._send("tree", event_messages.tree(tree))
-        if self._pending:
-            self.sequence += 1
-            changes, self._pending = self._pending, []
-            name = run.executive.run
-            message = event_messages.changes(run.now_ns, name, self.sequence, changes)
-            self._send("changes", message)
+            self._send("tree", event_messages.tree(tree, self._revised))
+        self._send_pending(run)
         self._watch.emit_changes()
         if self._has_verdicts:
             self._has_verdicts = False
@@ -203,6 +205,32 @@ class StatusPublisher:
         self._has_state, self._state = True, self._state or run.executive.state_event()
         self._send("state", event_messages.state(self._state))
         return True
+
+    def _send_pending(self, run: MissionRuntime) -> None:
+        if self._pending:
+            self.sequence += 1
+            changes, self._pending = self._pending, []
+            message = event_messages.changes(
+                run.now_ns, run.executive.run, self.sequence, changes, self._revision
+            )
+            self._send("changes", message)
+
+    @property
+    def _revision(self) -> int:
+        return 0 if self._revised is None else self._revised.number
+
+    def _send_revision(self, event: TreeRevised) -> None:
+        """Send the changes of nodes of the tree before, then the new tree."""
+        run = self._run
+        if run is None or not self._has_tree:
+            self._revised = event
+            self._pending.clear()
+            return
+        self._send_pending(run)
+        self._revised = event
+        tree = run.executive.mission_state.tree
+        assert tree is not None, "it was sent"
+        self._send("tree", event_messages.tree(tree, event))
 
     def _send_requirements(self, run: MissionRuntime) -> None:
         self._send("requirements", self._requirements(run))
@@ -232,6 +260,7 @@ class StatusPublisher:
         if self._run is not None:
             executive = self._run.executive
             answer.run, answer.sequence = executive.run, self.sequence
+            answer.revision = executive.revisions
             answer.statuses = [
                 event_messages.node_status(index, node.status, node.feedback_message)
                 for index, node in enumerate(executive.nodes)

@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from rclpy.node import Node
 
 from bt_mission.language.mission import Mission
+from bt_mission.language.permissions import ANYTHING, Permissions
 from bt_mission.ros.graph import GraphConnection, NodeOptions
-from bt_mission.ros.journal import open_journal
+from bt_mission.ros.journal import open_journal, resumed_mission
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
+from bt_mission.sessions.revising import read_revision
 from bt_mission.sessions.session import Run, Session
 
 
@@ -26,7 +29,9 @@ class AttachedOptions:
         wall_clock: Use this machine's clock, without looking for ``/clock``.
         allow_duplicates: Continue if several nodes publish the same odometry or clock.
         journal: The file of the journal.
-        resume: Resume the mission of that journal.
+        resume: Resume the mission of that journal, in its newest version.
+        editable: Take new versions of the mission from other processes while it runs.
+        permissions: What new versions may use.
     """
 
     namespace: str | None = None
@@ -34,6 +39,8 @@ class AttachedOptions:
     allow_duplicates: bool = False
     journal: Path | None = None
     resume: bool = False
+    editable: bool = False
+    permissions: Permissions = ANYTHING
 
 
 class AttachedSession(Session):
@@ -65,7 +72,11 @@ class AttachedSession(Session):
                 context=self._graph.context,
                 use_sim_time=self._graph.has_clock,
             )
-            self._node = MissionNode(mission, RunnerOptions(say=say), node=node)
+            if chosen.journal is not None and chosen.resume:
+                mission = resumed_mission(chosen.journal, mission)
+            read = partial(read_revision, permissions=chosen.permissions)
+            runner = RunnerOptions(say=say, read_revision=read if chosen.editable else None)
+            self._node = MissionNode(mission, runner, node=node)
             self.runs = (Run.of(self._node.runner),)
             made.callback(self._node.destroy_node)
             if not chosen.allow_duplicates:

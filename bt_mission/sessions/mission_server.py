@@ -25,19 +25,23 @@ from bt_mission.core.goal_rate import MOST_LINES, GoalRate, RateLimit
 from bt_mission.core.ros_log import log_of
 from bt_mission.core.stamps import NS
 from bt_mission.executive.status import MissionStatus
+from bt_mission.language.permissions import Permissions
 from bt_mission.ros.control_services import ControlServices
 from bt_mission.ros.graph import REQUESTS, NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.ros.snapshot_streams import SnapshotStreams
 from bt_mission.ros.status_publisher import StatusPublisher
-from bt_mission.sessions.served_missions import ServedMissions
+from bt_mission.sessions.revising import read_revision
+from bt_mission.sessions.served_missions import NO_TEXT, ServedMissions
 from bt_mission.sessions.session import Onlooker, Run, Session
 
 if TYPE_CHECKING:
     from rclpy.action.server import ServerGoalHandle
 
     from bt_mission.executive.executive import Executive
+    from bt_mission.language.mission import Mission
+    from bt_mission.language.revision import Revision
 
 RESULT_TIMEOUT_S = 10
 """The time for which a result is kept for clients, s, as by rcl_action's C++ servers."""
@@ -120,6 +124,7 @@ class MissionServerOptions:
         allow_duplicates: Continue if several nodes publish the same odometry or clock.
         say: Called with each line; None is the ROS log.
         onlookers: Makes the onlookers of each mission, before its first tick.
+        editable: Take new versions of the running mission from other processes.
     """
 
     missions: ServedMissions
@@ -127,6 +132,7 @@ class MissionServerOptions:
     allow_duplicates: bool = False
     say: Callable[[str], None] | None = None
     onlookers: Callable[[ServedSession], Iterable[Onlooker]] = lambda _: ()
+    editable: bool = False
 
 
 class BoundedMissionServer(BoundedRequests, ActionServer):
@@ -168,7 +174,8 @@ class MissionServer(ValidClock, Node):
         self._ends: dict[bytes, Future] = {}
         self._status_publisher = StatusPublisher(self)
         self._status_publisher.publish_idle()
-        self._controls = ControlServices(self, lambda: self.executive)
+        self._is_editable = options.editable
+        self._controls = ControlServices(self, lambda: self.executive, self._revise)
         self._snapshots = SnapshotStreams(self)
         self._server = BoundedMissionServer(
             self,
@@ -229,6 +236,10 @@ class MissionServer(ValidClock, Node):
         if self._run is None and self._waiting is not None:
             handle, self._waiting = self._waiting, None
             self._start(handle)
+
+    def _revise(self, request: Any) -> Revision:
+        assert self._run is not None, "a mission runs"
+        return self._run.runner.revise_on_request(request)
 
     def _log_line(self, text: str) -> None:
         log_of(self).info(text)
@@ -294,6 +305,11 @@ class MissionServer(ValidClock, Node):
             handle.abort()
         return result
 
+    def _read_revision(self, running: Mission, request: Any) -> Mission:
+        if not self._missions.allow_text:
+            raise BtMissionError(NO_TEXT, code="BT-908")
+        return read_revision(running, request, Permissions(python=self._missions.python))
+
     # ---- one mission ---------------------------------------------------------------------
 
     def _give_up(self, reason: str) -> None:
@@ -315,6 +331,7 @@ class MissionServer(ValidClock, Node):
                     goal_seed=_key(handle).hex(),
                     has_controls=False,
                     has_presence=not self._options.lean,
+                    read_revision=self._read_revision if self._is_editable else None,
                 ),
                 node=replace(self._options, name="bt_mission_run", namespace=self.get_namespace()),
             )

@@ -12,7 +12,7 @@ from bt_mission.core.diagnostics import listed, quoted
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.yaml.document import read_text
 from bt_mission.language.loader import required
-from bt_mission.language.permissions import Permissions, is_within
+from bt_mission.language.permissions import Permissions, PythonUse, is_within
 from bt_mission.sessions.check import examine
 from bt_mission.sessions.load import XML, Source
 
@@ -47,6 +47,11 @@ class ServedMissions:
     allow_python: bool = False
     allow_text: bool = False
 
+    @property
+    def python(self) -> PythonUse:
+        """What becomes of Python leaves."""
+        return "import" if self.allow_python else "refuse"
+
     def load(self, goal: Any) -> Mission:
         """Return the mission of a goal of ``execute_mission``, by name or text, checked.
 
@@ -75,7 +80,7 @@ class ServedMissions:
             source = self.find(goal.path)
             permissions = Permissions(
                 self.folders,
-                python="import" if self.allow_python else "refuse",
+                python=self.python,
                 hint=None if self.allow_python else NO_PYTHON,
             )
         return required(examine(source, values, seed, servers=None, permissions=permissions))

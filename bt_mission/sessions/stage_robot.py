@@ -27,6 +27,7 @@ from bt_mission.ros.graph import NodeOptions
 from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import RunnerOptions
 from bt_mission.ros.robot_relay import RobotRelay, RobotSnapshot
+from bt_mission.sessions.revising import read_revision
 from bt_mission.sessions.session import Run
 from bt_mission.sessions.stage_nodes import StageMapperNode, StageMissionNode, StageServersNode
 from bt_mission.sessions.stage_signals import StageSignals
@@ -54,6 +55,7 @@ class StageOptions:
             servers.
         context: The rclpy context of all nodes, which stays; None makes one for the run.
         props: The number of obstacles that can appear during the run.
+        editable: Take new versions of missions from other processes while they run.
     """
 
     world: str | Path | Document | World | None = None
@@ -68,6 +70,7 @@ class StageOptions:
     nodes: Sequence[NodeFactory | Callable[..., Node]] = ()
     context: Context | None = None
     props: int = 0
+    editable: bool = False
 
     @property
     def has_tools(self) -> bool:
@@ -179,6 +182,7 @@ class StageRun(Run):
             has_presence=False,
             why_rejected=self._why_rejected,
             signals=partial(StageSignals, robot=self.robot),
+            read_revision=read_revision if self._options.editable else None,
         )
         node = NodeOptions(
             namespace=name or None,
@@ -188,6 +192,7 @@ class StageRun(Run):
         )
         self.node = StageMissionNode(mission, options, node=node)
         self.runner = self.node.runner
+        self.runner.revising.subscribe(self._offer_for)
         if options.has_controls:
             relay = RobotRelay(self.node, self.snapshot)
             self.executive.after_tick.append(relay.flush)
@@ -263,9 +268,18 @@ class StageRun(Run):
     def _why_rejected(self, action: str) -> str:
         return self.servers.why_rejected(action)
 
+    def _offer_for(self, mission: Mission) -> None:
+        """Offer all actions if a revision uses others than the mission did at its start."""
+        if not self._offers_all and not _actions_of(mission) <= _actions_of(self.member.mission):
+            self.offer_all()
+
     def _at_first(self) -> set[str] | None:
         """Return the actions to offer for now, by their relative names; None is all."""
         if self._offers_all:
             return None
-        steps = all_steps(self.member.mission)
-        return {step.ros_name.strip("/") for step in steps if isinstance(step, GoalNode)}
+        return _actions_of(self.member.mission)
+
+
+def _actions_of(mission: Mission) -> set[str]:
+    steps = all_steps(mission)
+    return {step.ros_name.strip("/") for step in steps if isinstance(step, GoalNode)}

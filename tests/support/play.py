@@ -14,6 +14,7 @@ from bt_mission.executive.executive import Executive
 from bt_mission.executive.revision import revise
 from bt_mission.executive.trace import Trace
 from bt_mission.goals.ledger import Ledger
+from bt_mission.language.mission import Mission
 from bt_mission.language.revision import Revision
 from bt_mission.sessions.load import load
 
@@ -123,7 +124,11 @@ class Play:
     def revise(self, text: str, **options: Any) -> Revision:
         """Continue with another version of the mission."""
         after = load(text)
-        revision, self.mission = revise(self.executive, self, self.mission, after, **options)
+
+        def accept(mission: Mission) -> None:
+            self.mission = mission
+
+        revision = revise(self.executive, self, self.mission, after, accept=accept, **options)
         self.root = self.executive.root
         return revision
 

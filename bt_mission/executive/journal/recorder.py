@@ -14,7 +14,7 @@ from bt_mission.behaviours.runtime import Runtime
 from bt_mission.behaviours.snapshot import save
 from bt_mission.core.errors import BtMissionError
 from bt_mission.core.stamps import NS
-from bt_mission.events.events import Event, GoalChanged, NodeChanged, NodesReset
+from bt_mission.events.events import Event, GoalChanged, NodeChanged, NodesReset, TreeRevised
 from bt_mission.executive.executive import Executive
 from bt_mission.executive.journal.store import (
     Journal,
@@ -41,6 +41,7 @@ class JournalRecorder:
         runtime: Its clock and variables.
         pack: Returns a message as JSON, None for any other object.
         requirements: Returns the results of the mission's requirements.
+        version: Returns the rows of the newest version of the mission.
     """
 
     def __init__(
@@ -51,30 +52,59 @@ class JournalRecorder:
         runtime: Runtime,
         pack: Pack,
         requirements: Callable[[], Iterable[RequirementResult]] = tuple,
+        version: Callable[[], dict[Key, Any]] = dict,
     ) -> None:
         self._journal = journal
         self._executive = executive
         self._runtime = runtime
         self._pack = pack
         self._requirements = requirements
+        self._version = version
         self._heartbeat_ns = 0
         self._goals = dict.fromkeys(state.goals) if state else {}
         self._results = dict(state.requirements) if state else {}
         self._changed: dict[Behaviour, None] = {}
-        # The variables of the mission and of each named tree in it, by the path of the tree.
-        self._scopes = {"": runtime.scope} | {
-            executive.path_of(node): node.inner
-            for node in executive.nodes
-            if isinstance(node, Subtree)
-        }
-        self._variables: dict[str, dict[str, Any]] = {path: {} for path in self._scopes}
+        self._paths: tuple[str, ...] = ()
+        self._variables: dict[str, dict[str, Any]] = {}
+        self._take_tree()
+        self._generators: dict[str, None] = dict.fromkeys(state.generators) if state else {}
         self._is_broken = False
         self._has_ended = False
         executive.events.subscribe(self._take)
         executive.after_tick.append(self._after_tick)
 
+    def _take_tree(self) -> None:
+        executive = self._executive
+        # The variables of the mission and of each named tree in it, by the path of the tree.
+        self._scopes = {"": self._runtime.scope} | {
+            executive.path_of(node): node.inner
+            for node in executive.nodes
+            if isinstance(node, Subtree)
+        }
+        self._paths = tuple(map(executive.path_of, executive.nodes))
+
+    def _revise(self) -> None:
+        """Write the state of the new tree in one transaction with the version of the mission."""
+        gone: list[Key] = [("nodes", path) for path in self._paths]
+        gone += [
+            ("variables", f"{path}/{name}")
+            for path, values in self._variables.items()
+            for name in values
+        ]
+        gone += [("generators", name) for name in self._generators]
+        self._take_tree()
+        self._variables = {}
+        for generator in self._runtime.scope.generators.values():
+            generator.was_drawn = True
+        self._changed = dict.fromkeys(self._executive.nodes)
+        rows = self._version() | self._changed_nodes() | self._changed_variables([]) | self._drawn()
+        self._write(rows, [key for key in gone if key not in rows])
+
     def _take(self, event: Event) -> None:
         match event:
+            case TreeRevised():
+                if self._executive.started_ns:
+                    self._revise()
             case NodeChanged(node=index):
                 self._note(index)
             case NodesReset(nodes=indices):
@@ -149,7 +179,7 @@ class JournalRecorder:
     def _changed_variables(self, gone: list[Key]) -> dict[Key, Any]:
         rows: dict[Key, Any] = {}
         for path, scope in self._scopes.items():
-            known, values = self._variables[path], scope.written()
+            known, values = self._variables.get(path, {}), scope.written()
             for name, value in values.items():
                 if name not in known or known[name] is not value:
                     rows["variables", f"{path}/{name}"] = encode(value, self._pack)
@@ -162,6 +192,7 @@ class JournalRecorder:
         for name, generator in self._runtime.scope.generators.items():
             if generator.was_drawn:
                 generator.was_drawn = False
+                self._generators[name] = None
                 rows["generators", name] = pack_generator(generator)
         return rows
 

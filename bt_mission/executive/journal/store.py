@@ -76,17 +76,32 @@ class End:
 
 
 @dataclass(frozen=True)
+class Sources:
+    """The files of a mission.
+
+    Attributes:
+        file: The name of its file.
+        texts: The texts of its file and of those that it includes, by name.
+    """
+
+    file: str
+    texts: dict[str, str]
+
+
+@dataclass(frozen=True)
 class About:
     """The mission as a whole.
 
     Attributes:
         time_ns: ROS time of the newest transaction.
         end: None while the mission has not ended.
+        revision: The files of the newest version; None if the mission was not revised.
     """
 
     head: Head
     time_ns: int = 0
     end: End | None = None
+    revision: Sources | None = None
 
 
 @dataclass(frozen=True)
@@ -227,6 +242,14 @@ class Journal:
             )
         return state
 
+    def read(self) -> JournalState | None:
+        """Return the state of its mission; None for a new file.
+
+        Raises:
+            BtMissionError: It cannot be read.
+        """
+        return None if self._is_empty else self._read()
+
     def write(self, rows: Mapping[Key, Any], gone: Iterable[Key] = ()) -> None:
         """Write and delete rows, all of them or none.
 
@@ -327,6 +350,15 @@ class Journal:
             f"its progress is unknown",
             code="BT-906",
         )
+
+
+def rows_of_version(mission: Mission, namespace: str) -> dict[Key, Any]:
+    """Return the rows by which a journal knows the version of a revised mission."""
+    texts = {document.file: document.text for document in mission.documents}
+    return {
+        ("about", "head"): asdict(_head_of(mission, namespace)),
+        ("about", "revision"): asdict(Sources(mission.document.file, texts)),
+    }
 
 
 def _head_of(mission: Mission, namespace: str) -> Head:

@@ -1,0 +1,115 @@
+"""``bt-mission revise``: continue a running mission with another version of its file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from typing import TYPE_CHECKING, Any
+
+from bt_mission.cli.argument_types import seconds
+from bt_mission.cli.exits import MISSION_FAILED, SUCCESS
+from bt_mission.cli.options import JSON, MISSION, NETWORK, mission_file, prepare_graph
+from bt_mission.cli.parser import Command, Option
+from bt_mission.cli.watch import look_for
+
+if TYPE_CHECKING:
+    from bt_mission.language.mission import Mission
+
+ANSWER_S = 20.0
+"""Wall time to wait for the response: the executive checks the new version first."""
+
+EPILOG = """\
+examples:
+  bt-mission run mine.yaml --editable --speed 1      in one terminal
+  bt-mission revise bt_mission mine.yaml --dry-run   in another: what would change
+  bt-mission revise bt_mission mine.yaml             change it
+  bt-mission revise robot1 mine.yaml --json | jq .cancels
+
+exit codes: 0 applied, or can be applied; 1 refused, with the reason, or no such mission; 2 bad
+input, such as a file with errors
+"""
+
+
+def revise(options: argparse.Namespace) -> int:
+    """Send the new version; return the exit code."""
+    mission = _examined(options)
+    prepare_graph(options)
+    from bt_mission.ros.discovery import ExecutiveDirectory
+
+    with ExecutiveDirectory() as graph:
+        executive = look_for(graph, options)
+        if executive is None:
+            return MISSION_FAILED
+        answer = graph.revise(executive.name, _request(mission, options), ANSWER_S)
+    if answer is None:
+        print(f"{executive.name}/revise does not answer", file=sys.stderr)
+        return MISSION_FAILED
+    if options.json:
+        refused = {"is_applied": False, "reasons": [answer.message]}
+        print(answer.revision or json.dumps(refused))
+    else:
+        print(answer.message, file=sys.stdout if answer.success else sys.stderr)
+    return SUCCESS if answer.success else MISSION_FAILED
+
+
+def _examined(options: argparse.Namespace) -> Mission:
+    """Check the file here, so that its errors show their places; Python code is not imported.
+
+    Raises:
+        InputError: With every error.
+    """
+    from bt_mission.language.loader import required
+    from bt_mission.language.permissions import Permissions
+    from bt_mission.sessions.check import examine
+
+    path = mission_file(options)
+    return required(examine(path, servers=None, permissions=Permissions(python="name")))
+
+
+def _request(mission: Mission, options: argparse.Namespace) -> Any:
+    from bt_mission_interfaces.srv import ReviseMission
+
+    return ReviseMission.Request(
+        file=mission.file,
+        text=mission.document.text,
+        include_names=[mission.portable_name(document.file) for document in mission.included],
+        include_texts=[document.text for document in mission.included],
+        dry_run=options.dry_run,
+        keep_goals=options.keep_goals,
+    )
+
+
+COMMANDS = {
+    "revise": Command(
+        revise,
+        "Sends a new version of a mission to the executive that runs it (`run --editable`, "
+        "`serve --editable`). Prints which nodes change, are new and are gone, and which goals "
+        "that touches. The change is applied between two ticks: nodes that stay continue with "
+        "their goals; goals of nodes that change or are gone are cancelled, and no goal is sent "
+        "before these have ended. A version that the running mission cannot become is refused, "
+        "and nothing changes.",
+        (
+            Option(
+                "executive",
+                "name or namespace of the executive, such as /robot1/bt_mission or robot1",
+                completes="executives",
+            ),
+            MISSION,
+            Option("--dry-run", "only print what would change"),
+            Option(
+                "--keep-goals",
+                "let running goals of nodes that change finish with their present values",
+            ),
+            JSON,
+            Option(
+                "--wait SECONDS",
+                "wait at most this time for the executive (default: 5)",
+                seconds,
+                5.0,
+            ),
+            NETWORK,
+        ),
+        EPILOG,
+    )
+}
