@@ -56,7 +56,8 @@ def tree(message: Any) -> Batch:
         for index, node in enumerate(message.nodes)
     )
     start_ns = time_ns(message.stamp)
-    if not message.revision:
+    revision = _revision(message)
+    if not revision:
         return Batch(
             message.run, (events.RunStarted(start_ns, message.run, message.mission, nodes),)
         )
@@ -66,11 +67,19 @@ def tree(message: Any) -> Batch:
         message.mission,
         nodes,
         tuple(map(int, message.kept)),
-        message.revision,
+        revision,
         message.summary,
         start_ns,
     )
-    return Batch(message.run, (revised,), revision=message.revision)
+    return Batch(message.run, (revised,), revision=revision)
+
+
+def _revision(message: Any) -> int:
+    """Return the number of revisions; recordings of earlier versions have none."""
+    try:
+        return int(message.revision)
+    except (AttributeError, KeyError):
+        return 0
 
 
 def requirements(message: Any) -> Batch:
@@ -108,7 +117,9 @@ def changes(message: Any) -> Batch:
     changed: list[events.Event] = list(_statuses(message.changes, stamp_ns))
     if len(message.reset):
         changed.append(events.NodesReset(stamp_ns, tuple(map(int, message.reset))))
-    return Batch(message.run, tuple(changed), message.sequence, revision=message.revision)
+    return Batch(
+        message.run, tuple(changed), message.sequence, revision=_revision(message)
+    )
 
 
 def statuses(answer: Any) -> Batch:

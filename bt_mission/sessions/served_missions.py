@@ -49,7 +49,7 @@ class ServedMissions:
 
     @property
     def python(self) -> PythonUse:
-        """What becomes of Python leaves."""
+        """How Python leaves of these missions are handled."""
         return "import" if self.allow_python else "refuse"
 
     def load(self, goal: Any) -> Mission:

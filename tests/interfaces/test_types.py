@@ -27,7 +27,7 @@ from bt_mission_interfaces.msg import (
     Tree,
     TreeNode,
 )
-from bt_mission_interfaces.srv import GetStatuses, PauseMission, SetBreakpoint
+from bt_mission_interfaces.srv import GetStatuses, PauseMission, ReviseMission, SetBreakpoint
 from example_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
 from nav2_msgs.action import (
@@ -121,14 +121,15 @@ FIELDS = [
         Tree,
         (
             "builtin_interfaces/Time stamp, string run, string mission, "
-            "sequence<bt_mission_interfaces/TreeNode> nodes"
+            "sequence<bt_mission_interfaces/TreeNode> nodes, uint32 revision, "
+            "builtin_interfaces/Time revised, sequence<int32> kept, string summary"
         ),
     ),
     (NodeStatus, "uint32 node, uint8 status, string message"),
     (
         StatusChanges,
         (
-            "builtin_interfaces/Time stamp, string run, uint32 sequence, "
+            "builtin_interfaces/Time stamp, string run, uint32 sequence, uint32 revision, "
             "sequence<bt_mission_interfaces/NodeStatus> changes, sequence<uint32> reset"
         ),
     ),
@@ -153,11 +154,22 @@ FIELDS = [
     ),
     (PauseMission.Request, "boolean keep_goals"),
     (PauseMission.Response, "boolean success, string message"),
+    (
+        ReviseMission.Request,
+        (
+            "string file, string text, sequence<string> include_names, "
+            "sequence<string> include_texts, boolean dry_run, boolean keep_goals"
+        ),
+    ),
+    (ReviseMission.Response, "boolean success, string message, string revision"),
     (SetBreakpoint.Request, "string node, boolean remove"),
     (SetBreakpoint.Response, "boolean success, string message, sequence<string> breakpoints"),
     (
         GetStatuses.Response,
-        "string run, uint32 sequence, sequence<bt_mission_interfaces/NodeStatus> statuses",
+        (
+            "string run, uint32 sequence, uint32 revision, "
+            "sequence<bt_mission_interfaces/NodeStatus> statuses"
+        ),
     ),
     (
         Coverage,

@@ -14,6 +14,7 @@ from bt_mission.ros.mission_node import MissionNode
 from bt_mission.ros.mission_runner import MissionRunner, RunnerOptions
 from bt_mission.sessions.load import load
 from bt_mission.sessions.mission_server import MissionServer, MissionServerOptions
+from bt_mission.sessions.revising import read_revision
 from bt_mission.sessions.scripted_server import ScriptedServer
 from bt_mission.sessions.served_missions import ServedMissions
 from tests.support.rig import Rig
@@ -44,7 +45,9 @@ class Graph(Rig):
         """A server of its own node, which the test plays."""
         return ScriptedServer(self.node(f"{name}_server"), type_name, name, **habits)
 
-    def mission(self, text: str, *, has_controls: bool = False, **where: Any) -> MissionRunner:
+    def mission(
+        self, text: str, *, has_controls: bool = False, editable: bool = False, **where: Any
+    ) -> MissionRunner:
         """The executive of a mission, on a node of its own."""
         mission = load(text)
         options = RunnerOptions(
@@ -52,6 +55,7 @@ class Graph(Rig):
             goal_seed=str(mission.seed),
             has_controls=has_controls,
             has_presence=False,
+            read_revision=read_revision if editable else None,
         )
         node = MissionNode(
             mission, options, node=NodeOptions(context=self.context, lean=True, **where)
