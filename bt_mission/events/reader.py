@@ -117,9 +117,7 @@ def changes(message: Any) -> Batch:
     changed: list[events.Event] = list(_statuses(message.changes, stamp_ns))
     if len(message.reset):
         changed.append(events.NodesReset(stamp_ns, tuple(map(int, message.reset))))
-    return Batch(
-        message.run, tuple(changed), message.sequence, revision=_revision(message)
-    )
+    return Batch(message.run, tuple(changed), message.sequence, revision=_revision(message))
 
 
 def statuses(answer: Any) -> Batch:
