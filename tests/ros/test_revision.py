@@ -45,7 +45,8 @@ def test_a_version_that_another_process_sends_is_applied(ros: Any) -> None:
     """Viewers that were there before, and those that join later, show the new tree."""
     turn = ros.server()
     runner = ros.mission(TWO, has_controls=True, editable=True)
-    seen, state = [], MissionState()
+    state = MissionState()
+    seen: list[Any] = []
     feed = MissionFeed(state)
     for kind, topic, qos, read in (
         (Tree, "tree", LATCHED, reader.tree),
@@ -71,7 +72,8 @@ def test_a_version_that_another_process_sends_is_applied(ros: Any) -> None:
         "RUNNING",
         "INVALID",
     ]
-    late, message = MissionState(), []
+    late = MissionState()
+    message: list[Any] = []
     ros.client.create_subscription(Tree, "/bt_mission/tree", message.append, LATCHED)
     ros.until(lambda: message)
     joined = MissionFeed(late)
