@@ -42,7 +42,7 @@ def bare_trace(text: str, folder: Path) -> str:
         return stage.trace.sha256
 
 
-@pytest.mark.parametrize("name", sample(names("missions"), every=5))
+@pytest.mark.parametrize("name", sample(names("missions"), every=9))
 def test_others_read_every_message_of_each_mission(record: Callable[..., Any], name: str) -> None:
     """All of them, to the last byte; and times that never go back."""
     run = record(name)

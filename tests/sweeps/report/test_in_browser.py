@@ -11,6 +11,7 @@ from bt_mission.sweeps.report.page import write_sweep_page
 from bt_mission.sweeps.store import ResultStore
 from tests.support.browser import BROWSER, Page, browser
 from tests.support.hostile import MARKUP
+from tests.support.thorough import sample
 from tests.sweeps.conftest import origin, write_results
 from tests.sweeps.rows import failed, margin
 
@@ -36,7 +37,7 @@ def opened(chromium: Page, store: ResultStore, *, width: int = 1280, scripts: bo
 
 
 @pytest.mark.parametrize("width", [1280, 390])
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", sample(["light", "dark"], every=2))
 def test_every_figure_is_drawn(chromium: Page, results: ResultStore, width: int, scheme: str):
     """By the policy of the page and without a network, as wide as there is room."""
     chromium.prefer(scheme)

@@ -10,6 +10,7 @@ from bt_mission.core.draws import SeededDraws
 from bt_mission.faults import FAULTS
 from bt_mission.faults.drawing import drawn_faults
 from bt_mission.testing.stages import Stages
+from tests.support.thorough import sample
 
 DRIVES = """\
 mission: drives
@@ -26,7 +27,7 @@ tree:
 """
 
 
-@pytest.mark.parametrize("name", FAULTS)
+@pytest.mark.parametrize("name", sample(FAULTS, every=3))
 def test_a_drawn_fault_can_begin(name: str, tmp_path: Path) -> None:
     """Whatever it breaks, the mission ends, and no goal is left that nobody names."""
     draws = SeededDraws(name)
