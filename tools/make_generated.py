@@ -47,33 +47,30 @@ LASTING = " [lasting s]"
 """The parameter that most faults have."""
 
 
-def fault_table() -> str:
-    """Return a table for each area of faults, and first one of what many parameters mean."""
+def fault_list() -> str:
+    """Return the faults of each area, and first a table of what many parameters mean."""
     at_once = [f"`{name}`" for name, kind in FAULTS.items() if LASTING not in kind.usage]
     meanings = {"lasting": f"s; all but {', '.join(at_once)} take it", **_shared_parameters()}
-    rows = [f"| `{name}` | {text[:1].lower()}{text[1:]} |" for name, text in meanings.items()]
+    rows = [
+        f"| `{name}` | {text[:1].lower()}{text[1:].rstrip('.')} |"
+        for name, text in meanings.items()
+    ]
     head = ["Parameters of several faults:", "", "| parameter | meaning |", "|---|---|"]
-    tables = ["\n".join([*head, *rows])]
+    parts = ["\n".join([*head, *rows])]
     for area in dict.fromkeys(known.area for known in FAULTS.values()):
-        rows = [
-            f"| {_code(known.usage.replace(LASTING, ''))} | {_effect(known)} |"
+        items = [
+            f"- `{known.usage.replace(LASTING, '')}`: {_effect(known)}"
             for known in FAULTS.values()
             if known.area == area
         ]
-        tables.append(
-            "\n".join([f"**{area}**", "", "| fault | what happens |", "|---|---|", *rows])
-        )
-    return "\n\n".join(tables)
+        parts.append("\n".join([f"**{area}**", "", *items]))
+    return "\n\n".join(parts)
 
 
 def fault_groups() -> str:
     """Return the table of the groups that a search draws faults from."""
     rows = [f"| `{name}` | {', '.join(members)} |" for name, members in GROUPS.items()]
     return "\n".join(["| group | faults |", "|---|---|", *rows])
-
-
-def _code(usage: str) -> str:
-    return f"`{usage}`".replace("|", "\\|")
 
 
 def _effect(kind: FaultKind) -> str:
@@ -83,7 +80,7 @@ def _effect(kind: FaultKind) -> str:
         for parameter in kind.parameters.values()
         if parameter.text and shared.get(parameter.name) != parameter.text
     ]
-    return " ".join([kind.text, *arguments]).replace("|", "\\|")
+    return " ".join([kind.text, *arguments])
 
 
 @cache
@@ -224,27 +221,31 @@ def keys_page() -> str:
 
 
 def _tables(schema: Mapping[str, Any], seen: set[str]) -> Iterator[str]:
-    """Yield a table for a file, and one for each part of it that has none yet."""
+    """Yield a table for a file, and a list for each part of it that has none yet."""
     definitions = schema.get("$defs", {})
-    yield _table(schema, definitions)
+    rows = [f"| {names} | {value} |" for names, value in _keys(schema, definitions)]
+    yield "\n".join([*_description(schema), "| key | value |", "|---|---|", *rows, ""])
     for name, part in definitions.items():
         if "properties" in part and name not in seen:
             seen.add(name)
-            yield f"### {_words(name)}\n"
-            yield _table(part, definitions)
+            items = [f"- {names}: {value}" for names, value in _keys(part, definitions)]
+            yield "\n".join([f"### {_words(name)}", "", *_description(part), *items, ""])
 
 
-def _table(part: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
+def _description(part: Mapping[str, Any]) -> list[str]:
     text = " ".join(part.get("description", "").split())
-    lines = [text, ""] if text else []
-    lines += ["| key | value |", "|---|---|"]
+    return [text, ""] if text else []
+
+
+def _keys(part: Mapping[str, Any], definitions: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield the keys of a part with their values in words; keys with equal values together."""
     required = part.get("required", ())
     rows: dict[str, list[str]] = {}
     for key, value in part["properties"].items():
         name = f"**`{key}`**" if key in required else f"`{key}`{_default(value)}"
         rows.setdefault(_value(value, definitions), []).append(name)
-    lines += [f"| {', '.join(names)} | {value} |" for value, names in rows.items()]
-    return "\n".join(lines) + "\n"
+    for value, names in rows.items():
+        yield ", ".join(names), value
 
 
 def _value(value: Mapping[str, Any], definitions: Mapping[str, Any]) -> str:
@@ -388,7 +389,7 @@ def _always(text: str) -> Callable[[str], str]:
 # ---- the files ---------------------------------------------------------------------------------
 
 GENERATED: Mapping[Path, Callable[[str], str]] = {
-    DOCS / "reference" / "scenarios.md": lambda page: between("faults", fault_table(), page),
+    DOCS / "reference" / "scenarios.md": lambda page: between("faults", fault_list(), page),
     DOCS / "reference" / "search.md": lambda page: between("faults", fault_groups(), page),
     DOCS / "reference" / "nature.md": lambda page: between("quantities", nature_table(), page),
     DOCS / "reference" / "actions.md": actions_page,

@@ -273,7 +273,7 @@ FIELD = Parameter(
 HOW = Parameter(
     "how",
     "text",
-    "Stamps are 10 s off. In Python also a function.",
+    "Old and future stamps are 10 s off. In Python also a function.",
     choices=tuple(READY_MADE),
     takes=Callable,
 )
