@@ -18,12 +18,16 @@ from bt_mission.cli.parser import Option, each
 from bt_mission.core.errors import BtMissionError
 
 if TYPE_CHECKING:
+    from bt_mission.views.web.edit.server import EditServer
+    from bt_mission.views.web.edit.workspace import Workspace
     from bt_mission.views.web.live import LiveMission
     from bt_mission.views.web.server import PageServer, WebOptions, WebServer
 
 PORT, LOOPBACK = 8080, "127.0.0.1"
 GROUP = "in a browser"
 NEEDED = ("starlette", "uvicorn", "websockets")
+
+EDITS = "change the files of the folder and run missions with your permissions"
 
 UNSAFE = """\
 --host {host}: other machines can reach the page. Everyone with the link can {what}. The link and \
@@ -51,7 +55,6 @@ def web_options(*instead: str) -> tuple[Option, ...]:
     Args:
         instead: Options of the command that show it in another way.
     """
-    of_page = Option("", "", group=GROUP, needs=each("web"))
     return (
         Option(
             "--web",
@@ -60,13 +63,26 @@ def web_options(*instead: str) -> tuple[Option, ...]:
             excludes=each(*instead),
             check=partial(require_server, "--web"),
         ),
+        *page_options("the page cannot control the mission", "web"),
+    )
+
+
+def page_options(read_only: str, *needs: str) -> tuple[Option, ...]:
+    """Return the address of a page, and what it may do.
+
+    Args:
+        read_only: What it cannot do with `--read-only`.
+        needs: The options with which there is a page.
+    """
+    of_page = Option("", "", group=GROUP, needs=each(*needs))
+    return (
         of_page.but(
             form="--port N",
             help=f"listen on this port (default: {PORT}; 0: any free port)",
             type=port,
         ),
         of_page.but(form="--open", help="open the page in your browser"),
-        of_page.but(form="--read-only", help="the page cannot control the mission"),
+        of_page.but(form="--read-only", help=read_only),
         of_page.but(
             form="--host ADDRESS",
             help="listen on this address (default: 127.0.0.1, which other machines cannot reach)",
@@ -106,6 +122,17 @@ def page_server(options: argparse.Namespace, page: str) -> Iterator[PageServer]:
         yield server
 
 
+@contextmanager
+def edit_server(options: argparse.Namespace, workspace: Workspace) -> Iterator[EditServer]:
+    """As :func:`web_server`, of the editor of a folder."""
+    from bt_mission.views.web.edit.server import EditServer
+
+    server = EditServer(workspace, _web_options(options))
+    what = "read the files of the folder" if options.read_only else EDITS
+    with _announced(options, server, what):
+        yield server
+
+
 def _web_options(options: argparse.Namespace) -> WebOptions:
     from bt_mission.views.web.server import WebOptions
 
@@ -113,13 +140,17 @@ def _web_options(options: argparse.Namespace) -> WebOptions:
 
 
 @contextmanager
-def _announced(options: argparse.Namespace, server: PageServer) -> Iterator[None]:
+def _announced(
+    options: argparse.Namespace, server: PageServer, what: str = ""
+) -> Iterator[None]:
     from bt_mission.views.web.gate import is_loopback
 
     host = options.host or LOOPBACK
     with closing(server):
         if not is_loopback(host):
-            what = "watch the mission" if options.read_only else "watch and stop the mission"
+            what = what or (
+                "watch the mission" if options.read_only else "watch and stop the mission"
+            )
             print(UNSAFE.format(host=host, what=what, port=server.port), file=sys.stderr)
         to_stderr(f"in a browser: {server.link}")
         if options.open:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from bt_mission.core.text import escape_control
@@ -14,6 +14,11 @@ from bt_mission.language.nodes.registry import KINDS
 
 MOST_TEXT = 60
 """Characters of a value that a box shows."""
+
+MISSION, NAMED_TREE = "mission", "named tree"
+"""The kinds of the boxes that are no nodes."""
+
+GLYPHS = {MISSION: "◎", NAMED_TREE: "▣"}
 
 UNKNOWN = "?"
 """The kind of a mapping in the place of a node that names no kind."""
@@ -39,6 +44,8 @@ class Box:
     start: int
     end: int
     is_empty: bool = False
+    values: Mapping[str, str] = field(default_factory=dict)
+    """What is written in its fields, by their keys with dots between them."""
 
     def as_row(self) -> dict[str, Any]:
         """Return it for a page."""
@@ -50,28 +57,47 @@ class Box:
             "name": escape_control(self.name),
             "detail": escape_control(self.detail),
             "family": (model.sign.family if model else Family.OTHER).value,
-            "glyph": model.sign.glyph if model else UNKNOWN,
+            "glyph": model.sign.glyph if model else GLYPHS.get(self.kind, UNKNOWN),
             "start": self.start,
             "end": self.end,
             "is_empty": self.is_empty,
             "takes_list": self.kind in LIST_KEYS,
+            "values": dict(self.values),
         }
 
 
 def outline(root: Span, text: str) -> list[Box]:
-    """Return the boxes of a mission: its tree, then its named trees, each with its nodes below."""
+    """Return the boxes of a mission: itself, its tree, then its named trees."""
     boxes: list[Box] = []
+    if root.kind != "map":
+        return boxes
+    names = {key: root.parts[key].text for key in ("mission", "world") if key in root.parts}
+    values = dict(_values(root, ("tree", "trees"), text))
+    name, detail = names.get("mission", ""), names.get("world", "")
+    boxes.append(Box((), -1, MISSION, name, detail, root.start, root.end, values=values))
     tree = root.parts.get("tree")
     if tree is not None:
-        _take(boxes, tree, ("tree",), -1, text)
+        _take(boxes, tree, ("tree",), 0, text)
     trees = root.parts.get("trees")
     for name, definition in (trees.parts if trees else {}).items():
         path: Path = ("trees", name)
-        boxes.append(Box(path, -1, "trees", name, "", definition.start, definition.end))
+        boxes.append(Box(path, 0, NAMED_TREE, name, "", definition.start, definition.end))
         body = definition.parts.get("do")
         if body is not None:
             _take(boxes, body, (*path, "do"), len(boxes) - 1, text)
     return boxes
+
+
+def _values(node: Span, left_out: Collection[str], text: str) -> Iterator[tuple[str, str]]:
+    """Yield what is written in the fields of a node, and in the fields of those."""
+    for key, part in node.parts.items():
+        if key in left_out:
+            continue
+        if part.kind == "map":
+            for inner, value in part.parts.items():
+                yield f"{key}.{inner}", _written(value, text)
+        else:
+            yield key, _written(part, text)
 
 
 def kind_of(node: Span) -> str:
@@ -98,7 +124,9 @@ def _take(boxes: list[Box], node: Span, path: Path, parent: int, text: str) -> N
         value = node.parts.get(kind)
         detail = "" if value is None or kind in LIST_KEYS else _on_one_line(value, text)
         detail = "" if kind == "invert" else detail
-        boxes.append(Box(path, parent, kind, name, detail, node.start, node.end))
+        left_out = (*LIST_KEYS, *CHILD_KEYS)
+        values = dict(_values(node, left_out, text))
+        boxes.append(Box(path, parent, kind, name, detail, node.start, node.end, values=values))
         below = [(child, (*path, *rest), index) for child, rest in _places(node, kind)]
         waiting.extend(reversed(below))
 
@@ -118,13 +146,13 @@ def _places(node: Span, kind: str) -> Iterator[tuple[Span, Path]]:
 
 
 def _on_one_line(value: Span, text: str) -> str:
-    written = text[value.start : value.end]
-    if value.kind == "map" and not value.is_flow:
-        pairs = (f"{key}: {_on_one_line(part, text)}" for key, part in value.parts.items())
-        written = ", ".join(pairs)
-    elif value.kind == "map":
-        written = written.strip("{}")
-    elif value.kind == "scalar":
-        written = value.text
-    written = " ".join(written.split())
+    written = _written(value, text)
+    written = written.strip("{}") if value.is_flow and value.kind == "map" else written
     return written if len(written) <= MOST_TEXT else written[: MOST_TEXT - 1] + "…"
+
+
+def _written(value: Span, text: str) -> str:
+    if value.kind == "map" and not value.is_flow:
+        return ", ".join(f"{key}: {_written(part, text)}" for key, part in value.parts.items())
+    written = value.text if value.kind == "scalar" else text[value.start : value.end]
+    return " ".join(written.split())

@@ -26,12 +26,26 @@ from bt_mission.editing.source import (
 )
 from bt_mission.editing.spans import Path, read_spans
 
+UNTITLED = "untitled"
+"""The name of a new mission."""
+
 
 def add(text: str, target: Path, node: str) -> Edits:
     """Put a new node, given as YAML, at a target."""
     source = Source(text)
     piece = Piece.of(node)
     return _checked(source, source.insertion(target, piece), lambda data: _put(data, target, piece))
+
+
+def begin(text: str, node: str) -> Edits:
+    """Make a node the tree of a mission that has none; of an empty text, make a mission."""
+    source = Source(text)
+    if not source.root.is_empty:
+        return add(text, ("tree",), node)
+    piece = Piece.of(node)
+    lines = f"mission: {UNTITLED}\ntree:{source.below(0, piece)}\n"
+    expected = {**read_spans(f"mission: {UNTITLED}").raw, "tree": piece.raw}
+    return _checked(source, (source.at_end(lines),), lambda _: expected)
 
 
 def delete(text: str, path: Path) -> Edits:

@@ -285,7 +285,7 @@ class Source:
             entry = parent.keys[key]
             return Edit(entry.colon, max(value.end, entry.colon), f" {piece.flow}")
         margin = self._column(parent.start)
-        lines = self._below(margin, piece)
+        lines = self.below(margin, piece)
         if value is None:
             end = self._behind(parent, key, ())
             return Edit(end, end, f"\n{' ' * margin}{key}:{lines}")
@@ -295,10 +295,17 @@ class Source:
         return Edit(entry.colon, self._line_end(end), f"{tail.group() if tail else ''}{lines}")
 
     @staticmethod
-    def _below(margin: int, piece: Piece) -> str:
+    def below(margin: int, piece: Piece) -> str:
+        """Return the lines of a node below a key, which is indented by a margin."""
         block, inner = piece.in_block, " " * (margin + STEP)
         lines = [*(inner + line for line in piece.above), inner + block.at(margin + STEP)]
         return "\n" + "\n".join(lines)
+
+    def at_end(self, lines: str) -> Edit:
+        """Return the edit that puts lines at the end of the text."""
+        end = len(self.text)
+        is_whole = not self.text or self.text.endswith("\n")
+        return Edit(end, end, lines if is_whole else f"\n{lines}")
 
     def removal(self, path: Path) -> Edits:
         """Return the edits that remove a node; a list without nodes is empty then."""
@@ -376,6 +383,8 @@ class Source:
             if span.kind == "alias":
                 raise PatchError("this value is an alias; edit the value of its anchor")
         rest = [str(key) for key in whole[depth:]]
+        if not whole[:depth] and span.is_empty:
+            return (self.at_end(self._pair(rest, value, is_plain=True) + "\n"),)
         if not rest:
             return (self._new_value(whole, span, value),)
         parent_path = whole[:depth]

@@ -111,7 +111,7 @@ def kinds() -> Mapping[str, KindFacts]:
     robot = load_robot(DEFAULT_ROBOT)
     facts = [_kind(kind, model, schema, robot) for kind, model in KINDS.items()]
     order = [family.value for family in Family]
-    facts.sort(key=lambda kind: order.index(kind.family))
+    facts.sort(key=lambda kind: (order.index(kind.family), kind.kind not in ACTION_NAMES))
     return {kind.kind: kind for kind in facts}
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import ipaddress
 import re
 import secrets
-from collections.abc import Awaitable, Callable, MutableMapping
+from collections.abc import Awaitable, Callable, Mapping, MutableMapping
 from contextlib import AbstractContextManager
 from typing import Any
 from urllib.parse import urlsplit
@@ -39,6 +39,14 @@ HEADERS = {
     "x-frame-options": "DENY",
 }
 
+FRAMED_HEADERS = HEADERS | {
+    "content-security-policy": HEADERS["content-security-policy"].replace(
+        "frame-ancestors 'none'", "frame-ancestors 'self'; frame-src 'self'"
+    ),
+    "x-frame-options": "SAMEORIGIN",
+}
+"""The same for a page that shows another page of its server in a frame."""
+
 
 class Gate:
     """Passes requests with the token and a name of this server on to an application.
@@ -48,6 +56,7 @@ class Gate:
         token: The first part of each path.
         host: The address of the server; a name by which it may be called.
         admitted: The context in which an admitted request is served.
+        headers: Those of every answer.
     """
 
     def __init__(
@@ -56,7 +65,9 @@ class Gate:
         token: str,
         host: str,
         admitted: Callable[[Scope], AbstractContextManager[None]],
+        headers: Mapping[str, str] = HEADERS,
     ) -> None:
+        self._headers = headers
         self._app = app
         self._token = token
         self._host = host
@@ -78,7 +89,7 @@ class Gate:
             if message["type"] == "http.response.start":
                 more = [
                     (name.encode(), value.format(socket=f"ws://{named}").encode())
-                    for name, value in HEADERS.items()
+                    for name, value in self._headers.items()
                 ]
                 message = {**message, "headers": [*message.get("headers", ()), *more]}
             await send(message)

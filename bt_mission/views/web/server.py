@@ -18,7 +18,7 @@ from typing_extensions import override
 from bt_mission.core.guarded_server import Connections, FrameRate, GuardedServer, listening_socket
 from bt_mission.core.html.pages import render
 from bt_mission.core.wall_clock import Stopwatch
-from bt_mission.views.web.gate import Gate
+from bt_mission.views.web.gate import HEADERS, Gate
 from bt_mission.views.web.live import LiveMission
 from bt_mission.views.web.page_requests import LONGEST
 from bt_mission.views.web.pages import OpenPages
@@ -71,6 +71,9 @@ class PageServer:
         BtMissionError: Where it cannot listen there.
     """
 
+    headers = HEADERS
+    """Those of every answer."""
+
     def __init__(self, index: str, options: WebOptions, *routes: BaseRoute) -> None:
         self._files = {**page_files(), "index.html": index.encode()}
         self._frame_s = options.frame_s
@@ -82,7 +85,11 @@ class PageServer:
         files = (Route("/", self._file), Route("/{name}", self._file))
         connections = Connections()
         gate = Gate(
-            Starlette(routes=[*files, *routes]), self.token, options.host, connections.admitted
+            Starlette(routes=[*files, *routes]),
+            self.token,
+            options.host,
+            connections.admitted,
+            self.headers,
         )
         self._server = GuardedServer(gate, connections, FRAMES, most_bytes=4 * LONGEST)
 

@@ -1,0 +1,78 @@
+"""``bt-mission edit``: write, check, draw, run and prove missions in a browser."""
+
+from __future__ import annotations
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+from bt_mission.cli.exits import SUCCESS
+from bt_mission.cli.parser import Command, Option
+from bt_mission.cli.web import edit_server, page_options, require_server
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import SUFFIXES
+
+EPILOG = """\
+examples:
+  bt-mission edit missions/explore.yaml --open    one file
+  bt-mission edit                                 all YAML files of this folder
+  bt-mission edit tour.yaml                       a new file, written with the first save
+
+exit codes: 0 after Ctrl-C, 2 bad input
+"""
+
+
+def edit(options: argparse.Namespace) -> int:
+    """Serve the editor until Ctrl-C."""
+    path: Path = options.file
+    if path.suffix in SUFFIXES:
+        if not path.parent.is_dir():
+            raise BtMissionError(f"{path}: the folder {path.parent} does not exist", code="BT-101")
+    elif not path.is_dir():
+        what = ", ".join(SUFFIXES)
+        message = f"{path}: expected a folder, or a file with the suffix {what}"
+        raise BtMissionError(message, code="BT-101")
+    require_server("bt-mission edit")
+    import asyncio
+
+    from bt_mission.core.dds.middleware import prepare_middleware
+
+    prepare_middleware()
+    from bt_mission.core.interrupts import InterruptSignals
+    from bt_mission.editing.vocabulary import kinds
+    from bt_mission.views.web.edit.workspace import Workspace
+
+    kinds()  # reads the types of all actions, once
+
+    with InterruptSignals() as leaving, edit_server(options, Workspace(path)) as server:
+
+        async def serve() -> None:
+            try:
+                await server.serve(lambda: leaving.count > 0)
+            finally:
+                await server.stop()
+
+        asyncio.run(serve())
+    return SUCCESS
+
+
+COMMANDS = {
+    "edit": Command(
+        edit,
+        "Serves an editor for missions on a page of this machine: the text, the tree as a drawing, "
+        "and runs on the stage. Every change in the drawing is a change of the text, and of no "
+        "other line. Unsaved text is kept beside its file, as .NAME.unsaved.",
+        (
+            Option(
+                "file",
+                "a YAML file, also a new one, or a folder (default: this folder)",
+                type=Path,
+                nargs="?",
+                default=Path(),
+                check=partial(require_server, "bt-mission edit"),
+            ),
+            *page_options("the page cannot save, run or prove"),
+        ),
+        EPILOG,
+    )
+}

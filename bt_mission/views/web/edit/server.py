@@ -1,0 +1,354 @@
+"""The server of the editor: requests of its page, each a JSON object with a JSON object as answer."""
+
+from __future__ import annotations
+
+import asyncio
+import difflib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket
+
+from bt_mission.core import files
+from bt_mission.core.diagnostics import InputError
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import kind_of
+from bt_mission.core.html.pages import render
+from bt_mission.core.wall_clock import Stopwatch
+from bt_mission.core.yaml.document import MAX_BYTES
+from bt_mission.editing import patches
+from bt_mission.editing.completion import completion, definition, hover
+from bt_mission.editing.source import Edits, applied
+from bt_mission.editing.vocabulary import as_json
+from bt_mission.views.web.edit.checks import boxes, check_mission, explanation, marks
+from bt_mission.views.web.edit.children import Child, relay
+from bt_mission.views.web.edit.workspace import ConflictError, EditError, Workspace
+from bt_mission.views.web.gate import FRAMED_HEADERS
+from bt_mission.views.web.server import PageServer, WebOptions
+
+LONGEST_BODY = 4 * MAX_BYTES
+LEADER_S = 4.0
+"""Wall time without a message of a page after which another page may edit its file."""
+
+SPEEDS = ("1", "4", "16")
+PROOF_BUDGET = "20s"
+
+
+class RequestError(BtMissionError):
+    """A request that is not one of our page."""
+
+    code = "BT-1302"
+
+
+@dataclass
+class _Shared:
+    """A file that pages have open: one of them edits it, the others follow."""
+
+    leader: str = ""
+    text: str | None = None
+    seen: Stopwatch = field(default_factory=Stopwatch)
+
+
+class EditServer(PageServer):
+    """Serves the editor of a workspace.
+
+    Args:
+        workspace: Its files.
+        options: See :class:`PageServer`.
+    """
+
+    headers = FRAMED_HEADERS
+
+    def __init__(self, workspace: Workspace, options: WebOptions) -> None:
+        self._workspace = workspace
+        self._shared: dict[str, _Shared] = {}
+        self._run: Child | None = None
+        self._proof: Child | None = None
+        self._watch = render("views/web/page/index.html").encode()
+        self._is_read_only = options.is_read_only
+        acts: Mapping[str, Callable[[dict[str, Any]], Any]] = {
+            "vocabulary": lambda _: _vocabulary(),
+            "files": self._list,
+            "open": self._open,
+            "state": self._state,
+            "check": self._check,
+            "look": self._look_at,
+            "act": _act,
+            "complete": self._complete,
+            "hover": self._hover,
+            "define": _define,
+            "explain": lambda asked: {"entry": explanation(_text(asked, "code"))},
+            "differ": _differ,
+            "save": self._save,
+            "run": self._start_run,
+            "ran": self._ran,
+            "prove": self._start_proof,
+            "proved": self._proved,
+        }
+        routes = [Route(f"/api/{name}", self._answer(act), methods=["POST"]) for name, act in acts.items()]
+        super().__init__(
+            render("views/web/page/edit.html"),
+            options,
+            *routes,
+            Route("/run/", self._page_of_run),
+            Route("/run/{name}", self._file),
+            WebSocketRoute("/run/live", self._live),
+        )
+
+    async def stop(self) -> None:
+        """End the run and the proof."""
+        for child in (self._run, self._proof):
+            if child is not None:
+                await child.stop()
+
+    def _answer(self, act: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:
+        async def answer(request: Request) -> Response:
+            try:
+                given = act(await _body(request))
+                facts = await given if asyncio.iscoroutine(given) else given
+            except ClientDisconnect:
+                return Response(status_code=400)
+            except ConflictError as error:
+                facts = {"error": str(error), "code": error.code, "theirs": error.theirs}
+            except InputError as error:
+                facts = {"error": error.on_one_line, "code": error.diagnostics[0].code}
+            except BtMissionError as error:
+                facts = {"error": str(error), "code": error.code}
+            return JSONResponse(facts)
+
+        return answer
+
+    # ---- files ---------------------------------------------------------------------------
+
+    def _list(self, _: dict[str, Any]) -> dict[str, Any]:
+        return {
+            "files": self._workspace.files(),
+            "folder": str(self._workspace.root),
+            "is_read_only": self._is_read_only,
+        }
+
+    def _open(self, asked: dict[str, Any]) -> dict[str, Any]:
+        name = _text(asked, "name")
+        loaded = self._workspace.read(name)
+        return {"name": name, "text": loaded.text, "draft": self._workspace.draft(name)}
+
+    def _state(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Return who edits a file, with the text for pages that follow."""
+        name, page = _text(asked, "name"), _text(asked, "page")
+        disk = self._workspace.read(name).text if self._workspace.path(name).exists() else None
+        shared = self._shared.setdefault(name, _Shared())
+        is_free = not shared.leader or shared.seen.elapsed_s > LEADER_S or asked.get("take")
+        if shared.leader == page or is_free:
+            shared.leader, shared.seen = page, Stopwatch()
+            if isinstance(asked.get("text"), str):
+                shared.text = asked["text"]
+            is_changed = "base" in asked and disk != asked["base"]
+            return {"leads": True, "is_changed": is_changed, "exists": disk is not None}
+        return {"leads": False, "text": disk if shared.text is None else shared.text}
+
+    def _save(self, asked: dict[str, Any]) -> dict[str, Any]:
+        if self._is_read_only:
+            raise EditError("this page is read-only: start it without --read-only")
+        name, text, base = (_text(asked, key) for key in ("name", "text", "base"))
+        self._workspace.save(name, text, base, is_forced=bool(asked.get("is_forced")))
+        return {"text": text}
+
+    # ---- the text ------------------------------------------------------------------------
+
+    def _check(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Check a text, and keep it beside its file as long as it is not saved."""
+        facts = self._look_at(asked)
+        if not self._is_read_only:
+            facts["lost"] = self._workspace.keep_draft(_text(asked, "name"), _text(asked, "text"))
+        return facts
+
+    def _look_at(self, asked: dict[str, Any]) -> dict[str, Any]:
+        """Return the marks and the nodes of a text."""
+        text, path = _text(asked, "text"), self._workspace.path(_text(asked, "name"))
+        kind = "mission" if not path.exists() else kind_of(path)
+        if kind != "mission":
+            return {"marks": [], "boxes": [], "lost": ""}
+        units = _units(text)
+        notes = marks(check_mission(text, path), text, path)
+        for mark in notes:
+            mark["from"], mark["to"] = units(mark["from"]), units(mark["to"])
+        return {"marks": notes, "boxes": _boxes(text), "lost": ""}
+
+    def _complete(self, asked: dict[str, Any]) -> dict[str, Any]:
+        text, offset = _placed(asked)
+        path = self._workspace.path(_text(asked, "name"))
+        words = completion(text, offset, str(path))
+        return {"from": _units(text)(words.start), "options": [asdict(one) for one in words.options]}
+
+    def _hover(self, asked: dict[str, Any]) -> dict[str, Any]:
+        text, offset = _placed(asked)
+        option = hover(text, offset, str(self._workspace.path(_text(asked, "name"))))
+        return {"option": None if option is None else asdict(option)}
+
+    # ---- runs and proofs -----------------------------------------------------------------
+
+    async def _start_run(self, asked: dict[str, Any]) -> dict[str, Any]:
+        if self._run is not None:
+            await self._run.stop()
+            self._run = None
+        if asked.get("stop"):
+            return {}
+        speed = _text(asked, "speed")
+        if speed not in SPEEDS:
+            raise RequestError(f"expected one of the speeds {', '.join(SPEEDS)}")
+        words = ("--web", "--port=0", f"--speed={speed}")
+        self._run = self._child(asked, "run", *words)
+        return {}
+
+    def _ran(self, _: dict[str, Any]) -> dict[str, Any]:
+        run = self._run
+        if run is None:
+            return {"state": "none"}
+        state = "over" if run.is_over else "served" if run.link else "starting"
+        return {"state": state, "lines": run.lines[-20:]}
+
+    async def _start_proof(self, asked: dict[str, Any]) -> dict[str, Any]:
+        if self._proof is not None:
+            await self._proof.stop()
+        self._proof = self._child(asked, "prove", "--json", f"--budget={PROOF_BUDGET}")
+        return {}
+
+    def _proved(self, _: dict[str, Any]) -> dict[str, Any]:
+        proof = self._proof
+        if proof is None or not proof.is_over:
+            return {"is_over": False}
+        return {"is_over": True, "result": proof.result, "lines": proof.lines[-20:]}
+
+    def _child(self, asked: dict[str, Any], command: str, *words: str) -> Child:
+        if self._is_read_only:
+            raise EditError("this page is read-only: start it without --read-only")
+        name = _text(asked, "name")
+        trial = self._workspace.trial(name, _text(asked, "text"))
+        return Child(trial, (command, str(trial), *words))
+
+    async def _page_of_run(self, _: Request) -> Response:
+        return Response(self._watch, media_type="text/html; charset=utf-8")
+
+    async def _live(self, socket: WebSocket) -> None:
+        run = self._run
+        if run is None or not run.link:
+            await socket.close(1013, "no mission runs")
+            return
+        await relay(socket, run.link)
+
+
+def _vocabulary() -> dict[str, Any]:
+    named = {"worlds": files.names("worlds"), "robots": files.names("robots")}
+    return {**as_json(), **named}
+
+
+async def _body(request: Request) -> dict[str, Any]:
+    body = bytearray()
+    async for chunk in request.stream():
+        body += chunk
+        if len(body) > LONGEST_BODY:
+            raise RequestError(f"the request exceeds {LONGEST_BODY:,} bytes")
+    try:
+        asked = json.loads(body or b"{}")
+    except (ValueError, RecursionError):
+        raise RequestError("the request is not JSON") from None
+    if not isinstance(asked, dict):
+        raise RequestError("expected a JSON object")
+    return asked
+
+
+def _text(asked: Mapping[str, Any], key: str) -> str:
+    value = asked.get(key)
+    if not isinstance(value, str):
+        raise RequestError(f"'{key}' is missing")
+    return value
+
+
+def _path(asked: Mapping[str, Any], key: str) -> tuple[str | int, ...]:
+    value = asked.get(key)
+    if not isinstance(value, list) or not all(type(part) in (str, int) for part in value):
+        raise RequestError(f"'{key}' is not a path")
+    return tuple(value)
+
+
+def _boxes(text: str) -> list[dict[str, Any]] | None:
+    rows = boxes(text)
+    units = _units(text)
+    for row in rows or ():
+        row["start"], row["end"] = units(row["start"]), units(row["end"])
+    return rows
+
+
+def _act(asked: dict[str, Any]) -> dict[str, Any]:
+    """Return an act as edits of the text, and the nodes afterwards."""
+    text = _text(asked, "text")
+    edits = _edits(text, asked)
+    units = _units(text)
+    return {
+        "edits": [
+            {"from": units(edit.start), "to": units(edit.end), "insert": edit.text} for edit in edits
+        ],
+        "boxes": _boxes(applied(text, edits)),
+    }
+
+
+def _edits(text: str, asked: Mapping[str, Any]) -> Edits:
+    do = _text(asked, "do")
+    if do == "begin":
+        return patches.begin(text, _text(asked, "value"))
+    if do == "add":
+        return patches.add(text, _path(asked, "target"), _text(asked, "value"))
+    path = _path(asked, "path")
+    match do:
+        case "move":
+            return patches.move(text, path, _path(asked, "target"))
+        case "copy":
+            target = _path(asked, "target") if "target" in asked else None
+            return patches.copy(text, path, target)
+        case "delete":
+            return patches.delete(text, path)
+        case "wrap":
+            return patches.wrap(text, path, _text(asked, "kind"), _text(asked, "value"))
+        case "unwrap":
+            return patches.unwrap(text, path)
+        case "rename":
+            return patches.rename(text, path, _text(asked, "value"))
+        case "set":
+            value = asked.get("value")
+            if value is not None and asked.get("is_text"):
+                value = patches.as_text(_text(asked, "value"))
+            keys = [str(key) for key in _path(asked, "keys")]
+            return patches.set_field(text, path, keys, value if isinstance(value, str) else None)
+    raise RequestError(f"unknown act '{do[:40]}'")
+
+
+def _placed(asked: Mapping[str, Any]) -> tuple[str, int]:
+    text, at = _text(asked, "text"), asked.get("at")
+    if type(at) is not int or at < 0:
+        raise RequestError("'at' is not an offset")
+    return text, len(text.encode("utf-16-le")[: 2 * at].decode("utf-16-le", "ignore"))
+
+
+def _define(asked: dict[str, Any]) -> dict[str, Any]:
+    text, offset = _placed(asked)
+    place = definition(text, offset)
+    return {"at": None if place is None else _units(text)(place)}
+
+
+def _differ(asked: dict[str, Any]) -> dict[str, Any]:
+    """Return the lines that differ between two texts, with some around them."""
+    before, after = (_text(asked, key).splitlines() for key in ("before", "after"))
+    lines: Sequence[str] = list(difflib.unified_diff(before, after, lineterm="", n=2))[2:]
+    return {"lines": lines}
+
+
+def _units(text: str) -> Callable[[int], int]:
+    """Return what turns offsets in characters into those of JavaScript, in units of UTF-16."""
+    if text.isascii() or max(text, default="") < "\U00010000":
+        return lambda offset: offset
+    return lambda offset: len(text[:offset].encode("utf-16-le")) // 2

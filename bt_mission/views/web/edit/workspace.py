@@ -1,0 +1,178 @@
+"""The files that the editor may read and write: those of one folder, and nothing else."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bt_mission.core.errors import BtMissionError
+from bt_mission.core.files import SUFFIXES, kind_of
+from bt_mission.core.yaml.document import MAX_BYTES, read_source
+
+MOST_FILES = 500
+MOST_LEVELS = 4
+"""Folders below the root that are searched for files."""
+
+UNSAVED, TRIAL = ".unsaved", ".run.yaml"
+"""Endings of the files beside a file: its unsaved text, and the text that a run or proof uses."""
+
+
+class EditError(BtMissionError):
+    """A file that the editor cannot read or write."""
+
+    code = "BT-1302"
+
+
+class ConflictError(BtMissionError):
+    """A file that has changed on disk since it was opened; `theirs` is its text now."""
+
+    code = "BT-1303"
+
+    def __init__(self, name: str, theirs: str | None) -> None:
+        what = "has changed on disk" if theirs is not None else "no longer exists"
+        super().__init__(f"{name} {what} since it was opened; nothing was saved")
+        self.theirs = theirs
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A file: its text with line feeds, and the line ends of the file."""
+
+    text: str
+    newline: str
+
+
+class Workspace:
+    """The YAML files of a folder.
+
+    Args:
+        root: The folder, or a single file.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.only = root.name if root.is_file() or root.suffix in SUFFIXES else None
+        self.root = (root.parent if self.only else root).resolve()
+
+    def files(self) -> list[dict[str, Any]]:
+        """Return the names of the files, with their kinds and whether there is unsaved text."""
+        if self.only is not None:
+            return [self._row(self.only)]
+        return [self._row(name) for name in self._names()]
+
+    def path(self, name: str) -> Path:
+        """Return the path of a file by its name in the folder.
+
+        Raises:
+            EditError: The name is not that of a YAML file in the folder.
+        """
+        path = self.root / name
+        is_valid = (
+            path.suffix in SUFFIXES
+            and "\0" not in name
+            and len(name) < 250
+            and not any(part.startswith(".") for part in Path(name).parts)
+            and (self.only is None or name == self.only)
+        )
+        if not is_valid or not path.resolve().is_relative_to(self.root):
+            raise EditError(f"{name!r} is not a YAML file of this folder")
+        return path
+
+    def read(self, name: str) -> Loaded:
+        """Return a file; a new one is empty. Raises InputError or EditError."""
+        path = self.path(name)
+        if not path.exists():
+            return Loaded("", "\n")
+        text = read_source(path)
+        newline = "\r\n" if "\r\n" in text and "\n" not in text.replace("\r\n", "") else "\n"
+        return Loaded(text.replace("\r\n", "\n") if newline == "\r\n" else text, newline)
+
+    def save(self, name: str, text: str, base: str, *, is_forced: bool = False) -> None:
+        """Replace a file as a whole, if its text is still the base.
+
+        Raises:
+            ConflictError: The file has changed.
+            EditError: The file cannot be written.
+        """
+        path = self.path(name)
+        now = self.read(name)
+        if now.text != base and not is_forced:
+            raise ConflictError(name, now.text if path.exists() else None)
+        self._write(path, text.replace("\n", now.newline))
+        self.drop_draft(name)
+
+    def draft(self, name: str) -> str | None:
+        """Return the unsaved text beside a file; None without one."""
+        try:
+            text = self._beside(name, UNSAVED).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            return None
+        return text if text != self.read(name).text else None
+
+    def keep_draft(self, name: str, text: str) -> str:
+        """Keep unsaved text beside a file; return why it cannot be kept, or an empty text."""
+        if len(text) > MAX_BYTES:
+            return f"the text exceeds {MAX_BYTES:,} bytes"
+        try:
+            if text == self.read(name).text:
+                self.drop_draft(name)
+            else:
+                self._write(self._beside(name, UNSAVED), text)
+        except BtMissionError as error:
+            return str(error)
+        return ""
+
+    def drop_draft(self, name: str) -> None:
+        """Delete the unsaved text beside a file."""
+        with suppress(OSError):
+            self._beside(name, UNSAVED).unlink()
+
+    def trial(self, name: str, text: str) -> Path:
+        """Write a text beside its file, for a run of it; return its path."""
+        path = self._beside(name, TRIAL)
+        self._write(path, text)
+        return path
+
+    def _beside(self, name: str, suffix: str) -> Path:
+        path = self.path(name)
+        return path.with_name(f".{path.name}{suffix}")
+
+    def _row(self, name: str) -> dict[str, Any]:
+        path = self.root / name
+        try:
+            kind = kind_of(path) if path.exists() else "mission"
+        except BtMissionError:
+            kind = "mission"
+        return {"name": name, "kind": kind, "is_unsaved": self._beside(name, UNSAVED).exists()}
+
+    def _names(self) -> Iterator[str]:
+        count = 0
+        for folder, folders, names in os.walk(self.root):
+            level = len(Path(folder).relative_to(self.root).parts)
+            folders[:] = sorted(one for one in folders if one[0] not in "._" and level < MOST_LEVELS)
+            for name in sorted(names):
+                if Path(name).suffix in SUFFIXES and name[0] != "." and count < MOST_FILES:
+                    count += 1
+                    yield str((Path(folder) / name).relative_to(self.root))
+
+    @staticmethod
+    def _write(path: Path, text: str) -> None:
+        """Replace a file: either all of the new text is there afterwards, or the old one."""
+        try:
+            mode = path.stat().st_mode & 0o777 if path.exists() else 0o644
+            with tempfile.NamedTemporaryFile(
+                "w", dir=path.parent, prefix=".", delete=False, encoding="utf-8", newline=""
+            ) as file:
+                file.write(text)
+            try:
+                Path(file.name).chmod(mode)
+                Path(file.name).replace(path)
+            except OSError:
+                Path(file.name).unlink()
+                raise
+        except OSError as error:
+            raise EditError(f"{path.name}: cannot be written ({error.strerror})") from None

@@ -1,0 +1,423 @@
+// The editor: one text, shown as text and as a drawing, with its checks, its run and its proof.
+
+import { ask, connected } from "./edit_api.js";
+import { Form, Palette } from "./edit_form.js";
+import { RunPane, findingList, prove, runPaths } from "./edit_run.js";
+import { TextPane } from "./edit_text.js";
+import { Drawing, keyOf } from "./edit_tree.js";
+import { byId, element } from "./words.js";
+
+const CHECK_MS = 250;
+const STATE_MS = 1000;
+const page = crypto.randomUUID();
+const at = { name: "", base: "", leads: true, isReadOnly: false, marks: [], isConflict: false };
+let vocabulary, text, drawing, form, palette, runs;
+let checkTimer = 0;
+let acts = Promise.resolve();
+
+// ---- notices -----------------------------------------------------------------------------------
+
+function banner(id, words, buttons = [], isBad = false) {
+  byId(`banner-${id}`)?.remove();
+  if (!words) return;
+  const bar = element("div", `banner${isBad ? " is-bad" : ""}`, element("span", "", words));
+  bar.id = `banner-${id}`;
+  for (const [label, act] of buttons) {
+    const button = element("button", "", label);
+    button.type = "button";
+    button.addEventListener("click", () => { bar.remove(); act(); });
+    bar.append(button);
+  }
+  byId("banners").append(bar);
+}
+
+const refuse = (words) => banner("refusal", words, [["Close", () => {}]], true);
+
+function openWindow(title, body, buttons) {
+  byId("window-title").textContent = title;
+  byId("window-body").replaceChildren(...body);
+  byId("window-buttons").replaceChildren(...[...buttons, ["Close", () => {}]].map(([label, act]) => {
+    const button = element("button", "", label);
+    button.type = "button";
+    button.addEventListener("click", () => { byId("window").close(); act(); });
+    return button;
+  }));
+  if (!byId("window").open) byId("window").showModal();
+}
+
+function lines(differences) {
+  const shown = element("pre", "");
+  for (const line of differences.length ? differences : ["no difference"]) {
+    shown.append(element("span", line[0] === "+" ? "plus" : line[0] === "-" ? "minus" : "", line), "\n");
+  }
+  return shown;
+}
+
+// ---- the text and what follows from it ---------------------------------------------------------
+
+const isUnsaved = () => text.text !== at.base;
+
+function showState() {
+  byId("unsaved").hidden = !isUnsaved();
+  const errors = at.marks.filter((mark) => mark.severity === "error").length;
+  const warnings = at.marks.length - errors;
+  const counted = (count, word) => (count ? [`${count} ${word}${count > 1 ? "s" : ""}`] : []);
+  const button = byId("problems");
+  button.textContent = [...counted(errors, "error"), ...counted(warnings, "warning")].join(", ") || "no problems";
+  button.classList.toggle("has-errors", errors > 0);
+  button.classList.toggle("has-warnings", !errors && warnings > 0);
+  byId("save").disabled = at.isReadOnly || !at.leads;
+  document.title = `${isUnsaved() ? "• " : ""}${at.name} – bt-mission edit`;
+}
+
+function changed(isAct) {
+  clearTimeout(checkTimer);
+  checkTimer = setTimeout(check, isAct ? 0 : CHECK_MS);
+  showState();
+}
+
+async function check() {
+  const written = text.text;
+  let answer;
+  try {
+    answer = await ask("check", { name: at.name, text: written });
+    connected("connected", false);
+  } catch (error) {
+    connected(error.message || "disconnected; the text is kept in this page", true);
+    return;
+  }
+  if (written !== text.text) return;
+  if (answer.error) { refuse(answer.error); return; }
+  at.marks = answer.marks;
+  text.mark(answer.marks);
+  banner("lost", answer.lost && `Unsaved text cannot be kept beside the file: ${answer.lost}`, [], true);
+  showBoxes(answer.boxes);
+  showProblems();
+  showState();
+}
+
+function showBoxes(boxes) {
+  drawing.show(boxes);
+  if (boxes === null) return;
+  const severities = new Map();
+  for (const mark of at.marks) {
+    const box = mark.line ? drawing.innermost(mark.from) : null;
+    const key = keyOf(box ? box.path : []);
+    if (severities.get(key) !== "error") severities.set(key, mark.severity);
+  }
+  drawing.tell({ severities });
+  form.show(drawing.current);
+}
+
+function showProblems() {
+  byId("problem-list").replaceChildren(...at.marks.map((mark) => {
+    const place = mark.line ? `line ${mark.line}: ` : "";
+    const go = element("button", "at", `${place}${mark.message}${mark.hint ? `; ${mark.hint}` : ""}`);
+    go.type = "button";
+    go.addEventListener("click", () => text.goTo(mark.from));
+    const code = element("button", "code", mark.code);
+    code.type = "button";
+    code.addEventListener("click", () => explain(mark.code));
+    return element("li", "", element("span", `${mark.severity}-dot`, "●"), go, code);
+  }));
+  if (!at.marks.length) { byId("problem-list").hidden = true; byId("problems").setAttribute("aria-expanded", "false"); }
+}
+
+async function explain(code) {
+  const { entry } = await ask("explain", { code });
+  if (!entry) return;
+  const example = (title, words) => (words ? [element("b", "", title), element("pre", "", words.trim())] : []);
+  openWindow(`${entry.code}: ${entry.title}`, [element("p", "", entry.cause), element("p", "", entry.cure), ...example("Wrong", entry.wrong), ...example("Right", entry.right)], []);
+}
+
+// ---- acts ----------------------------------------------------------------------------------------
+
+// One act after another: each is about the text that the one before it has left.
+function act(facts) {
+  acts = acts.then(() => perform(facts)).catch((error) => connected(error.message, true));
+  return acts;
+}
+
+async function perform(facts) {
+  if (!at.leads) { refuse("Another page edits this file; take over to change it."); return; }
+  const written = text.text;
+  const answer = await ask("act", { ...facts, text: written });
+  if (answer.error) { refuse(answer.error); return; }
+  banner("refusal", "");
+  if (written !== text.text) { refuse("The text has changed meanwhile; do it again."); return; }
+  if (!answer.edits.length) return;
+  text.apply(answer.edits);
+  showBoxes(answer.boxes);
+  if (facts.do !== "set") choosePlace(facts, answer.edits);
+  else drawing.choose(drawing.byKey.get(keyOf(facts.path)), false);
+  clearTimeout(checkTimer);
+  checkTimer = setTimeout(check, 0);
+}
+
+// Selects the node that an act has put somewhere.
+function choosePlace(facts, edits) {
+  let shift = 0;
+  let start = null;
+  for (const edit of edits) {
+    if (edit.insert.trim()) start = edit.from + shift;
+    shift += edit.insert.length - (edit.to - edit.from);
+  }
+  const candidates = drawing.boxes.filter((box) => box.path.length > 1 || box.path[0] === "tree");
+  const box = facts.do === "delete" ? drawing.current
+    : candidates.filter((one) => !one.is_empty && one.start >= (start ?? 0)).sort((one, other) => one.start - other.start || one.path.length - other.path.length)[0];
+  drawing.choose(box ?? drawing.current, false);
+}
+
+// The place for a new node: an empty one, the end of a list, or behind the selection.
+function targetOf(box) {
+  if (!drawing.boxes.length || !drawing.children[0]?.some((one) => one.path[0] === "tree")) return null;
+  if (!box || !box.path.length) box = drawing.boxes.find((one) => one.path.length === 1);
+  if (box.is_empty) return box.path;
+  if (box.takes_list) return drawing.endOf(box);
+  const empty = drawing.children[box.index].find((one) => one.is_empty);
+  if (empty) return empty.path;
+  const last = box.path[box.path.length - 1];
+  if (typeof last === "number") return [...box.path.slice(0, -1), last + 1];
+  return box.path;
+}
+
+function insert(kind) {
+  const target = targetOf(drawing.current);
+  const value = vocabulary.kinds.find((one) => one.kind === kind).template;
+  return act(target === null ? { do: "begin", value } : { do: "add", target, value });
+}
+
+function wanted(name, facts = {}) {
+  const box = drawing.current;
+  const path = box?.path ?? [];
+  const last = path[path.length - 1];
+  const isNode = path.length && !(path[0] === "trees" && path.length === 2);
+  const listed = isNode && typeof last === "number";
+  if (name === "palette") { byId("palette-filter").focus(); return; }
+  if (name === "insert") { insert(facts.kind); return; }
+  if (name === "add") {
+    const value = vocabulary.kinds.find((one) => one.kind === facts.kind).template;
+    act(drawing.boxes.length > 1 ? { do: "add", target: facts.target, value } : { do: "begin", value });
+    return;
+  }
+  if (name === "move") { act({ do: "move", path: facts.path, target: facts.target }); return; }
+  if (name === "undo") { text.undo(); return; }
+  if (name === "redo") { text.redo(); return; }
+  if (name === "fields" || name === "name") {
+    const input = name === "name" ? byId("form").elements.name ?? byId("form").elements.mission : byId("form").querySelector("input, select");
+    input?.focus();
+    return;
+  }
+  if (!isNode) { refuse("Select a node in the tree first."); return; }
+  if (name === "drop") {
+    if (drawing.marked === null) { refuse("Mark a node with x first."); return; }
+    act({ do: "move", path: JSON.parse(drawing.marked), target: targetOf(box) });
+    drawing.marked = null;
+  } else if (name === "earlier") {
+    if (listed && last > 0) act({ do: "move", path, target: [...path.slice(0, -1), last - 1] });
+  } else if (name === "later") {
+    if (listed && last + 1 < drawing.children[box.parent].length) act({ do: "move", path, target: [...path.slice(0, -1), last + 2] });
+  } else if (name === "wrap") {
+    act({ do: "wrap", path, kind: facts.kind, value: vocabulary.kinds.find((one) => one.kind === facts.kind).wrapper });
+  } else {
+    act({ do: name, path });
+  }
+}
+
+// ---- files -----------------------------------------------------------------------------------------
+
+async function listFiles() {
+  const answer = await ask("files");
+  at.isReadOnly = answer.is_read_only;
+  byId("run").disabled = byId("prove").disabled = at.isReadOnly;
+  const select = byId("files");
+  select.replaceChildren(...answer.files.map(({ name, is_unsaved: unsaved }) => {
+    const option = element("option", "", unsaved ? `${name} (unsaved)` : name);
+    option.value = name;
+    return option;
+  }));
+  select.value = at.name;
+  return answer.files;
+}
+
+async function openFile(name) {
+  const opened = await ask("open", { name });
+  if (opened.error) { refuse(opened.error); byId("files").value = at.name; return; }
+  for (const one of [...byId("banners").children]) one.remove();
+  Object.assign(at, { name, base: opened.text, leads: true, marks: [], isConflict: false });
+  text.open(name, opened.text);
+  text.setEditable(true);
+  drawing.selected = keyOf([]);
+  drawing.show([]);
+  if (opened.draft !== null) {
+    banner("draft", `Unsaved text of ${name} was found beside the file.`, [
+      ["Restore it", () => text.replace(opened.draft)], ["Ignore it", () => {}],
+    ]);
+  }
+  byId("files").value = name;
+  location.hash = encodeURIComponent(name);
+  await share();
+  if (at.leads && opened.draft === null) await check();
+  else await look();
+  drawing.fit(0.7);
+}
+
+// Shows the drawing without a check, which would replace the unsaved text beside the file.
+async function look() {
+  const answer = await ask("look", { text: text.text, name: at.name });
+  at.marks = answer.marks;
+  text.mark(answer.marks);
+  showBoxes(answer.boxes);
+  showProblems();
+  showState();
+}
+
+async function save(isForced = false) {
+  const written = text.text;
+  const answer = await ask("save", { name: at.name, text: written, base: at.base, is_forced: isForced });
+  if ("theirs" in answer) { showConflict(answer.theirs); return; }
+  if (answer.error) { refuse(answer.error); return; }
+  at.base = written;
+  at.isConflict = false;
+  banner("conflict", "");
+  banner("saved", "Saved.");
+  setTimeout(() => banner("saved", ""), 1500);
+  showState();
+}
+
+async function showConflict(theirs) {
+  const [mine, other] = await Promise.all([
+    ask("differ", { before: at.base, after: text.text }), ask("differ", { before: at.base, after: theirs ?? "" }),
+  ]);
+  openWindow(`${at.name} has changed on disk`, [
+    element("p", "", theirs === null ? "The file no longer exists." : "Another program has written the file since it was opened here."),
+    element("div", "columns", element("div", "", element("b", "", "Your changes"), lines(mine.lines)), element("div", "", element("b", "", "Changes on disk"), lines(other.lines))),
+  ], [
+    ["Overwrite with mine", () => save(true)],
+    ["Take the text on disk", () => { at.base = theirs ?? ""; text.replace(theirs ?? ""); }],
+  ]);
+}
+
+async function showDifference() {
+  if (!isUnsaved()) { save(); return; }
+  const answer = await ask("differ", { before: at.base, after: text.text });
+  openWindow(`Save ${at.name}?`, [lines(answer.lines)], [["Save", () => save()]]);
+  byId("window-buttons").querySelector("button").focus();
+}
+
+// Tells the server that the page is here; of two pages with one file, the second follows.
+async function share(isTaking = false) {
+  if (!at.name) return;
+  const facts = { name: at.name, page, base: at.base, take: isTaking };
+  if (at.leads || isTaking) facts.text = text.text;
+  const answer = await ask("state", facts);
+  connected("connected", false);
+  if (answer.leads !== at.leads) text.setEditable(answer.leads);
+  at.leads = answer.leads;
+  if (answer.leads) {
+    banner("follows", "");
+    if (answer.is_changed && !at.isConflict) {
+      at.isConflict = true;
+      const words = answer.exists ? `${at.name} has changed on disk.` : `${at.name} is not on disk any more; saving writes it again.`;
+      banner("conflict", words, answer.exists ? [["Compare", async () => showConflict((await ask("open", { name: at.name })).text)]] : []);
+    }
+  } else {
+    if (!byId("banner-follows")) banner("follows", "Another page edits this file; this one follows.", [["Take over", () => share(true)]]);
+    if (answer.text !== text.text) { text.open(at.name, answer.text); text.setEditable(false); at.marks = []; await look(); }
+  }
+  showState();
+}
+
+async function keepSharing() {
+  try {
+    await share();
+  } catch (error) {
+    connected(`${error.message || "disconnected"}; unsaved text stays in this page`, true);
+  }
+  setTimeout(keepSharing, STATE_MS);
+}
+
+// ---- the page ----------------------------------------------------------------------------------------
+
+function listen() {
+  for (const name of ["unwrap", "copy", "delete", "earlier", "later"]) byId(name).addEventListener("click", () => { wanted(name); byId("drawing").focus(); });
+  byId("undo").addEventListener("click", () => text.undo());
+  byId("redo").addEventListener("click", () => text.redo());
+  byId("save").addEventListener("click", showDifference);
+  byId("files").addEventListener("change", () => openFile(byId("files").value));
+  byId("run").addEventListener("click", () => runs.start(at.name, text.text).catch((error) => connected(error.message, true)));
+  byId("prove").addEventListener("click", startProof);
+  byId("problems").addEventListener("click", () => {
+    const list = byId("problem-list");
+    list.hidden = !list.hidden || !at.marks.length;
+    byId("problems").setAttribute("aria-expanded", !list.hidden);
+  });
+  const wrap = byId("wrap");
+  for (const kind of vocabulary.wrappers) { const option = element("option", "", kind); option.value = kind; wrap.append(option); }
+  wrap.addEventListener("change", () => { if (wrap.value) wanted("wrap", { kind: wrap.value }); wrap.value = ""; byId("drawing").focus(); });
+  document.addEventListener("keydown", (event) => {
+    if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "s") { event.preventDefault(); showDifference(); }
+    if (event.key === "F6") { event.preventDefault(); if (document.activeElement === byId("text")) byId("drawing").focus(); else text.view.focus(); }
+    if (event.key === "?" && document.activeElement === byId("drawing")) byId("keys").showModal();
+  });
+  byId("show-keys").addEventListener("click", () => byId("keys").showModal());
+  byId("close-keys").addEventListener("click", () => byId("keys").close());
+  addEventListener("beforeunload", (event) => { if (isUnsaved() && at.leads) event.preventDefault(); });
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const setTheme = (theme) => { document.documentElement.dataset.theme = theme; };
+  dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));
+  byId("theme").addEventListener("click", () => setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
+  setTheme(dark.matches ? "dark" : "light");
+}
+
+async function startProof() {
+  const button = byId("prove");
+  button.disabled = true;
+  button.textContent = "Proving…";
+  try {
+    await prove(at.name, text.text, showProof);
+  } finally {
+    button.disabled = false;
+    button.textContent = "Prove";
+  }
+}
+
+function showProof(result, said) {
+  if (!result) { openWindow("The proof did not start", [element("pre", "", said.join("\n"))], []); return; }
+  const findings = new Map();
+  for (const one of result.findings) {
+    for (const box of drawing.boxes) if (box.name && one.node && one.node === box.name) findings.set(keyOf(box.path), (findings.get(keyOf(box.path)) ?? 0) + 1);
+  }
+  drawing.tell({ findings });
+  const whole = result.exhaustive ? "Every answer was explored." : `Not every answer was explored: ${result.why_not.join("; ")}.`;
+  const count = result.findings.length;
+  openWindow(count ? `${count} ${count > 1 ? "findings" : "finding"}` : "No findings", [element("p", "", `${whole} ${result.states} states.`), findingList(result)], []);
+}
+
+async function begin() {
+  vocabulary = await ask("vocabulary");
+  drawing = new Drawing((box, isByUser) => {
+    form.show(box);
+    text.show(box.start, box.path.length ? box.end : box.start, isByUser);
+  }, wanted);
+  form = new Form(vocabulary, (box, keys, value, isText) => act({ do: "set", path: box.path, keys, value, is_text: isText }));
+  text = new TextPane(changed, (offset) => {
+    const box = drawing.innermost(offset);
+    if (box && keyOf(box.path) !== drawing.selected) { drawing.selected = keyOf(box.path); drawing.draw(); drawing.reveal(); form.show(box); text.show(box.start, box.end, false); }
+  }, [{ key: "Mod-s", run: () => { showDifference(); return true; } }]);
+  palette = new Palette(vocabulary.kinds, (event, kind) => { event.preventDefault(); drawing.drag(event, { kind }); }, insert);
+  runs = new RunPane((statuses) => {
+    const paths = runPaths(drawing);
+    drawing.tell({ statuses: new Map([...statuses].filter(([path, status]) => paths.has(path) && status !== "idle").map(([path, status]) => [paths.get(path), status])) });
+  }, refuse);
+  listen();
+  const files = await listFiles();
+  const named = decodeURIComponent(location.hash.slice(1));
+  const first = files.find((one) => one.name === named) ?? files.find((one) => one.kind === "mission") ?? files[0];
+  if (first) await openFile(first.name);
+  else refuse("This folder has no YAML file: name a new one in the command, such as bt-mission edit tour.yaml");
+  connected("connected", false);
+  setTimeout(keepSharing, STATE_MS);
+}
+
+begin().catch((error) => connected(error.message, true));

@@ -1,0 +1,109 @@
+// The run of the text, in a frame; its statuses in the drawing; the proof.
+
+import { ask } from "./edit_api.js";
+import { keyOf } from "./edit_tree.js";
+import { STATUSES, byId, element } from "./words.js";
+
+const POLL_MS = 250;
+const wait = (ms) => new Promise((done) => { setTimeout(done, ms); });
+
+export class RunPane {
+  // onStatuses(statuses of paths): those of a run. onError(text).
+  constructor(onStatuses, onError) {
+    Object.assign(this, { onStatuses, onError, number: 0, socket: null });
+    byId("run-stop").addEventListener("click", () => this.stop());
+  }
+
+  async start(name, text) {
+    const number = ++this.number;
+    this.leave();
+    byId("panes").classList.add("has-run");
+    byId("run-panel").hidden = false;
+    byId("run-frame").hidden = true;
+    byId("run-lines").hidden = true;
+    byId("run-state").textContent = "starting";
+    const answer = await ask("run", { name, text, speed: byId("speed").value });
+    if (answer.error) { this.fail([answer.error]); return; }
+    while (number === this.number) {
+      const run = await ask("ran");
+      if (run.state === "over") { this.fail(run.lines); return; }
+      if (run.state === "served") break;
+      await wait(POLL_MS);
+    }
+    if (number !== this.number) return;
+    byId("run-state").textContent = "";
+    byId("run-frame").hidden = false;
+    byId("run-frame").src = "run/";
+    this.watch();
+  }
+
+  fail(lines) {
+    byId("run-state").textContent = "did not start";
+    byId("run-lines").hidden = false;
+    byId("run-lines").textContent = lines.join("\n");
+  }
+
+  leave() {
+    this.socket?.close();
+    this.socket = null;
+    byId("run-frame").src = "about:blank";
+    this.onStatuses(new Map());
+  }
+
+  async stop() {
+    this.number++;
+    this.leave();
+    byId("run-panel").hidden = true;
+    byId("panes").classList.remove("has-run");
+    await ask("run", { stop: true });
+  }
+
+  // Reads the statuses of the nodes of the mission's own tree.
+  watch() {
+    const url = new URL("run/live", location.href);
+    url.protocol = "ws:";
+    const socket = new WebSocket(url);
+    this.socket = socket;
+    let paths = [];
+    const statuses = new Map();
+    socket.onmessage = (event) => {
+      if (typeof event.data !== "string") return;
+      const changes = JSON.parse(event.data);
+      if (changes.tree) paths = changes.tree.nodes.map((node) => node[3]);
+      for (const [index, status] of changes.nodes ?? []) statuses.set(paths[index], STATUSES[status]);
+      if (changes.tree || changes.nodes) this.onStatuses(statuses);
+    };
+  }
+}
+
+// The paths of boxes as a run names its nodes: the numbers of children from the root.
+export function runPaths(drawing) {
+  const paths = new Map();
+  const tree = drawing.boxes.find((box) => box.path.length === 1 && box.path[0] === "tree");
+  const take = (box, path) => {
+    paths.set(path, keyOf(box.path));
+    drawing.children[box.index].forEach((child, number) => take(child, `${path}.${number}`));
+  };
+  if (tree) take(tree, "0");
+  return paths;
+}
+
+export async function prove(name, text, show) {
+  const started = await ask("prove", { name, text });
+  if (started.error) { show(null, [started.error]); return; }
+  let proof = await ask("proved");
+  while (!proof.is_over) {
+    await wait(2 * POLL_MS);
+    proof = await ask("proved");
+  }
+  show(proof.result, proof.lines);
+}
+
+export function findingList(result) {
+  const list = element("ol", "findings");
+  for (const one of result.findings) {
+    const steps = element("details", "", element("summary", "", `${one.steps.length} steps`), element("ol", "", ...one.steps.map((step) => element("li", "", step))));
+    list.append(element("li", "", element("b", "", one.text), steps));
+  }
+  return list;
+}
