@@ -32,7 +32,6 @@ def edit(options: argparse.Namespace) -> int:
         what = ", ".join(SUFFIXES)
         message = f"{path}: expected a folder, or a file with the suffix {what}"
         raise BtMissionError(message, code="BT-101")
-    require_server("bt-mission edit")
     import asyncio
 
     from bt_mission.core.dds.middleware import prepare_middleware
@@ -45,14 +44,7 @@ def edit(options: argparse.Namespace) -> int:
     kinds()  # reads the types of all actions, once
 
     with InterruptSignals() as leaving, edit_server(options, Workspace(path)) as server:
-
-        async def serve() -> None:
-            try:
-                await server.serve(lambda: leaving.count > 0)
-            finally:
-                await server.stop()
-
-        asyncio.run(serve())
+        asyncio.run(server.serve(lambda: leaving.count > 0))
     return SUCCESS
 
 

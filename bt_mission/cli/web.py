@@ -140,9 +140,7 @@ def _web_options(options: argparse.Namespace) -> WebOptions:
 
 
 @contextmanager
-def _announced(
-    options: argparse.Namespace, server: PageServer, what: str = ""
-) -> Iterator[None]:
+def _announced(options: argparse.Namespace, server: PageServer, what: str = "") -> Iterator[None]:
     from bt_mission.views.web.gate import is_loopback
 
     host = options.host or LOOPBACK

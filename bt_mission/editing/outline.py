@@ -16,7 +16,7 @@ MOST_TEXT = 60
 """Characters of a value that a box shows."""
 
 MISSION, NAMED_TREE = "mission", "named tree"
-"""The kinds of the boxes that are no nodes."""
+"""The kinds of the boxes around nodes."""
 
 GLYPHS = {MISSION: "◎", NAMED_TREE: "▣"}
 
@@ -45,7 +45,7 @@ class Box:
     end: int
     is_empty: bool = False
     values: Mapping[str, str] = field(default_factory=dict)
-    """What is written in its fields, by their keys with dots between them."""
+    """The written values of its fields, by their keys with dots between them."""
 
     def as_row(self) -> dict[str, Any]:
         """Return it for a page."""

@@ -20,7 +20,7 @@ WITHOUT_EXAMPLE = {
     *("BT-804", "BT-806"),  # of whole files of robots and parameters
     *("BT-901", "BT-902", "BT-903", "BT-904", "BT-905", "BT-906", "BT-907", "BT-908"),
     *("BT-1003", "BT-1004"),
-    "BT-1301",  # of an act on a page
+    *("BT-1301", "BT-1302", "BT-1303"),  # of the page of the editor
 }
 """Codes whose examples would be longer than an explanation; tests of their rooms raise them."""
 

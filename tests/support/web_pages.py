@@ -94,7 +94,7 @@ class PageModel:
         self.parts |= changes
 
 
-async def fetch(server: WebServer, path: str, **headers: str) -> tuple[int, dict[str, str], str]:
+async def fetch(server: PageServer, path: str, **headers: str) -> tuple[int, dict[str, str], str]:
     """Ask for a path below the link, with headers of one's own; gives status, headers and body."""
     address = urlsplit(server.link)
     lines = {"Host": address.netloc, "Connection": "close"} | headers

@@ -37,7 +37,7 @@ def marks(diagnostics: Iterable[Diagnostic], text: str, path: Path) -> list[dict
     for line in lines:
         starts.append(at)
         at += len(line) + 1
-    found = []
+    notes: list[dict[str, Any]] = []
     for each in list(diagnostics)[:MOST_MARKS]:
         is_here = each.file == str(path) and 0 < each.line <= len(lines)
         start = end = 0
@@ -46,7 +46,7 @@ def marks(diagnostics: Iterable[Diagnostic], text: str, path: Path) -> list[dict
             column = min(max(each.column - 1, 0), len(line))
             start = starts[each.line - 1] + column
             end = starts[each.line - 1] + _end_of_word(line, column)
-        found.append(
+        notes.append(
             {
                 "from": start,
                 "to": end,
@@ -57,7 +57,7 @@ def marks(diagnostics: Iterable[Diagnostic], text: str, path: Path) -> list[dict
                 "hint": each.hint or "",
             }
         )
-    return found
+    return notes
 
 
 def _end_of_word(line: str, column: int) -> int:

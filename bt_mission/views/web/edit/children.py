@@ -23,7 +23,7 @@ TRY_LATER = 1013
 
 
 class Child:
-    """A command that runs in a process of its own, until it ends or is stopped.
+    """A command in another process, until it ends or is stopped.
 
     Args:
         trial: The file that it reads, deleted when it has ended.
@@ -32,7 +32,7 @@ class Child:
 
     def __init__(self, trial: Path, words: Sequence[str]) -> None:
         self.lines: list[str] = []
-        """What it has written to standard error."""
+        """Its lines on standard error."""
         self.link = ""
         """The link of its page, once it is served."""
         self.output = ""
@@ -87,7 +87,7 @@ class Child:
 
     @property
     def result(self) -> Any:
-        """What it has printed as JSON; None without it."""
+        """Its output, read as JSON; None if it is not JSON."""
         try:
             return json.loads(self.output)
         except ValueError:
@@ -101,7 +101,7 @@ async def relay(page: WebSocket, link: str) -> None:
     try:
         async with connect(
             f"ws://{address.netloc}{address.path}live",
-            origin=f"http://{address.netloc}",  # type: ignore[arg-type]
+            origin=f"http://{address.netloc}",
             max_size=None,
             compression=None,
         ) as child:

@@ -1,4 +1,4 @@
-"""The server of the editor: requests of its page, each a JSON object with a JSON object as answer."""
+"""The server of the editor: requests and answers of its page are JSON objects."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
+from typing_extensions import override
 
 from bt_mission.core import files
 from bt_mission.core.diagnostics import InputError
@@ -23,6 +24,7 @@ from bt_mission.core.wall_clock import Stopwatch
 from bt_mission.core.yaml.document import MAX_BYTES
 from bt_mission.editing import patches
 from bt_mission.editing.completion import completion, definition, hover
+from bt_mission.editing.scalars import as_text
 from bt_mission.editing.source import Edits, applied
 from bt_mission.editing.vocabulary import as_json
 from bt_mission.views.web.edit.checks import boxes, check_mission, explanation, marks
@@ -90,7 +92,9 @@ class EditServer(PageServer):
             "prove": self._start_proof,
             "proved": self._proved,
         }
-        routes = [Route(f"/api/{name}", self._answer(act), methods=["POST"]) for name, act in acts.items()]
+        routes = [
+            Route(f"/api/{name}", self._answer(act), methods=["POST"]) for name, act in acts.items()
+        ]
         super().__init__(
             render("views/web/page/edit.html"),
             options,
@@ -100,11 +104,15 @@ class EditServer(PageServer):
             WebSocketRoute("/run/live", self._live),
         )
 
-    async def stop(self) -> None:
-        """End the run and the proof."""
-        for child in (self._run, self._proof):
-            if child is not None:
-                await child.stop()
+    @override
+    async def serve(self, until: Callable[[], bool]) -> None:
+        """Serve until a condition is true, then end the run and the proof."""
+        try:
+            await super().serve(until)
+        finally:
+            for child in (self._run, self._proof):
+                if child is not None:
+                    await child.stop()
 
     def _answer(self, act: Callable[[dict[str, Any]], Any]) -> Callable[[Request], Any]:
         async def answer(request: Request) -> Response:
@@ -183,7 +191,8 @@ class EditServer(PageServer):
         text, offset = _placed(asked)
         path = self._workspace.path(_text(asked, "name"))
         words = completion(text, offset, str(path))
-        return {"from": _units(text)(words.start), "options": [asdict(one) for one in words.options]}
+        options = [asdict(option) for option in words.options]
+        return {"from": _units(text)(words.start), "options": options}
 
     def _hover(self, asked: dict[str, Any]) -> dict[str, Any]:
         text, offset = _placed(asked)
@@ -287,44 +296,42 @@ def _boxes(text: str) -> list[dict[str, Any]] | None:
 def _act(asked: dict[str, Any]) -> dict[str, Any]:
     """Return an act as edits of the text, and the nodes afterwards."""
     text = _text(asked, "text")
-    edits = _edits(text, asked)
+    do = _ACTS.get(_text(asked, "do"))
+    if do is None:
+        raise RequestError("unknown act")
+    edits = do(text, asked)
     units = _units(text)
     return {
         "edits": [
-            {"from": units(edit.start), "to": units(edit.end), "insert": edit.text} for edit in edits
+            {"from": units(edit.start), "to": units(edit.end), "insert": edit.text}
+            for edit in edits
         ],
         "boxes": _boxes(applied(text, edits)),
     }
 
 
-def _edits(text: str, asked: Mapping[str, Any]) -> Edits:
-    do = _text(asked, "do")
-    if do == "begin":
-        return patches.begin(text, _text(asked, "value"))
-    if do == "add":
-        return patches.add(text, _path(asked, "target"), _text(asked, "value"))
-    path = _path(asked, "path")
-    match do:
-        case "move":
-            return patches.move(text, path, _path(asked, "target"))
-        case "copy":
-            target = _path(asked, "target") if "target" in asked else None
-            return patches.copy(text, path, target)
-        case "delete":
-            return patches.delete(text, path)
-        case "wrap":
-            return patches.wrap(text, path, _text(asked, "kind"), _text(asked, "value"))
-        case "unwrap":
-            return patches.unwrap(text, path)
-        case "rename":
-            return patches.rename(text, path, _text(asked, "value"))
-        case "set":
-            value = asked.get("value")
-            if value is not None and asked.get("is_text"):
-                value = patches.as_text(_text(asked, "value"))
-            keys = [str(key) for key in _path(asked, "keys")]
-            return patches.set_field(text, path, keys, value if isinstance(value, str) else None)
-    raise RequestError(f"unknown act '{do[:40]}'")
+def _set_field(text: str, asked: Mapping[str, Any]) -> Edits:
+    value = asked.get("value")
+    if value is not None:
+        value = _text(asked, "value")
+        value = as_text(value) if asked.get("is_text") else value
+    keys = [str(key) for key in _path(asked, "keys")]
+    return patches.set_field(text, _path(asked, "path"), keys, value)
+
+
+_ACTS: Mapping[str, Callable[[str, Mapping[str, Any]], Edits]] = {
+    "begin": lambda text, asked: patches.begin(text, _text(asked, "value")),
+    "add": lambda text, asked: patches.add(text, _path(asked, "target"), _text(asked, "value")),
+    "move": lambda text, asked: patches.move(text, _path(asked, "path"), _path(asked, "target")),
+    "copy": lambda text, asked: patches.copy(text, _path(asked, "path")),
+    "delete": lambda text, asked: patches.delete(text, _path(asked, "path")),
+    "wrap": lambda text, asked: patches.wrap(
+        text, _path(asked, "path"), _text(asked, "kind"), _text(asked, "value")
+    ),
+    "unwrap": lambda text, asked: patches.unwrap(text, _path(asked, "path")),
+    "set": _set_field,
+}
+"""The acts of the page, by their names."""
 
 
 def _placed(asked: Mapping[str, Any]) -> tuple[str, int]:

@@ -153,7 +153,9 @@ class Workspace:
         count = 0
         for folder, folders, names in os.walk(self.root):
             level = len(Path(folder).relative_to(self.root).parts)
-            folders[:] = sorted(one for one in folders if one[0] not in "._" and level < MOST_LEVELS)
+            folders[:] = sorted(
+                sub for sub in folders if sub[0] not in "._" and level < MOST_LEVELS
+            )
             for name in sorted(names):
                 if Path(name).suffix in SUFFIXES and name[0] != "." and count < MOST_FILES:
                     count += 1

@@ -268,4 +268,6 @@ function setTheme(theme) {
 prefersDark.addEventListener("change", () => setTheme(prefersDark.matches ? "dark" : "light"));
 byId("theme").addEventListener("click", () => setTheme(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
 setTheme(prefersDark.matches ? "dark" : "light");
-if (matchMedia("(min-width: 1000px) and (min-height: 640px)").matches) byId("map-toggle").click();
+const isFramed = self !== top;
+document.body.classList.toggle("is-framed", isFramed);
+if (isFramed || matchMedia("(min-width: 1000px) and (min-height: 640px)").matches) byId("map-toggle").click();

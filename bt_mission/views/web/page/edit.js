@@ -10,7 +10,7 @@ import { byId, element } from "./words.js";
 const CHECK_MS = 250;
 const STATE_MS = 1000;
 const page = crypto.randomUUID();
-const at = { name: "", base: "", leads: true, isReadOnly: false, marks: [], isConflict: false };
+const at = { name: "", base: "", leads: true, isReadOnly: false, marks: [], isConflict: false, waiting: 0 };
 let vocabulary, text, drawing, form, palette, runs;
 let checkTimer = 0;
 let acts = Promise.resolve();
@@ -134,8 +134,14 @@ async function explain(code) {
 
 // One act after another: each is about the text that the one before it has left.
 function act(facts) {
-  acts = acts.then(() => perform(facts)).catch((error) => connected(error.message, true));
+  busy(1);
+  acts = acts.then(() => perform(facts)).catch((error) => connected(error.message, true)).finally(() => busy(-1));
   return acts;
+}
+
+function busy(change) {
+  at.waiting += change;
+  byId("drawing").setAttribute("aria-busy", at.waiting > 0);
 }
 
 async function perform(facts) {
@@ -362,7 +368,7 @@ function listen() {
   });
   byId("show-keys").addEventListener("click", () => byId("keys").showModal());
   byId("close-keys").addEventListener("click", () => byId("keys").close());
-  addEventListener("beforeunload", (event) => { if (isUnsaved() && at.leads) event.preventDefault(); });
+  window.onbeforeunload = (event) => { if (isUnsaved() && at.leads) event.preventDefault(); };
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const setTheme = (theme) => { document.documentElement.dataset.theme = theme; };
   dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));

@@ -4,7 +4,7 @@ import { byId, element } from "./words.js";
 
 const NUMBER = /^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$/;
 const FAMILIES = { composite: "Flow", decorator: "Around a node", condition: "Conditions", action: "Actions", message: "Messages", subtree: "Trees", other: "Other" };
-const USUAL = ["name", "timeout", "cancel_when", "on_cancel", "memory", "succeed_when"];
+const USUAL = ["name", "timeout", "cancel_when", "on_cancel", "outputs", "memory", "succeed_when"];
 
 function control(tag, attributes) {
   const made = document.createElement(tag);

@@ -146,6 +146,9 @@ export class TextPane {
     if (!context.explicit && !/[\w$]$/.test(before?.text ?? "")) return null;
     const answer = await ask("complete", { name: this.name, text: context.state.doc.toString(), at: context.pos }).catch(() => null);
     if (!answer?.options?.length) return null;
+    // Enter behind a whole word ends the line.
+    const word = context.state.sliceDoc(answer.from, context.pos);
+    if (!context.explicit && answer.options[0].label === word) return null;
     return {
       from: answer.from,
       filter: false,

@@ -1,0 +1,280 @@
+"""The editor in a browser, by real keys and clicks."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+from collections.abc import Awaitable, Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bt_mission.core.yaml.document import read_text
+from bt_mission.views.web.edit.server import EditServer
+from bt_mission.views.web.edit.workspace import Workspace
+from bt_mission.views.web.server import WebOptions
+from tests.support.browser import BROWSER, Page
+from tests.support.project import ROOT
+from tests.support.web_pages import play_with
+from tests.support.web_screen import Screen
+
+pytestmark = [
+    pytest.mark.process,
+    pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed"),
+]
+
+README = re.findall(
+    r"```yaml\n(mission: explore.*?)```", (ROOT / "README.md").read_text(), re.DOTALL
+)[0]
+
+DRAWN = """\
+mission: explore
+world: dqn_stage4
+seed: 7
+inputs:
+  speed: 0.2
+  legs: 6
+tree:
+  sequence:
+    - camera_sweep: {sweep_angle: 180, image_count: 8}
+      name: look around
+      timeout: 60
+      cancel_when: current_image >= 5
+      on_cancel: success
+    - repeat: {count: $legs}
+      do:
+        sequence:
+          - explore_forward: {fwd_velocity: $speed, stopping_distance: 0.5}
+            name: drive
+            timeout: 30
+            cancel_when: current_distance_travelled > 2.0
+            on_cancel: success
+            outputs: {closest_obstacle_angle: obstacle}
+          - fallback:
+              - turn: {angle: 'copysign(uniform(60, 120), -obstacle)'}
+                name: turn away
+                timeout: 30
+              - log: no room to turn on
+"""
+TEXT = "document.getElementById('text').shadowRoot"
+IDLE = "document.getElementById('drawing').getAttribute('aria-busy') !== 'true'"
+CODES = {"Enter": (13, "\r"), "Delete": (46, ""), "F6": (117, ""), "ArrowDown": (40, "")}
+
+
+class Editor(Screen):
+    """The page of the editor: keys, clicks, and the text as it is on disk after a save."""
+
+    def __init__(self, page: Page, file: Path) -> None:
+        super().__init__(page)
+        self.file = file
+
+    async def call(self, method: str, **parameters: Any) -> None:
+        """Call the browser, while the server serves."""
+        await asyncio.to_thread(partial(self.page.call, method, **parameters))
+
+    async def type(self, text: str) -> None:
+        """Write into what has the focus."""
+        await self.call("Input.insertText", text=text)
+
+    async def press(self, key: str, *, ctrl: bool = False) -> None:
+        """Press a key."""
+        code, text = CODES.get(key, (ord(key[0].upper()), "" if ctrl or len(key) > 1 else key))
+        facts: dict[str, Any] = {"key": key, "windowsVirtualKeyCode": code}
+        facts["modifiers"] = 2 if ctrl else 0
+        await self.call("Input.dispatchKeyEvent", type="keyDown", text=text, **facts)
+        await self.call("Input.dispatchKeyEvent", type="keyUp", **facts)
+
+    async def add(self, kind: str) -> None:
+        """Add a node by the keys of the tree."""
+        await self.look("document.getElementById('drawing').focus()")
+        await self.press("a")
+        await self.type(kind)
+        await self.press("Enter")
+        await self.until(IDLE)
+
+    async def set(self, name: str, value: str) -> None:
+        """Give a field of the form a value."""
+        field = f"document.getElementById('form').elements[{name!r}]"
+        await self.until(f"{field} !== undefined")
+        await self.look(f"{field}.focus(), {field}.select?.()")
+        if await self.look(f"{field}.tagName") == "SELECT":
+            await self.look(
+                f"{field}.value = {value!r}, {field}.dispatchEvent(new Event('change'))"
+            )
+        else:
+            await self.type(value)
+            await self.press("Enter")
+        await self.until(IDLE)
+
+    async def saved(self) -> str:
+        """Save by Ctrl+S and the button of the difference; return the file."""
+        await self.press("s", ctrl=True)
+        await self.until("document.getElementById('window').open")
+        await self.look("document.querySelector('#window-buttons button').click()")
+        await self.until("document.getElementById('unsaved').hidden")
+        return self.file.read_text()
+
+    async def middle(self, name: str) -> tuple[float, float, float]:
+        """Return the middle of the box of a name on the screen, and its height."""
+        where = await self.look(
+            "JSON.stringify([...document.querySelectorAll('.node')].find((one) => one.getAttribute("
+            f"'aria-label').startsWith({name!r})).querySelector('.box').getBoundingClientRect())"
+        )
+        box = json.loads(where)
+        return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, box["height"]
+
+    async def drag(self, name: str, onto: str, share: float) -> None:
+        """Drag a box to a part of the height of another one."""
+        x, y, _ = await self.middle(name)
+        to_x, to_y, height = await self.middle(onto)
+        mouse = partial(self.call, "Input.dispatchMouseEvent", button="left", clickCount=1)
+        await mouse(type="mousePressed", x=x, y=y)
+        for step in (0.5, 1.0):
+            over = to_y + (share - 0.5) * height
+            await mouse(type="mouseMoved", x=x + (to_x - x) * step, y=y + (over - y) * step)
+        await mouse(type="mouseReleased", x=to_x, y=to_y + (share - 0.5) * height)
+        await self.until(IDLE)
+
+
+Play = Callable[[Callable[[Editor], Awaitable[None]]], None]
+
+
+@pytest.fixture
+def play(chromium: Page, tmp_path: Path) -> Play:
+    """Play a scene on the editor of a new file; nothing may go wrong on the page."""
+
+    def play(scene: Callable[[Editor], Awaitable[None]]) -> None:
+        file = tmp_path / "explore.yaml"
+        editor = Editor(chromium, file)
+
+        async def visited(server: EditServer) -> None:
+            await editor.visit(server.link, 1440, 900)
+            try:
+                await scene(editor)
+            finally:
+                await editor.look("onbeforeunload = null, document.body.remove()")
+
+        play_with(EditServer(Workspace(file), WebOptions(port=0)), visited)
+        assert chromium.problems == []
+        chromium.visit("about:blank", width=800, height=600)
+
+    return play
+
+
+def test_the_mission_of_the_readme_by_graphical_acts(play: Play) -> None:
+    """From an empty file, by the tree and the form: the text is as a person writes it."""
+
+    async def scene(editor: Editor) -> None:
+        await editor.add("sequence")
+        await editor.add("camera_sweep")
+        await editor.set("camera_sweep.image_count", "8")
+        await editor.set("name", "look around")
+        await editor.set("cancel_when", "current_image >= 5")
+        await editor.set("on_cancel", "success")
+        await editor.add("repeat")
+        await editor.set("repeat.count", "$legs")
+        await editor.add("sequence")
+        await editor.add("explore_forward")
+        await editor.set("explore_forward.fwd_velocity", "$speed")
+        await editor.set("name", "drive")
+        await editor.set("timeout", "30")
+        await editor.set("cancel_when", "current_distance_travelled > 2.0")
+        await editor.set("on_cancel", "success")
+        await editor.set("outputs name", "closest_obstacle_angle")
+        await editor.set("outputs value", "obstacle")
+        await editor.add("fallback")
+        await editor.add("turn")
+        await editor.set("turn.angle", "copysign(uniform(60, 120), -obstacle)")
+        await editor.set("name", "turn away")
+        await editor.set("timeout", "30")
+        await editor.add("log")
+        await editor.set("log", "no room to turn on")
+        await editor.look("document.getElementById('drawing').focus()")
+        await editor.press("Home")
+        await editor.set("mission", "explore")
+        await editor.set("world", "dqn_stage4")
+        await editor.set("seed", "7")
+        for name, value in (("speed", "0.2"), ("legs", "6")):
+            await editor.set("inputs name", name)
+            await editor.set("inputs value", value)
+        assert await editor.saved() == DRAWN
+        await editor.shows("problems", "no problems")
+        await editor.look("document.getElementById('drawing').focus()")
+        await editor.press("0")
+        await editor.drag("turn away", "look around", 0.9)
+        await editor.until("document.getElementById('box-3').textContent.includes('turn away')")
+        await editor.drag("turn away", "log", 0.1)
+        await editor.until("document.getElementById('unsaved').hidden")
+        await editor.drag("drive", "sequence", 0.5)
+        await editor.press("Delete")
+        await editor.until(IDLE)
+        await editor.press("z", ctrl=True)
+        await editor.press("z", ctrl=True)
+        await editor.until("document.getElementById('unsaved').hidden")
+
+    play(scene)
+    assert read_text(DRAWN).data == read_text(README).data
+
+
+def test_the_mission_of_the_readme_as_text(play: Play) -> None:
+    """The drawing follows; a mistake is marked in text and tree, and a completion corrects it."""
+    before, _, behind = README.partition("dqn_stage4")
+
+    async def scene(editor: Editor) -> None:
+        await editor.press("F6")
+        await editor.type(f"{before}dqn_stag")
+        await editor.type("e")
+        await editor.until(f"{TEXT}.querySelectorAll('.cm-completionLabel').length === 4")
+        await editor.until("(window.begun ??= Date.now()) + 150 < Date.now()")  # its delay for keys
+        for _ in range(3):
+            await editor.press("ArrowDown")
+        await editor.until(f"{TEXT}.querySelector('[aria-selected]')?.innerText[9] === '4'")
+        await editor.press("Enter")
+        await editor.type(behind)
+        await editor.until("document.querySelectorAll('.node').length === 9")
+        await editor.shows("problems", "no problems")
+        await editor.type("colour: red\n")
+        await editor.shows("problems", "1 error")
+        await editor.until("document.querySelector('#box-0.has-error') !== null")
+        await editor.press("z", ctrl=True)
+        await editor.shows("problems", "no problems")
+        assert await editor.saved() == README
+
+    play(scene)
+
+
+def test_hostile_names_are_text(play: Play) -> None:
+    """Markup in a name is shown as it is written."""
+
+    async def scene(editor: Editor) -> None:
+        await editor.add("wait")
+        await editor.set("name", "<img src=x onerror=alert(1)>")
+        await editor.until(
+            "document.querySelector('#box-1 text:nth-of-type(2)').textContent[0] === '<'"
+        )
+        assert await editor.look("document.querySelectorAll('img').length") == 0
+        assert "name: <img src=x onerror=alert(1)>" in await editor.saved()
+
+    play(scene)
+
+
+def test_a_run_of_the_text_is_shown_beside_it(play: Play) -> None:
+    """Also of unsaved text: the nodes of the drawing show their statuses."""
+
+    async def scene(editor: Editor) -> None:
+        await editor.add("sequence")
+        await editor.add("wait")
+        await editor.set("wait", "600")
+        await editor.click("run")
+        await editor.until("document.querySelectorAll('.ran-running').length === 2")
+        frame = "document.getElementById('run-frame').contentDocument"
+        await editor.until(f"{frame}.getElementById('status').textContent === 'running'")
+        await editor.click("run-stop")
+        await editor.until("document.getElementById('run-panel').hidden")
+        await editor.until("document.querySelectorAll('.ran-running').length === 0")
+        assert not editor.file.exists()
+
+    play(scene)

@@ -1,0 +1,159 @@
+"""The requests of the editor: files, drafts, conflicts, pages that follow, refusals."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+
+from bt_mission.views.web.edit.server import EditServer
+from bt_mission.views.web.edit.workspace import Workspace
+from bt_mission.views.web.server import WebOptions
+from tests.support.web_pages import fetch, play_with
+
+TEXT = "mission: m  # \U0001f600\ntree:\n  sequence:\n    - wait: 1\n    - turn: {angel: 90}\n"
+
+
+class Client:
+    """Asks as the page does."""
+
+    def __init__(self, server: EditServer) -> None:
+        self.server = server
+
+    async def ask(self, request: str, /, **facts: Any) -> Any:
+        """Return the answer to a request."""
+        return json.loads((await self.post(f"api/{request}", json.dumps(facts)))[1])
+
+    async def post(self, path: str, body: str, **headers: str) -> tuple[int, str]:
+        """Return status and body of an answer."""
+        address = urlsplit(self.server.link)
+        lines = {"Host": address.netloc, "Connection": "close", **headers}
+        reader, writer = await asyncio.open_connection("127.0.0.1", address.port)
+        head = "".join(f"{name}: {value}\r\n" for name, value in lines.items())
+        length = f"Content-Length: {len(body.encode())}\r\n"
+        writer.write(f"POST {address.path}{path} HTTP/1.1\r\n{head}{length}\r\n{body}".encode())
+        answer = (await reader.read()).decode()
+        writer.close()
+        first, _, rest = answer.partition("\r\n\r\n")
+        return int(first.split()[1]), rest
+
+
+Play = Callable[[Callable[[Client], Awaitable[None]]], None]
+
+
+@pytest.fixture
+def play(tmp_path: Path) -> Play:
+    """Play a scene at the server of a folder with one mission."""
+    (tmp_path / "m.yaml").write_text(TEXT)
+
+    def play(scene: Callable[[Client], Awaitable[None]], *, is_read_only: bool = False) -> None:
+        options = WebOptions(port=0, is_read_only=is_read_only)
+        play_with(EditServer(Workspace(tmp_path), options), lambda server: scene(Client(server)))
+
+    return play
+
+
+def test_a_text_is_checked_drawn_and_kept_beside_its_file(play: Play, tmp_path: Path) -> None:
+    """Offsets are those of JavaScript; a save removes the text beside the file."""
+
+    async def scene(client: Client) -> None:
+        answer = await client.ask("check", name="m.yaml", text=TEXT)
+        (mark,) = (mark for mark in answer["marks"] if mark["severity"] == "error")
+        units = TEXT.encode("utf-16-le")
+        assert units[2 * mark["from"] : 2 * mark["to"]].decode("utf-16-le") == "angel"
+        assert mark["code"] == "BT-502"
+        kinds = [box["kind"] for box in answer["boxes"]]
+        assert kinds == ["mission", "sequence", "wait", "turn"]
+        assert not (tmp_path / ".m.yaml.unsaved").exists()
+        better = TEXT.replace("angel", "angle")
+        await client.ask("check", name="m.yaml", text=better)
+        opened = await client.ask("open", name="m.yaml")
+        assert (opened["text"], opened["draft"]) == (TEXT, better)
+        assert await client.ask("save", name="m.yaml", text=better, base=TEXT) == {"text": better}
+        assert (tmp_path / "m.yaml").read_text() == better
+        assert (await client.ask("open", name="m.yaml"))["draft"] is None
+
+    play(scene)
+
+
+def test_a_file_that_changed_meanwhile_is_not_overwritten(play: Play, tmp_path: Path) -> None:
+    """The answer has the text on disk; a forced save replaces it. Line ends stay."""
+
+    async def scene(client: Client) -> None:
+        (tmp_path / "m.yaml").write_bytes(b"mission: other\r\n")
+        answer = await client.ask("save", name="m.yaml", text="mission: n\n", base=TEXT)
+        assert (answer["code"], answer["theirs"]) == ("BT-1303", "mission: other\n")
+        state = await client.ask("state", name="m.yaml", page="a", base=TEXT, text="mission: n\n")
+        assert state == {"leads": True, "is_changed": True, "exists": True}
+        await client.ask("save", name="m.yaml", text="mission: n\n", base=TEXT, is_forced=True)
+        assert (tmp_path / "m.yaml").read_bytes() == b"mission: n\r\n"
+        (tmp_path / "m.yaml").unlink()
+        gone = await client.ask("save", name="m.yaml", text="x: 1\n", base="mission: n\n")
+        assert gone["theirs"] is None
+
+    play(scene)
+
+
+def test_a_second_page_follows_until_it_takes_over(play: Play) -> None:
+    """It receives the text of the first one."""
+
+    async def scene(client: Client) -> None:
+        assert (await client.ask("state", name="m.yaml", page="a", text="a: 1\n"))["leads"]
+        assert await client.ask("state", name="m.yaml", page="b") == {
+            "leads": False,
+            "text": "a: 1\n",
+        }
+        assert (await client.ask("state", name="m.yaml", page="b", take=True))["leads"]
+        assert not (await client.ask("state", name="m.yaml", page="a"))["leads"]
+
+    play(scene)
+
+
+@pytest.mark.parametrize(
+    "name", ["../m.yaml", "/etc/x.yaml", ".m.yaml", "m.txt", "a\0.yaml", "l.yaml"]
+)
+def test_only_yaml_files_of_the_folder_are_read(play: Play, tmp_path: Path, name: str) -> None:
+    """Links that lead out of it are refused, too."""
+    (tmp_path / "l.yaml").symlink_to("/etc/hostname")
+
+    async def scene(client: Client) -> None:
+        assert (await client.ask("open", name=name))["code"] == "BT-1302"
+        assert (await client.ask("save", name=name, text="", base=""))["code"] == "BT-1302"
+
+    play(scene)
+
+
+def test_a_read_only_page_writes_and_runs_nothing(play: Any, tmp_path: Path) -> None:
+    """It checks, and keeps no text beside the file."""
+
+    async def scene(client: Client) -> None:
+        await client.ask("check", name="m.yaml", text="mission: x\n")
+        for request in ("save", "run", "prove"):
+            answer = await client.ask(
+                request, name="m.yaml", text="mission: x\n", base=TEXT, speed="1"
+            )
+            assert "read-only" in answer["error"]
+
+    play(scene, is_read_only=True)
+    assert [path.name for path in tmp_path.iterdir()] == ["m.yaml"]
+
+
+def test_the_page_is_guarded_as_the_others_are(play: Play) -> None:
+    """Other origins, large bodies and nonsense are refused; only its own pages may frame it."""
+
+    async def scene(client: Client) -> None:
+        status, _ = await client.post("api/files", "{}", Origin="http://example.org")
+        assert status == 403
+        status, headers, _ = await fetch(client.server, urlsplit(client.server.link).path)
+        assert status == 200
+        assert "frame-ancestors 'self'" in headers["content-security-policy"]
+        for body in ("{", "[]", '{"do": 1}', '{"do": "fly"}', '{"do": "move", "path": [1.5]}'):
+            assert "error" in json.loads((await client.post("api/act", body))[1])
+        assert "exceeds" in (await client.ask("files", text="x" * 4_000_001))["error"]
+
+    play(scene)
