@@ -57,13 +57,6 @@ class Finally(Hooked, Composite):
         self._runtime = kwargs["runtime"]
         self._inner = [node for node in self.body.iterate() if isinstance(node, Finally)]
 
-    def exchange(self, child: Behaviour, other: Behaviour) -> None:
-        """Note that another object is in the place of a child."""
-        if self.body is child:
-            self.body = other
-        else:
-            self.cleanup = other
-
     def read_again(self) -> None:
         """Take the limit of a new version of the node."""
         self._limit_s = self._values.number(self._node.settings.timeout, LIMIT)

@@ -77,11 +77,6 @@ class Parallel(Hooked, py_trees.composites.Parallel):
         needed = [str(index) for index, child in enumerate(self.children) if child in self._needed]
         return "OnAll" if len(needed) == len(self.children) else f"OnSelected({', '.join(needed)})"
 
-    def exchange(self, child: Behaviour, other: Behaviour) -> None:
-        """Note that another object is in the place of a child."""
-        if self._needed is not None:
-            self._needed = [other if needed is child else needed for needed in self._needed]
-
     def walk(self) -> Iterator[Behaviour]:
         """Tick the children that have not ended; decide; end when the others may be halted."""
         running, invalid = Status.RUNNING, Status.INVALID

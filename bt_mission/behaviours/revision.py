@@ -12,10 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from py_trees.behaviour import Behaviour
-from py_trees.behaviours import Success
 from py_trees.common import Status
 from py_trees.composites import Composite
-from py_trees.decorators import Decorator
 
 from bt_mission.behaviours import control
 from bt_mission.behaviours.action_leaf import ActionLeaf
@@ -71,11 +69,15 @@ class Graft:
             if node.twin is not None and self._is_same_leaf(node, node.twin)
         }
         """The leaves that stay, by their new paths."""
-        self._stand_ins: dict[str, Behaviour] = {}
+        self._parents = {leaf: leaf.parent for leaf in self._kept.values()}
         before = runtime.scope
         self.scope = Scope(before.values, before.seed, self._generators(before))
         kinds = {kind: self._maker(make) for kind, make in BEHAVIOURS.items()}
-        self.root = build_tree(comparison.after, self.scope, kinds)
+        try:
+            self.root = build_tree(comparison.after, self.scope, kinds)
+        except BaseException:
+            self.abandon()
+            raise
         self._new = {
             node.path: behaviour
             for node, behaviour in zip(comparison.new, self._built(self.root), strict=True)
@@ -124,15 +126,20 @@ class Graft:
     def _leaves(self) -> list[Behaviour]:
         return [self._old[node.path] for node in self.comparison.old if not node.below]
 
+    def abandon(self) -> None:
+        """Leave the running tree as it was; called unless the trees are exchanged."""
+        for leaf, parent in self._parents.items():
+            leaf.parent = parent
+
     def prepare(self) -> None:
         """Set the new nodes up, with the state of those that they replace.
 
         Raises:
             BtMissionError: That is not possible; nothing has changed.
         """
-        stand_ins, made = set(self._stand_ins.values()), list(self.root.iterate())
-        for behaviour in made:
-            if behaviour not in stand_ins:
+        kept = {inner for leaf in self._kept.values() for inner in leaf.iterate()}
+        for behaviour in self.root.iterate():
+            if behaviour not in kept:
                 behaviour.setup(runtime=self._runtime)
         inputs = self.comparison.after.inputs
         added = {name: inputs[name] for name in inputs if name not in self.scope.values}
@@ -164,7 +171,7 @@ class Graft:
         """
         errors = self._stop()
         for path, leaf in self._kept.items():
-            self._put(leaf, self._stand_ins[path], self.scope.evaluators[path])
+            self._move(leaf, self.scope.evaluators[path])
         for name in self.comparison.lost_variables:
             self.scope.values.pop(name, None)
         return errors
@@ -194,10 +201,11 @@ class Graft:
         self, make: Callable[[Any, Evaluator], Behaviour]
     ) -> Callable[[Any, Evaluator], Behaviour]:
         def made(node: NodeModel, values: Evaluator) -> Behaviour:
-            if values.path not in self._kept:
+            leaf = self._kept.get(values.path)
+            if leaf is None:
                 return make(node, values)
-            stand_in = self._stand_ins[values.path] = Success(node.label)
-            return stand_in
+            leaf.parent = None  # it gets the new one
+            return leaf
 
         return made
 
@@ -311,25 +319,13 @@ class Graft:
                 errors.append(f"stopping '{behaviour.name}' raised {described(error)}")
         return errors
 
-    def _put(self, leaf: Behaviour, stand_in: Behaviour, values: Evaluator) -> None:
-        """Put a leaf that stays in the place that was held for it."""
-        parent = stand_in.parent
-        leaf.parent, leaf.name = parent, stand_in.name
+    def _move(self, leaf: Behaviour, values: Evaluator) -> None:
+        """Let a leaf that stays read the values of its new place."""
         assert isinstance(leaf, Hooked), "every leaf of a mission has values"
         leaf.take_values(values)
+        leaf.name = values.node.label
         if isinstance(leaf, PythonLeaf):
-            leaf.behaviour.parent = parent
-        if parent is None:
-            self.root = leaf
-            return
-        part = parent.children.index(stand_in)
-        parent.children[part] = leaf
-        if isinstance(parent, Composite) and parent.current_child is stand_in:
-            parent.current_child = leaf
-        if isinstance(parent, Decorator):
-            parent.decorated = leaf
-        elif isinstance(parent, control.Parallel | Finally):
-            parent.exchange(stand_in, leaf)
+            leaf.behaviour.parent = leaf.parent
 
 
 def _links(node: BuiltNode) -> bool:

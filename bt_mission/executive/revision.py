@@ -43,6 +43,7 @@ def revise(
     comparison = compare(running, mission)
     revision = replace(comparison.revision(), number=executive.revisions)
     reasons = [*filter(None, [executive.why_not_revisable]), *refusals(running, mission)]
+    graft: Graft | None = None
     try:
         paths = {node: executive.path_of(node) for node in executive.nodes}
         graft = Graft(comparison, paths, runtime, executive.followed, is_kept=keep_goals)
@@ -58,7 +59,9 @@ def revise(
             graft.prepare()
     except Exception as error:  # noqa: BLE001 - a user's behaviour may raise anything
         reasons.append(cause_of(error))
-    if reasons or dry_run:
+    if reasons or dry_run or graft is None:
+        if graft is not None:
+            graft.abandon()
         return replace(revision, reasons=tuple(reasons))
     accept(comparison.after)
     executive.revise(graft, node_details(comparison.after), revision.counts)

@@ -69,20 +69,12 @@ class BuiltNode:
     twin: BuiltNode | None = None
     is_changed: bool = False
 
-    @cached_property
-    def kind(self) -> Hashable:
+    def __post_init__(self) -> None:
+        self.kind: Hashable = _kind_of(self.node)
         """Nodes of different kinds are never the same node."""
-        node = self.node
-        match node:
-            case TreeNode():
-                return (type(node), node.tree)
-            case ForEachNode():
-                return (type(node), node.variable)
-            case PythonNode():
-                return (type(node), node.target)
-            case InterfaceNode():
-                return (type(node), node.ros_name, node.type)
-        return type(node)
+        self.label = self.node.label
+        """Its name in the tree."""
+        self._is_linked: bool | None = None
 
     @property
     def is_transparent(self) -> bool:
@@ -112,9 +104,17 @@ class BuiltNode:
             node = node.parent
         return node.part
 
-    @cached_property
+    @property
     def is_linked(self) -> bool:
-        """Whether it continues with the state of its twin: the nodes above are the same, too."""
+        """Whether it continues with the state of its twin: the nodes above are the same, too.
+
+        It is asked once all pairs are known.
+        """
+        if self._is_linked is None:
+            self._is_linked = self._links()
+        return self._is_linked
+
+    def _links(self) -> bool:
         if self.twin is None:
             return False
         above, before = self.anchor, self.twin.anchor
@@ -124,6 +124,19 @@ class BuiltNode:
             return False
         is_in_part = self.part_below(above) == self.twin.part_below(before)
         return is_in_part or not isinstance(above.node, FinallyNode)
+
+
+def _kind_of(node: NodeModel) -> Hashable:
+    match node:
+        case TreeNode():
+            return (type(node), node.tree)
+        case ForEachNode():
+            return (type(node), node.variable)
+        case PythonNode():
+            return (type(node), node.target)
+        case InterfaceNode():
+            return (type(node), node.ros_name, node.type)
+    return type(node)
 
 
 @dataclass(frozen=True)
@@ -252,13 +265,13 @@ class Comparison:
         for built in self.new:
             twin = built.twin
             if twin is None:
-                groups["new"].append(RevisedNode(built.node.label, built.path))
+                groups["new"].append(RevisedNode(built.label, built.path))
                 continue
             was = twin.path if twin.path != built.path else ""
             change = _difference(twin.node, built.node) if built.is_changed else ""
             name = "changes" if built.is_changed else "stays"
-            groups[name].append(RevisedNode(built.node.label, built.path, was, change))
-        gone = [RevisedNode(node.node.label, node.path) for node in self.old if node.twin is None]
+            groups[name].append(RevisedNode(built.label, built.path, was, change))
+        gone = [RevisedNode(node.label, node.path) for node in self.old if node.twin is None]
         return Revision(
             self.after.name,
             stays=tuple(groups["stays"]),
@@ -301,7 +314,7 @@ def compare(before: Mission, after: Mission) -> Comparison:
     old, new = built_nodes(before), built_nodes(after)
     _pair_names(old, new)
     if old[0].twin is None and new[0].twin is None and old[0].kind == new[0].kind:
-        _pair(old[0], new[0])
+        _pair(old[0], new[0], is_changed=not _is_same(old[0].node, new[0].node))
     _pair_below([old[0]], [new[0]])
     for node in new:
         if node.twin is not None:
@@ -351,9 +364,9 @@ def refusals(before: Mission, after: Mission) -> Iterator[str]:
 # ---- pairs ---------------------------------------------------------------------------------
 
 
-def _pair(old: BuiltNode, new: BuiltNode) -> None:
+def _pair(old: BuiltNode, new: BuiltNode, *, is_changed: bool) -> None:
     old.twin, new.twin = new, old
-    new.is_changed = old.is_changed = not _is_same(old.node, new.node)
+    new.is_changed = old.is_changed = is_changed
 
 
 def _pair_names(old: Sequence[BuiltNode], new: Sequence[BuiltNode]) -> None:
@@ -367,14 +380,19 @@ def _pair_names(old: Sequence[BuiltNode], new: Sequence[BuiltNode]) -> None:
     known = named(old)
     for name, node in named(new).items():
         if name in known and known[name].kind == node.kind:
-            _pair(known[name], node)
+            _pair(known[name], node, is_changed=not _is_same(known[name].node, node.node))
 
 
-def _pair_below(old: Iterable[BuiltNode], new: Iterable[BuiltNode]) -> None:
+def _pair_below(old: Sequence[BuiltNode], new: Sequence[BuiltNode]) -> None:
     """Pair the nodes below two nodes that are the same, also those within decorators."""
+    if len(old) == len(new) and all(map(_are_alike, old, new)):
+        for first, second in zip(old, new, strict=True):
+            if second.twin is None:
+                _pair(first, second, is_changed=False)
+        return
     before, after = _reachable(old), _reachable(new)
-    _pair_by(before, after, lambda node: (node.kind, node.node.label), is_same=True)
-    _pair_by(before, after, lambda node: (node.kind, node.node.label), is_same=False)
+    _pair_by(before, after, lambda node: (node.kind, node.label), is_same=True)
+    _pair_by(before, after, lambda node: (node.kind, node.label), is_same=False)
     _pair_by(before, after, lambda node: None if node.node.name else node.kind, is_same=False)
     _pair_by(before, after, lambda node: (node.kind, node.path), is_same=False)
 
@@ -409,10 +427,18 @@ def _pair_by(
         if node.twin is not None or group is None:
             continue
         for candidate in waiting[group]:
-            if not is_same or _is_same(candidate.node, node.node):
+            is_changed = not _is_same(candidate.node, node.node)
+            if not (is_same and is_changed):
                 waiting[group].remove(candidate)
-                _pair(candidate, node)
+                _pair(candidate, node, is_changed=is_changed)
                 break
+
+
+def _are_alike(old: BuiltNode, new: BuiltNode) -> bool:
+    """Whether two nodes are a pair, or without twins and equal."""
+    if old.twin is not None or new.twin is not None:
+        return new.twin is old
+    return old.kind == new.kind and old.label == new.label and _is_same(old.node, new.node)
 
 
 @cache
@@ -421,14 +447,23 @@ def _value_fields(kind: type[NodeModel]) -> tuple[str, ...]:
 
 
 def _is_same(old: NodeModel, new: NodeModel) -> bool:
-    return all(_equal(getattr(old, name), getattr(new, name)) for name in _value_fields(type(new)))
+    for name in _value_fields(type(new)):
+        before, after = getattr(old, name), getattr(new, name)
+        if before is not after and not _equal(before, after):
+            return False
+    return True
+
+
+_PLAIN = (bool, int, float, str)
 
 
 def _equal(old: Any, new: Any) -> bool:
     """Compare values. An expression with the same text may mean another place of the map."""
+    if type(old) in _PLAIN:
+        return bool(old == new)
     if isinstance(old, Expression) and isinstance(new, Expression):
         return old == new and old.root == new.root
-    if isinstance(old, Mapping) and isinstance(new, Mapping):
+    if isinstance(old, dict) and isinstance(new, dict):
         return old.keys() == new.keys() and all(_equal(old[key], new[key]) for key in old)
     if isinstance(old, list | tuple) and isinstance(new, list | tuple):
         return len(old) == len(new) and all(map(_equal, old, new))

@@ -104,6 +104,7 @@ class ForkedRun:
         mission: Mission,
         parted: list[str],
     ) -> None:
+        source.refuse_revised(step_ns)
         self._parted_robots = parted
         self._source = source
         self._change = change

@@ -103,6 +103,19 @@ class ForkSource:
                 return str(event.get("status")), str(event.get("reason"))
         return "unknown", f"the recording ends here{self.why_cut and ': '}{self.why_cut}"
 
+    def refuse_revised(self, step_ns: int) -> None:
+        """Refuse a fork after a revision of the mission, which would not happen again.
+
+        Raises:
+            ForkError: With the instant of the revision.
+        """
+        for event in self.events:
+            if event.get("event") == "revised" and event["t"] <= step_ns:
+                raise ForkError(
+                    f"{self.path}: the mission was revised at {seconds(self.seconds(event['t']))}; "
+                    "it can only be forked before that"
+                )
+
     @property
     def is_whole(self) -> bool:
         """Whether its trace is complete."""

@@ -1,0 +1,161 @@
+"""A mission on a running robot that is revised by `bt-mission revise` at random instants.
+
+Run it as: python campaigns/attached_revisions.py [--count 50] [--results attached_revisions.jsonl]
+
+Simulator, servers, executive and `revise` are processes of their own. A mission turns back and
+forth; revision N follows from the number N alone. A mission takes ten revisions, and then ends.
+Each revision is one line of the results. A finding is
+
+- a revision that is neither applied nor refused with a reason,
+- a mission that does not end with success and 0 goals orphaned,
+- a goal that is sent before a goal that was released has ended, by the trace in the recording,
+- a traceback.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import tempfile
+from collections import Counter
+from contextlib import ExitStack
+from pathlib import Path
+
+from benchmarks.measuring import NOT_SOUND, figure
+from bt_mission.core.wall_clock import rest
+from bt_mission.recording.happenings import TraceLine, fold
+from bt_mission.recording.reading import RecordedFile
+from bt_mission.testing.live_graph import LiveGraph, Process, own_domain
+
+EACH = 10
+"""Revisions of one mission."""
+
+LONGEST_S = 1.5
+"""The longest time before the next revision, s."""
+
+MISSION = """\
+mission: turns
+tree:
+  sequence:
+    - repeat: {{count: {rounds}}}
+      do:
+        sequence:
+          - {{turn: {{angle: {first}}}, name: first, timeout: 20}}
+{between}          - {{turn: {{angle: {second}}}, name: second, timeout: 20}}
+"""
+WRAPPED = """\
+          - timeout: 9
+            do: {move: {secs: 1, linear_velocity: 0.05}, name: between, timeout: 20}
+"""
+BETWEEN = (
+    "",
+    "          - {wait: 0.5, name: pause}\n",
+    "          - {move: {secs: 1, linear_velocity: 0.05}, name: between, timeout: 20}\n",
+    WRAPPED,
+)
+
+
+def version(number: int, *, rounds: int = 1000) -> str:
+    """Return the version of a number."""
+    draws = random.Random(number)
+    first, second = draws.choice((60, 90, 120)), draws.choice((-60, -90))
+    between = draws.choice(BETWEEN)
+    return MISSION.format(rounds=rounds, first=first, second=second, between=between)
+
+
+def early_goals(path: Path) -> list[str]:
+    """Return goals in a recording that were sent while a released one had not ended.
+
+    The end of a goal is noted at the end of the tick that has read it.
+    """
+    released: set[str] = set()
+    sent: list[tuple[str, int, set[str]]] = []
+
+    def take(_: int, happening: object) -> None:
+        if not isinstance(happening, TraceLine) or not happening.name.startswith("goal "):
+            return
+        event = happening.fields
+        match happening.name:
+            case "goal sent" if released:
+                sent.append((event["owner"], event["t"], set(released)))
+            case "goal released":
+                released.add(event["goal"])
+            case "goal ended" | "goal abandoned":
+                released.discard(event["goal"])
+                for _, time_ns, live in sent:
+                    if time_ns == event["t"]:
+                        live.discard(event["goal"])
+
+    fold(RecordedFile(path), take)
+    return [f"{owner} at {time_ns / 1e9:.2f} s" for owner, time_ns, live in sent if live]
+
+
+def revise(number: int, graph: LiveGraph, text: str) -> tuple[str, str]:
+    """Send a version; return what came of it, and the finding."""
+    path = graph.folder / f"version_{number}.yaml"
+    path.write_text(text, encoding="utf-8")
+    done: Process = graph.start("revise", "bt_mission", str(path), "--json")
+    code = done.wait(within=120.0)
+    lines = done.output.strip().splitlines() or [""]
+    if "Traceback" in done.output or code not in (0, 1):
+        return "failed", f"exit code {code}: {lines[-3:]}"
+    result = json.loads(lines[-1])
+    came = "applied" if result["is_applied"] else f"refused: {result['reasons']}"
+    return came, "" if (code == 0) == result["is_applied"] else f"exit code {code}, but {came}"
+
+
+def mission(first: int, graph: LiveGraph) -> list[dict[str, object]]:
+    """Run a mission with its revisions; return the lines of the results."""
+    draws, recording = random.Random(f"instants/{first}"), graph.folder / f"{first}.mcap"
+    path = graph.folder / f"turns_{first}.yaml"
+    path.write_text(version(first), encoding="utf-8")
+    running = graph.run(path, "--editable", "--record", str(recording))
+    running.until("first")
+    lines: list[dict[str, object]] = []
+    for number in range(first + 1, first + EACH):
+        rest(draws.uniform(0, LONGEST_S))
+        came, finding = revise(number, graph, version(number))
+        lines.append({"number": number - 1, "came": came, "finding": finding})
+    came, finding = revise(first + EACH, graph, version(first + EACH, rounds=1))
+    running.wait(within=240.0)
+    output = running.output
+    if "Traceback" in output:
+        finding = f"traceback: {output[-2000:]}"
+    elif "turns: success" not in output or " 0 orphaned" not in output:
+        finding = f"end: {output.strip().splitlines()[-3:]}"
+    elif early := early_goals(recording):
+        finding = f"early goals: {early}"
+    lines.append({"number": first + EACH - 1, "came": came, "finding": finding})
+    return lines
+
+
+def main() -> None:
+    """Run the campaign."""
+    assert __doc__ is not None
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=50)
+    parser.add_argument("--results", type=Path, default=Path("attached_revisions.jsonl"))
+    options = parser.parse_args()
+    options.results.touch()
+    with ExitStack() as stack, options.results.open("a", encoding="utf-8") as results:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        graph = LiveGraph(folder, stack.enter_context(own_domain()))
+        stack.callback(graph.close)
+        graph.robot("empty_arena", "waffle", "--no-camera")
+        done = len(options.results.read_text("utf-8").splitlines())
+        for first in range(done, options.count, EACH):
+            for line in mission(first, graph):
+                results.write(json.dumps(line) + "\n")
+                print(f"{line['number']}: {line['came']} {line['finding']}", flush=True)
+            results.flush()
+    lines = [json.loads(line) for line in options.results.read_text("utf-8").splitlines()]
+    findings = [line["finding"] for line in lines if line["finding"]]
+    figure("findings", len(findings))
+    came = Counter(line["came"].partition(":")[0] for line in lines)
+    print(f"{len(lines)} revisions: {dict(came)}; {findings or 'no finding'}")
+    raise SystemExit(NOT_SOUND if findings else 0)
+
+
+if __name__ == "__main__":
+    main()
