@@ -85,12 +85,12 @@ class Outcome:
 
 def places(node: Node) -> list[tuple[Any, Any]]:
     """Return each place of a node below this one: its list or mapping, and the key."""
-    found: list[tuple[Any, Any]] = []
+    boxes: list[tuple[Any, Any]] = []
     for key in ("sequence", "fallback", "parallel", "choose"):
         if isinstance(node.get(key), list):
-            found += [(node[key], index) for index in range(len(node[key]))]
-    found += [(node, key) for key in ("do", "then", "else", "invert") if key in node]
-    return found + [place for box, key in tuple(found) for place in places(box[key])]
+            boxes += [(node[key], index) for index in range(len(node[key]))]
+    boxes += [(node, key) for key in ("do", "then", "else", "invert") if key in node]
+    return boxes + [place for box, key in tuple(boxes) for place in places(box[key])]
 
 
 def named(node: Node, draws: Draws, numbers: Counter[str]) -> Node:
