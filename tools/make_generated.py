@@ -339,7 +339,7 @@ and the address of its explanation in `url`.
 
 ERRORS_PAGE_HEAD = """# BT-{block}: {group}
 
-[All groups](../errors.md). `bt-mission explain BT-203` prints one entry.
+One of the [groups of errors](../errors.md).
 """
 
 
